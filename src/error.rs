@@ -1,0 +1,87 @@
+//! The one error of the host: where, what was expected, what was found, what to do.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// A result whose error is ready to be shown to a user.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// Why a command could not do its work.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A file holds something that cannot be used.
+    #[error("{}{place}: {problem}", path.display())]
+    Input {
+        /// The file.
+        path: PathBuf,
+        /// Where in it.
+        place: Place,
+        /// What was expected, what was found, what to do.
+        problem: String,
+    },
+    /// The operating system refused.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The command was asked for something that makes no sense: exit code 2.
+    #[error("{0}")]
+    Usage(String),
+    /// Anything else that stops the work.
+    #[error("{0}")]
+    Failed(String),
+}
+
+/// A place in an input file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// The file as a whole.
+    File,
+    /// A line, counted from 1.
+    Line(usize),
+    /// A byte, counted from 0.
+    Byte(usize),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File => Ok(()),
+            Self::Line(line) => write!(f, ":{line}"),
+            Self::Byte(byte) => write!(f, " at byte {byte}"),
+        }
+    }
+}
+
+impl Error {
+    /// A file as a whole cannot be used.
+    pub fn input(path: impl AsRef<Path>, problem: impl Into<String>) -> Self {
+        Self::at(path, Place::File, problem)
+    }
+
+    /// Something at a known place of a file cannot be used.
+    pub fn at(path: impl AsRef<Path>, place: Place, problem: impl Into<String>) -> Self {
+        Self::Input {
+            path: path.as_ref().to_path_buf(),
+            place,
+            problem: problem.into(),
+        }
+    }
+
+    /// The system refused to read or write `path`.
+    pub fn io(path: impl AsRef<Path>, source: std::io::Error) -> Self {
+        Self::Io {
+            path: path.as_ref().to_path_buf(),
+            source,
+        }
+    }
+
+    /// The process's exit code for this error: 2 for usage, 1 otherwise.
+    #[must_use]
+    pub const fn exit_code(&self) -> u8 {
+        if matches!(self, Self::Usage(_)) { 2 } else { 1 }
+    }
+}

@@ -1,0 +1,3 @@
+//! EdgeGait host
+pub mod error;
+pub mod scene;

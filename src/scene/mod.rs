@@ -1,0 +1,43 @@
+//! Scenes in f64, before anything is encoded: one walker's motion and body.
+//!
+//! Everything that makes a walker (an importer, the built-in cohort) ends in the
+//! two types of this module, and the encoder begins with them.
+
+use edgegait_core::skeleton::{JOINTS, Joint};
+use glam::{DQuat, DVec3};
+
+/// One closed gait cycle of one walker, sampled evenly over the phase.
+///
+/// Frame `i` of `n` is at phase `i / n`; the last frame is followed by the first.
+/// The walker faces and travels along +Z. Phase 0 is the left heel's contact.
+#[derive(Clone, Debug)]
+pub struct Cycle {
+    /// Duration, seconds.
+    pub period_s: f64,
+    /// Metres travelled along +Z in one cycle.
+    pub drift_m: f64,
+    /// Pelvis position per frame, metres, with the travel (`drift_m * phase`)
+    /// taken out; y is the height above the floor.
+    pub root: Vec<DVec3>,
+    /// Rotation of each joint relative to its parent, per frame, about the
+    /// canonical rest pose ([`Joint`]).
+    pub rotations: Vec<[DQuat; JOINTS]>,
+}
+
+/// One walker's body: a skeleton and the convex hulls that its joints carry.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// Joint offsets from the parent in the rest pose, metres.
+    pub offsets: [DVec3; JOINTS],
+    /// Convex hulls, each rigid with one joint.
+    pub hulls: Vec<BodyHull>,
+}
+
+/// A convex hull given by points in its joint's frame, metres.
+#[derive(Clone, Debug)]
+pub struct BodyHull {
+    /// The joint that carries it.
+    pub joint: Joint,
+    /// Its points; which of them are extreme does not matter.
+    pub points: Vec<DVec3>,
+}
