@@ -1,0 +1,59 @@
+//! Every capacity of the core, and the memory that follows from them.
+//!
+//! Nothing else in the crate states a limit. What is larger is refused when a
+//! pack is parsed, so that a loop over hulls, points or coefficients is bounded
+//! wherever it stands.
+
+/// Rows of a silhouette or template: Charalambous & Bharath (BMVC 2016).
+pub const ROWS: usize = 50;
+/// Columns of a silhouette or template: Charalambous & Bharath (BMVC 2016).
+pub const COLUMNS: usize = 30;
+/// Pixels of a silhouette or template.
+pub const PIXELS: usize = ROWS * COLUMNS;
+
+/// Hulls of one avatar. Ours: 24 for a fitted body and 8 for what it wears or carries.
+pub const MAX_HULLS: usize = 32;
+/// Points of one hull. Keeps tiny-skia's edge list within 64 entries.
+pub const MAX_HULL_POINTS: usize = 32;
+/// Points of one avatar: 24 hulls of 32 points.
+pub const MAX_POINTS: usize = 768;
+/// Corners of a hull's outline after it was clipped to the window, which adds at
+/// most one corner for each of the four sides.
+pub const MAX_OUTLINE: usize = MAX_HULL_POINTS + 4;
+
+/// Fourier coefficients of one channel: a constant and 31 harmonics.
+pub const MAX_COEFFICIENTS: usize = 63;
+/// Harmonics of one channel.
+pub const MAX_HARMONICS: usize = (MAX_COEFFICIENTS - 1) / 2;
+
+/// Columns of the window in which a figure is measured before 30 of them are
+/// kept. The widest figure of the built-in cohort takes 123 columns (a runner at
+/// 12 km/h seen from above and from the side).
+pub const WINDOW_COLUMNS: usize = 128;
+/// Windows side by side that a wider figure may take; wider ones are refused.
+pub const MAX_WINDOWS: usize = 16;
+
+/// Subjects, walks, avatars or clips of one pack.
+pub const MAX_ENTRIES: usize = 65_535;
+/// Bytes of a pack: 16 MiB, far above what any board has in flash.
+pub const MAX_PACK_BYTES: usize = 1 << 24;
+
+/// Bytes that tiny-skia's rasteriser holds from [`crate::raster::Renderer::new`] on: its window.
+pub const SKIA_RESIDENT_BYTES: usize = WINDOW_COLUMNS * ROWS;
+
+/// Most bytes that tiny-skia takes and gives back while one hull is filled,
+/// summed from tiny-skia 0.12.0's own types: the path's points and verbs (grown
+/// by doubling, so that an old and a new buffer are alive at once), and its edge
+/// list (64 edges of 80 bytes), and for anti-aliasing the runs of one row.
+///
+/// `tests/memory.rs` compares it with a counting allocator.
+pub const SKIA_TRANSIENT_BYTES: usize = {
+    let path_points = 8 * (64 + 32);
+    let path_verbs = 64 + 32;
+    let edges = 64 * 80;
+    let runs = WINDOW_COLUMNS * 4 + 16;
+    path_points + path_verbs + edges + runs
+};
+
+/// Heap bound of drawing with tiny-skia: resident and transient bytes together.
+pub const SKIA_HEAP_BYTES: usize = SKIA_RESIDENT_BYTES + SKIA_TRANSIENT_BYTES;

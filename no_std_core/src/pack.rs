@@ -1,0 +1,376 @@
+//! A pack: subjects, their bodies and their walks in one block of bytes.
+//!
+//! The bytes are borrowed, from flash or from a `Vec`. [`Pack::parse`] checks all
+//! of them once, down to the last clip and hull; what it returns cannot fail.
+
+use crate::avatar::Avatar;
+use crate::budget::{MAX_ENTRIES, MAX_PACK_BYTES};
+use crate::clip::Clip;
+use crate::format::{
+    CRC_AT, END_BYTES, FormatError, HEADER_BYTES, LENGTH_AT, MAGIC, SECTION_ENTRY_BYTES,
+    SECTION_ORDER, SECTIONS_AT, SUBJECT_BYTES, VERSION, VERSION_AT, WALK_BYTES, crc32, u16_at,
+    u32_at,
+};
+
+/// A parsed pack.
+#[derive(Clone, Copy, Debug)]
+pub struct Pack<'a> {
+    names: &'a [u8],
+    subjects: &'a [u8],
+    walks: &'a [u8],
+    avatars: Table<'a>,
+    clips: Table<'a>,
+    bytes: usize,
+}
+
+/// A person.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Subject<'a> {
+    /// Name, unique in its pack.
+    pub name: &'a str,
+    /// Sex, where it is stated.
+    pub sex: Option<Sex>,
+    /// Stature, mm; 0 where it is unknown.
+    pub stature_mm: u16,
+    /// Mass, 0.1 kg; 0 where it is unknown.
+    pub mass_hg: u16,
+    /// Which avatar is the person's body.
+    pub avatar: usize,
+}
+
+/// A person's sex, as norms of body dimensions and gait distinguish it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Sex {
+    /// Female.
+    Female,
+    /// Male.
+    Male,
+}
+
+/// One recorded or made gait cycle of a person.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Walk<'a> {
+    /// Name of the take, for example `walk-5kmh` or `07_01`.
+    pub name: &'a str,
+    /// Which subject walks.
+    pub subject: usize,
+    /// Which cycle of the take, from 0.
+    pub cycle: u16,
+    /// Whether both feet leave the floor at once.
+    pub gait: Gait,
+    /// Mean speed, mm/s.
+    pub speed_mm_per_s: u16,
+    /// Which clip is the motion.
+    pub clip: usize,
+}
+
+/// Walking or running.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Gait {
+    /// One foot is always on the floor.
+    Walk,
+    /// There is a phase of flight.
+    Run,
+}
+
+impl<'a> Pack<'a> {
+    /// Checks `bytes` from the first to the last.
+    ///
+    /// # Errors
+    /// Where the bytes are not a pack of this version: which byte, and what was
+    /// expected there.
+    pub fn parse(bytes: &'a [u8]) -> Result<Self, FormatError> {
+        check_header(bytes)?;
+        let mut sections = [&[] as &[u8]; SECTION_ORDER.len()];
+        let mut starts = [0; SECTION_ORDER.len()];
+        let mut end = HEADER_BYTES + SECTION_ORDER.len() * SECTION_ENTRY_BYTES;
+        for (index, kind) in SECTION_ORDER.iter().enumerate() {
+            let entry = HEADER_BYTES + index * SECTION_ENTRY_BYTES;
+            if bytes.get(entry..entry + 4) != Some(kind) {
+                return Err(FormatError::new(
+                    entry,
+                    "sections NAME, SUBJ, WALK, AVAT, CLIP in this order",
+                ));
+            }
+            if u32_at(bytes, entry + 4) as usize != end {
+                return Err(FormatError::new(
+                    entry + 4,
+                    "a section that begins where the one before it ends",
+                ));
+            }
+            let length = u32_at(bytes, entry + 8) as usize;
+            let section = end.checked_add(length).and_then(|to| bytes.get(end..to));
+            let Some(section) = section else {
+                return Err(FormatError::new(entry + 8, "a section within the pack"));
+            };
+            sections[index] = section;
+            starts[index] = end;
+            end += length;
+        }
+        if end != bytes.len() {
+            return Err(FormatError::new(end, "the end of the pack"));
+        }
+        let [names, subjects, walks, avatars, clips] = sections;
+        let [_, subjects_at, walks_at, avatars_at, clips_at] = starts;
+        let pack = Self {
+            names,
+            subjects,
+            walks,
+            avatars: Table::parse(avatars).map_err(|e| e.behind(avatars_at))?,
+            clips: Table::parse(clips).map_err(|e| e.behind(clips_at))?,
+            bytes: bytes.len(),
+        };
+        pack.check_subjects().map_err(|e| e.behind(subjects_at))?;
+        pack.check_walks().map_err(|e| e.behind(walks_at))?;
+        for (at, entry) in pack.avatars.entries() {
+            Avatar::parse(entry).map_err(|e| e.behind(avatars_at + at))?;
+        }
+        for (at, entry) in pack.clips.entries() {
+            Clip::parse(entry).map_err(|e| e.behind(clips_at + at))?;
+        }
+        Ok(pack)
+    }
+
+    fn check_subjects(&self) -> Result<(), FormatError> {
+        if !self.subjects.len().is_multiple_of(SUBJECT_BYTES)
+            || self.subjects.len() / SUBJECT_BYTES > MAX_ENTRIES
+        {
+            return Err(FormatError::new(0, "whole subject records, at most 65535"));
+        }
+        for (index, record) in self.subjects.chunks_exact(SUBJECT_BYTES).enumerate() {
+            let at = index * SUBJECT_BYTES;
+            if self.name(record).is_none() {
+                return Err(FormatError::new(at, "a UTF-8 name within section NAME"));
+            }
+            if record.get(5).is_none_or(|&sex| sex > 2) {
+                return Err(FormatError::new(at + 5, "sex 0 (unknown), 1 or 2"));
+            }
+            if usize::from(u16_at(record, 10)) >= self.avatars.len() {
+                return Err(FormatError::new(at + 10, "the number of an avatar"));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_walks(&self) -> Result<(), FormatError> {
+        if !self.walks.len().is_multiple_of(WALK_BYTES)
+            || self.walks.len() / WALK_BYTES > MAX_ENTRIES
+        {
+            return Err(FormatError::new(0, "whole walk records, at most 65535"));
+        }
+        for (index, record) in self.walks.chunks_exact(WALK_BYTES).enumerate() {
+            let at = index * WALK_BYTES;
+            if self.name(record).is_none() {
+                return Err(FormatError::new(at, "a UTF-8 name within section NAME"));
+            }
+            if record.get(5).is_none_or(|&gait| gait > 1) {
+                return Err(FormatError::new(at + 5, "gait 0 (walk) or 1 (run)"));
+            }
+            if usize::from(u16_at(record, 6)) >= self.subjects.len() / SUBJECT_BYTES {
+                return Err(FormatError::new(at + 6, "the number of a subject"));
+            }
+            if usize::from(u16_at(record, 12)) >= self.clips.len() {
+                return Err(FormatError::new(at + 12, "the number of a clip"));
+            }
+            if u16_at(record, 14) != 0 {
+                return Err(FormatError::new(at + 14, "a reserved field of 0"));
+            }
+        }
+        Ok(())
+    }
+
+    /// The name at the start of a record.
+    fn name(&self, record: &[u8]) -> Option<&'a str> {
+        let start = u32_at(record, 0) as usize;
+        let end = start.checked_add(usize::from(*record.get(4)?))?;
+        core::str::from_utf8(self.names.get(start..end)?).ok()
+    }
+
+    /// Length of the whole pack, bytes.
+    #[must_use]
+    pub const fn len_bytes(&self) -> usize {
+        self.bytes
+    }
+
+    /// The subjects, in file order.
+    pub fn subjects(&self) -> impl ExactSizeIterator<Item = Subject<'a>> + use<'a> {
+        let pack = *self;
+        self.subjects
+            .chunks_exact(SUBJECT_BYTES)
+            .map(move |record| Subject {
+                name: pack.name(record).unwrap_or_default(),
+                sex: match record.get(5) {
+                    Some(1) => Some(Sex::Female),
+                    Some(2) => Some(Sex::Male),
+                    _ => None,
+                },
+                stature_mm: u16_at(record, 6),
+                mass_hg: u16_at(record, 8),
+                avatar: usize::from(u16_at(record, 10)),
+            })
+    }
+
+    /// The subject with this number.
+    #[must_use]
+    pub fn subject(&self, index: usize) -> Option<Subject<'a>> {
+        self.subjects().nth(index)
+    }
+
+    /// The walks, in file order.
+    pub fn walks(&self) -> impl ExactSizeIterator<Item = Walk<'a>> + use<'a> {
+        let pack = *self;
+        self.walks.chunks_exact(WALK_BYTES).map(move |record| Walk {
+            name: pack.name(record).unwrap_or_default(),
+            subject: usize::from(u16_at(record, 6)),
+            cycle: u16_at(record, 8),
+            gait: if record.get(5) == Some(&1) {
+                Gait::Run
+            } else {
+                Gait::Walk
+            },
+            speed_mm_per_s: u16_at(record, 10),
+            clip: usize::from(u16_at(record, 12)),
+        })
+    }
+
+    /// How many avatars there are.
+    #[must_use]
+    pub fn avatar_count(&self) -> usize {
+        self.avatars.len()
+    }
+
+    /// The avatar with this number.
+    #[must_use]
+    pub fn avatar(&self, index: usize) -> Option<Avatar<'a>> {
+        // Cannot fail for an entry: `parse` has been through all of them.
+        Avatar::parse(self.avatars.entry(index)?.1).ok()
+    }
+
+    /// How many clips there are.
+    #[must_use]
+    pub fn clip_count(&self) -> usize {
+        self.clips.len()
+    }
+
+    /// The clip with this number.
+    #[must_use]
+    pub fn clip(&self, index: usize) -> Option<Clip<'a>> {
+        // Cannot fail for an entry: `parse` has been through all of them.
+        Clip::parse(self.clips.entry(index)?.1).ok()
+    }
+
+    /// Bytes of each section, in file order: names, subjects, walks, avatars, clips.
+    #[must_use]
+    pub const fn section_bytes(&self) -> [usize; 5] {
+        [
+            self.names.len(),
+            self.subjects.len(),
+            self.walks.len(),
+            self.avatars.bytes,
+            self.clips.bytes,
+        ]
+    }
+}
+
+/// Magic, version, number of sections, length and checksum.
+fn check_header(bytes: &[u8]) -> Result<(), FormatError> {
+    let table = HEADER_BYTES + SECTION_ORDER.len() * SECTION_ENTRY_BYTES;
+    if bytes.get(..4) != Some(&MAGIC) {
+        return Err(FormatError::new(0, "\"EGPK\", the first bytes of a pack"));
+    }
+    if bytes.len() < table {
+        return Err(FormatError::new(bytes.len(), "the rest of the header"));
+    }
+    if u16_at(bytes, VERSION_AT) != VERSION {
+        return Err(FormatError::new(
+            VERSION_AT,
+            "version 1 (make the pack again, or use the EdgeGait that wrote it)",
+        ));
+    }
+    if usize::from(u16_at(bytes, SECTIONS_AT)) != SECTION_ORDER.len() {
+        return Err(FormatError::new(SECTIONS_AT, "5 sections"));
+    }
+    if bytes.len() > MAX_PACK_BYTES || u32_at(bytes, LENGTH_AT) as usize != bytes.len() {
+        return Err(FormatError::new(
+            LENGTH_AT,
+            "the length of the file, at most 16 MiB (was it cut off?)",
+        ));
+    }
+    if u32_at(bytes, CRC_AT) != crc32(bytes.get(HEADER_BYTES..).unwrap_or_default()) {
+        return Err(FormatError::new(
+            CRC_AT,
+            "the CRC-32 of what follows (the file is damaged)",
+        ));
+    }
+    Ok(())
+}
+
+/// Entries of different lengths behind a table of their ends.
+#[derive(Clone, Copy, Debug)]
+struct Table<'a> {
+    ends: &'a [u8],
+    body: &'a [u8],
+    bytes: usize,
+}
+
+impl<'a> Table<'a> {
+    /// Number of entries `u32`, then an end for each, counted from the first
+    /// entry's start; then the entries.
+    fn parse(section: &'a [u8]) -> Result<Self, FormatError> {
+        let count = u32_at(section, 0) as usize;
+        if section.len() < END_BYTES || count > MAX_ENTRIES {
+            return Err(FormatError::new(0, "the number of entries, at most 65535"));
+        }
+        let ends_end = END_BYTES * (1 + count);
+        let (Some(ends), Some(body)) = (section.get(END_BYTES..ends_end), section.get(ends_end..))
+        else {
+            return Err(FormatError::new(section.len(), "the rest of a table of ends"));
+        };
+        let mut before = 0;
+        for (index, end) in ends.chunks_exact(END_BYTES).enumerate() {
+            let end = u32_at(end, 0) as usize;
+            if end < before || end > body.len() {
+                return Err(FormatError::new(
+                    END_BYTES * (1 + index),
+                    "ends in rising order within the section",
+                ));
+            }
+            before = end;
+        }
+        if before != body.len() {
+            return Err(FormatError::new(
+                ends_end + before,
+                "the end of the section behind its last entry",
+            ));
+        }
+        Ok(Self {
+            ends,
+            body,
+            bytes: section.len(),
+        })
+    }
+
+    fn len(&self) -> usize {
+        self.ends.len() / END_BYTES
+    }
+
+    /// An entry and where it begins in the section.
+    fn entry(&self, index: usize) -> Option<(usize, &'a [u8])> {
+        let end_at = |index: usize| -> Option<usize> {
+            let at = index.checked_mul(END_BYTES)?;
+            self.ends.get(at..at + END_BYTES)?;
+            Some(u32_at(self.ends, at) as usize)
+        };
+        let end = end_at(index)?;
+        let start = match index.checked_sub(1) {
+            Some(before) => end_at(before)?,
+            None => 0,
+        };
+        let at = END_BYTES + self.ends.len() + start;
+        Some((at, self.body.get(start..end)?))
+    }
+
+    fn entries(&self) -> impl Iterator<Item = (usize, &'a [u8])> + use<'_, 'a> {
+        (0..self.len()).filter_map(|index| self.entry(index))
+    }
+}

@@ -1,0 +1,5 @@
+//! Templates: one image that stands for a gait cycle, built frame by frame.
+
+mod gei;
+
+pub use gei::{Gei, GeiBuilder};
