@@ -1,3 +1,20 @@
-//! EdgeGait host
+//! The EdgeGait host: everything around `edgegait-core` that needs a computer.
+//!
+//! Data flows one way, and each module uses only what is upstream of it:
+//!
+//! ```text
+//! import -> scene -> encode -> [pack bytes, core] -> sweep -> dataset -> train, score
+//!        -> evaluate -> report
+//! ```
+
+pub mod cli;
+pub mod dataset;
+pub mod encode;
 pub mod error;
+pub mod evaluate;
+pub mod import;
+pub mod report;
 pub mod scene;
+pub mod score;
+pub mod sweep;
+pub mod train;

@@ -1,1 +1,5 @@
-fn main() {}
+//! The `edgegait` command.
+
+fn main() -> std::process::ExitCode {
+    edgegait::cli::main()
+}

@@ -33,8 +33,7 @@ impl<'a> Avatar<'a> {
     /// # Errors
     /// Where the bytes are not one whole avatar within the budget.
     pub fn parse(bytes: &'a [u8]) -> Result<Self, FormatError> {
-        let (Some(offsets), Some(hulls)) =
-            (bytes.get(..OFFSETS_BYTES), bytes.get(OFFSETS_BYTES..))
+        let (Some(offsets), Some(hulls)) = (bytes.get(..OFFSETS_BYTES), bytes.get(OFFSETS_BYTES..))
         else {
             return Err(FormatError::new(bytes.len(), "114 bytes of joint offsets"));
         };
@@ -51,7 +50,10 @@ impl<'a> Avatar<'a> {
             hull_count += 1;
             point_count += hull.len();
             if hull_count > MAX_HULLS || point_count > MAX_POINTS {
-                return Err(FormatError::new(at, "at most 32 hulls of 768 points in all"));
+                return Err(FormatError::new(
+                    at,
+                    "at most 32 hulls of 768 points in all",
+                ));
             }
             rest = behind;
         }
@@ -265,7 +267,10 @@ mod tests {
     #[test]
     fn what_exceeds_the_budget_is_refused_whole() {
         let mut posed = PosedHulls::default();
-        assert_eq!(posed.push([Vec3::ZERO; MAX_HULL_POINTS + 1]), Err(OverBudget));
+        assert_eq!(
+            posed.push([Vec3::ZERO; MAX_HULL_POINTS + 1]),
+            Err(OverBudget)
+        );
         assert!(posed.points().is_empty());
         for _ in 0..MAX_POINTS / MAX_HULL_POINTS {
             assert_eq!(posed.push([Vec3::ZERO; MAX_HULL_POINTS]), Ok(()));

@@ -233,8 +233,14 @@ mod tests {
             #[expect(clippy::cast_possible_truncation, reason = "the value under test")]
             let (sin, cos) = sin_cos_degrees(degrees as f32);
             let radians = degrees.to_radians();
-            assert!((f64::from(sin) - libm::sin(radians)).abs() < 3e-6, "{degrees}");
-            assert!((f64::from(cos) - libm::cos(radians)).abs() < 3e-6, "{degrees}");
+            assert!(
+                (f64::from(sin) - libm::sin(radians)).abs() < 3e-6,
+                "{degrees}"
+            );
+            assert!(
+                (f64::from(cos) - libm::cos(radians)).abs() < 3e-6,
+                "{degrees}"
+            );
         }
     }
 

@@ -92,7 +92,12 @@ mod tests {
 
     fn area(outline: &Outline) -> f32 {
         let next = outline.iter().cycle().skip(1);
-        outline.iter().zip(next).map(|(a, b)| a.perp_dot(*b)).sum::<f32>() * 0.5
+        outline
+            .iter()
+            .zip(next)
+            .map(|(a, b)| a.perp_dot(*b))
+            .sum::<f32>()
+            * 0.5
     }
 
     #[test]

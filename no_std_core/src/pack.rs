@@ -324,7 +324,10 @@ impl<'a> Table<'a> {
         let ends_end = END_BYTES * (1 + count);
         let (Some(ends), Some(body)) = (section.get(END_BYTES..ends_end), section.get(ends_end..))
         else {
-            return Err(FormatError::new(section.len(), "the rest of a table of ends"));
+            return Err(FormatError::new(
+                section.len(),
+                "the rest of a table of ends",
+            ));
         };
         let mut before = 0;
         for (index, end) in ends.chunks_exact(END_BYTES).enumerate() {

@@ -32,7 +32,11 @@ impl Silhouette {
     /// Whether the pixel is on; off outside 50x30.
     #[must_use]
     pub fn is_on(&self, row: usize, column: usize) -> bool {
-        column < COLUMNS && self.rows.get(row).is_some_and(|bits| bits >> column & 1 == 1)
+        column < COLUMNS
+            && self
+                .rows
+                .get(row)
+                .is_some_and(|bits| bits >> column & 1 == 1)
     }
 
     /// How many pixels are on.

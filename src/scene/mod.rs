@@ -3,6 +3,18 @@
 //! Everything that makes a walker (an importer, the built-in cohort) ends in the
 //! two types of this module, and the encoder begins with them.
 
+mod clean;
+pub mod cohort;
+pub mod contacts;
+pub mod events;
+pub mod filter;
+mod follow;
+mod rest;
+pub mod retarget;
+mod roles;
+mod transfer;
+pub mod variation;
+
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 

@@ -264,7 +264,11 @@ mod tests {
     fn slab(min: [f32; 3], max: [f32; 3]) -> [Vec3; 8] {
         core::array::from_fn(|corner| {
             Vec3::from_array(core::array::from_fn(|axis| {
-                if corner >> axis & 1 == 1 { max[axis] } else { min[axis] }
+                if corner >> axis & 1 == 1 {
+                    max[axis]
+                } else {
+                    min[axis]
+                }
             }))
         })
     }

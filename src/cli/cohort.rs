@@ -1,0 +1,63 @@
+//! `edgegait cohort`: make the built-in people.
+
+use super::args::Common;
+use super::inspect::summary;
+use super::progress::Progress;
+use crate::dataset::{Header, write_atomically};
+use crate::error::{Error, Result};
+use crate::scene::cohort::{self, CohortOptions, PEOPLE, SPEEDS_KMH};
+use std::io::Write as _;
+use std::path::PathBuf;
+
+/// Make the built-in cohort (26 people at 10 speeds, from published norms) as a pack
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  edgegait cohort --out cohort.egp --speeds-kmh 4,5,6")]
+pub struct Args {
+    /// Where to write the pack
+    #[arg(long, value_name = "PATH", default_value = "cohort.egp")]
+    out: PathBuf,
+    /// How many people
+    #[arg(long, value_name = "N", default_value_t = PEOPLE as u16, value_parser = clap::value_parser!(u16).range(1..=999))]
+    people: u16,
+    /// Speeds in km/h, each 3 to 12; people run from 7.5 on
+    #[arg(long, value_name = "V[,V..]", value_delimiter = ',', default_values_t = SPEEDS_KMH)]
+    speeds_kmh: Vec<f64>,
+    /// Greatest encoding error of a walk in mm
+    #[arg(long, value_name = "E", default_value_t = 5.0)]
+    max_error_mm: f64,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Runs the subcommand.
+pub fn run(args: &Args) -> Result<()> {
+    if !(args.max_error_mm >= 0.0) {
+        return Err(Error::Usage(format!(
+            "--max-error-mm {}: expected 0 or more",
+            args.max_error_mm
+        )));
+    }
+    let options = CohortOptions {
+        seed: args.common.seed,
+        people: usize::from(args.people),
+        speeds_kmh: args.speeds_kmh.clone(),
+        max_error_mm: args.max_error_mm,
+    };
+    let bytes = {
+        let progress = Progress::new("walks", options.people * options.speeds_kmh.len());
+        cohort::pack(&options, &|| progress.step())?
+    };
+    write_atomically(&args.out, |file| {
+        file.write_all(&bytes)
+            .map_err(|error| Error::io(&args.out, error))
+    })?;
+    let header = Header::new("cohort", args.common.seed)
+        .with("people", options.people)
+        .with("speeds_kmh", args.speeds_kmh.clone())
+        .with("max_error_mm", args.max_error_mm);
+    let summary = summary(header, &args.out, &bytes)?;
+    args.common
+        .say(format_args!("wrote {}", args.out.display()));
+    args.common.say(&summary);
+    args.common.write_json(&summary)
+}

@@ -1,0 +1,65 @@
+//! The command line: one module a subcommand.
+
+mod args;
+mod cohort;
+mod inspect;
+mod progress;
+mod render;
+mod source;
+mod sweep;
+
+use crate::error::{Error, Result};
+use clap::{Parser, Subcommand};
+
+/// Makes human gait silhouettes from compressed motion, and measures with them how well
+/// gait recognizers hold up.
+#[derive(Debug, Parser)]
+#[command(
+    name = "edgegait",
+    version,
+    max_term_width = 100,
+    propagate_version = true
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Cohort(cohort::Args),
+    Inspect(inspect::Args),
+    Render(render::Args),
+    Sweep(sweep::Args),
+}
+
+/// Runs the command that the process was started with; its exit code.
+#[must_use]
+pub fn main() -> std::process::ExitCode {
+    let cli = Cli::parse();
+    match run(&cli.command) {
+        Ok(()) => std::process::ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            std::process::ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn run(command: &Command) -> Result<()> {
+    match command {
+        Command::Cohort(args) => with_threads(&args.common, || cohort::run(args)),
+        Command::Inspect(args) => with_threads(&args.common, || inspect::run(args)),
+        Command::Render(args) => with_threads(&args.common, || render::run(args)),
+        Command::Sweep(args) => with_threads(&args.common, || sweep::run(args)),
+    }
+}
+
+/// Runs `work` with as many threads as were asked for.
+fn with_threads(common: &args::Common, work: impl FnOnce() -> Result<()> + Send) -> Result<()> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(common.threads.map_or(0, std::num::NonZero::get))
+        .build()
+        .map_err(|error| Error::Failed(format!("cannot start threads: {error}")))?;
+    pool.install(work)
+}

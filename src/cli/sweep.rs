@@ -1,0 +1,161 @@
+//! `edgegait sweep`: walks by viewpoints, as a dataset.
+
+use super::args::{Common, DrawArgs, ViewArgs};
+use super::progress::Progress;
+use super::source::SourceArgs;
+use crate::dataset::{DatasetWriter, Existing, Header, IndexRow};
+use crate::error::{Error, Result};
+use crate::sweep::{Job, sweep};
+use edgegait_core::pack::Pack;
+use serde::Serialize;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Sweep walks over viewpoints into a dataset of GEIs
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Examples:\n  edgegait sweep --out dataset                 # 26 people at 5 km/h, 703 viewpoints\n  edgegait sweep cohort.egp --views side --cycles 8 --out side --json -"
+)]
+pub struct Args {
+    #[command(flatten)]
+    source: SourceArgs,
+    /// Folder to write (geis.npy, index.csv, manifest.json)
+    #[arg(long, value_name = "PATH", default_value = "dataset")]
+    out: PathBuf,
+    /// Replace the dataset in that folder
+    #[arg(long)]
+    overwrite: bool,
+    /// Cycles of each walk: the stored one, then seeded variations of it
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    cycles: u32,
+    #[command(flatten)]
+    views: ViewArgs,
+    #[command(flatten)]
+    draw: DrawArgs,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// The results of a sweep.
+#[derive(Serialize)]
+struct Results {
+    #[serde(flatten)]
+    header: Header,
+    silhouettes: u64,
+    geis: u64,
+    seconds: f64,
+    silhouettes_per_second: f64,
+    threads: usize,
+    raster: &'static str,
+    framing: &'static str,
+    peak_rss_bytes: Option<u64>,
+    clipped_share: f64,
+}
+
+/// Runs the subcommand.
+pub fn run(args: &Args) -> Result<()> {
+    let source = args.source.load()?;
+    let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
+    let walks = args.source.choose(&pack)?;
+    let views = args.views.views("paper")?;
+    let settings = args.draw.settings(args.common.seed);
+    let jobs: Vec<Job> = walks
+        .iter()
+        .flat_map(|&walk| (0..args.cycles).map(move |cycle| Job { walk, cycle }))
+        .collect();
+    let existing = if args.overwrite {
+        Existing::Replace
+    } else {
+        Existing::Refuse
+    };
+    let geis = jobs.len() * views.list.len();
+    let mut writer = DatasetWriter::create(&args.out, geis, existing)?;
+    let mut clipped = 0.0;
+    let walk_list: Vec<_> = pack.walks().collect();
+    let subjects: Vec<_> = pack.subjects().collect();
+    let started = Instant::now();
+    {
+        let progress = Progress::new("cycles", jobs.len());
+        sweep(
+            &pack,
+            &jobs,
+            &views.list,
+            settings,
+            |_, swept| {
+                progress.step();
+                Ok(swept)
+            },
+            |job, swept| {
+                clipped += swept.clipped;
+                let walk = walk_list[job.walk];
+                for (view, gei) in views.list.iter().zip(&swept.geis) {
+                    writer.push(
+                        &gei.pixels,
+                        &IndexRow {
+                            subject: subjects[walk.subject].name.into(),
+                            walk: walk.name.into(),
+                            cycle: u32::from(walk.cycle) + job.cycle,
+                            speed_kmh: kmh(walk.speed_mm_per_s),
+                            azimuth_deg: f64::from(view.azimuth_deg),
+                            elevation_deg: f64::from(view.elevation_deg),
+                            condition: String::new(),
+                            frames: settings.frames_per_cycle,
+                            seed: settings.seed,
+                        },
+                    )?;
+                }
+                Ok(())
+            },
+        )?;
+    }
+    let seconds = started.elapsed().as_secs_f64();
+    let silhouettes = geis as u64 * u64::from(settings.frames_per_cycle);
+    let mut header = args
+        .draw
+        .describe(Header::new("sweep", args.common.seed))
+        .with("pack", source.name.as_str())
+        .with("views", views.name.as_str())
+        .with("viewpoints", views.list.len())
+        .with("walks", walks.len())
+        .with("cycles", args.cycles);
+    header.inputs = source.inputs;
+    writer.finish(header.clone())?;
+    let results = Results {
+        header,
+        silhouettes,
+        geis: geis as u64,
+        seconds,
+        silhouettes_per_second: silhouettes as f64 / seconds,
+        threads: rayon::current_num_threads(),
+        raster: args.draw.raster.rasterizer().name(),
+        framing: "height",
+        peak_rss_bytes: peak_rss_bytes(),
+        clipped_share: clipped / silhouettes as f64,
+    };
+    args.common.say(format_args!(
+        "wrote {}: {} GEIs of {} silhouettes in {:.1} s, {:.0} silhouettes a second on {} threads; {:.2} % of the figures lay outside of the 30 columns",
+        args.out.display(),
+        results.geis,
+        results.silhouettes,
+        results.seconds,
+        results.silhouettes_per_second,
+        results.threads,
+        100.0 * results.clipped_share
+    ));
+    args.common.write_json(&results)
+}
+
+/// A speed in km/h, to 0.01, from mm/s.
+pub fn kmh(speed_mm_per_s: u16) -> f64 {
+    (f64::from(speed_mm_per_s) * 0.36).round() * 0.01
+}
+
+/// The most memory that the process has had, bytes, where the system tells.
+pub fn peak_rss_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kib * 1024)
+}

@@ -1,0 +1,144 @@
+//! Files that are written whole or not at all, and the hash that names them.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, Read, Write};
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+use tempfile::TempDir;
+
+use crate::error::{Error, Result};
+
+/// SHA-256 of a file's bytes as 64 lower-case hexadecimal digits. Reads the file
+/// in pieces of 64 KiB.
+///
+/// # Errors
+///
+/// The system's, if the file cannot be read.
+pub fn sha256_of_file(path: impl AsRef<Path>) -> Result<String> {
+    let path = path.as_ref();
+    let io = |source| Error::io(path, source);
+    let mut file = File::open(path).map_err(io)?;
+    let mut hasher = Sha256::new();
+    let mut piece = vec![0; 1 << 16];
+    loop {
+        match file.read(&mut piece).map_err(io)? {
+            0 => return Ok(hex(&hasher.finalize())),
+            read => hasher.update(&piece[..read]),
+        }
+    }
+}
+
+/// SHA-256 of bytes as 64 lower-case hexadecimal digits.
+#[must_use]
+pub fn sha256_of_bytes(bytes: &[u8]) -> String {
+    hex(&Sha256::digest(bytes))
+}
+
+/// Writes a file through `write`, and gives it its name only when all of it is
+/// there. A former file of that name stays until then.
+///
+/// # Errors
+///
+/// What `write` returns, or the system's; then nothing has changed.
+pub fn write_atomically(
+    path: impl AsRef<Path>,
+    write: impl FnOnce(&mut BufWriter<File>) -> Result<()>,
+) -> Result<()> {
+    let path = path.as_ref();
+    let io = |source| Error::io(path, source);
+    let staging = staging_beside(path)?;
+    let unfinished = staging.path().join("unfinished");
+    let mut file = BufWriter::new(File::create(&unfinished).map_err(io)?);
+    write(&mut file)?;
+    file.flush().map_err(io)?;
+    drop(file);
+    fs::rename(&unfinished, path).map_err(io)
+}
+
+/// A hidden folder in the folder that holds `path`, so that what is made inside
+/// can be renamed to `path`. Dropping it removes it.
+///
+/// What is created inside has the permissions that the user's umask gives:
+/// `tempfile`'s own files are private to the user, and would stay so.
+pub(super) fn staging_beside(path: &Path) -> Result<TempDir> {
+    let name = path.file_name().ok_or_else(|| {
+        Error::Usage(format!(
+            "{}: expected a path that ends in a name",
+            path.display()
+        ))
+    })?;
+    tempfile::Builder::new()
+        .prefix(&format!(".{}.", name.to_string_lossy()))
+        .tempdir_in(folder_of(path))
+        .map_err(|source| Error::io(path, source))
+}
+
+/// The folder that holds `path`.
+pub(super) fn folder_of(path: &Path) -> PathBuf {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
+        _ => PathBuf::from("."),
+    }
+}
+
+fn hex(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 16] = b"0123456789abcdef";
+    bytes
+        .iter()
+        .flat_map(|byte| [byte >> 4, byte & 15])
+        .map(|digit| char::from(DIGITS[usize::from(digit)]))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// FIPS 180-2, appendix B.1 and B.3.
+    #[test]
+    fn a_file_has_the_published_sha256() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("abc");
+        fs::write(&path, "abc").unwrap();
+        let abc = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        assert_eq!(sha256_of_file(&path).unwrap(), abc);
+        assert_eq!(sha256_of_bytes(b"abc"), abc);
+
+        fs::write(&path, vec![b'a'; 1_000_000]).unwrap();
+        assert_eq!(
+            sha256_of_file(&path).unwrap(),
+            "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0"
+        );
+    }
+
+    #[test]
+    fn a_write_that_fails_leaves_the_former_file_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.npy");
+        fs::write(&path, "former").unwrap();
+        let failed = write_atomically(&path, |file| {
+            file.write_all(b"half").map_err(|e| Error::io("x", e))?;
+            Err(Error::Failed("out of ideas".into()))
+        });
+        assert_eq!(failed.unwrap_err().to_string(), "out of ideas");
+        assert_eq!(fs::read(&path).unwrap(), b"former");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+
+        write_atomically(&path, |file| {
+            file.write_all(b"whole").map_err(|e| Error::io("x", e))
+        })
+        .unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"whole");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_path_without_a_name_is_refused() {
+        let refused = write_atomically("/", |_| Ok(())).unwrap_err();
+        assert_eq!(
+            refused.to_string(),
+            "/: expected a path that ends in a name"
+        );
+    }
+}

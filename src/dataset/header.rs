@@ -1,0 +1,105 @@
+//! The head that every JSON result and every manifest begins with.
+//!
+//! It holds what is needed to make the same numbers again, and nothing that
+//! differs between two runs: no date, no host name, no duration.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::file::sha256_of_file;
+use crate::error::Result;
+
+/// The version of the JSON results and manifests that this program writes.
+pub const SCHEMA: u32 = 1;
+
+/// What made a result: the first fields of every JSON file of this program.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Header {
+    /// The version of the format, [`SCHEMA`].
+    pub schema: u32,
+    /// The subcommand, such as `score`.
+    pub command: String,
+    /// The program's version.
+    pub version: String,
+    /// The seed of everything random.
+    pub seed: u64,
+    /// The files that were read.
+    #[serde(default)]
+    pub inputs: Vec<InputFile>,
+    /// Every setting by its flag's name, in the names' order.
+    #[serde(default)]
+    pub settings: BTreeMap<String, Value>,
+    /// What the user should know before trusting the numbers.
+    #[serde(default)]
+    pub warnings: Vec<String>,
+}
+
+impl Header {
+    /// A header of this program's version, without inputs, settings or warnings.
+    #[must_use]
+    pub fn new(command: &str, seed: u64) -> Self {
+        Self {
+            schema: SCHEMA,
+            command: command.to_owned(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            seed,
+            inputs: Vec::new(),
+            settings: BTreeMap::new(),
+            warnings: Vec::new(),
+        }
+    }
+
+    /// The header with one more setting.
+    #[must_use]
+    pub fn with(mut self, setting: &str, value: impl Into<Value>) -> Self {
+        self.settings.insert(setting.to_owned(), value.into());
+        self
+    }
+}
+
+/// A file that was read, and exactly which bytes it held.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct InputFile {
+    /// The path as the user gave it.
+    pub path: String,
+    /// SHA-256 of its bytes, 64 lower-case hexadecimal digits.
+    pub sha256: String,
+}
+
+impl InputFile {
+    /// Reads a file and names it.
+    ///
+    /// # Errors
+    ///
+    /// The system's, if the file cannot be read.
+    pub fn of(path: impl AsRef<Path>) -> Result<Self> {
+        let path = path.as_ref();
+        Ok(Self {
+            path: path.display().to_string(),
+            sha256: sha256_of_file(path)?,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_are_written_in_the_order_of_their_names() {
+        let header = Header::new("sweep", 7)
+            .with("views", "paper")
+            .with("framing", "height");
+        let json = serde_json::to_string(&header).expect("plain data");
+        assert_eq!(
+            json,
+            format!(
+                r#"{{"schema":1,"command":"sweep","version":"{}","seed":7,"inputs":[],"settings":{{"framing":"height","views":"paper"}},"warnings":[]}}"#,
+                env!("CARGO_PKG_VERSION")
+            )
+        );
+    }
+}

@@ -1,0 +1,212 @@
+//! `index.csv`: for each GEI who walked, how, and from where it was seen.
+
+use std::path::Path;
+
+use csv::{ErrorKind, ReaderBuilder, StringRecord};
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Place, Result};
+
+/// The columns of `index.csv`, in order.
+pub(super) const COLUMNS: [&str; 9] = [
+    "subject",
+    "walk",
+    "cycle",
+    "speed_kmh",
+    "azimuth_deg",
+    "elevation_deg",
+    "condition",
+    "frames",
+    "seed",
+];
+
+/// One row of `index.csv`: what one GEI shows.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct IndexRow {
+    /// Who walks.
+    pub subject: String,
+    /// Which walk of the subject.
+    pub walk: String,
+    /// Which gait cycle of the walk, from 0.
+    pub cycle: u32,
+    /// Walking speed, km/h.
+    pub speed_kmh: f64,
+    /// Camera azimuth, degrees: 0 in front, 90 on the walker's left, 180 behind.
+    pub azimuth_deg: f64,
+    /// Camera elevation, degrees: 0 level, 90 straight above.
+    pub elevation_deg: f64,
+    /// The condition, such as `normal` or `bag`.
+    pub condition: String,
+    /// Silhouettes that the GEI averages, at least 1.
+    pub frames: u32,
+    /// The seed that made this GEI.
+    pub seed: u64,
+}
+
+/// Reads `index.csv`. Refuses other columns, values out of range and files that
+/// are not text, naming the line.
+pub(super) fn read_index(path: &Path, bytes: &[u8]) -> Result<Vec<IndexRow>> {
+    let mut reader = ReaderBuilder::new().from_reader(bytes);
+    let header = reader
+        .headers()
+        .map_err(|error| refusal(path, &error))?
+        .clone();
+    if header != *COLUMNS.as_slice() {
+        return Err(Error::at(
+            path,
+            Place::Line(1),
+            format!(
+                "expected the columns {}, found {}",
+                COLUMNS.join(","),
+                header.iter().collect::<Vec<_>>().join(",")
+            ),
+        ));
+    }
+    let mut rows = Vec::new();
+    let mut record = StringRecord::new();
+    while reader
+        .read_record(&mut record)
+        .map_err(|error| refusal(path, &error))?
+    {
+        let row: IndexRow = record
+            .deserialize(Some(&header))
+            .map_err(|error| refusal(path, &error))?;
+        if let Some(problem) = row.problem() {
+            return Err(Error::at(
+                path,
+                Place::Line(line(record.position())),
+                problem,
+            ));
+        }
+        rows.push(row);
+    }
+    Ok(rows)
+}
+
+impl IndexRow {
+    /// Why the row cannot be, or none if it can.
+    pub(super) fn problem(&self) -> Option<String> {
+        if self.subject.is_empty() {
+            return Some("expected a subject, found an empty field".into());
+        }
+        if !(self.speed_kmh >= 0.0 && self.speed_kmh.is_finite()) {
+            return Some(format!("expected speed_kmh >= 0, found {}", self.speed_kmh));
+        }
+        if !(-360.0..=360.0).contains(&self.azimuth_deg) {
+            return Some(format!(
+                "expected azimuth_deg from -360 to 360, found {}",
+                self.azimuth_deg
+            ));
+        }
+        if !(-90.0..=90.0).contains(&self.elevation_deg) {
+            return Some(format!(
+                "expected elevation_deg from -90 to 90, found {}",
+                self.elevation_deg
+            ));
+        }
+        (self.frames == 0).then(|| "expected frames >= 1, found 0".into())
+    }
+}
+
+fn line(position: Option<&csv::Position>) -> usize {
+    position.map_or(1, |position| {
+        usize::try_from(position.line()).unwrap_or(usize::MAX)
+    })
+}
+
+fn refusal(path: &Path, error: &csv::Error) -> Error {
+    let place = Place::Line(line(error.position()));
+    let problem = match error.kind() {
+        ErrorKind::UnequalLengths { len, .. } => {
+            format!("expected {} fields, found {len}", COLUMNS.len())
+        }
+        ErrorKind::Utf8 { .. } => "expected text in UTF-8, found other bytes".into(),
+        ErrorKind::Deserialize { err, .. } => {
+            let column = err
+                .field()
+                .and_then(|field| COLUMNS.get(usize::try_from(field).ok()?));
+            match column {
+                Some(column) => format!("{column}: {}", err.kind()),
+                None => err.kind().to_string(),
+            }
+        }
+        _ => error.to_string(),
+    };
+    Error::at(path, place, problem)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HEAD: &str =
+        "subject,walk,cycle,speed_kmh,azimuth_deg,elevation_deg,condition,frames,seed\n";
+
+    fn refused(text: &str) -> String {
+        read_index(Path::new("index.csv"), text.as_bytes())
+            .unwrap_err()
+            .to_string()
+    }
+
+    #[test]
+    fn a_row_is_read_whatever_its_text_holds() {
+        let text = format!(
+            "{HEAD}\"Ann, \"\"A\"\"\",walk-1,2,4.5,90,5.0,\"rain\nfog\",32,18446744073709551615\n"
+        );
+        let rows = read_index(Path::new("index.csv"), text.as_bytes()).unwrap();
+        assert_eq!(
+            rows,
+            [IndexRow {
+                subject: "Ann, \"A\"".into(),
+                walk: "walk-1".into(),
+                cycle: 2,
+                speed_kmh: 4.5,
+                azimuth_deg: 90.0,
+                elevation_deg: 5.0,
+                condition: "rain\nfog".into(),
+                frames: 32,
+                seed: u64::MAX,
+            }]
+        );
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused_with_its_line() {
+        let good = "s,w,0,4.5,90,5,normal,32,1\n";
+        assert_eq!(
+            refused(&format!("{HEAD}{good}s,w,0,fast,90,5,normal,32,1\n")),
+            "index.csv:3: speed_kmh: invalid float literal"
+        );
+        assert_eq!(
+            refused(&format!("{HEAD}{good}{good}s,w,0,4.5,90\n")),
+            "index.csv:4: expected 9 fields, found 5"
+        );
+        assert_eq!(
+            refused(&format!("{HEAD}s,w,0,4.5,90,91,normal,32,1\n")),
+            "index.csv:2: expected elevation_deg from -90 to 90, found 91"
+        );
+        assert_eq!(
+            refused(&format!("{HEAD}s,w,0,NaN,90,0,normal,32,1\n")),
+            "index.csv:2: expected speed_kmh >= 0, found NaN"
+        );
+        assert_eq!(
+            refused(&format!("{HEAD}s,w,0,4,90,0,normal,0,1\n")),
+            "index.csv:2: expected frames >= 1, found 0"
+        );
+        assert_eq!(
+            refused(&format!("{HEAD},w,0,4,90,0,normal,32,1\n")),
+            "index.csv:2: expected a subject, found an empty field"
+        );
+        assert!(
+            refused("subject,view\n")
+                .starts_with("index.csv:1: expected the columns subject,walk,cycle,")
+        );
+        let broken = [HEAD.as_bytes(), b"\xff,w,0,4,90,0,normal,32,1\n"].concat();
+        assert_eq!(
+            read_index(Path::new("index.csv"), &broken)
+                .unwrap_err()
+                .to_string(),
+            "index.csv:2: expected text in UTF-8, found other bytes"
+        );
+    }
+}

@@ -1,0 +1,239 @@
+//! A dataset on disk, checked once and then read without errors.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::index::read_index;
+use super::npy::gei_bytes;
+use super::{GEIS, INDEX, IndexRow, MANIFEST, Manifest, PIXELS, Pixels, SCHEMA};
+use crate::dataset::sha256_of_bytes;
+use crate::error::{Error, Place, Result};
+
+/// A dataset in memory: 1,500 bytes a GEI, and the index.
+#[derive(Clone, Debug)]
+pub struct Dataset {
+    manifest: Manifest,
+    index: Vec<IndexRow>,
+    npy: Vec<u8>,
+    first: usize,
+}
+
+impl Dataset {
+    /// Reads a dataset folder and checks it.
+    ///
+    /// # Errors
+    ///
+    /// If a file is missing, is not what it should be, disagrees in its count with
+    /// the other two, or is not the bytes whose SHA-256 the manifest holds. The
+    /// error names the file and, for text, the line.
+    pub fn open(dir: impl AsRef<Path>) -> Result<Self> {
+        let dir = dir.as_ref();
+        let manifest = read_manifest(&dir.join(MANIFEST))?;
+        let (npy_path, npy) = read(dir, GEIS, &manifest)?;
+        let (first, count) = gei_bytes(&npy_path, &npy)?;
+        if count != manifest.geis {
+            return Err(Error::input(
+                npy_path,
+                format!(
+                    "expected {} GEIs, as {MANIFEST} says, found {count}",
+                    manifest.geis
+                ),
+            ));
+        }
+        let (index_path, text) = read(dir, INDEX, &manifest)?;
+        let index = read_index(&index_path, &text)?;
+        if index.len() != count {
+            return Err(Error::input(
+                index_path,
+                format!(
+                    "expected {count} rows, one for each GEI of {GEIS}, found {}",
+                    index.len()
+                ),
+            ));
+        }
+        Ok(Self {
+            manifest,
+            index,
+            npy,
+            first,
+        })
+    }
+
+    /// What made the dataset.
+    #[must_use]
+    pub const fn manifest(&self) -> &Manifest {
+        &self.manifest
+    }
+
+    /// What each GEI shows, in the order of [`Self::geis`].
+    #[must_use]
+    pub fn index(&self) -> &[IndexRow] {
+        &self.index
+    }
+
+    /// The GEIs, in the order of [`Self::index`].
+    ///
+    /// # Guarantees
+    ///
+    /// As many as the index has rows.
+    #[must_use]
+    pub fn geis(&self) -> &[Pixels] {
+        self.npy[self.first..].as_chunks::<PIXELS>().0
+    }
+}
+
+fn read(dir: &Path, name: &str, manifest: &Manifest) -> Result<(PathBuf, Vec<u8>)> {
+    let path = dir.join(name);
+    let bytes = fs::read(&path).map_err(|source| Error::io(&path, source))?;
+    if let Some(file) = manifest.files.iter().find(|file| file.path == name) {
+        let found = sha256_of_bytes(&bytes);
+        if found != file.sha256 {
+            return Err(Error::input(
+                path,
+                format!(
+                    "expected SHA-256 {}, as {MANIFEST} says, found {found} (the file was changed: \
+                     make the dataset again, or empty \"files\" in {MANIFEST} to accept it)",
+                    file.sha256
+                ),
+            ));
+        }
+    }
+    Ok((path, bytes))
+}
+
+pub(super) fn read_manifest(path: &Path) -> Result<Manifest> {
+    let text = fs::read(path).map_err(|source| Error::io(path, source))?;
+    let manifest: Manifest = serde_json::from_slice(&text)
+        .map_err(|error| Error::at(path, Place::Line(error.line().max(1)), error.to_string()))?;
+    if manifest.header.schema != SCHEMA {
+        return Err(Error::input(
+            path,
+            format!(
+                "expected schema {SCHEMA}, found {} (was it made by another version?)",
+                manifest.header.schema
+            ),
+        ));
+    }
+    Ok(manifest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dataset::{DatasetWriter, Existing, Header};
+
+    fn row(subject: &str, azimuth_deg: f64) -> IndexRow {
+        IndexRow {
+            subject: subject.into(),
+            walk: "w1".into(),
+            cycle: 0,
+            speed_kmh: 4.5,
+            azimuth_deg,
+            elevation_deg: 0.0,
+            condition: "normal".into(),
+            frames: 32,
+            seed: 9,
+        }
+    }
+
+    fn written() -> (tempfile::TempDir, PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let dir = folder.path().join("walks");
+        let mut writer = DatasetWriter::create(&dir, 2, Existing::Refuse).unwrap();
+        writer.push(&[3; PIXELS], &row("a", 0.0)).unwrap();
+        writer.push(&[250; PIXELS], &row("b", 90.0)).unwrap();
+        writer
+            .finish(Header::new("sweep", 1).with("framing", "height"))
+            .unwrap();
+        (folder, dir)
+    }
+
+    /// Takes the hashes out of the manifest, so that what is behind them shows.
+    fn without_hashes(dir: &Path) {
+        let path = dir.join(MANIFEST);
+        let mut manifest = read_manifest(&path).unwrap();
+        manifest.files.clear();
+        fs::write(&path, serde_json::to_vec(&manifest).unwrap()).unwrap();
+    }
+
+    fn refusal(dir: &Path) -> String {
+        let text = Dataset::open(dir).unwrap_err().to_string();
+        text.replace(&format!("{}/", dir.display()), "")
+    }
+
+    #[test]
+    fn a_dataset_comes_back_as_it_was_written() {
+        let (_folder, dir) = written();
+        let dataset = Dataset::open(&dir).unwrap();
+        assert_eq!(dataset.geis(), [[3; PIXELS], [250; PIXELS]]);
+        assert_eq!(dataset.index(), [row("a", 0.0), row("b", 90.0)]);
+        assert_eq!(dataset.manifest().header.settings["framing"], "height");
+        assert_eq!(dataset.manifest().geis, 2);
+    }
+
+    #[test]
+    fn a_file_that_was_changed_is_refused() {
+        let (_folder, dir) = written();
+        let mut bytes = fs::read(dir.join(GEIS)).unwrap();
+        *bytes.last_mut().unwrap() ^= 1;
+        fs::write(dir.join(GEIS), bytes).unwrap();
+        let refusal = refusal(&dir);
+        assert!(
+            refusal.starts_with("geis.npy: expected SHA-256 "),
+            "{refusal}"
+        );
+        without_hashes(&dir);
+        assert_eq!(Dataset::open(&dir).unwrap().geis()[1][PIXELS - 1], 251);
+    }
+
+    #[test]
+    fn counts_that_disagree_are_refused() {
+        let (_folder, dir) = written();
+        without_hashes(&dir);
+        let index = fs::read_to_string(dir.join(INDEX)).unwrap();
+        let shorter: Vec<_> = index.lines().take(2).collect();
+        fs::write(dir.join(INDEX), shorter.join("\n")).unwrap();
+        assert_eq!(
+            refusal(&dir),
+            "index.csv: expected 2 rows, one for each GEI of geis.npy, found 1"
+        );
+        fs::write(dir.join(INDEX), index).unwrap();
+        let manifest = fs::read_to_string(dir.join(MANIFEST)).unwrap();
+        fs::write(
+            dir.join(MANIFEST),
+            manifest.replace("\"geis\":2", "\"geis\":3"),
+        )
+        .unwrap();
+        assert_eq!(
+            refusal(&dir),
+            "geis.npy: expected 3 GEIs, as manifest.json says, found 2"
+        );
+    }
+
+    #[test]
+    fn a_manifest_of_another_version_or_none_is_refused() {
+        let (_folder, dir) = written();
+        let manifest = fs::read_to_string(dir.join(MANIFEST)).unwrap();
+        fs::write(
+            dir.join(MANIFEST),
+            manifest.replace("\"schema\": 1", "\"schema\": 2"),
+        )
+        .unwrap();
+        assert_eq!(
+            refusal(&dir),
+            "manifest.json: expected schema 1, found 2 (was it made by another version?)"
+        );
+        fs::write(dir.join(MANIFEST), "{\n\"schema\": 1,\n").unwrap();
+        assert!(
+            refusal(&dir).starts_with("manifest.json:3: EOF"),
+            "{}",
+            refusal(&dir)
+        );
+        fs::remove_file(dir.join(MANIFEST)).unwrap();
+        assert!(
+            refusal(&dir).starts_with("manifest.json: No such file"),
+            "{}",
+            refusal(&dir)
+        );
+    }
+}

@@ -1,0 +1,368 @@
+//! Writes a dataset as its GEIs come, and leaves nothing half-written behind.
+//!
+//! Everything is made in a hidden folder beside the target and renamed at the
+//! end. Memory does not grow with the number of GEIs.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use ndarray_npy::write_zeroed_npy;
+use tempfile::TempDir;
+
+use super::file::{folder_of, staging_beside};
+use super::reader::read_manifest;
+use super::{COLUMNS, GEIS, INDEX, IndexRow, MANIFEST, PIXELS, Pixels, ROWS};
+use crate::dataset::{Header, InputFile, Manifest, sha256_of_file};
+use crate::error::{Error, Result};
+
+/// What to do with a folder that is already there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Existing {
+    /// Refuse, unless it is empty.
+    Refuse,
+    /// Replace it if it is a dataset and holds nothing else.
+    Replace,
+}
+
+/// A dataset in the making. Dropped before [`Self::finish`] it leaves nothing.
+#[derive(Debug)]
+pub struct DatasetWriter {
+    target: PathBuf,
+    existing: Existing,
+    staging: TempDir,
+    geis: BufWriter<File>,
+    index: csv::Writer<File>,
+    count: usize,
+    written: usize,
+}
+
+impl DatasetWriter {
+    /// Begins a dataset of `count` GEIs that will be the folder `dir`. The folder
+    /// that holds it is made if need be; `dir` itself is not touched yet.
+    ///
+    /// # Errors
+    ///
+    /// If `dir` is there and must not be replaced ([`Existing`]), or the system's.
+    pub fn create(dir: impl AsRef<Path>, count: usize, existing: Existing) -> Result<Self> {
+        let target = target_of(dir.as_ref())?;
+        check_replaceable(&target, existing)?;
+        let parent = folder_of(&target);
+        fs::create_dir_all(&parent).map_err(|source| Error::io(&parent, source))?;
+        let staging = staging_beside(&target)?;
+        let made = staging.path().join("made");
+        fs::create_dir(&made).map_err(|source| Error::io(&made, source))?;
+
+        let path = made.join(GEIS);
+        let file = File::create(&path).map_err(|source| Error::io(&path, source))?;
+        if count
+            .checked_mul(PIXELS)
+            .is_none_or(|bytes| i64::try_from(bytes).is_err())
+        {
+            return Err(Error::Usage(format!(
+                "{count} GEIs are more than a file can hold"
+            )));
+        }
+        // Leaves the cursor at the first GEI.
+        write_zeroed_npy::<u8, _>(&file, (count, ROWS, COLUMNS))
+            .map_err(|error| Error::input(&path, error.to_string()))?;
+        let index_path = made.join(INDEX);
+        let index = csv::Writer::from_path(&index_path).map_err(|e| csv_error(&index_path, e))?;
+        Ok(Self {
+            target,
+            existing,
+            staging,
+            geis: BufWriter::with_capacity(1 << 16, file),
+            index,
+            count,
+            written: 0,
+        })
+    }
+
+    /// Appends a GEI and what it shows.
+    ///
+    /// # Errors
+    ///
+    /// If the row cannot be (a speed below 0, say), if there are already as many
+    /// GEIs as [`Self::create`] was told, or the system's.
+    pub fn push(&mut self, gei: &Pixels, row: &IndexRow) -> Result<()> {
+        let place = |problem: String| {
+            Error::Failed(format!(
+                "{}: GEI {}: {problem}",
+                self.target.display(),
+                self.written
+            ))
+        };
+        if self.written == self.count {
+            return Err(place(format!("expected no more than {} GEIs", self.count)));
+        }
+        if let Some(problem) = row.problem() {
+            return Err(place(problem));
+        }
+        self.geis
+            .write_all(gei)
+            .map_err(|source| Error::io(&self.target, source))?;
+        self.index
+            .serialize(row)
+            .map_err(|error| csv_error(&self.target, error))?;
+        self.written += 1;
+        Ok(())
+    }
+
+    /// Writes the manifest and gives the folder its name.
+    ///
+    /// # Errors
+    ///
+    /// If fewer GEIs came than [`Self::create`] was told, if `dir` has appeared
+    /// meanwhile and must not be replaced, or the system's; then `dir` is as before.
+    pub fn finish(self, header: Header) -> Result<()> {
+        let Self {
+            target,
+            existing,
+            staging,
+            geis,
+            index,
+            count,
+            written,
+        } = self;
+        if written != count {
+            return Err(Error::Failed(format!(
+                "{}: expected {count} GEIs, found {written}",
+                target.display()
+            )));
+        }
+        let io = |source| Error::io(&target, source);
+        geis.into_inner().map_err(|error| io(error.into_error()))?;
+        close_index(index, written).map_err(|error| csv_error(&target, error))?;
+
+        let made = staging.path().join("made");
+        let file = |name: &str| -> Result<InputFile> {
+            Ok(InputFile {
+                path: name.to_owned(),
+                sha256: sha256_of_file(made.join(name))?,
+            })
+        };
+        let manifest = Manifest {
+            header,
+            geis: count,
+            files: vec![file(GEIS)?, file(INDEX)?],
+        };
+        let mut json = serde_json::to_string_pretty(&manifest)
+            .map_err(|error| Error::Failed(error.to_string()))?;
+        json.push('\n');
+        fs::write(made.join(MANIFEST), json).map_err(io)?;
+
+        check_replaceable(&target, existing)?;
+        if target.is_dir() {
+            let former = staging.path().join("former");
+            fs::rename(&target, &former).map_err(io)?;
+            if let Err(source) = fs::rename(&made, &target) {
+                fs::rename(&former, &target).map_err(io)?;
+                return Err(io(source));
+            }
+            return Ok(());
+        }
+        fs::rename(&made, &target).map_err(io)
+    }
+}
+
+/// Flushes the index; an empty one still has its column names.
+fn close_index(
+    mut index: csv::Writer<File>,
+    written: usize,
+) -> std::result::Result<(), csv::Error> {
+    if written == 0 {
+        index.write_record(super::index::COLUMNS)?;
+    }
+    Ok(index.flush()?)
+}
+
+/// The absolute path of the folder, through links if it is there.
+fn target_of(dir: &Path) -> Result<PathBuf> {
+    if dir.exists() {
+        return fs::canonicalize(dir).map_err(|source| Error::io(dir, source));
+    }
+    std::path::absolute(dir).map_err(|source| Error::io(dir, source))
+}
+
+fn check_replaceable(target: &Path, existing: Existing) -> Result<()> {
+    if !target.exists() {
+        return Ok(());
+    }
+    let refuse = |problem: String| Err(Error::Usage(format!("{}: {problem}", target.display())));
+    if !target.is_dir() {
+        return refuse("expected a folder or nothing, found a file (name another folder)".into());
+    }
+    let mut names = Vec::new();
+    for entry in fs::read_dir(target).map_err(|source| Error::io(target, source))? {
+        names.push(
+            entry
+                .map_err(|source| Error::io(target, source))?
+                .file_name(),
+        );
+    }
+    if names.is_empty() {
+        return Ok(());
+    }
+    if existing == Existing::Refuse {
+        return refuse("the folder already holds files (name another, or overwrite it)".into());
+    }
+    names.sort();
+    if let Some(other) = names
+        .iter()
+        .find(|name| ![GEIS, INDEX, MANIFEST].iter().any(|n| name == n))
+    {
+        return refuse(format!(
+            "holds {}, which is no part of a dataset (name another folder)",
+            other.to_string_lossy()
+        ));
+    }
+    if !names.iter().any(|name| name == MANIFEST) {
+        return refuse(format!(
+            "holds files but no {MANIFEST}, so it is no dataset (name another folder)"
+        ));
+    }
+    read_manifest(&target.join(MANIFEST)).map(|_| ())
+}
+
+fn csv_error(path: &Path, error: csv::Error) -> Error {
+    let text = error.to_string();
+    match error.into_kind() {
+        csv::ErrorKind::Io(source) => Error::io(path, source),
+        _ => Error::input(path, text),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dataset::Dataset;
+
+    fn row() -> IndexRow {
+        IndexRow {
+            subject: "s".into(),
+            walk: "w".into(),
+            cycle: 0,
+            speed_kmh: 4.0,
+            azimuth_deg: 90.0,
+            elevation_deg: 0.0,
+            condition: "normal".into(),
+            frames: 8,
+            seed: 1,
+        }
+    }
+
+    fn write(dir: &Path, shade: u8, existing: Existing) -> Result<()> {
+        let mut writer = DatasetWriter::create(dir, 1, existing)?;
+        writer.push(&[shade; PIXELS], &row())?;
+        writer.finish(Header::new("sweep", 1))
+    }
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).unwrap();
+        entries
+            .map(|e| e.unwrap().file_name().into_string().unwrap())
+            .collect()
+    }
+
+    #[test]
+    fn a_dataset_that_is_not_finished_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut writer =
+            DatasetWriter::create(folder.path().join("d"), 2, Existing::Refuse).unwrap();
+        writer.push(&[1; PIXELS], &row()).unwrap();
+        assert_eq!(names(folder.path()).len(), 1, "the hidden folder");
+        let short = writer
+            .finish(Header::new("sweep", 1))
+            .unwrap_err()
+            .to_string();
+        assert!(short.ends_with("/d: expected 2 GEIs, found 1"), "{short}");
+        assert!(names(folder.path()).is_empty());
+    }
+
+    #[test]
+    fn a_folder_with_files_is_kept_unless_it_is_a_dataset_to_replace() {
+        let folder = tempfile::tempdir().unwrap();
+        let dir = folder.path().join("d");
+        fs::create_dir(&dir).unwrap();
+        write(&dir, 1, Existing::Refuse).expect("an empty folder is no loss");
+        let refused = write(&dir, 2, Existing::Refuse).unwrap_err();
+        assert!(
+            refused
+                .to_string()
+                .ends_with("(name another, or overwrite it)"),
+            "{refused}"
+        );
+        assert_eq!(refused.exit_code(), 2);
+        write(&dir, 2, Existing::Replace).unwrap();
+        assert_eq!(Dataset::open(&dir).unwrap().geis()[0][0], 2);
+
+        fs::write(dir.join("thesis.tex"), "years").unwrap();
+        let refused = write(&dir, 3, Existing::Replace).unwrap_err().to_string();
+        assert!(
+            refused.contains("holds thesis.tex, which is no part"),
+            "{refused}"
+        );
+        assert_eq!(Dataset::open(&dir).unwrap().geis()[0][0], 2);
+        assert_eq!(names(folder.path()), ["d"]);
+
+        fs::remove_file(dir.join("thesis.tex")).unwrap();
+        fs::remove_file(dir.join(MANIFEST)).unwrap();
+        let refused = write(&dir, 3, Existing::Replace).unwrap_err().to_string();
+        assert!(
+            refused.contains("no manifest.json, so it is no dataset"),
+            "{refused}"
+        );
+    }
+
+    #[test]
+    fn a_file_where_the_folder_should_be_is_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("d");
+        fs::write(&path, "mine").unwrap();
+        assert!(write(&path, 1, Existing::Replace).is_err());
+        assert_eq!(fs::read(&path).unwrap(), b"mine");
+    }
+
+    #[test]
+    fn a_row_that_cannot_be_and_a_gei_too_many_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut writer =
+            DatasetWriter::create(folder.path().join("d"), 1, Existing::Refuse).unwrap();
+        let bad = IndexRow { frames: 0, ..row() };
+        let refused = writer.push(&[0; PIXELS], &bad).unwrap_err().to_string();
+        assert!(
+            refused.ends_with("GEI 0: expected frames >= 1, found 0"),
+            "{refused}"
+        );
+        writer.push(&[0; PIXELS], &row()).unwrap();
+        let refused = writer.push(&[0; PIXELS], &row()).unwrap_err().to_string();
+        assert!(
+            refused.ends_with("GEI 1: expected no more than 1 GEIs"),
+            "{refused}"
+        );
+    }
+
+    #[test]
+    fn two_runs_write_the_same_bytes() {
+        let folder = tempfile::tempdir().unwrap();
+        let (a, b) = (folder.path().join("a"), folder.path().join("b"));
+        write(&a, 5, Existing::Refuse).unwrap();
+        write(&b, 5, Existing::Refuse).unwrap();
+        for name in [GEIS, INDEX, MANIFEST] {
+            assert_eq!(
+                fs::read(a.join(name)).unwrap(),
+                fs::read(b.join(name)).unwrap()
+            );
+        }
+    }
+
+    #[test]
+    fn an_empty_dataset_opens() {
+        let folder = tempfile::tempdir().unwrap();
+        let dir = folder.path().join("new/d");
+        let writer = DatasetWriter::create(&dir, 0, Existing::Refuse).unwrap();
+        writer.finish(Header::new("sweep", 1)).unwrap();
+        assert!(Dataset::open(&dir).unwrap().geis().is_empty());
+    }
+}

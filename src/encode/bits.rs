@@ -1,0 +1,72 @@
+//! Writing packed bits: the inverse of `edgegait_core::bits::BitReader`.
+
+/// Appends integers of 0 to 25 bits, least significant bit first.
+#[derive(Clone, Debug, Default)]
+pub struct BitWriter {
+    bytes: Vec<u8>,
+    bits: usize,
+}
+
+impl BitWriter {
+    /// Appends the `width` low bits of `value`.
+    pub fn unsigned(&mut self, value: u32, width: u32) {
+        for bit in 0..width {
+            if self.bits.is_multiple_of(8) {
+                self.bytes.push(0);
+            }
+            if let Some(last) = self.bytes.last_mut() {
+                *last |= u8::from(value >> bit & 1 == 1) << (self.bits % 8);
+            }
+            self.bits += 1;
+        }
+    }
+
+    /// Appends `value` as a two's complement integer of `width` bits.
+    pub fn signed(&mut self, value: i32, width: u32) {
+        self.unsigned(value.cast_unsigned(), width);
+    }
+
+    /// The bytes, the last one filled up with zeros.
+    #[must_use]
+    pub fn into_bytes(self) -> Vec<u8> {
+        self.bytes
+    }
+}
+
+/// How many bits `value` takes as a two's complement integer; 0 for 0.
+#[must_use]
+pub fn signed_width(value: i32) -> u32 {
+    if value == 0 {
+        return 0;
+    }
+    let magnitude = if value < 0 { !value } else { value };
+    33 - magnitude.leading_zeros()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use edgegait_core::bits::BitReader;
+
+    #[test]
+    fn what_is_written_is_read() {
+        let values = [0, 1, -1, 7, -8, 100, -16_384, 16_383];
+        let mut writer = BitWriter::default();
+        for value in values {
+            writer.unsigned(signed_width(value), 4);
+            writer.signed(value, signed_width(value));
+        }
+        let bytes = writer.into_bytes();
+        let mut reader = BitReader::new(&bytes);
+        for value in values {
+            let width = reader.unsigned(4);
+            assert_eq!(reader.signed(width), value);
+        }
+        assert!(!reader.is_overrun());
+    }
+
+    #[test]
+    fn widths_are_the_smallest_that_hold_the_value() {
+        assert_eq!([1, -1, -2, 127, -128].map(signed_width), [2, 1, 2, 8, 8]);
+    }
+}

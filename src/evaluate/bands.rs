@@ -1,0 +1,119 @@
+//! Rank-1 summed over bands of azimuth and elevation: 703 numbers as 25.
+
+use super::rank::Tally;
+use super::results::ViewpointResult;
+
+/// Names of the azimuth bands, degrees, from the front to the back.
+pub const AZIMUTHS: [&str; 5] = ["0-40", "45-85", "90", "95-135", "140-180"];
+/// Names of the elevation bands, degrees, from level to above.
+pub const ELEVATIONS: [&str; 5] = ["0", "5-25", "30-50", "55-75", "80-90"];
+
+// Between two viewpoints of the 5-degree grid, so that any viewpoint has a band.
+const AZIMUTH_ENDS: [f64; 6] = [-2.5, 42.5, 87.5, 92.5, 137.5, 182.5];
+const ELEVATION_ENDS: [f64; 6] = [-2.5, 2.5, 27.5, 52.5, 77.5, 92.5];
+
+/// Rank-1 by band.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Bands {
+    /// `[elevation][azimuth]`, in the order of [`ELEVATIONS`] and [`AZIMUTHS`].
+    pub cells: [[Tally; 5]; 5],
+    /// Viewpoints in no band: below the horizon or on the walker's right.
+    pub outside: usize,
+}
+
+impl Bands {
+    /// Sums viewpoints.
+    #[must_use]
+    pub fn of(viewpoints: &[ViewpointResult]) -> Self {
+        let mut bands = Self::default();
+        for viewpoint in viewpoints {
+            let elevation = band(viewpoint.elevation_deg, &ELEVATION_ENDS);
+            let azimuth = band(viewpoint.azimuth_deg, &AZIMUTH_ENDS);
+            match (elevation, azimuth) {
+                (Some(e), Some(a)) => bands.cells[e][a] += viewpoint.tally(),
+                _ => bands.outside += 1,
+            }
+        }
+        bands
+    }
+
+    /// An elevation band over all azimuths.
+    #[must_use]
+    pub fn elevation(&self, band: usize) -> Tally {
+        self.cells[band].iter().copied().sum()
+    }
+
+    /// An azimuth band over all elevations.
+    #[must_use]
+    pub fn azimuth(&self, band: usize) -> Tally {
+        self.cells.iter().map(|row| row[band]).sum()
+    }
+
+    /// All bands.
+    #[must_use]
+    pub fn all(&self) -> Tally {
+        self.cells.iter().flatten().copied().sum()
+    }
+
+    /// The elevation band with the lowest Rank-1, by name; of equals the lowest
+    /// elevation. None if all bands are empty.
+    #[must_use]
+    pub fn worst_elevation(&self) -> Option<(&'static str, Tally)> {
+        let rates = ELEVATIONS.iter().enumerate().filter_map(|(band, name)| {
+            let tally = self.elevation(band);
+            tally.rank1().map(|rate| (rate, *name, tally))
+        });
+        rates
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(_, name, tally)| (name, tally))
+    }
+}
+
+fn band(angle_deg: f64, ends: &[f64; 6]) -> Option<usize> {
+    ends.windows(2)
+        .position(|end| (end[0]..end[1]).contains(&angle_deg))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluate::results::tests::result_of;
+
+    #[test]
+    fn the_grid_falls_into_the_bands_that_their_names_say() {
+        let mut grid = Vec::new();
+        for azimuth in 0..37 {
+            for elevation in 0..19 {
+                grid.push((f64::from(azimuth) * 5.0, f64::from(elevation) * 5.0, 0, 1));
+            }
+        }
+        let bands = Bands::of(&result_of(&grid).by_viewpoint);
+        assert_eq!(bands.outside, 0);
+        assert_eq!(bands.all().probes, 703);
+        // 0-40 is 9 azimuths, 45-85 is 9, 90 is 1; 0 is 1 elevation, then 5, 5, 5, 3.
+        assert_eq!(
+            [0, 1, 2, 3, 4].map(|a| bands.azimuth(a).probes),
+            [171, 171, 19, 171, 171]
+        );
+        assert_eq!(
+            [0, 1, 2, 3, 4].map(|e| bands.elevation(e).probes),
+            [37, 185, 185, 185, 111]
+        );
+        assert_eq!(bands.cells[1][2].probes, 5);
+    }
+
+    #[test]
+    fn the_worst_elevation_is_the_one_with_the_lowest_rate() {
+        let result = result_of(&[
+            (0.0, 0.0, 9, 10),
+            (90.0, 20.0, 1, 2),
+            (90.0, 90.0, 2, 4),
+            (270.0, 0.0, 0, 9),
+        ]);
+        let bands = Bands::of(&result.by_viewpoint);
+        assert_eq!(bands.outside, 1);
+        let (name, tally) = bands.worst_elevation().unwrap();
+        assert_eq!((name, tally.hits, tally.probes), ("5-25", 1, 2));
+        assert_eq!(Bands::default().worst_elevation(), None);
+    }
+}

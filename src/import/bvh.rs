@@ -1,0 +1,460 @@
+//! The Biovision hierarchy (BVH): a skeleton and its motion in one text file.
+//!
+//! There is no standard beyond Biovision's own files, as described by Meredith &
+//! Maddock (2001), "Motion Capture File Formats Explained", University of
+//! Sheffield: rotations apply in the order of the channels, the first outermost.
+//! Position channels replace the joint's OFFSET; a root's OFFSET beside position
+//! channels is redundant and often not zero.
+
+use std::collections::HashSet;
+use std::fmt;
+
+use glam::{DQuat, DVec3};
+
+use super::lines::{Lines, finite, shown};
+use super::{Format, Motion, SourceFrame, SourceJoint};
+use crate::error::{Error, Result};
+
+/// Most joints accepted. Ours: an avatar with face and fingers has 101.
+const MAX_JOINTS: usize = 4096;
+
+/// One column of the motion table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Channel {
+    /// Metres-like, along the axis of this index.
+    Position(usize),
+    /// Degrees, about the axis of this index.
+    Rotation(usize),
+}
+
+impl Channel {
+    fn parse(name: &str) -> Option<Self> {
+        let lower = name.to_ascii_lowercase();
+        let axis = match lower.as_bytes().first()? {
+            b'x' => 0,
+            b'y' => 1,
+            b'z' => 2,
+            _ => return None,
+        };
+        match lower.get(1..)? {
+            "position" => Some(Self::Position(axis)),
+            "rotation" => Some(Self::Rotation(axis)),
+            _ => None,
+        }
+    }
+}
+
+impl fmt::Display for Channel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (axis, kind) = match self {
+            Self::Position(axis) => (axis, "position"),
+            Self::Rotation(axis) => (axis, "rotation"),
+        };
+        write!(f, "{}{kind}", ["X", "Y", "Z"][*axis])
+    }
+}
+
+/// The skeleton with the columns of its motion table: `(joint, channel)` each.
+#[derive(Default)]
+struct Hierarchy {
+    joints: Vec<SourceJoint>,
+    columns: Vec<(usize, Channel)>,
+}
+
+/// What an open brace belongs to.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Block {
+    Joint(usize),
+    End(usize),
+}
+
+/// Reads a whole file.
+///
+/// # Errors
+/// Anything that is not a complete hierarchy with full rows of finite numbers; more
+/// rows declared than present (a truncated file).
+pub(super) fn read(mut lines: Lines) -> Result<Motion> {
+    let hierarchy = read_hierarchy(&mut lines)?;
+    let mut warnings = name_warnings(&hierarchy.joints);
+    let declared = read_frame_count(&mut lines)?;
+    let frame_time_s = read_frame_time(&mut lines)?;
+    let mut frames = Vec::new();
+    while let Some(row) = lines.next_line()? {
+        frames.push(read_row(&lines, &hierarchy, &row, frames.len())?);
+    }
+    let found = frames.len() as u64;
+    if found == 0 {
+        return Err(lines.error("the motion has no frames"));
+    }
+    if found < declared {
+        return Err(lines.error(format!(
+            "expected {declared} frames, found {found} (is the file truncated?)"
+        )));
+    }
+    if found > declared {
+        warnings.push(format!(
+            "{declared} frames declared, {found} present: all are used"
+        ));
+    }
+    Ok(Motion {
+        format: Format::Bvh,
+        joints: hierarchy.joints,
+        sample_rate_hz: 1.0 / frame_time_s,
+        frames,
+        unit_m: None,
+        warnings,
+    })
+}
+
+/// Reads up to and including the `MOTION` line.
+fn read_hierarchy(lines: &mut Lines) -> Result<Hierarchy> {
+    match lines.next_line()? {
+        Some(first) if first.eq_ignore_ascii_case("HIERARCHY") => {}
+        Some(first) => {
+            return Err(lines.error(format!("expected HIERARCHY, found `{}`", shown(&first))));
+        }
+        None => return Err(Error::input(lines.path(), "the file is empty")),
+    }
+    let mut hierarchy = Hierarchy::default();
+    let mut open: Vec<Block> = Vec::new();
+    let mut announced: Option<Block> = None;
+    loop {
+        let Some(line) = lines.next_line()? else {
+            return Err(lines.error("expected MOTION, found the end of the file"));
+        };
+        // A brace may share a line with what it opens or closes.
+        let (line, opens) = match line.strip_suffix('{') {
+            Some(head) => (head.trim_end().to_owned(), true),
+            None => (line, false),
+        };
+        let (keyword, rest) = line
+            .split_once(char::is_whitespace)
+            .map_or((line.as_str(), ""), |(keyword, rest)| {
+                (keyword, rest.trim())
+            });
+        let keyword = keyword.to_ascii_uppercase();
+        if announced.is_some() && !keyword.is_empty() {
+            return Err(lines.error(format!("expected {{, found `{}`", shown(&line))));
+        }
+        match keyword.as_str() {
+            "" => {}
+            "ROOT" | "JOINT" => {
+                let parent = match (keyword.as_str(), open.last()) {
+                    ("ROOT", None) if hierarchy.joints.is_empty() => None,
+                    ("ROOT", _) => return Err(lines.error("a second ROOT; one walker a file")),
+                    (_, Some(&Block::Joint(parent))) => Some(parent),
+                    _ => return Err(lines.error("a JOINT outside of a joint's braces")),
+                };
+                if hierarchy.joints.len() == MAX_JOINTS {
+                    return Err(lines.error(format!("more than {MAX_JOINTS} joints")));
+                }
+                announced = Some(Block::Joint(hierarchy.joints.len()));
+                hierarchy.joints.push(SourceJoint {
+                    name: rest.to_owned(),
+                    parent,
+                    offset: DVec3::ZERO,
+                    end: None,
+                });
+            }
+            "END" => match open.last() {
+                Some(&Block::Joint(joint)) => announced = Some(Block::End(joint)),
+                _ => return Err(lines.error("an End Site outside of a joint's braces")),
+            },
+            "OFFSET" => {
+                let offset = read_offset(lines, rest)?;
+                match open.last() {
+                    Some(&Block::Joint(joint)) => hierarchy.joints[joint].offset = offset,
+                    Some(&Block::End(joint)) => hierarchy.joints[joint].end = Some(offset),
+                    None => return Err(lines.error("an OFFSET outside of braces")),
+                }
+            }
+            "CHANNELS" => match open.last() {
+                Some(&Block::Joint(joint)) => read_channels(lines, &mut hierarchy, joint, rest)?,
+                _ => return Err(lines.error("CHANNELS outside of a joint's braces")),
+            },
+            "}" if rest.is_empty() => {
+                if open.pop().is_none() {
+                    return Err(lines.error("a closing brace too many"));
+                }
+            }
+            "MOTION" => {
+                if !open.is_empty() {
+                    let count = open.len();
+                    return Err(lines.error(format!("MOTION inside of {count} open braces")));
+                }
+                if hierarchy.joints.is_empty() {
+                    return Err(lines.error("the hierarchy has no ROOT"));
+                }
+                return Ok(hierarchy);
+            }
+            _ => return Err(lines.error(format!("unknown keyword `{}`", shown(&line)))),
+        }
+        if opens {
+            match announced.take() {
+                Some(block) => open.push(block),
+                None => return Err(lines.error("an opening brace after nothing")),
+            }
+        }
+    }
+}
+
+fn read_offset(lines: &Lines, text: &str) -> Result<DVec3> {
+    let values = text
+        .split_whitespace()
+        .map(finite)
+        .collect::<std::result::Result<Vec<f64>, String>>()
+        .map_err(|problem| lines.error(problem))?;
+    match values.as_slice() {
+        &[x, y, z] => Ok(DVec3::new(x, y, z)),
+        other => Err(lines.error(format!("expected 3 offsets, found {}", other.len()))),
+    }
+}
+
+fn read_channels(lines: &Lines, into: &mut Hierarchy, joint: usize, text: &str) -> Result<()> {
+    let mut tokens = text.split_whitespace();
+    let count = tokens.next().unwrap_or_default();
+    let names: Vec<&str> = tokens.collect();
+    if count.parse() != Ok(names.len()) {
+        return Err(lines.error(format!(
+            "expected {} channel names, found {}",
+            shown(count),
+            names.len()
+        )));
+    }
+    if into.columns.iter().any(|&(owner, _)| owner == joint) {
+        return Err(lines.error("a second CHANNELS for one joint"));
+    }
+    for name in names {
+        let channel = Channel::parse(name)
+            .ok_or_else(|| lines.error(format!("unknown channel `{}`", shown(name))))?;
+        if into.columns.contains(&(joint, channel)) {
+            return Err(lines.error(format!("channel {name} twice in one joint")));
+        }
+        into.columns.push((joint, channel));
+    }
+    Ok(())
+}
+
+/// The value of a `key: value` line of the motion's header.
+fn read_header(lines: &mut Lines, key: &str) -> Result<String> {
+    let line = lines.next_line()?.unwrap_or_default();
+    match line.split_once(':') {
+        Some((found, value)) if found.trim().eq_ignore_ascii_case(key) => Ok(value.trim().into()),
+        _ => Err(lines.error(format!("expected `{key}: ...`, found `{}`", shown(&line)))),
+    }
+}
+
+fn read_frame_count(lines: &mut Lines) -> Result<u64> {
+    let value = read_header(lines, "Frames")?;
+    value.parse().map_err(|_| {
+        lines.error(format!(
+            "expected a count of frames, found `{}`",
+            shown(&value)
+        ))
+    })
+}
+
+fn read_frame_time(lines: &mut Lines) -> Result<f64> {
+    let value = read_header(lines, "Frame Time")?;
+    match finite(&value) {
+        Ok(seconds) if (1e-4..=1.0).contains(&seconds) => Ok(seconds),
+        _ => Err(lines.error(format!(
+            "expected a frame time of 0.0001 to 1 seconds, found `{}`",
+            shown(&value)
+        ))),
+    }
+}
+
+fn read_row(lines: &Lines, hierarchy: &Hierarchy, row: &str, frame: usize) -> Result<SourceFrame> {
+    let joints = &hierarchy.joints;
+    let mut offsets: Vec<DVec3> = joints.iter().map(|joint| joint.offset).collect();
+    let mut rotations = vec![DQuat::IDENTITY; joints.len()];
+    let mut moved = false;
+    let mut tokens = row.split_whitespace();
+    for (column, &(joint, channel)) in hierarchy.columns.iter().enumerate() {
+        let Some(token) = tokens.next() else {
+            let expected = hierarchy.columns.len();
+            return Err(lines.error(format!(
+                "frame {frame}: expected {expected} values in the row, found {column}"
+            )));
+        };
+        let value = finite(token).map_err(|problem| {
+            let name = &joints[joint].name;
+            lines.error(format!(
+                "frame {frame}, {channel} of {}: {problem}",
+                shown(name)
+            ))
+        })?;
+        match channel {
+            Channel::Position(axis) => {
+                offsets[joint][axis] = value;
+                moved |= joint > 0;
+            }
+            Channel::Rotation(axis) => {
+                rotations[joint] *= DQuat::from_axis_angle(DVec3::AXES[axis], value.to_radians());
+            }
+        }
+    }
+    let surplus = tokens.count();
+    if surplus > 0 {
+        let expected = hierarchy.columns.len();
+        return Err(lines.error(format!(
+            "frame {frame}: expected {expected} values in the row, found {}",
+            expected + surplus
+        )));
+    }
+    Ok(SourceFrame {
+        root: offsets[0],
+        rotations,
+        offsets: moved.then_some(offsets),
+    })
+}
+
+/// Warnings about names that several joints share.
+fn name_warnings(joints: &[SourceJoint]) -> Vec<String> {
+    let mut seen = HashSet::new();
+    let mut repeated: Vec<&str> = joints
+        .iter()
+        .map(|joint| joint.name.as_str())
+        .filter(|name| !seen.insert(*name))
+        .collect();
+    repeated.dedup();
+    match repeated.first() {
+        None => Vec::new(),
+        Some(first) => vec![format!(
+            "several joints share a name (`{}` and {} others)",
+            shown(first),
+            repeated.len() - 1
+        )],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+    use std::path::Path;
+
+    use glam::DMat4;
+
+    use super::*;
+
+    const TWO_JOINTS: &str = "HIERARCHY
+ROOT Hips
+{
+  OFFSET 7 8 9
+  CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
+  JOINT Left Leg
+  {
+    OFFSET 1 -2 3
+    CHANNELS 3 Yrotation Zrotation Xrotation
+    End Site
+    {
+      OFFSET 0 -4 0
+    }
+  }
+}
+MOTION
+Frames: 2
+Frame Time: 0.01
+1 2 3 30 40 50 10 20 70
+1 2 3 0 0 0 0 0 0
+";
+
+    fn parse(text: &str) -> Result<Motion> {
+        read(Lines::over(
+            Path::new("t.bvh"),
+            Box::new(Cursor::new(text.to_owned().into_bytes())),
+        ))
+    }
+
+    fn problem(text: &str) -> String {
+        parse(text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn kinematics_equal_a_product_of_matrices_in_channel_order() {
+        let motion = parse(TWO_JOINTS).unwrap();
+        let d = f64::to_radians;
+        let root = DMat4::from_translation(DVec3::new(1.0, 2.0, 3.0))
+            * DMat4::from_rotation_z(d(30.0))
+            * DMat4::from_rotation_x(d(40.0))
+            * DMat4::from_rotation_y(d(50.0));
+        let leg = root
+            * DMat4::from_translation(DVec3::new(1.0, -2.0, 3.0))
+            * DMat4::from_rotation_y(d(10.0))
+            * DMat4::from_rotation_z(d(20.0))
+            * DMat4::from_rotation_x(d(70.0));
+        let (positions, rotations) = motion.globals(0);
+        assert_eq!(positions[0], DVec3::new(1.0, 2.0, 3.0));
+        assert!(positions[1].distance(leg.transform_point3(DVec3::ZERO)) < 1e-12);
+        let tip = positions[1] + rotations[1] * motion.joints[1].end.unwrap();
+        assert!(tip.distance(leg.transform_point3(DVec3::new(0.0, -4.0, 0.0))) < 1e-12);
+        assert_eq!(motion.joints[1].name, "Left Leg");
+        assert!((motion.sample_rate_hz - 100.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn spelling_does_not_matter() {
+        let plain = parse(TWO_JOINTS).unwrap();
+        for text in [
+            TWO_JOINTS.to_lowercase().replace("left leg", "Left Leg"),
+            TWO_JOINTS.replace('\n', "\r\n"),
+            TWO_JOINTS.replace('\n', "\r"),
+            TWO_JOINTS.replace("  ", "\t"),
+            TWO_JOINTS.replace("\n{", " {"),
+            TWO_JOINTS.replace(" 70", " +7.0E+01"),
+        ] {
+            assert_eq!(parse(&text).unwrap().frames, plain.frames, "{text}");
+        }
+    }
+
+    #[test]
+    fn position_channels_of_a_joint_replace_its_offset() {
+        let text = TWO_JOINTS
+            .replace("CHANNELS 3", "CHANNELS 6 Xposition Yposition Zposition")
+            .replace("50 10", "50 1 -2 3 10")
+            .replace("0 0 0 0 0 0", "0 0 0 5 5 5 0 0 0");
+        let motion = parse(&text).unwrap();
+        assert_eq!(motion.globals(0), parse(TWO_JOINTS).unwrap().globals(0));
+        assert_eq!(motion.globals(1).0[1], DVec3::new(6.0, 7.0, 8.0));
+    }
+
+    #[test]
+    fn broken_files_are_refused_where_they_break() {
+        let replaced = |from: &str, to: &str| problem(&TWO_JOINTS.replacen(from, to, 1));
+        assert_eq!(
+            replaced("20 70", "20"),
+            "t.bvh:19: frame 0: expected 9 values in the row, found 8"
+        );
+        assert_eq!(
+            replaced("20 70", "20 nan"),
+            "t.bvh:19: frame 0, Xrotation of Left Leg: expected a finite number, found `nan`"
+        );
+        assert_eq!(
+            replaced("Frames: 2", "Frames: 4000000000"),
+            "t.bvh:21: expected 4000000000 frames, found 2 (is the file truncated?)"
+        );
+        assert_eq!(
+            replaced("}\nMOTION", "MOTION"),
+            "t.bvh:15: MOTION inside of 1 open braces"
+        );
+        assert_eq!(
+            replaced("CHANNELS 3", "CHANNELS 4"),
+            "t.bvh:9: expected 4 channel names, found 3"
+        );
+        assert_eq!(replaced("0.01", "0").split(": ").count(), 2);
+        assert_eq!(problem(""), "t.bvh: the file is empty");
+    }
+
+    #[test]
+    fn a_chain_of_four_thousand_joints_is_read_and_a_longer_one_refused() {
+        let chain = |joints: usize| {
+            let mut text = "HIERARCHY\nROOT r\n{\n".to_owned();
+            text += &"JOINT j\n{\nOFFSET 0 1 0\n".repeat(joints - 1);
+            text += &"}\n".repeat(joints);
+            text + "MOTION\nFrames: 0\nFrame Time: 0.01\n"
+        };
+        assert!(problem(&chain(4096)).contains("no frames"));
+        assert!(problem(&chain(4097)).contains("more than 4096 joints"));
+    }
+}

@@ -1,0 +1,271 @@
+//! Rank-1 over azimuth and elevation as a picture (inline SVG).
+
+use maud::{Markup, html};
+
+use super::percent;
+use crate::evaluate::results::{RecognizerResult, ViewpointResult};
+
+/// Viridis in 16 equal steps (van der Walt and Smith, 2015; matplotlib 3): even in
+/// lightness, so that it reads in grey, and safe for the colour-blind.
+const VIRIDIS: [[u8; 3]; 17] = [
+    [0x44, 0x01, 0x54],
+    [0x48, 0x18, 0x6a],
+    [0x47, 0x2d, 0x7b],
+    [0x42, 0x40, 0x86],
+    [0x3b, 0x52, 0x8b],
+    [0x33, 0x63, 0x8d],
+    [0x2c, 0x72, 0x8e],
+    [0x26, 0x82, 0x8e],
+    [0x21, 0x91, 0x8c],
+    [0x1f, 0xa0, 0x88],
+    [0x28, 0xae, 0x80],
+    [0x3f, 0xbc, 0x73],
+    [0x5e, 0xc9, 0x62],
+    [0x84, 0xd4, 0x4b],
+    [0xad, 0xdc, 0x30],
+    [0xd8, 0xe2, 0x19],
+    [0xfd, 0xe7, 0x25],
+];
+
+/// Width and height of a cell; a 37 x 19 grid is then 518 x 266.
+const CELL: usize = 14;
+const LEFT: usize = 46;
+const TOP: usize = 8;
+
+/// The most rows or columns that are still a picture.
+const MAX_SIDE: usize = 120;
+
+/// A colour of the scale for a rate 0..1, as `#rrggbb`.
+pub(super) fn colour(rate: f64) -> String {
+    let place = rate.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;
+    // Truncation is the floor: the place is 0..16.
+    let below = (place as usize).min(VIRIDIS.len() - 2);
+    let mix = place - below as f64;
+    let mut text = String::from("#");
+    for (&from, &to) in VIRIDIS[below].iter().zip(&VIRIDIS[below + 1]) {
+        let value = f64::from(from) + (f64::from(to) - f64::from(from)) * mix;
+        text.push_str(&format!("{:02x}", value.round() as u8));
+    }
+    text
+}
+
+/// The ink that can be read on [`colour`].
+pub(super) fn ink(rate: f64) -> &'static str {
+    if rate < 0.55 { "#fff" } else { "#111" }
+}
+
+/// The viewpoints of a result that fill a grid.
+pub(super) struct Grid<'a> {
+    azimuths: Vec<f64>,
+    elevations: Vec<f64>,
+    /// `[elevation][azimuth]`.
+    cells: Vec<Vec<Option<&'a ViewpointResult>>>,
+}
+
+impl<'a> Grid<'a> {
+    /// The grid, or none if the viewpoints are not one: fewer than two rows or
+    /// columns, more than a third of the cells empty, or two results in a cell.
+    pub(super) fn of(viewpoints: &'a [ViewpointResult]) -> Option<Self> {
+        let azimuths = distinct(viewpoints.iter().map(|v| v.azimuth_deg));
+        let elevations = distinct(viewpoints.iter().map(|v| v.elevation_deg));
+        let sides = 2..=MAX_SIDE;
+        if !sides.contains(&azimuths.len())
+            || !sides.contains(&elevations.len())
+            || viewpoints.len() * 3 < azimuths.len() * elevations.len() * 2
+        {
+            return None;
+        }
+        let mut cells = vec![vec![None; azimuths.len()]; elevations.len()];
+        for viewpoint in viewpoints {
+            let row = place(&elevations, viewpoint.elevation_deg)?;
+            let column = place(&azimuths, viewpoint.azimuth_deg)?;
+            if cells[row][column].replace(viewpoint).is_some() {
+                return None;
+            }
+        }
+        Some(Self {
+            azimuths,
+            elevations,
+            cells,
+        })
+    }
+
+    /// The picture: azimuth to the right, elevation upwards.
+    pub(super) fn svg(&self, result: &RecognizerResult) -> Markup {
+        let (columns, rows) = (self.azimuths.len(), self.elevations.len());
+        let (plot_width, plot_height) = (columns * CELL, rows * CELL);
+        let (width, height) = (LEFT + plot_width + 10, TOP + plot_height + 42);
+        let y_of = |row: usize| TOP + (rows - 1 - row) * CELL;
+        let x_of = |column: usize| LEFT + column * CELL;
+        let text = format!(
+            "Heatmap of the rank-1 of {} by azimuth and elevation; the table has the numbers in bands",
+            result.name
+        );
+        html! {
+            svg.heatmap viewBox=(format!("0 0 {width} {height}")) role="img" aria-label=(text) {
+                rect.void x=(LEFT) y=(TOP) width=(plot_width) height=(plot_height) {}
+                @for (row, cells) in self.cells.iter().enumerate() {
+                    @for (column, viewpoint) in cells.iter().enumerate() {
+                        @if let Some(viewpoint) = viewpoint {
+                            rect x=(x_of(column)) y=(y_of(row)) width=(CELL) height=(CELL)
+                                fill=(colour(viewpoint.rank1)) { title { (exact(viewpoint)) } }
+                        }
+                    }
+                }
+                @for (row, cells) in self.cells.iter().enumerate() {
+                    @for (column, viewpoint) in cells.iter().enumerate() {
+                        @if viewpoint.is_some_and(|v| result.is_trained_at(v)) {
+                            rect.halo x=(x_of(column)) y=(y_of(row)) width=(CELL) height=(CELL) {}
+                            rect.trained x=(x_of(column)) y=(y_of(row)) width=(CELL) height=(CELL) {}
+                        }
+                    }
+                }
+                @for column in ticks(&self.azimuths, 26) {
+                    text.tick x=(x_of(column) + CELL / 2) y=(TOP + plot_height + 17)
+                        text-anchor="middle" { (self.azimuths[column]) }
+                }
+                @for row in ticks(&self.elevations, 14) {
+                    text.tick x=(LEFT - 6) y=(y_of(row) + CELL / 2 + 4)
+                        text-anchor="end" { (self.elevations[row]) }
+                }
+                text.axis x=(LEFT + plot_width / 2) y=(TOP + plot_height + 37) text-anchor="middle" {
+                    "azimuth, degrees: 0 in front, 90 the walker's left, 180 behind"
+                }
+                text.axis transform=(format!("translate(12 {}) rotate(-90)", TOP + plot_height / 2))
+                    text-anchor="middle" { "elevation, degrees" }
+            }
+        }
+    }
+}
+
+/// The colour scale with the chance level of `classes` people.
+pub(super) fn legend(classes: usize, has_training: bool) -> Markup {
+    let chance = if classes > 0 {
+        1.0 / classes as f64
+    } else {
+        0.0
+    };
+    let x_of = |rate: f64| 16.0 + rate * 240.0;
+    html! {
+        div.legend {
+            svg viewBox="0 0 280 40" role="img" aria-label="Colour scale of rank-1 from 0 to 100 percent" {
+                @for step in 0..48u32 {
+                    rect x=(16 + step * 5) y="12" width="5.2" height="11"
+                        fill=(colour((f64::from(step) + 0.5) / 48.0)) {}
+                }
+                path.chance d=(format!("M{0:.1} 11l-4 -7h8z", x_of(chance))) {}
+                @for tick in [0, 25, 50, 75, 100] {
+                    text.tick x=(x_of(f64::from(tick) / 100.0)) y="36" text-anchor="middle" { (tick) "%" }
+                }
+            }
+            span { "▼ chance: 1 in " (classes) ", " (percent(chance)) " %" }
+            @if has_training {
+                span { span.swatch {} " trained here" }
+            }
+        }
+    }
+}
+
+/// A viewpoint's result in words.
+fn exact(viewpoint: &ViewpointResult) -> String {
+    let tally = viewpoint.tally();
+    let interval = tally.interval();
+    format!(
+        "azimuth {}°, elevation {}°: {} % ({} of {}, 95 % interval {} to {})",
+        viewpoint.azimuth_deg,
+        viewpoint.elevation_deg,
+        percent(viewpoint.rank1),
+        tally.hits,
+        tally.probes,
+        percent(interval.low),
+        percent(interval.high)
+    )
+}
+
+/// The distinct angles in order; -0 is 0.
+fn distinct(angles: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut angles: Vec<f64> = angles.map(|angle| angle + 0.0).collect();
+    angles.sort_unstable_by(f64::total_cmp);
+    angles.dedup();
+    angles
+}
+
+fn place(angles: &[f64], angle: f64) -> Option<usize> {
+    angles
+        .binary_search_by(|other| other.total_cmp(&(angle + 0.0)))
+        .ok()
+}
+
+/// The places to label, so that labels are at least `room` apart: multiples of 30,
+/// 45 or 15 degrees if they are enough, every n-th otherwise.
+fn ticks(angles: &[f64], room: usize) -> Vec<usize> {
+    for step in [15.0, 30.0, 45.0, 90.0] {
+        let places: Vec<_> = (0..angles.len())
+            .filter(|&i| angles[i] % step == 0.0)
+            .collect();
+        let apart = places
+            .windows(2)
+            .all(|pair| (pair[1] - pair[0]) * CELL >= room);
+        if places.len() >= 3 && apart {
+            return places;
+        }
+    }
+    (0..angles.len()).step_by(room.div_ceil(CELL)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluate::results::tests::result_of;
+
+    #[test]
+    fn the_scale_has_viridis_at_its_ends_and_in_between() {
+        assert_eq!(colour(0.0), "#440154");
+        assert_eq!(colour(0.5), "#21918c");
+        assert_eq!(colour(1.0), "#fde725");
+        // Halfway between #21918c and #1fa088.
+        assert_eq!(colour(8.5 / 16.0), "#20998a");
+    }
+
+    #[test]
+    fn a_grid_is_recognised_and_drawn_with_every_number() {
+        let mut result = result_of(&[
+            (0.0, 0.0, 1, 4),
+            (90.0, 0.0, 4, 4),
+            (-0.0, 90.0, 0, 4),
+            (90.0, 90.0, 2, 4),
+        ]);
+        result.trained_at = vec![(90.0, 0.0)];
+        let svg = Grid::of(&result.by_viewpoint)
+            .unwrap()
+            .svg(&result)
+            .into_string();
+        assert_eq!(svg.matches("<title>").count(), 4);
+        assert!(svg.contains(
+            "fill=\"#fde725\"><title>azimuth 90°, elevation 0°: 100.0 % (4 of 4, 95 % interval 51.0 to 100.0)"
+        ), "{svg}");
+        assert_eq!(svg.matches("class=\"trained\"").count(), 1);
+    }
+
+    #[test]
+    fn viewpoints_that_are_no_grid_are_not_drawn_as_one() {
+        let grid = |viewpoints: &[(f64, f64, u64, u64)]| {
+            Grid::of(&result_of(viewpoints).by_viewpoint).is_some()
+        };
+        assert!(!grid(&[]));
+        assert!(!grid(&[(90.0, 0.0, 1, 1)]));
+        assert!(!grid(&[(0.0, 0.0, 1, 1), (45.0, 0.0, 1, 1)]), "one row");
+        assert!(
+            !grid(&[(1.0, 2.0, 1, 1), (3.0, 4.0, 1, 1), (5.0, 6.0, 1, 1)]),
+            "scattered"
+        );
+        assert!(
+            !grid(&[(0.0, 0.0, 1, 1), (0.0, 0.0, 1, 1), (5.0, 5.0, 1, 1)]),
+            "one twice"
+        );
+        assert!(
+            grid(&[(0.0, 0.0, 1, 1), (5.0, 0.0, 1, 1), (5.0, 5.0, 1, 1)]),
+            "a gap"
+        );
+    }
+}

@@ -1,0 +1,425 @@
+//! The report: one self-contained HTML page.
+//!
+//! No script, no font, no link to anything: it opens in ten years, from an e-mail,
+//! on a phone and on paper. Everything that comes from outside is escaped.
+
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use image::GrayImage;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use serde_json::Value;
+
+use super::viewpoints::{chance, rate, recognizer};
+use super::{THIN, chart, grouped, microseconds, percent, png};
+use crate::dataset::{COLUMNS, Header, Pixels, ROWS, write_atomically};
+use crate::error::{Error, Result};
+use crate::evaluate::bands::Bands;
+use crate::evaluate::rank::Tally;
+use crate::evaluate::results::ScoreResults;
+
+const CSS: &str = include_str!("style.css");
+
+/// A GEI to show, and what it is.
+#[derive(Clone, Debug)]
+pub struct Sample {
+    /// A few words, such as `s03, 90° / 0°`.
+    pub caption: String,
+    /// The image.
+    pub gei: Pixels,
+}
+
+/// Writes the page of [`page`], whole or not at all, and makes its folder if need be.
+///
+/// # Errors
+///
+/// The system's, if it cannot be written.
+pub fn write_page(
+    path: impl AsRef<Path>,
+    results: &ScoreResults,
+    samples: &[Sample],
+) -> Result<()> {
+    let path = path.as_ref();
+    if let Some(folder) = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+    {
+        fs::create_dir_all(folder).map_err(|source| Error::io(folder, source))?;
+    }
+    let page = page(results, samples)?;
+    write_atomically(path, |file| {
+        file.write_all(page.as_bytes())
+            .map_err(|e| Error::io(path, e))
+    })
+}
+
+/// The results as an HTML document that needs nothing else.
+///
+/// # Errors
+///
+/// If a picture cannot be encoded, which only a lack of memory does.
+pub fn page(results: &ScoreResults, samples: &[Sample]) -> Result<String> {
+    let viewpoints = results
+        .recognizers
+        .iter()
+        .map(|result| result.by_viewpoint.len())
+        .max()
+        .unwrap_or(0);
+    let title = match viewpoints {
+        0 => "Gait recognition".to_owned(),
+        1 => "Gait recognition from one viewpoint".to_owned(),
+        many => format!(
+            "Gait recognition from {} viewpoints",
+            grouped(many as u64, THIN)
+        ),
+    };
+    let samples = samples.iter().map(sample).collect::<Result<Vec<_>>>()?;
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (title) " · EdgeGait" }
+                style { (PreEscaped(CSS)) }
+            }
+            body {
+                header {
+                    h1 { (title) }
+                    (facts(results))
+                    (lead())
+                    (finding(results))
+                    (warnings(results))
+                }
+                main {
+                    (summary(results))
+                    @if let Some(chart) = chart::angles(&results.recognizers) {
+                        h2 { "How far from training" }
+                        p { "Rank-1 against the angle between a viewpoint and the nearest one that "
+                            "the recognizer was trained at, in steps of 10 degrees." }
+                        figure { div.wide { (chart) } }
+                    }
+                    @for result in &results.recognizers { (recognizer(result)) }
+                    @if !samples.is_empty() {
+                        h2 { "What the recognizers see" }
+                        p.quiet { "Gait Energy Images, 50 rows by 30 columns, enlarged: the mean of the "
+                            "silhouettes of a gait cycle. White is where the walker always is." }
+                        div.samples { @for sample in &samples { (sample) } }
+                    }
+                    (reading())
+                    (provenance(&results.header))
+                }
+            }
+        }
+    };
+    Ok(page.into_string())
+}
+
+fn facts(results: &ScoreResults) -> Markup {
+    let header = &results.header;
+    html! {
+        p.facts {
+            "edgegait " (header.version) " " (header.command) " · seed " (header.seed)
+            " · " (grouped(results.geis, THIN)) " GEIs of "
+            (grouped(results.silhouettes, THIN)) " silhouettes"
+            @if let Some(share) = results.clipped_share {
+                " · " (percent(share)) " % of the figures cut off by the frame"
+            }
+            @if let Some(time) = results.time { " · " (format!("{:.1}", time.seconds)) " s" }
+        }
+    }
+}
+
+fn lead() -> Markup {
+    html! {
+        p.lead {
+            "Silhouettes of walking people, seen from many viewpoints, were averaged into Gait "
+            "Energy Images (GEI), and each recognizer was asked who walks. This page says how "
+            "often it was right, from where, and how long an answer took."
+        }
+    }
+}
+
+/// The best recognizer in two sentences.
+fn finding(results: &ScoreResults) -> Markup {
+    let scored = results
+        .recognizers
+        .iter()
+        .filter(|result| result.probes > 0);
+    // Of equals the first, as listed: max_by keeps the last.
+    let Some(best) = scored.rev().max_by(|a, b| a.rank1.total_cmp(&b.rank1)) else {
+        return html! { p.finding { "Nothing was scored." } };
+    };
+    let trained = best.at_training().rank1();
+    let worst = Bands::of(&best.by_viewpoint).worst_elevation();
+    html! {
+        p.finding {
+            @if results.recognizers.len() > 1 { "The best of " (results.recognizers.len()) ", " }
+            strong { (best.name) }
+            @if results.recognizers.len() > 1 { "," }
+            " recognizes " strong { (percent(best.rank1)) " %" } " over all viewpoints"
+            @if let Some(rate) = trained { " and " strong { (percent(rate)) " %" } " where it was trained" }
+            "; chance is " (percent(chance(best))) " %."
+            @if let Some((band, tally)) = worst {
+                " It does worst at elevations of " (band.replace('-', "–")) "°: "
+                strong { (rate(tally)) " %" } "."
+            }
+        }
+    }
+}
+
+fn warnings(results: &ScoreResults) -> Markup {
+    let broken = results
+        .recognizers
+        .iter()
+        .filter(|result| result.non_finite > 0);
+    let broken: Vec<_> = broken.collect();
+    html! {
+        @if !results.header.warnings.is_empty() || !broken.is_empty() {
+            section.warnings {
+                strong { "Before trusting the numbers" }
+                ul {
+                    @for warning in &results.header.warnings { li { (warning) } }
+                    @for result in broken {
+                        li { (result.name) ": " (grouped(result.non_finite, THIN))
+                            " outputs were not finite and count as misses" }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn summary(results: &ScoreResults) -> Markup {
+    html! {
+        h2 { "Summary" }
+        div.scroll { table.summary {
+            thead { tr {
+                th scope="col" { "recognizer" }
+                th.text scope="col" { "runtime" }
+                th scope="col" { "rank-1" small { "95 % interval; tick: chance" } }
+                th scope="col" { "where trained" small { "rank-1" } }
+                th scope="col" { "worst elevations" small { "rank-1" } }
+                th scope="col" { "one inference, µs" small { "p50 / p90 / p99" } }
+            } }
+            tbody { @for result in &results.recognizers {
+                @let trained = result.at_training();
+                tr {
+                    th scope="row" { (result.name) small { (result.protocol.text()) } }
+                    td.text data-label="runtime" { (result.runtime.name) small { (result.runtime.version) } }
+                    td data-label="rank-1" {
+                        b { (percent(result.rank1)) " %" }
+                        small { (percent(result.rank1_low)) " to " (percent(result.rank1_high))
+                            " of " (grouped(result.probes, THIN)) }
+                        @if let Some((low, high)) = result.rank1_by_subjects {
+                            small { (percent(low)) " to " (percent(high)) " over people" }
+                        }
+                        (chart::interval(result))
+                    }
+                    td data-label="where trained" { (rate_and_interval(trained)) }
+                    td data-label="worst elevations" {
+                        @match Bands::of(&result.by_viewpoint).worst_elevation() {
+                            Some((band, tally)) => { (rate(tally)) " %" small { "at " (band.replace('-', "–")) "°" } }
+                            None => "–",
+                        }
+                    }
+                    td data-label="one inference, µs" {
+                        @match result.latency {
+                            Some(latency) => {
+                                (microseconds(latency.p50_us, THIN)) " / "
+                                (microseconds(latency.p90_us, THIN)) " / "
+                                (latency.p99_us.map_or("–".into(), |us| microseconds(us, THIN)))
+                            }
+                            None => "–",
+                        }
+                    }
+                }
+            } }
+        } }
+    }
+}
+
+fn sample(sample: &Sample) -> Result<Markup> {
+    let picture = GrayImage::from_raw(COLUMNS as u32, ROWS as u32, sample.gei.to_vec())
+        .ok_or_else(|| Error::Failed("a GEI has 50 x 30 bytes".into()))?;
+    let source = format!("data:image/png;base64,{}", STANDARD.encode(png(&picture)?));
+    Ok(html! {
+        figure {
+            img src=(source) width=(COLUMNS * 3) height=(ROWS * 3)
+                alt=(format!("Gait Energy Image: {}", sample.caption));
+            figcaption { (sample.caption) }
+        }
+    })
+}
+
+fn reading() -> Markup {
+    html! {
+        h2 { "How to read this" }
+        p { strong { "Rank-1" } " is the share of probes whose best match is the right person. A tie "
+            "goes to the first; an output that is not a finite number is a miss." }
+        p { strong { "The interval" } " is Wilson's at 95 % and takes the probes as independent. Views "
+            "of one walk are not: the interval \"over people\", where there is one, draws people "
+            "instead (cluster bootstrap) and is the one to compare recognizers by." }
+        p { strong { "Viewpoints" } ": azimuth 0 is a camera in front of the walker, 90 on the walker's "
+            "left, 180 behind; elevation 0 is level, 90 straight above, where all azimuths are one "
+            "direction and differ by roll." }
+        p { strong { "Times" } " are of one machine and change from run to run; all other numbers do "
+            "not, given the inputs, settings and seed below." }
+    }
+}
+
+fn provenance(header: &Header) -> Markup {
+    html! {
+        h2 { "Settings and inputs" }
+        table.keys { tbody {
+            tr { th scope="row" { "seed" } td { code { (header.seed) } } }
+            @for (name, value) in &header.settings {
+                tr { th scope="row" { (name) } td { code { (plain(value)) } } }
+            }
+        } }
+        @if !header.inputs.is_empty() {
+            h3 { "Inputs, with SHA-256" }
+            table.keys { tbody { @for input in &header.inputs {
+                tr { td { (input.path) br; code.quiet { (input.sha256) } } }
+            } } }
+        }
+    }
+}
+
+fn plain(value: &Value) -> String {
+    value
+        .as_str()
+        .map_or_else(|| value.to_string(), str::to_owned)
+}
+
+fn rate_and_interval(tally: Tally) -> Markup {
+    let interval = tally.interval();
+    html! {
+        @match tally.rank1() {
+            Some(rank1) => {
+                (percent(rank1)) " %"
+                small { (percent(interval.low)) " to " (percent(interval.high)) }
+            }
+            None => "–",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dataset::InputFile;
+    use crate::evaluate::results::tests::{result_of, results_of};
+    use crate::evaluate::results::{Latency, RecognizerResult};
+
+    fn grid() -> RecognizerResult {
+        let mut result = result_of(&[
+            (0.0, 0.0, 1, 4),
+            (90.0, 0.0, 4, 4),
+            (0.0, 90.0, 0, 4),
+            (90.0, 90.0, 2, 4),
+        ]);
+        result.trained_at = vec![(90.0, 0.0)];
+        result.latency = Latency::of(&[5.0]);
+        result
+    }
+
+    #[test]
+    fn a_page_needs_nothing_else() {
+        let samples = [Sample {
+            caption: "s01".into(),
+            gei: [128; 1500],
+        }];
+        let page = page(&results_of(vec![grid()]), &samples).unwrap();
+        assert!(page.starts_with("<!DOCTYPE html><html lang=\"en\">"));
+        for outside in ["http://", "https://", "<script", "<link", "@import", "url("] {
+            assert!(!page.contains(outside), "{outside}");
+        }
+        assert!(page.contains("src=\"data:image/png;base64,iVBORw0KGgo"));
+        assert_eq!(page.matches("<svg").count(), page.matches("</svg>").count());
+    }
+
+    #[test]
+    fn text_from_outside_is_escaped() {
+        let evil = "<script>alert(\"1\")</script>'&";
+        let mut result = grid();
+        result.name = evil.into();
+        result.runtime.version = evil.into();
+        let mut results = results_of(vec![result]);
+        results.header.warnings.push(evil.into());
+        results
+            .header
+            .settings
+            .insert(evil.into(), Value::from(evil));
+        results.header.inputs.push(InputFile {
+            path: evil.into(),
+            sha256: evil.into(),
+        });
+        let page = page(
+            &results,
+            &[Sample {
+                caption: evil.into(),
+                gei: [0; 1500],
+            }],
+        )
+        .unwrap();
+        assert!(!page.contains("<script"));
+        assert!(
+            !page.contains("alert(\"1\")"),
+            "a quote would end an attribute"
+        );
+        assert!(page.contains("&lt;script&gt;alert(&quot;1&quot;)"));
+    }
+
+    #[test]
+    fn the_best_recognizer_and_its_worst_band_are_named() {
+        let mut second = grid();
+        second.name = "second".into();
+        let page = page(&results_of(vec![grid(), second]), &[]).unwrap();
+        assert!(page.contains(
+            "The best of 2, <strong>pca-svm</strong>, recognizes <strong>43.8 %</strong> over all \
+             viewpoints and <strong>100.0 %</strong> where it was trained; chance is 3.8 %. It does \
+             worst at elevations of 80–90°: <strong>25.0 %</strong>."
+        ));
+    }
+
+    #[test]
+    fn scattered_viewpoints_are_a_table() {
+        let list: Vec<_> = (0..26)
+            .map(|i| (f64::from(i) * 3.5, f64::from(i) - 9.0, 1, 2))
+            .collect();
+        let page = page(&results_of(vec![result_of(&list)]), &[]).unwrap();
+        assert!(!page.contains("class=\"heatmap\""));
+        assert!(page.contains("<td>3.5</td><td>-8</td><td>2</td>"));
+        assert!(page.contains("; 7 viewpoints are in no band"));
+        let few = result_of(&[(12.5, 3.0, 1, 2), (77.0, -9.0, 2, 2)]);
+        let page = super::page(&results_of(vec![few]), &[]).unwrap();
+        assert!(page.contains("<td>12.5</td>") && !page.contains("class=\"bands\""));
+    }
+
+    #[test]
+    fn an_empty_result_is_still_a_page() {
+        let empty = page(&results_of(vec![]), &[]).unwrap();
+        assert!(empty.contains("Nothing was scored."));
+        assert!(page(&results_of(vec![result_of(&[])]), &[]).is_ok());
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_are_warned_of() {
+        let mut result = grid();
+        result.non_finite = 3;
+        let page = page(&results_of(vec![result]), &[]).unwrap();
+        assert!(page.contains("pca-svm: 3 outputs were not finite and count as misses"));
+    }
+
+    #[test]
+    fn a_page_is_written_into_a_new_folder() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("edgegait-report/index.html");
+        write_page(&path, &results_of(vec![grid()]), &[]).unwrap();
+        assert!(fs::read_to_string(path).unwrap().ends_with("</html>"));
+    }
+}

@@ -1,0 +1,84 @@
+//! Results as people read them: a page, a table on the terminal, pictures.
+//!
+//! A report never computes a result: it shows what [`crate::evaluate`] found.
+
+mod chart;
+mod heatmap;
+mod html;
+mod picture;
+mod table;
+mod viewpoints;
+
+pub use html::{Sample, page, write_page};
+pub use picture::{contact_sheet, png, write_png};
+pub use table::table;
+
+/// U+202F, a narrow space that does not break a line.
+const THIN: &str = "\u{202f}";
+
+/// A rate in percent with one decimal, such as `41.2`. Only a true 100 % is `100.0`
+/// and only a true 0 % is `0.0`: a single miss in a million must show.
+fn percent(rate: f64) -> String {
+    let rounded = (rate * 1000.0).round() / 10.0;
+    let honest = if rate < 1.0 && rounded >= 100.0 {
+        99.9
+    } else if rate > 0.0 && rounded <= 0.0 {
+        0.1
+    } else {
+        rounded
+    };
+    format!("{honest:.1}")
+}
+
+/// A count with thin groups of three, such as `182 780`, separated by `gap`.
+fn grouped(count: u64, gap: &str) -> String {
+    let digits = count.to_string();
+    let mut out = String::new();
+    for (at, digit) in digits.chars().enumerate() {
+        if at > 0 && (digits.len() - at).is_multiple_of(3) {
+            out.push_str(gap);
+        }
+        out.push(digit);
+    }
+    out
+}
+
+/// Microseconds with three significant digits, such as `5.31` or `1 240`.
+fn microseconds(us: f64, gap: &str) -> String {
+    if !us.is_finite() || us < 0.0 {
+        "?".into()
+    } else if us < 9.995 {
+        format!("{us:.2}")
+    } else if us < 99.95 {
+        format!("{us:.1}")
+    } else {
+        // Rounded and not negative; saturates far beyond any latency.
+        grouped(us.round() as u64, gap)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn percent_rounds_but_never_hides_a_miss_or_a_hit() {
+        assert_eq!(percent(0.4125), "41.3");
+        assert_eq!(percent(1.0), "100.0");
+        assert_eq!(percent(0.999_999), "99.9");
+        assert_eq!(percent(0.0), "0.0");
+        assert_eq!(percent(0.000_001), "0.1");
+    }
+
+    #[test]
+    fn counts_and_times_are_grouped_in_threes() {
+        assert_eq!(grouped(0, ","), "0");
+        assert_eq!(grouped(999, ","), "999");
+        assert_eq!(grouped(182_780, ","), "182,780");
+        assert_eq!(grouped(6_500_000, ","), "6,500,000");
+        assert_eq!(microseconds(5.314, ","), "5.31");
+        assert_eq!(microseconds(53.14, ","), "53.1");
+        assert_eq!(microseconds(1240.4, ","), "1,240");
+        assert_eq!(microseconds(f64::NAN, ","), "?");
+    }
+}

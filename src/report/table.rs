@@ -1,0 +1,182 @@
+//! Results on a terminal: plain text, at most 80 columns.
+
+use std::fmt::Write;
+
+use super::{grouped, microseconds, percent};
+use crate::evaluate::bands::{AZIMUTHS, Bands, ELEVATIONS};
+use crate::evaluate::rank::Tally;
+use crate::evaluate::results::{RecognizerResult, ScoreResults};
+
+/// The results as text: a line for each recognizer, then where each of them works.
+#[must_use]
+pub fn table(results: &ScoreResults) -> String {
+    let mut out = String::new();
+    row(
+        &mut out,
+        [
+            "recognizer",
+            "runtime",
+            "probes",
+            "rank-1 %",
+            "95 % interval",
+            "p50 us",
+        ],
+    );
+    for recognizer in &results.recognizers {
+        row(
+            &mut out,
+            [
+                &recognizer.name,
+                &format!("{} {}", recognizer.runtime.name, recognizer.runtime.version),
+                &grouped(recognizer.probes, ","),
+                &percent(recognizer.rank1),
+                &format!(
+                    "{} - {}",
+                    percent(recognizer.rank1_low),
+                    percent(recognizer.rank1_high)
+                ),
+                &recognizer
+                    .latency
+                    .map_or("-".into(), |latency| microseconds(latency.p50_us, ",")),
+            ],
+        );
+    }
+    for recognizer in &results.recognizers {
+        bands(&mut out, recognizer);
+    }
+    out
+}
+
+fn bands(out: &mut String, recognizer: &RecognizerResult) {
+    let bands = Bands::of(&recognizer.by_viewpoint);
+    if bands.all().probes == 0 {
+        return;
+    }
+    let name = shortened(&recognizer.name, 34);
+    line(
+        out,
+        &format!("\n{name}: rank-1 % by elevation and azimuth, degrees"),
+    );
+    let [a, b, c, d, e] = AZIMUTHS;
+    cells(out, "", [a, b, c, d, e, "all"].map(String::from));
+    // As in a picture, what is above is above.
+    for (band, elevation) in ELEVATIONS.iter().enumerate().rev() {
+        let [a, b, c, d, e] = bands.cells[band].map(rate);
+        cells(out, elevation, [a, b, c, d, e, rate(bands.elevation(band))]);
+    }
+    let [a, b, c, d, e] = [0, 1, 2, 3, 4].map(|band| rate(bands.azimuth(band)));
+    cells(out, "all", [a, b, c, d, e, rate(bands.all())]);
+
+    let trained = recognizer.at_training();
+    if let Some(rank1) = trained.rank1() {
+        line(out, &format!("  {} % where it was trained", percent(rank1)));
+    }
+    if bands.outside > 0 {
+        line(
+            out,
+            &format!(
+                "  {} viewpoints are in no band",
+                grouped(bands.outside as u64, ",")
+            ),
+        );
+    }
+    if recognizer.non_finite > 0 {
+        let count = grouped(recognizer.non_finite, ",");
+        line(
+            out,
+            &format!("  {count} outputs were not finite: counted as misses"),
+        );
+    }
+}
+
+fn row(out: &mut String, [name, runtime, probes, rank1, interval, p50]: [&str; 6]) {
+    let (name, runtime) = (shortened(name, 18), shortened(runtime, 18));
+    line(
+        out,
+        &format!("{name:<18} {runtime:<18} {probes:>10} {rank1:>8} {interval:>13} {p50:>8}"),
+    );
+}
+
+fn cells(out: &mut String, head: &str, cells: [String; 6]) {
+    let [a, b, c, d, e, all] = cells;
+    line(
+        out,
+        &format!("  {head:>7} {a:>8} {b:>8} {c:>8} {d:>8} {e:>8} {all:>8}"),
+    );
+}
+
+fn line(out: &mut String, text: &str) {
+    // Writing to a string cannot fail.
+    let _ = writeln!(out, "{}", text.trim_end());
+}
+
+fn rate(tally: Tally) -> String {
+    tally.rank1().map_or("-".into(), percent)
+}
+
+/// Text of at most `width` characters, its end marked if it was cut. Characters that
+/// a terminal would obey become `?`.
+fn shortened(text: &str, width: usize) -> String {
+    let mut clean: String = text
+        .chars()
+        .map(|c| if c.is_control() { '?' } else { c })
+        .collect();
+    if let Some((cut, _)) = clean.char_indices().nth(width) {
+        let last = clean[..cut].char_indices().last().map_or(0, |(at, _)| at);
+        clean.truncate(last);
+        clean.push('~');
+    }
+    clean
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluate::results::Latency;
+    use crate::evaluate::results::tests::{result_of, results_of};
+
+    #[test]
+    fn the_table_is_aligned() {
+        let mut first = result_of(&[(90.0, 0.0, 19, 20), (0.0, 0.0, 1, 2), (90.0, 90.0, 0, 1)]);
+        first.latency = Latency::of(&[5.314]);
+        first.trained_at = vec![(90.0, 0.0)];
+        let mut second = result_of(&[(300.0, 0.0, 1, 1)]);
+        second.name = "a-recognizer-of-a-very-long-name".into();
+        second.runtime.name = "onnxruntime".into();
+        let expected = "\
+recognizer         runtime                probes rank-1 % 95 % interval   p50 us
+pca-svm            rten 0.27.0                23     87.0   67.9 - 95.5     5.31
+a-recognizer-of-a~ onnxruntime 0.27.0          1    100.0  20.7 - 100.0        -
+
+pca-svm: rank-1 % by elevation and azimuth, degrees
+              0-40    45-85       90   95-135  140-180      all
+    80-90        -        -      0.0        -        -      0.0
+    55-75        -        -        -        -        -        -
+    30-50        -        -        -        -        -        -
+     5-25        -        -        -        -        -        -
+        0     50.0        -     95.0        -        -     90.9
+      all     50.0        -     90.5        -        -     87.0
+  95.0 % where it was trained
+";
+        assert_eq!(table(&results_of(vec![first, second])), expected);
+    }
+
+    #[test]
+    fn no_line_is_wider_than_80_columns() {
+        let mut wide = result_of(&[(90.0, 0.0, 1, 99_999_998), (-9.0, 0.0, 0, 1)]);
+        wide.name = "n".repeat(300);
+        wide.runtime.version = "v".repeat(300);
+        wide.non_finite = 5;
+        wide.latency = Latency::of(&[999_999.0]);
+        for line in table(&results_of(vec![wide])).lines() {
+            assert!(line.chars().count() <= 80, "{line}");
+        }
+    }
+
+    #[test]
+    fn a_name_cannot_command_the_terminal() {
+        assert_eq!(shortened("a\u{1b}[31mb", 20), "a?[31mb");
+        assert_eq!(shortened("éèê", 2), "é~");
+        assert_eq!(shortened("éè", 2), "éè");
+    }
+}

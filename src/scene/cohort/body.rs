@@ -1,0 +1,380 @@
+//! Bodies built from measurements: joint offsets, and hulls of elliptical rings.
+//!
+//! Lengths, breadths, depths and circumferences are those of [`Dimensions`]. What no
+//! survey measures (how far the shoulder lies inside of the acromion, how square a
+//! trunk's cross-section is) is ours, chosen by eye against photographs, and marked.
+
+use super::anthropometry::Dimensions;
+use crate::scene::{Body, BodyHull};
+use edgegait_core::skeleton::{JOINTS, Joint};
+use glam::DVec3;
+use std::f64::consts::{PI, TAU};
+
+/// Points of a ring. Four of them lie on the axes, so that breadth and depth are exact.
+const RING: usize = 8;
+/// How far the diagonal points of a trunk's ring lie out, as a share of the half
+/// axes: 0.707 is an ellipse. Ours: trunks are a little square.
+const TRUNK_DIAGONAL: f64 = 0.77;
+/// Shoulder centre below and inside of the acromion. Ours: about 3.5 cm, and a tenth
+/// of the half breadth.
+const SHOULDER_DROP: f64 = 0.020;
+const SHOULDER_INSET: f64 = 0.90;
+/// Ankle joint ahead of the heel, as a share of foot length. Ours.
+const HEEL: f64 = 0.22;
+/// Ball of the foot ahead of the heel, as a share of foot length (ANSUR ball of foot
+/// length over foot length, about 0.73).
+const BALL: f64 = 0.73;
+
+/// The offsets of a person's joints in the rest pose, metres.
+///
+/// The hip centres lie at the height of the greater trochanters and, after Harrington
+/// et al. (2007, J. Biomech. 40:595-602, equation for z), 0.33 x pelvic width + 7.3 mm
+/// from the midline; the width between the iliac spines is taken as 0.85 of that
+/// between the crests (ours).
+#[must_use]
+pub fn offsets(d: &Dimensions) -> [DVec3; JOINTS] {
+    let hip_height = d.trochanterion_height;
+    let hip_side = 0.33 * 0.85 * d.bicristal_breadth + 0.0073;
+    let spine_height = d.iliocristale_height;
+    let trunk = d.cervicale_height - spine_height;
+    let thorax_height = spine_height + 0.35 * trunk;
+    let clavicle = DVec3::new(0.02, d.suprasternale_height - thorax_height, 0.04);
+    let shoulder = DVec3::new(
+        0.5 * SHOULDER_INSET * d.biacromial_breadth,
+        d.acromial_height - SHOULDER_DROP * d.stature - thorax_height,
+        -0.01,
+    );
+    let upper_arm = d.acromion_radiale_length - SHOULDER_DROP * d.stature;
+    let mut offsets = [DVec3::ZERO; JOINTS];
+    let mut set = |joint: Joint, x: f64, y: f64, z: f64| {
+        offsets[joint.index()] = DVec3::new(x, y, z);
+        if joint.mirrored() != joint {
+            offsets[joint.mirrored().index()] = DVec3::new(-x, y, z);
+        }
+    };
+    set(Joint::Spine, 0.0, spine_height - hip_height, -0.02);
+    set(Joint::Thorax, 0.0, 0.35 * trunk, 0.0);
+    set(Joint::Neck, 0.0, 0.65 * trunk, -0.02);
+    let head_height = d.stature - d.tragion_to_vertex;
+    set(Joint::Head, 0.0, head_height - d.cervicale_height, 0.035);
+    set(Joint::LeftClavicle, clavicle.x, clavicle.y, clavicle.z);
+    let arm = shoulder - clavicle;
+    set(Joint::LeftUpperArm, arm.x, arm.y, arm.z);
+    set(Joint::LeftForearm, 0.0, -upper_arm, 0.0);
+    set(Joint::LeftHand, 0.0, -d.radiale_stylion_length, 0.0);
+    set(Joint::LeftThigh, hip_side, 0.0, 0.0);
+    set(Joint::LeftShank, 0.0, d.knee_height - hip_height, 0.0);
+    set(
+        Joint::LeftFoot,
+        0.0,
+        d.malleolus_height - d.knee_height,
+        0.0,
+    );
+    offsets
+}
+
+/// A body of these dimensions. `offsets` are the person's own where a skeleton was
+/// measured, and [`offsets`] of the dimensions otherwise; hulls follow them.
+#[must_use]
+pub fn body(d: &Dimensions, offsets: [DVec3; JOINTS]) -> Body {
+    let mut hulls = trunk(d, &offsets);
+    for (joint, points) in limbs(d, &offsets) {
+        let mirrored = points.iter().map(|p| DVec3::new(-p.x, p.y, p.z)).collect();
+        hulls.push(BodyHull {
+            joint: joint.mirrored(),
+            points: mirrored,
+        });
+        hulls.push(BodyHull { joint, points });
+    }
+    Body { offsets, hulls }
+}
+
+/// Pelvis, spine, thorax, neck and head.
+fn trunk(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<BodyHull> {
+    let height = |joint: Joint| offsets[joint.index()].y;
+    let crotch = d.crotch_height - d.trochanterion_height;
+    let (spine, thorax, neck) = (
+        height(Joint::Spine),
+        height(Joint::Thorax),
+        height(Joint::Neck),
+    );
+    let waist = (0.5 * d.waist_breadth, 0.5 * d.waist_depth);
+    let chest = (0.5 * d.chest_breadth, 0.5 * d.chest_depth);
+    let between = (0.5 * (waist.0 + chest.0), 0.5 * (waist.1 + chest.1));
+    let hips = (0.5 * d.hip_breadth, 0.5 * d.buttock_depth);
+    let at = |y: f64, z: f64| DVec3::new(0.0, y, z);
+    let square = |y: f64, z: f64, half: (f64, f64)| ring(at(y, z), half, TRUNK_DIAGONAL);
+
+    let pelvis = [
+        square(crotch, -0.02, (0.80 * hips.0, 0.75 * hips.1)),
+        square(0.01, -0.02, hips),
+        square(spine, -0.01, (0.97 * waist.0, 0.97 * waist.1)),
+    ];
+    let abdomen = [
+        square(-0.03, 0.01, waist),
+        square(0.02, 0.01, waist),
+        square(thorax + 0.02, 0.015, between),
+    ];
+    let nipples = d.chest_height - d.iliocristale_height - thorax;
+    let shoulder = height(Joint::LeftClavicle);
+    let ribs = [
+        square(-0.01, 0.015, between),
+        square(nipples.clamp(0.02, neck), 0.005, chest),
+        square(
+            shoulder.min(neck),
+            -0.015,
+            (0.37 * d.biacromial_breadth, 0.55 * chest.1),
+        ),
+    ];
+    let throat = radius(d.neck_circumference);
+    let skull = offsets[Joint::Head.index()];
+    let neck_hull = [
+        ring(at(-0.045, 0.015), (1.75 * throat, 1.10 * throat), 0.707),
+        ring(at(0.02, 0.02), (throat, throat), 0.707),
+        ring(
+            at(skull.y + 0.01, skull.z - 0.01),
+            (0.95 * throat, 0.95 * throat),
+            0.707,
+        ),
+    ];
+    [
+        (Joint::Pelvis, pelvis.concat()),
+        (Joint::Spine, abdomen.concat()),
+        (Joint::Thorax, ribs.concat()),
+        (Joint::Neck, neck_hull.concat()),
+        (Joint::Head, head(d)),
+    ]
+    .into_iter()
+    .map(|(joint, points)| BodyHull { joint, points })
+    .collect()
+}
+
+/// The head about the ear's height: chin, jaw, temples and crown.
+fn head(d: &Dimensions) -> Vec<DVec3> {
+    let (half_breadth, half_length) = (0.5 * d.head_breadth, 0.5 * d.head_length);
+    let crown = d.tragion_to_vertex;
+    let at = |y: f64, z: f64| DVec3::new(0.0, y, z);
+    let chin_z = half_length - 0.02;
+    let mut points = vec![
+        DVec3::new(0.25 * half_breadth, -0.75 * crown, chin_z),
+        DVec3::new(-0.25 * half_breadth, -0.75 * crown, chin_z),
+        DVec3::new(0.55 * half_breadth, -0.62 * crown, 0.3 * half_length),
+        DVec3::new(-0.55 * half_breadth, -0.62 * crown, 0.3 * half_length),
+        at(crown, 0.0),
+    ];
+    let jaw = (0.85 * half_breadth, 0.92 * half_length);
+    points.extend(ring(at(-0.25 * crown, 0.005), jaw, 0.74));
+    points.extend(ring(
+        at(0.30 * crown, 0.0),
+        (half_breadth, half_length),
+        0.74,
+    ));
+    let top = (0.72 * half_breadth, 0.74 * half_length);
+    points.extend(ring(at(0.80 * crown, -0.005), top, 0.72));
+    points
+}
+
+/// The left limbs.
+fn limbs(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<(Joint, Vec<DVec3>)> {
+    let length = |joint: Joint| -offsets[joint.index()].y;
+    let at = DVec3::new;
+    let shoulder = offsets[Joint::LeftUpperArm.index()];
+    // The deltoid reaches out to half the bideltoid breadth.
+    let outside = offsets[Joint::LeftClavicle.index()].x + shoulder.x;
+    let deltoid = (0.5 * d.bideltoid_breadth - outside).max(0.03);
+    let clavicle = [
+        ring_across(shoulder + at(0.1 * deltoid, 0.0, 0.0), 0.85 * deltoid),
+        ring_across(
+            shoulder + at(-0.55 * shoulder.x, 0.025, 0.0),
+            0.75 * deltoid,
+        ),
+    ];
+    // Relaxed, a biceps is about 0.92 of its flexed circumference (ours).
+    let (arm, elbow) = (
+        0.92 * radius(d.biceps_circumference),
+        radius(d.forearm_circumference),
+    );
+    let upper = length(Joint::LeftForearm);
+    let upper_arm = [
+        round(at(0.0, 0.55 * deltoid, 0.0), 0.70 * deltoid),
+        ring(at(0.0, -0.10 * upper, 0.0), (deltoid, 1.15 * arm), 0.74),
+        round(at(0.0, -0.55 * upper, 0.0), arm),
+        round(at(0.0, -upper - 0.01, 0.0), 0.88 * elbow),
+    ];
+    let fore = length(Joint::LeftHand);
+    let wrist = radius(d.wrist_circumference);
+    let forearm = [
+        round(at(0.0, 0.02, 0.0), 0.88 * elbow),
+        round(at(0.0, -0.20 * fore, 0.0), 0.95 * elbow),
+        ring(at(0.0, -fore, 0.0), (0.85 * wrist, 1.15 * wrist), 0.74),
+    ];
+    // Half-closed, as walkers carry it: 0.85 of the stretched length (ours).
+    let (hand, palm) = (0.85 * d.hand_length, 0.5 * d.hand_breadth);
+    let hand_points = [
+        ring(at(0.0, 0.01, 0.0), (0.80 * wrist, 1.10 * wrist), 0.74),
+        ring(at(-0.005, -0.50 * hand, 0.0), (0.018, palm), 0.80),
+        ring(at(-0.015, -hand, 0.005), (0.014, 0.60 * palm), 0.80),
+    ];
+    let thigh_length = length(Joint::LeftShank);
+    let (thigh, knee) = (
+        radius(d.thigh_circumference),
+        radius(d.lower_thigh_circumference),
+    );
+    let crotch = d.crotch_height - d.trochanterion_height;
+    let groin = 0.5 * d.hip_breadth - thigh - offsets[Joint::LeftThigh.index()].x;
+    let thigh_hull = [
+        ring(at(groin, 0.5 * crotch, -0.01), (thigh, 1.02 * thigh), 0.707),
+        round(at(groin, crotch - 0.04, -0.005), thigh),
+        round(at(0.0, -0.82 * thigh_length, 0.0), knee),
+        round(at(0.0, -thigh_length - 0.015, 0.005), 0.92 * knee),
+    ];
+    let shank_length = length(Joint::LeftFoot);
+    let (calf, ankle) = (radius(d.calf_circumference), radius(d.ankle_circumference));
+    let shank = [
+        round(at(0.0, 0.025, 0.0), 0.92 * knee),
+        round(at(0.0, -0.28 * shank_length, -0.012), calf),
+        round(at(0.0, -0.80 * shank_length, -0.002), ankle),
+        round(at(0.0, -shank_length, 0.0), ankle),
+    ];
+    vec![
+        (Joint::LeftClavicle, clavicle.concat()),
+        (Joint::LeftUpperArm, upper_arm.concat()),
+        (Joint::LeftForearm, forearm.concat()),
+        (Joint::LeftHand, hand_points.concat()),
+        (Joint::LeftThigh, thigh_hull.concat()),
+        (Joint::LeftShank, shank.concat()),
+        (Joint::LeftFoot, foot(d)),
+    ]
+}
+
+/// A foot: heel, ball, toes that rise a little (so that a push-off rolls over the ball,
+/// as a foot that bends at the toes does), and instep. Its lowest points are the sole.
+fn foot(d: &Dimensions) -> Vec<DVec3> {
+    let (length, half, sole) = (d.foot_length, 0.5 * d.foot_breadth, -d.malleolus_height);
+    let mut points = Vec::new();
+    for (width, y, along) in [
+        (0.50, sole, 0.03),
+        (0.35, sole + 0.025, 0.0),
+        (0.50, -0.01, 0.04),
+        (0.55, 0.02, HEEL + 0.12),
+        (1.00, sole, BALL),
+        (0.80, sole + 0.045, BALL - 0.03),
+        (0.60, sole + 0.018, 0.97),
+        (0.45, sole + 0.033, 1.0),
+    ] {
+        for side in [1.0, -1.0] {
+            points.push(DVec3::new(side * width * half, y, (along - HEEL) * length));
+        }
+    }
+    points
+}
+
+/// A horizontal ring of eight points; `diagonal` is how far the four between the axes
+/// lie out, as a share of the half axes.
+fn ring(centre: DVec3, (half_x, half_z): (f64, f64), diagonal: f64) -> [DVec3; RING] {
+    std::array::from_fn(|index| {
+        let angle = TAU * index as f64 / RING as f64;
+        let stretch = if index % 2 == 1 {
+            diagonal / 0.5f64.sqrt()
+        } else {
+            1.0
+        };
+        let (x, z) = (libm::cos(angle) * stretch, libm::sin(angle) * stretch);
+        centre + DVec3::new(half_x * x, 0.0, half_z * z)
+    })
+}
+
+/// A round horizontal ring.
+fn round(centre: DVec3, radius: f64) -> [DVec3; RING] {
+    ring(centre, (radius, radius), 0.5f64.sqrt())
+}
+
+/// A round ring across the walker, in the sagittal plane.
+fn ring_across(centre: DVec3, radius: f64) -> [DVec3; RING] {
+    ring(DVec3::ZERO, (radius, radius), 0.5f64.sqrt()).map(|p| centre + DVec3::new(0.0, p.x, p.z))
+}
+
+/// The radius of a ring whose circumference, as a polygon, is `circumference`.
+fn radius(circumference: f64) -> f64 {
+    circumference / (2.0 * RING as f64 * libm::sin(PI / RING as f64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::anthropometry::DIMENSIONS;
+    use super::*;
+    use edgegait_core::pack::Sex;
+
+    fn man() -> Dimensions {
+        Dimensions::expected(1.756, 85.4, Some(Sex::Male), &[0.0; DIMENSIONS])
+            .expect("a plausible man")
+    }
+
+    /// All hull points in the rest pose with the soles on the floor.
+    fn standing(d: &Dimensions) -> Vec<(Joint, DVec3)> {
+        let body = body(d, offsets(d));
+        let mut positions = [DVec3::new(0.0, d.trochanterion_height, 0.0); JOINTS];
+        for joint in Joint::ALL {
+            if let Some(parent) = joint.parent() {
+                positions[joint.index()] = positions[parent.index()] + body.offsets[joint.index()];
+            }
+        }
+        let points = body.hulls.iter().flat_map(|hull| {
+            let at = positions[hull.joint.index()];
+            hull.points.iter().map(move |&p| (hull.joint, at + p))
+        });
+        points.collect()
+    }
+
+    #[test]
+    fn a_body_stands_as_tall_and_wide_as_it_was_measured() {
+        let d = man();
+        let points = standing(&d);
+        let max = |axis: usize| points.iter().map(|(_, p)| p[axis]).fold(f64::MIN, f64::max);
+        let min = |axis: usize| points.iter().map(|(_, p)| p[axis]).fold(f64::MAX, f64::min);
+        assert!((max(1) - 1.756).abs() < 1e-9);
+        assert!(min(1).abs() < 1e-9);
+        assert!((max(0) - min(0) - d.bideltoid_breadth).abs() < 0.01);
+    }
+
+    #[test]
+    fn breadths_depths_and_circumferences_are_those_asked_for() {
+        let d = man();
+        let points = standing(&d);
+        let span = |joint: Joint, axis: usize| {
+            let along = || {
+                points
+                    .iter()
+                    .filter(|(j, _)| *j == joint)
+                    .map(|(_, p)| p[axis])
+            };
+            along().fold(f64::MIN, f64::max) - along().fold(f64::MAX, f64::min)
+        };
+        assert!((span(Joint::Pelvis, 0) - d.hip_breadth).abs() < 1e-9);
+        assert!((span(Joint::Spine, 0) - d.waist_breadth).abs() < 1e-9);
+        assert!((span(Joint::Head, 0) - d.head_breadth).abs() < 1e-9);
+        assert!((span(Joint::LeftFoot, 2) - d.foot_length).abs() < 1e-9);
+        let calf = ring(DVec3::ZERO, (radius(0.392), radius(0.392)), 0.5f64.sqrt());
+        let around: f64 = (0..RING)
+            .map(|i| calf[i].distance(calf[(i + 1) % RING]))
+            .sum();
+        assert!((around - 0.392).abs() < 1e-12);
+    }
+
+    #[test]
+    fn left_and_right_mirror_each_other() {
+        let d = man();
+        let body = body(&d, offsets(&d));
+        for hull in &body.hulls {
+            let other: Vec<_> = body
+                .hulls
+                .iter()
+                .filter(|h| h.joint == hull.joint.mirrored())
+                .collect();
+            let [other] = other.as_slice() else {
+                panic!("one hull a joint")
+            };
+            assert_eq!(other.points.len(), hull.points.len());
+        }
+    }
+}

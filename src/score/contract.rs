@@ -1,0 +1,327 @@
+//! What a recognizer expects and promises: the `<model>.toml` beside `<model>.onnx`.
+//!
+//! An ONNX file says that its input is `[N, 1, 50, 30]` floats, but not whether
+//! white is 1 or 255, nor how the figure was framed. Fed wrongly, a model gives
+//! plausible numbers and a poor Rank-1, so that is written down.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Place, Result};
+
+/// Most bytes a contract may have.
+const MAX_BYTES: u64 = 1 << 20;
+/// Most rows or columns of an input.
+const MAX_SIDE: usize = 4096;
+
+/// Input and output conventions of a recognizer. Every key may be left out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Contract {
+    /// What to call the recognizer in reports; empty means the model's file name.
+    pub name: String,
+    /// What background and foreground are: `"0..1"` (default) or `"0..255"`.
+    pub input_range: InputRange,
+    /// Rows of the input, 50 unless given.
+    pub rows: usize,
+    /// Columns of the input, 30 unless given.
+    pub columns: usize,
+    /// Order of the input's axes; `"NCHW"` with one channel is the only one supported.
+    pub layout: Layout,
+    /// How figures were framed in training: `"height"` (default), `"box"`, `"cycle"` or
+    /// `"camera"`.
+    pub framing: Framing,
+    /// Which template the recognizer takes: `"gei"` unless given.
+    pub template: String,
+    /// Names of the people that the scores stand for, in their order; empty if unknown.
+    pub classes: Vec<String>,
+    /// Names of the model's outputs.
+    pub outputs: OutputNames,
+    /// What the recognizer was trained on.
+    pub training: Training,
+}
+
+/// The values of background and foreground.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum InputRange {
+    /// Background 0, always-foreground 1.
+    #[default]
+    #[serde(rename = "0..1")]
+    Unit,
+    /// Background 0, always-foreground 255.
+    #[serde(rename = "0..255")]
+    Byte,
+}
+
+impl InputRange {
+    /// A GEI's byte in this range.
+    #[must_use]
+    pub fn of_byte(self, byte: u8) -> f32 {
+        match self {
+            Self::Unit => f32::from(byte) / 255.0,
+            Self::Byte => f32::from(byte),
+        }
+    }
+}
+
+/// The order of the input's axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Layout {
+    /// Batch, channel, row, column.
+    #[default]
+    #[serde(rename = "NCHW")]
+    Nchw,
+}
+
+/// How a figure is placed in the image (DESIGN.md, section 3).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Framing {
+    /// Each frame fills the rows, centred on its centroid.
+    #[default]
+    Height,
+    /// Each frame stretched to its bounding box.
+    Box,
+    /// One scale and centre for a whole cycle.
+    Cycle,
+    /// What a sensor sees.
+    Camera,
+}
+
+/// Names of the model's outputs; those left out are found from the model.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct OutputNames {
+    /// The f32 `[N, dims]` output that is compared by distance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub embedding: Option<String>,
+    /// The f32 `[N, classes]` output whose highest column is the answer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scores: Option<String>,
+}
+
+/// What a recognizer was trained on.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Training {
+    /// Free text: data, recipe, seed.
+    pub description: String,
+    /// Viewpoints as `[azimuth_deg, elevation_deg]`.
+    pub viewpoints: Vec<[f64; 2]>,
+}
+
+impl Default for Contract {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            input_range: InputRange::Unit,
+            rows: 50,
+            columns: 30,
+            layout: Layout::Nchw,
+            framing: Framing::Height,
+            template: "gei".into(),
+            classes: Vec::new(),
+            outputs: OutputNames::default(),
+            training: Training::default(),
+        }
+    }
+}
+
+impl Contract {
+    /// Reads a contract from TOML; `path` is only for messages.
+    ///
+    /// # Errors
+    /// If the text is not TOML, a key is unknown, or a value cannot be.
+    pub fn parse(path: &Path, text: &str) -> Result<Self> {
+        let contract: Self = toml::from_str(text).map_err(|error| {
+            let line = error.span().map(|span| {
+                let before = text.as_bytes().iter().take(span.start);
+                1 + before.filter(|byte| **byte == b'\n').count()
+            });
+            Error::at(
+                path,
+                line.map_or(Place::File, Place::Line),
+                error.message().trim(),
+            )
+        })?;
+        contract.check(path)?;
+        Ok(contract)
+    }
+
+    /// The contract beside a model: `pca.toml` for `pca.onnx`; the defaults if there is none.
+    ///
+    /// # Errors
+    /// If the file is there but cannot be read or used.
+    pub fn beside(model: &Path) -> Result<Self> {
+        let path = Self::path_beside(model);
+        match std::fs::metadata(&path) {
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Self::default()),
+            Err(error) => Err(Error::io(path, error)),
+            Ok(metadata) if metadata.len() > MAX_BYTES => Err(Error::input(
+                path,
+                format!(
+                    "expected a contract of at most {MAX_BYTES} bytes, found {}",
+                    metadata.len()
+                ),
+            )),
+            Ok(_) => {
+                let text =
+                    std::fs::read_to_string(&path).map_err(|error| Error::io(&path, error))?;
+                Self::parse(&path, &text)
+            }
+        }
+    }
+
+    /// Where the contract of a model lies.
+    #[must_use]
+    pub fn path_beside(model: &Path) -> PathBuf {
+        model.with_extension("toml")
+    }
+
+    /// The contract as TOML, in a fixed order of keys.
+    ///
+    /// # Errors
+    /// If a number cannot be written as TOML.
+    pub fn to_toml(&self) -> Result<String> {
+        toml::to_string(self).map_err(|error| Error::Failed(format!("contract: {error}")))
+    }
+
+    /// Numbers in one input.
+    #[must_use]
+    pub const fn pixels(&self) -> usize {
+        self.rows * self.columns
+    }
+
+    fn check(&self, path: &Path) -> Result<()> {
+        for (key, side) in [("rows", self.rows), ("columns", self.columns)] {
+            if !(1..=MAX_SIDE).contains(&side) {
+                return Err(Error::input(
+                    path,
+                    format!("{key}: expected 1 to {MAX_SIDE}, found {side}"),
+                ));
+            }
+        }
+        let angles = self.training.viewpoints.iter().flatten();
+        if let Some(angle) = angles.copied().find(|angle| !angle.is_finite()) {
+            return Err(Error::input(
+                path,
+                format!("viewpoints: expected degrees, found {angle}"),
+            ));
+        }
+        if let Some(twice) = first_repeated(&self.classes) {
+            return Err(Error::input(
+                path,
+                format!("classes: {twice:?} is there twice"),
+            ));
+        }
+        Ok(())
+    }
+}
+
+fn first_repeated(names: &[String]) -> Option<&String> {
+    let mut seen = std::collections::HashSet::new();
+    names.iter().find(|name| !seen.insert(*name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ALL: &str = r#"
+name = "pca-lda-side"
+input_range = "0..255"
+rows = 64
+columns = 44
+layout = "NCHW"
+framing = "cycle"
+template = "gei"
+classes = ["s01", "s02"]
+
+[outputs]
+embedding = "features"
+scores = "logits"
+
+[training]
+description = "26 people, side view, seed 7"
+viewpoints = [[90.0, 0.0], [270.0, 15.0]]
+"#;
+
+    fn parse(text: &str) -> Result<Contract> {
+        Contract::parse(Path::new("m.toml"), text)
+    }
+
+    #[test]
+    fn every_key_is_read() {
+        let contract = parse(ALL).expect("all keys are known");
+        assert_eq!(contract.name, "pca-lda-side");
+        assert_eq!(contract.input_range, InputRange::Byte);
+        assert_eq!(
+            (contract.rows, contract.columns, contract.pixels()),
+            (64, 44, 2816)
+        );
+        assert_eq!(contract.framing, Framing::Cycle);
+        assert_eq!(contract.classes, ["s01", "s02"]);
+        assert_eq!(contract.outputs.embedding.as_deref(), Some("features"));
+        assert_eq!(contract.outputs.scores.as_deref(), Some("logits"));
+        assert_eq!(contract.training.viewpoints, [[90.0, 0.0], [270.0, 15.0]]);
+    }
+
+    #[test]
+    fn a_written_contract_reads_back() {
+        let contract = parse(ALL).expect("all keys are known");
+        let text = contract.to_toml().expect("plain values");
+        assert_eq!(parse(&text).expect("our own text"), contract);
+        let defaults = Contract::default();
+        assert_eq!(
+            parse(&defaults.to_toml().expect("plain values")).expect("our own text"),
+            defaults
+        );
+    }
+
+    #[test]
+    fn an_empty_contract_is_the_default() {
+        let contract = parse("").expect("every key may be left out");
+        assert_eq!(contract, Contract::default());
+        assert_eq!(contract.input_range.of_byte(255), 1.0);
+        assert_eq!(InputRange::Byte.of_byte(255), 255.0);
+    }
+
+    #[test]
+    fn mistakes_are_named_with_their_line() {
+        let refusal = |text: &str| parse(text).expect_err("a mistake").to_string();
+        let text = refusal("name = \"x\"\ninput_rnage = \"0..1\"\n");
+        assert!(
+            text.starts_with("m.toml:2") && text.contains("input_rnage"),
+            "{text}"
+        );
+        let text = refusal("input_range = \"-1..1\"\n");
+        assert!(
+            text.starts_with("m.toml:1") && text.contains("0..255"),
+            "{text}"
+        );
+        assert!(refusal("layout = \"NHWC\"").contains("NCHW"));
+        assert_eq!(
+            refusal("rows = 0"),
+            "m.toml: rows: expected 1 to 4096, found 0"
+        );
+        assert_eq!(
+            refusal("classes = [\"a\", \"a\"]"),
+            "m.toml: classes: \"a\" is there twice"
+        );
+        assert!(refusal("training = { viewpoints = [[nan, 0.0]] }").contains("found NaN"));
+        assert!(refusal("rows = ").starts_with("m.toml:1"));
+    }
+
+    #[test]
+    fn a_model_without_a_contract_has_the_default_one() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let model = folder.path().join("m.onnx");
+        assert_eq!(
+            Contract::beside(&model).expect("none there"),
+            Contract::default()
+        );
+        std::fs::write(folder.path().join("m.toml"), "name = \"here\"").expect("written");
+        assert_eq!(Contract::beside(&model).expect("one there").name, "here");
+    }
+}

@@ -1,0 +1,474 @@
+//! Reads what an ONNX file says about itself, without running or unpacking it.
+//!
+//! Neither runtime tells which operators a model uses, and one of them computes
+//! some wrongly without an error, so the file is walked before it is loaded.
+//! Field numbers are those of `onnx.proto3` (onnx 1.23).
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::protobuf::{Field, Malformed, Reader};
+use crate::error::{Error, Place, Result};
+
+/// Deepest nesting of graphs in graphs (If, Loop, Scan) that is followed.
+const MAX_DEPTH: usize = 16;
+
+/// `TensorProto.DataLocation.EXTERNAL`.
+const EXTERNAL: u64 = 1;
+
+/// What an ONNX file says about itself.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Graph {
+    /// Version of the file format.
+    pub ir_version: u64,
+    /// Version of the default operator set.
+    pub opset: u64,
+    /// Which program wrote the file, empty if it does not say.
+    pub producer: String,
+    /// How often each operator occurs, subgraphs and functions included. Operators outside the
+    /// default domain have theirs in front: `ai.onnx.ml.Scaler`.
+    pub operators: BTreeMap<String, usize>,
+    /// Weights: numbers in floating-point and 8-bit constant tensors.
+    pub parameters: u64,
+    /// Inputs that a caller has to give.
+    pub inputs: Vec<Port>,
+    /// Outputs, in order.
+    pub outputs: Vec<Port>,
+}
+
+/// An input or output.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Port {
+    /// Its name.
+    pub name: String,
+    /// `TensorProto.DataType`: 1 is f32, 0 unknown.
+    pub element: u64,
+    /// Its shape, if the file says so.
+    pub shape: Option<Vec<Dimension>>,
+}
+
+/// A dimension of an input or output.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Dimension {
+    /// Always this size.
+    Fixed(u64),
+    /// Any size, the same wherever the name occurs.
+    Named(String),
+    /// Any size.
+    Unknown,
+}
+
+impl Graph {
+    /// Reads a file's content; `path` is only for messages.
+    ///
+    /// Time and memory grow with the file's size, whatever it claims.
+    ///
+    /// # Errors
+    /// If the content is not an ONNX model, is cut short, or keeps weights in another file.
+    pub fn read(path: &Path, bytes: &[u8]) -> Result<Self> {
+        if bytes.is_empty() {
+            return Err(Error::input(
+                path,
+                "expected an ONNX model, found an empty file",
+            ));
+        }
+        if bytes.starts_with(b"version https://git-lfs") {
+            return Err(Error::input(
+                path,
+                "expected an ONNX model, found a Git LFS pointer (run git lfs pull)",
+            ));
+        }
+        let mut walk = Walk::default();
+        walk.model(Reader::new(bytes))
+            .map_err(|Malformed { byte, problem }| {
+                Error::at(
+                    path,
+                    Place::Byte(byte),
+                    format!("not an ONNX model, or cut short: {problem}"),
+                )
+            })?;
+        if !walk.has_graph {
+            return Err(Error::input(
+                path,
+                "expected an ONNX model, found no graph in it",
+            ));
+        }
+        if let Some(name) = walk.external {
+            return Err(Error::input(
+                path,
+                format!(
+                    "expected the weights inside the file, found {name:?} in another one \
+                     (onnx.save_model with save_as_external_data=False)"
+                ),
+            ));
+        }
+        let mut graph = walk.graph;
+        graph
+            .inputs
+            .retain(|port| !walk.initializers.contains(&port.name));
+        Ok(graph)
+    }
+}
+
+/// A graph being read.
+#[derive(Default)]
+struct Walk {
+    graph: Graph,
+    has_graph: bool,
+    initializers: std::collections::BTreeSet<String>,
+    external: Option<String>,
+}
+
+type Read<T> = std::result::Result<T, Malformed>;
+
+impl Walk {
+    fn model(&mut self, mut model: Reader<'_>) -> Read<()> {
+        while let Some((number, field)) = model.next()? {
+            match (number, field) {
+                (1, Field::Number(version)) => self.graph.ir_version = version,
+                (2, Field::Bytes(name)) => self.graph.producer = name.text()?,
+                (7, Field::Bytes(graph)) => {
+                    self.has_graph = true;
+                    self.graph(graph, 0)?;
+                }
+                (8, Field::Bytes(set)) => self.operator_set(set)?,
+                (25, Field::Bytes(function)) => self.function(function)?,
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn operator_set(&mut self, mut set: Reader<'_>) -> Read<()> {
+        let (mut domain, mut version) = (String::new(), 0);
+        while let Some((number, field)) = set.next()? {
+            match (number, field) {
+                (1, Field::Bytes(name)) => domain = name.text()?,
+                (2, Field::Number(number)) => version = number,
+                _ => {}
+            }
+        }
+        if is_default(&domain) {
+            self.graph.opset = version;
+        }
+        Ok(())
+    }
+
+    fn function(&mut self, mut function: Reader<'_>) -> Read<()> {
+        while let Some((number, field)) = function.next()? {
+            if let (7, Field::Bytes(node)) = (number, field) {
+                self.node(node, 1)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn graph(&mut self, mut graph: Reader<'_>, depth: usize) -> Read<()> {
+        if depth > MAX_DEPTH {
+            return Err(graph.malformed(format!("graphs are nested more than {MAX_DEPTH} deep")));
+        }
+        while let Some((number, field)) = graph.next()? {
+            match (number, field) {
+                (1, Field::Bytes(node)) => self.node(node, depth)?,
+                (5, Field::Bytes(tensor)) => {
+                    let name = self.tensor(tensor)?;
+                    if depth == 0 {
+                        self.initializers.insert(name);
+                    }
+                }
+                (11, Field::Bytes(info)) if depth == 0 => {
+                    let port = port(info)?;
+                    self.graph.inputs.push(port);
+                }
+                (12, Field::Bytes(info)) if depth == 0 => {
+                    let port = port(info)?;
+                    self.graph.outputs.push(port);
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn node(&mut self, mut node: Reader<'_>, depth: usize) -> Read<()> {
+        let (mut operator, mut domain) = (String::new(), String::new());
+        while let Some((number, field)) = node.next()? {
+            match (number, field) {
+                (4, Field::Bytes(name)) => operator = name.text()?,
+                (5, Field::Bytes(attribute)) => self.attribute(attribute, depth)?,
+                (7, Field::Bytes(name)) => domain = name.text()?,
+                _ => {}
+            }
+        }
+        if !is_default(&domain) {
+            operator = format!("{domain}.{operator}");
+        }
+        *self.graph.operators.entry(operator).or_default() += 1;
+        Ok(())
+    }
+
+    fn attribute(&mut self, mut attribute: Reader<'_>, depth: usize) -> Read<()> {
+        while let Some((number, field)) = attribute.next()? {
+            match (number, field) {
+                (5 | 10, Field::Bytes(tensor)) => {
+                    self.tensor(tensor)?;
+                }
+                (6 | 11, Field::Bytes(graph)) => self.graph(graph, depth + 1)?,
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Counts a tensor's numbers; its name.
+    fn tensor(&mut self, mut tensor: Reader<'_>) -> Read<String> {
+        let (mut size, mut element, mut name) = (1_u64, 0, String::new());
+        let mut external = false;
+        while let Some((number, field)) = tensor.next()? {
+            match (number, field) {
+                (1, Field::Number(dim)) => size = size.saturating_mul(dim),
+                (1, Field::Bytes(mut packed)) => {
+                    while let Some(dim) = packed.packed_number()? {
+                        size = size.saturating_mul(dim);
+                    }
+                }
+                (2, Field::Number(kind)) => element = kind,
+                (8, Field::Bytes(text)) => name = text.text()?,
+                (14, Field::Number(location)) => external = location == EXTERNAL,
+                _ => {}
+            }
+        }
+        // FLOAT, UINT8, INT8, FLOAT16, DOUBLE, BFLOAT16.
+        if matches!(element, 1 | 2 | 3 | 10 | 11 | 16) {
+            self.graph.parameters = self.graph.parameters.saturating_add(size);
+        }
+        if external {
+            self.external.get_or_insert_with(|| name.clone());
+        }
+        Ok(name)
+    }
+}
+
+fn is_default(domain: &str) -> bool {
+    domain.is_empty() || domain == "ai.onnx"
+}
+
+/// `ValueInfoProto`.
+fn port(mut info: Reader<'_>) -> Read<Port> {
+    let mut port = Port::default();
+    while let Some((number, field)) = info.next()? {
+        match (number, field) {
+            (1, Field::Bytes(name)) => port.name = name.text()?,
+            (2, Field::Bytes(mut kind)) => {
+                while let Some((number, field)) = kind.next()? {
+                    if let (1, Field::Bytes(tensor)) = (number, field) {
+                        tensor_type(tensor, &mut port)?;
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    Ok(port)
+}
+
+/// `TypeProto.Tensor`.
+fn tensor_type(mut tensor: Reader<'_>, port: &mut Port) -> Read<()> {
+    while let Some((number, field)) = tensor.next()? {
+        match (number, field) {
+            (1, Field::Number(element)) => port.element = element,
+            (2, Field::Bytes(mut shape)) => {
+                let dimensions = port.shape.get_or_insert_default();
+                while let Some((number, field)) = shape.next()? {
+                    if let (1, Field::Bytes(dim)) = (number, field) {
+                        dimensions.push(dimension(dim)?);
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+fn dimension(mut dim: Reader<'_>) -> Read<Dimension> {
+    let mut found = Dimension::Unknown;
+    while let Some((number, field)) = dim.next()? {
+        found = match (number, field) {
+            // Some exporters write -1 or 0 for "any".
+            (1, Field::Number(0)) => Dimension::Unknown,
+            (1, Field::Number(size)) if size > i64::MAX as u64 => Dimension::Unknown,
+            (1, Field::Number(size)) => Dimension::Fixed(size),
+            (2, Field::Bytes(name)) if !name.is_empty() => Dimension::Named(name.text()?),
+            _ => found,
+        };
+    }
+    Ok(found)
+}
+
+impl std::fmt::Display for Port {
+    /// `gei f32 [N, 1, 50, 30]`.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{:?} {} ", self.name, element_name(self.element))?;
+        let Some(shape) = &self.shape else {
+            return f.write_str("of any shape");
+        };
+        let dims: Vec<String> = shape.iter().map(ToString::to_string).collect();
+        write!(f, "[{}]", dims.join(", "))
+    }
+}
+
+impl std::fmt::Display for Dimension {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Fixed(size) => write!(f, "{size}"),
+            Self::Named(name) => f.write_str(name),
+            Self::Unknown => f.write_str("?"),
+        }
+    }
+}
+
+/// Names of `TensorProto.DataType`.
+fn element_name(element: u64) -> &'static str {
+    const NAMES: [&str; 17] = [
+        "unknown",
+        "f32",
+        "u8",
+        "i8",
+        "u16",
+        "i16",
+        "i32",
+        "i64",
+        "string",
+        "bool",
+        "f16",
+        "f64",
+        "u32",
+        "u64",
+        "complex64",
+        "complex128",
+        "bf16",
+    ];
+    usize::try_from(element)
+        .ok()
+        .and_then(|i| NAMES.get(i).copied())
+        .unwrap_or("unknown")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::train::{onnx, testing::small_recognizer};
+
+    fn read(bytes: &[u8]) -> Result<Graph> {
+        Graph::read(Path::new("m.onnx"), bytes)
+    }
+
+    #[test]
+    fn our_own_file_is_described_fully() {
+        let recognizer = small_recognizer();
+        let graph = read(&onnx::write(&recognizer, "small", &[])).expect("our own file");
+        assert_eq!(
+            (graph.ir_version, graph.opset, graph.producer.as_str()),
+            (8, 17, "edgegait")
+        );
+        let operators: Vec<_> = graph
+            .operators
+            .iter()
+            .map(|(name, n)| (name.as_str(), *n))
+            .collect();
+        assert_eq!(operators, [("Flatten", 1), ("Gemm", 2)]);
+        assert_eq!(graph.parameters, 1500 + 1 + 2 + 2);
+        let ports: Vec<String> = graph
+            .inputs
+            .iter()
+            .chain(&graph.outputs)
+            .map(ToString::to_string)
+            .collect();
+        assert_eq!(
+            ports,
+            [
+                "\"gei\" f32 [N, 1, 50, 30]",
+                "\"embedding\" f32 [N, 1]",
+                "\"scores\" f32 [N, 2]"
+            ]
+        );
+    }
+
+    #[test]
+    fn what_is_not_a_model_is_refused() {
+        let refusal = |bytes: &[u8]| read(bytes).expect_err("not a model").to_string();
+        assert_eq!(
+            refusal(b""),
+            "m.onnx: expected an ONNX model, found an empty file"
+        );
+        assert!(refusal(b"version https://git-lfs.github.com/spec/v1\n").contains("git lfs pull"));
+        assert!(refusal(b"<!DOCTYPE html><html>404</html>").contains("not an ONNX model"));
+        assert_eq!(
+            refusal(b"\x08\x08"),
+            "m.onnx: expected an ONNX model, found no graph in it"
+        );
+    }
+
+    #[test]
+    fn no_prefix_of_a_model_and_no_changed_byte_panics() {
+        let bytes = onnx::write(&small_recognizer(), "small", &[]);
+        for length in (0..700)
+            .chain((700..bytes.len()).step_by(97))
+            .chain([bytes.len() - 1])
+        {
+            // A cut between two top-level fields leaves a valid, poorer message.
+            let _ = read(&bytes[..length]);
+        }
+        assert!(read(&bytes[..bytes.len() / 2]).is_err());
+        let mut changed = bytes.clone();
+        for at in (0..bytes.len()).filter(|at| *at < 400 || at + 400 > bytes.len()) {
+            for flip in [0x01, 0x80, 0xFF] {
+                changed[at] ^= flip;
+                let _ = read(&changed);
+                changed[at] = bytes[at];
+            }
+        }
+    }
+
+    #[test]
+    fn graphs_nested_without_end_are_refused() {
+        let mut graph: Vec<u8> = Vec::new();
+        let wrap = |tag: u8, inner: &[u8]| {
+            let mut out = vec![tag];
+            let mut n = inner.len();
+            while n >= 0x80 {
+                out.push(n as u8 | 0x80);
+                n >>= 7;
+            }
+            out.push(n as u8);
+            out.extend_from_slice(inner);
+            out
+        };
+        for _ in 0..5000 {
+            // GraphProto.node { NodeProto.attribute { AttributeProto.g { ... } } }
+            graph = wrap(0x0A, &wrap(0x2A, &wrap(0x32, &graph)));
+        }
+        let text = read(&wrap(0x3A, &graph)).expect_err("too deep").to_string();
+        assert!(text.contains("nested more than 16 deep"), "{text}");
+    }
+
+    #[test]
+    fn weights_in_another_file_are_refused() {
+        // ModelProto.graph { initializer { name "w", data_location EXTERNAL } }
+        let text = read(b"\x3A\x07\x2A\x05\x42\x01w\x70\x01")
+            .expect_err("external")
+            .to_string();
+        assert!(text.contains("found \"w\" in another one"), "{text}");
+    }
+
+    #[test]
+    fn operators_of_other_domains_keep_their_name() {
+        // ModelProto.graph { node { op_type "Scaler", domain "ai.onnx.ml" } }
+        let graph = read(b"\x3A\x16\x0A\x14\x22\x06Scaler\x3A\x0Aai.onnx.ml").expect("a graph");
+        assert_eq!(
+            graph.operators.keys().collect::<Vec<_>>(),
+            ["ai.onnx.ml.Scaler"]
+        );
+    }
+}

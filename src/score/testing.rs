@@ -1,0 +1,115 @@
+//! What tests of this module share: small models, and the real ONNX Runtime if there is one.
+
+use std::path::PathBuf;
+
+use super::{Contract, Model};
+use crate::train::{onnx, testing::small_recognizer};
+
+/// The library that `EDGEGAIT_ORT_LIB` names; says that it skips if there is none.
+pub(crate) fn ort_library() -> Option<PathBuf> {
+    let path = std::env::var_os("EDGEGAIT_ORT_LIB").map(PathBuf::from);
+    if path.is_none() {
+        let test = std::thread::current().name().unwrap_or("a test").to_owned();
+        eprintln!("{test}: skipped the real ONNX Runtime: EDGEGAIT_ORT_LIB is not set");
+    }
+    path
+}
+
+/// Two people, default contract.
+pub(crate) fn small_model() -> Model {
+    let bytes = onnx::write(&small_recognizer(), "small", &[]);
+    Model::from_bytes("small.onnx", bytes, Contract::default()).expect("our own model")
+}
+
+fn delimited(field: u8, content: &[u8]) -> Vec<u8> {
+    assert!(
+        content.len() < 0x4000,
+        "two bytes of length are enough for tests"
+    );
+    let length = content.len();
+    let mut bytes = vec![field << 3 | 2, length as u8 | 0x80, (length >> 7) as u8];
+    bytes.extend_from_slice(content);
+    bytes
+}
+
+fn port(name: &str, element: u8, dims: &[Option<u16>]) -> Vec<u8> {
+    let shape: Vec<u8> = dims
+        .iter()
+        .flat_map(|dim| {
+            let dim = dim.map_or_else(
+                || delimited(2, b"N"),
+                |size| vec![0x08, size as u8 | 0x80, (size >> 7) as u8],
+            );
+            delimited(1, &dim)
+        })
+        .collect();
+    let tensor = [vec![0x08, element], delimited(2, &shape)].concat();
+    let kind = delimited(2, &delimited(1, &tensor));
+    [delimited(1, name.as_bytes()), kind].concat()
+}
+
+fn model(nodes: &[Vec<u8>], input: &[u8], output: &[u8]) -> Vec<u8> {
+    let mut graph: Vec<u8> = nodes.iter().flat_map(|node| delimited(1, node)).collect();
+    graph.extend(delimited(2, b"g"));
+    graph.extend(delimited(11, input));
+    graph.extend(delimited(12, output));
+    [
+        vec![0x08, 8],
+        delimited(7, &graph),
+        delimited(8, &[0x0A, 0, 0x10, 17]),
+    ]
+    .concat()
+}
+
+/// A model without operators whose input has this type and shape; its output `out` has
+/// `[N, 4, ...]` of this element and rank.
+pub(crate) fn bytes_with(
+    element: u8,
+    dims: &[Option<u16>],
+    out_element: u8,
+    out_rank: usize,
+) -> Vec<u8> {
+    let mut out = vec![Some(4); out_rank];
+    out[0] = None;
+    model(
+        &[],
+        &port("gei", element, dims),
+        &port("out", out_element, &out),
+    )
+}
+
+/// A model of one operator from `gei` to `out`.
+pub(crate) fn bytes_with_operator(operator: &str, domain: &str) -> Vec<u8> {
+    let node = [
+        delimited(1, b"gei"),
+        delimited(2, b"out"),
+        delimited(4, operator.as_bytes()),
+        delimited(7, domain.as_bytes()),
+    ]
+    .concat();
+    let image = [None, Some(1), Some(50), Some(30)];
+    model(
+        &[node],
+        &port("gei", 1, &image),
+        &port("out", 1, &[None, Some(4)]),
+    )
+}
+
+/// `gei` flattened, then the logarithm: NaN and infinities for numbers that are not positive.
+pub(crate) fn bytes_of_a_logarithm(batch: Option<u16>) -> Vec<u8> {
+    let node = |operator: &str, from: &str, to: &str| {
+        [
+            delimited(1, from.as_bytes()),
+            delimited(2, to.as_bytes()),
+            delimited(4, operator.as_bytes()),
+        ]
+        .concat()
+    };
+    let nodes = [node("Flatten", "gei", "flat"), node("Log", "flat", "out")];
+    let image = [batch, Some(1), Some(50), Some(30)];
+    model(
+        &nodes,
+        &port("gei", 1, &image),
+        &port("out", 1, &[batch, Some(1500)]),
+    )
+}

@@ -1,0 +1,221 @@
+//! Many silhouettes at once: walks and cycles on all cores, seen from many viewpoints.
+//!
+//! A job is one cycle of one walk. Its frames are decoded and posed once and then seen
+//! from every viewpoint. Results come in the jobs' order, whatever the number of threads.
+
+mod views;
+
+pub use views::{View, Views};
+
+use crate::error::{Error, Result};
+use crate::scene::variation::{CycleSeed, Variation};
+use edgegait_core::avatar::{Avatar, PosedHulls};
+use edgegait_core::camera::Camera;
+use edgegait_core::clip::Clip;
+use edgegait_core::pack::Pack;
+use edgegait_core::pose::ModelPose;
+use edgegait_core::raster::{Rasterizer, Renderer};
+use edgegait_core::silhouette::Frame;
+use edgegait_core::skeleton::Skeleton;
+use edgegait_core::template::{Gei, GeiBuilder};
+use rayon::prelude::*;
+
+/// Frames of a cycle, unless a user says otherwise. Ours: 32 frames leave a GEI within
+/// 1 of 255 (root mean square) of one with 128.
+pub const FRAMES_PER_CYCLE: u32 = 32;
+
+/// How a sweep draws.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Which rasteriser.
+    pub rasterizer: Rasterizer,
+    /// Frames of each cycle.
+    pub frames_per_cycle: u32,
+    /// Seed of the cycles' variations.
+    pub seed: u64,
+}
+
+/// One cycle of one walk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Job {
+    /// Number of the walk in its pack.
+    pub walk: usize,
+    /// Which variation of the stored cycle; 0 is the cycle itself.
+    pub cycle: u32,
+}
+
+/// The GEIs of one job, one for each view.
+#[derive(Clone, Debug)]
+pub struct Swept {
+    /// In the order of the views.
+    pub geis: Vec<Gei>,
+    /// Sum over all frames and views of the share that lay outside of the 30 columns.
+    pub clipped: f64,
+}
+
+/// Sees every job from every view. `map` runs on all cores and turns a job's GEIs into
+/// what is wanted of them; `sink` takes the results one by one, in the jobs' order.
+/// At most two jobs' GEIs for each thread are alive at once.
+///
+/// # Errors
+/// The first, in job order, of `map`'s, `sink`'s, and of what could not be drawn.
+pub fn sweep<R: Send>(
+    pack: &Pack<'_>,
+    jobs: &[Job],
+    views: &[View],
+    settings: Settings,
+    map: impl Fn(Job, Swept) -> Result<R> + Sync,
+    mut sink: impl FnMut(Job, R) -> Result<()>,
+) -> Result<()> {
+    let chunk = 2 * rayon::current_num_threads();
+    for jobs in jobs.chunks(chunk.max(1)) {
+        let results: Vec<Result<R>> = jobs
+            .par_iter()
+            .map_init(
+                || Renderer::new(settings.rasterizer),
+                |renderer, &job| map(job, see(pack, job, views, settings, renderer)?),
+            )
+            .collect();
+        for (&job, result) in jobs.iter().zip(results) {
+            sink(job, result?)?;
+        }
+    }
+    Ok(())
+}
+
+/// One job's GEIs.
+fn see(
+    pack: &Pack<'_>,
+    job: Job,
+    views: &[View],
+    settings: Settings,
+    renderer: &mut Renderer,
+) -> Result<Swept> {
+    let figures = Figures::new(pack, job, settings.seed)?;
+    let posed: Vec<PosedHulls> = (0..settings.frames_per_cycle)
+        .map(|frame| figures.at(phase(frame, settings.frames_per_cycle)))
+        .collect();
+    let mut swept = Swept {
+        geis: Vec::with_capacity(views.len()),
+        clipped: 0.0,
+    };
+    for view in views {
+        let camera = Camera::orthographic(view.viewpoint());
+        let mut builder = GeiBuilder::new();
+        for figure in &posed {
+            let drawing = renderer
+                .draw(figure, &camera)
+                .map_err(|error| drawing_error(pack, job, *view, &error))?;
+            swept.clipped += f64::from(drawing.clipped_share);
+            builder.add(&drawing.frame);
+        }
+        swept.geis.push(builder.finish());
+    }
+    Ok(swept)
+}
+
+/// The frames of one job from each view: `[view][frame]`.
+///
+/// # Errors
+/// When a figure cannot be drawn.
+pub fn silhouettes(
+    pack: &Pack<'_>,
+    job: Job,
+    views: &[View],
+    settings: Settings,
+) -> Result<Vec<Vec<Frame>>> {
+    let figures = Figures::new(pack, job, settings.seed)?;
+    let mut renderer = Renderer::new(settings.rasterizer);
+    let mut draw = |view: &View, frame: u32| {
+        let figure = figures.at(phase(frame, settings.frames_per_cycle));
+        let drawing = renderer.draw(&figure, &Camera::orthographic(view.viewpoint()));
+        drawing
+            .map(|drawing| drawing.frame)
+            .map_err(|error| drawing_error(pack, job, *view, &error))
+    };
+    views
+        .iter()
+        .map(|view| {
+            (0..settings.frames_per_cycle)
+                .map(|frame| draw(view, frame))
+                .collect()
+        })
+        .collect()
+}
+
+#[expect(clippy::cast_precision_loss, reason = "frames of a cycle")]
+fn phase(frame: u32, frames: u32) -> f32 {
+    frame as f32 / frames as f32
+}
+
+fn drawing_error(
+    pack: &Pack<'_>,
+    job: Job,
+    view: View,
+    error: &edgegait_core::raster::DrawError,
+) -> Error {
+    let name = pack.walks().nth(job.walk).map_or("", |walk| walk.name);
+    Error::Failed(format!(
+        "walk {} ({name:?}), cycle {}, azimuth {} and elevation {} degrees: {error}",
+        job.walk, job.cycle, view.azimuth_deg, view.elevation_deg
+    ))
+}
+
+/// One job's figure at any phase.
+struct Figures<'a> {
+    avatar: Avatar<'a>,
+    skeleton: Skeleton,
+    clip: Clip<'a>,
+    variation: Variation,
+}
+
+impl<'a> Figures<'a> {
+    fn new(pack: &Pack<'a>, job: Job, seed: u64) -> Result<Self> {
+        let walk = pack.walks().nth(job.walk);
+        let subject = walk.and_then(|walk| pack.subject(walk.subject));
+        let parts = walk.zip(subject).and_then(|(walk, subject)| {
+            Some((walk, pack.avatar(subject.avatar)?, pack.clip(walk.clip)?))
+        });
+        let Some((walk, avatar, clip)) = parts else {
+            return Err(Error::Failed(format!(
+                "there is no walk {}: expected a number below {}",
+                job.walk,
+                pack.walks().len()
+            )));
+        };
+        Ok(Self {
+            skeleton: avatar.skeleton(),
+            avatar,
+            clip,
+            variation: Variation::new(CycleSeed {
+                seed,
+                subject: walk.subject,
+                walk: job.walk,
+                cycle: job.cycle,
+            }),
+        })
+    }
+
+    /// The posed figure; a varied one keeps the stored cycle's clearance from the floor.
+    fn at(&self, phase: f32) -> PosedHulls {
+        let mut pose = self.clip.pose(phase);
+        let stored = self.posed(&pose);
+        let before = pose.rotations;
+        self.variation.apply(&mut pose, phase);
+        if pose.rotations == before {
+            return stored;
+        }
+        let lifted = lowest(&stored) - lowest(&self.posed(&pose));
+        pose.root.y += lifted;
+        self.posed(&pose)
+    }
+
+    fn posed(&self, pose: &edgegait_core::pose::Pose) -> PosedHulls {
+        PosedHulls::new(&self.avatar, &ModelPose::new(&self.skeleton, pose))
+    }
+}
+
+/// The height of a figure's lowest point, metres.
+fn lowest(figure: &PosedHulls) -> f32 {
+    figure.points().iter().map(|p| p.y).fold(f32::MAX, f32::min)
+}

@@ -1,0 +1,176 @@
+//! Lists of viewpoints: the paper's grid, the side view, or a user's own.
+
+use crate::error::{Error, Place, Result};
+use edgegait_core::camera::Viewpoint;
+use std::path::Path;
+
+/// A viewpoint with the angles that it was asked for by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Degrees; 0 is in front of the walker, 90 on the walker's left.
+    pub azimuth_deg: f32,
+    /// Degrees; 0 is level, 90 straight above.
+    pub elevation_deg: f32,
+    viewpoint: Viewpoint,
+}
+
+impl View {
+    /// A view from degrees.
+    ///
+    /// # Errors
+    /// For angles that are no viewpoint.
+    pub fn new(azimuth_deg: f32, elevation_deg: f32) -> Result<Self> {
+        let viewpoint = Viewpoint::from_degrees(azimuth_deg, elevation_deg)
+            .map_err(|error| Error::Usage(error.to_string()))?;
+        Ok(Self {
+            azimuth_deg,
+            elevation_deg,
+            viewpoint,
+        })
+    }
+
+    /// The direction for the core.
+    #[must_use]
+    pub const fn viewpoint(&self) -> Viewpoint {
+        self.viewpoint
+    }
+}
+
+/// A list of views, not empty.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Views {
+    /// What the user asked for, for results.
+    pub name: String,
+    /// The views in order.
+    pub list: Vec<View>,
+}
+
+impl Views {
+    /// The grid of Charalambous & Bharath (BMVC 2016): azimuth 0, 5, ..., 180 by
+    /// elevation 0, 5, ..., 90 degrees, azimuth-major: 703 pairs, 667 directions.
+    ///
+    /// # Errors
+    /// Never.
+    pub fn paper() -> Result<Self> {
+        let degrees = |last: u8| (0..=last).step_by(5).map(f32::from);
+        Self::grid("paper", degrees(180), degrees(90))
+    }
+
+    /// The side view: azimuth 90, elevation 0.
+    ///
+    /// # Errors
+    /// Never.
+    pub fn side() -> Result<Self> {
+        Self::grid("side", [90.0], [0.0])
+    }
+
+    /// Every azimuth with every elevation, azimuth-major.
+    ///
+    /// # Errors
+    /// For an angle that is no viewpoint's, or an empty list.
+    pub fn grid(
+        name: impl Into<String>,
+        azimuths: impl IntoIterator<Item = f32>,
+        elevations: impl IntoIterator<Item = f32>,
+    ) -> Result<Self> {
+        let elevations: Vec<f32> = elevations.into_iter().collect();
+        let mut list = Vec::new();
+        for azimuth in azimuths {
+            for &elevation in &elevations {
+                list.push(View::new(azimuth, elevation)?);
+            }
+        }
+        if list.is_empty() {
+            return Err(Error::Usage("no viewpoints: expected at least one".into()));
+        }
+        Ok(Self {
+            name: name.into(),
+            list,
+        })
+    }
+
+    /// By name (`paper`, `side`) or from a CSV file with the columns `azimuth_deg` and
+    /// `elevation_deg`.
+    ///
+    /// # Errors
+    /// When the file cannot be read or a row is no viewpoint.
+    pub fn named(name: &str) -> Result<Self> {
+        match name {
+            "paper" => Self::paper(),
+            "side" => Self::side(),
+            _ if Path::new(name).extension().is_some_and(|e| e == "csv") => {
+                Self::from_csv(Path::new(name))
+            }
+            _ => Err(Error::Usage(format!(
+                "viewpoints {name:?}: expected \"paper\", \"side\" or a .csv file"
+            ))),
+        }
+    }
+
+    fn from_csv(path: &Path) -> Result<Self> {
+        #[derive(serde::Deserialize)]
+        struct Row {
+            azimuth_deg: f32,
+            elevation_deg: f32,
+        }
+        let file = std::fs::File::open(path).map_err(|error| Error::io(path, error))?;
+        let mut reader = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .from_reader(file);
+        let mut list = Vec::new();
+        for row in reader.deserialize() {
+            let line = list.len() + 2;
+            let row: Row = row.map_err(|error| {
+                Error::at(
+                    path,
+                    Place::Line(line),
+                    format!(
+                        "{error}; expected the columns azimuth_deg and elevation_deg in degrees"
+                    ),
+                )
+            })?;
+            let view = View::new(row.azimuth_deg, row.elevation_deg)
+                .map_err(|error| Error::at(path, Place::Line(line), error.to_string()))?;
+            list.push(view);
+        }
+        if list.is_empty() {
+            return Err(Error::input(
+                path,
+                "no viewpoints: expected at least one row",
+            ));
+        }
+        Ok(Self {
+            name: path.display().to_string(),
+            list,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_papers_grid_has_703_pairs_azimuth_major() {
+        let views = Views::paper().expect("the grid").list;
+        assert_eq!(views.len(), 703);
+        let angles = |index: usize| (views[index].azimuth_deg, views[index].elevation_deg);
+        assert_eq!(angles(0), (0.0, 0.0));
+        assert_eq!(angles(1), (0.0, 5.0));
+        assert_eq!(angles(19), (5.0, 0.0));
+        assert_eq!(angles(702), (180.0, 90.0));
+    }
+
+    #[test]
+    fn a_list_of_viewpoints_names_its_bad_line() {
+        let dir = tempfile::tempdir().expect("a folder");
+        let path = dir.path().join("views.csv");
+        std::fs::write(&path, "azimuth_deg,elevation_deg\n90,0\n90,91\n").expect("a file");
+        let error = Views::named(&path.display().to_string()).expect_err("91 degrees");
+        assert!(error.to_string().contains("views.csv:3"), "{error}");
+        std::fs::write(&path, "azimuth_deg,elevation_deg\n90,0\n45, 30\n").expect("a file");
+        let views = Views::named(&path.display().to_string()).expect("two viewpoints");
+        assert_eq!(views.list.len(), 2);
+        assert!(Views::named("front").is_err());
+    }
+}

@@ -1,0 +1,336 @@
+//! Linear discriminant analysis: the directions that tell classes apart.
+//!
+//! Fisher's criterion for several classes (Rao 1948; Han and Bhanu 2006 use it
+//! on GEIs after PCA): the ratio of the scatter between class means to the
+//! scatter within classes. The within scatter is whitened, so that plain
+//! Euclidean distance in the result is the Mahalanobis distance of the input.
+
+use ndarray::{Array1, Array2, ArrayView2, Axis, s};
+
+use super::algebra::{add_products_of_columns, eigen, finite, fix_sign, multiply};
+use crate::error::{Error, Result};
+
+/// Discriminant ratios below this share of the largest count as zero.
+const RANK_TOLERANCE: f64 = 1e-10;
+
+/// Directions that tell classes apart, best first.
+#[derive(Clone, Debug)]
+pub struct Lda {
+    /// One direction a row (at most classes - 1), scaled so that the variance within classes,
+    /// ridge included, is 1 along it and 0 across.
+    pub directions: Array2<f64>,
+    /// Variance between class means along each direction over that within, falling.
+    pub ratios: Array1<f64>,
+}
+
+/// How many samples each class has, and their mean, one class a row.
+pub(super) struct Classes {
+    pub counts: Vec<usize>,
+    pub means: Array2<f64>,
+}
+
+impl Classes {
+    /// Checks the labels and averages the samples of each.
+    ///
+    /// # Errors
+    /// If there are fewer than two classes, a label outside them, a number that is not finite, a
+    /// class without samples, or two classes with the same mean.
+    pub fn of<T: Copy + Into<f64>>(
+        samples: ArrayView2<'_, T>,
+        labels: &[usize],
+        classes: usize,
+    ) -> Result<Self> {
+        if classes < 2 {
+            return Err(Error::Failed(format!(
+                "telling classes apart needs at least 2 of them, found {classes}"
+            )));
+        }
+        if labels.len() != samples.nrows() {
+            return Err(Error::Failed(format!(
+                "expected a label per sample, found {} for {}",
+                labels.len(),
+                samples.nrows()
+            )));
+        }
+        let mut counts = vec![0; classes];
+        let mut means = Array2::zeros((classes, samples.ncols()));
+        for (row, (sample, &label)) in samples.outer_iter().zip(labels).enumerate() {
+            let Some(count) = counts.get_mut(label) else {
+                return Err(Error::Failed(format!(
+                    "sample {row}: expected a label below {classes}, found {label}"
+                )));
+            };
+            *count += 1;
+            for (column, (sum, &value)) in means.row_mut(label).iter_mut().zip(sample).enumerate() {
+                *sum += finite(value.into(), row, column)?;
+            }
+        }
+        for (class, (mut mean, &count)) in means.outer_iter_mut().zip(&counts).enumerate() {
+            if count == 0 {
+                return Err(Error::Failed(format!(
+                    "class {class} has no sample to learn from"
+                )));
+            }
+            mean /= count as f64;
+        }
+        let classes = Self { counts, means };
+        classes.refuse_equal_means()?;
+        Ok(classes)
+    }
+
+    fn refuse_equal_means(&self) -> Result<()> {
+        let scale = self.means.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        for (second, b) in self.means.outer_iter().enumerate() {
+            for (first, a) in self.means.outer_iter().take(second).enumerate() {
+                if a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-9 * scale) {
+                    return Err(Error::Failed(format!(
+                        "classes {first} and {second} have the same mean: they cannot be told apart \
+                         (is one person in the dataset under two names?)"
+                    )));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Lda {
+    /// Finds the directions that tell the classes of `points` (one a row) apart.
+    ///
+    /// `ridge` times the mean total variance of a dimension is added to the variance within
+    /// classes in every direction, so that directions in which the few training samples happen
+    /// not to vary cannot dominate.
+    ///
+    /// # Errors
+    /// If there are fewer than two classes, a class has no sample, two classes have the same
+    /// mean, or the ridge is not above zero.
+    pub fn fit(
+        points: ArrayView2<'_, f64>,
+        labels: &[usize],
+        classes: usize,
+        ridge: f64,
+    ) -> Result<Self> {
+        if !(ridge > 0.0 && ridge.is_finite()) {
+            return Err(Error::Failed(format!(
+                "expected a ridge above 0, found {ridge}"
+            )));
+        }
+        let (count, dims) = points.dim();
+        let of = Classes::of(points, labels, classes)?;
+        let mean = points
+            .mean_axis(Axis(0))
+            .unwrap_or_else(|| Array1::zeros(dims));
+
+        let mut deviations = points.to_owned();
+        for (mut deviation, &label) in deviations.outer_iter_mut().zip(labels) {
+            deviation -= &of.means.row(label);
+        }
+        let mut within = Array2::zeros((dims, dims));
+        add_products_of_columns(deviations.view(), &mut within);
+        let mut offsets = &of.means - &mean;
+        for (mut offset, &count) in offsets.outer_iter_mut().zip(&of.counts) {
+            offset *= (count as f64).sqrt();
+        }
+        let between_trace: f64 = offsets.iter().map(|v| v * v).sum();
+        let total_variance = (within.diag().sum() + between_trace) / (count - 1) as f64;
+
+        within /= count.saturating_sub(classes).max(1) as f64;
+        within
+            .diag_mut()
+            .mapv_inplace(|v| v + ridge * total_variance / dims as f64);
+        let whitening = whitening(&within)?;
+        let whitened = multiply(offsets.view(), whitening.t());
+        let mut between = Array2::zeros((dims, dims));
+        add_products_of_columns(whitened.view(), &mut between);
+        between /= (classes - 1) as f64;
+        let found = eigen(&between)?;
+
+        let floor = RANK_TOLERANCE * found.values[0];
+        let rank = found
+            .values
+            .iter()
+            .take(classes - 1)
+            .take_while(|v| **v > floor)
+            .count();
+        let mut directions = multiply(found.vectors.slice(s![..rank, ..]), whitening.view());
+        directions.outer_iter_mut().for_each(fix_sign);
+        Ok(Self {
+            directions,
+            ratios: found.values[..rank].iter().copied().collect(),
+        })
+    }
+}
+
+/// A matrix `w` for which `w within w^T` is the identity.
+fn whitening(within: &Array2<f64>) -> Result<Array2<f64>> {
+    let mut found = eigen(within)?;
+    for (mut vector, &value) in found.vectors.outer_iter_mut().zip(&found.values) {
+        if value <= 0.0 {
+            return Err(Error::Failed(
+                "the scatter within classes cannot be inverted: use a larger ridge".into(),
+            ));
+        }
+        vector /= value.sqrt();
+    }
+    Ok(found.vectors)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::train::testing::{noise, solve};
+    use ndarray::array;
+
+    /// `classes` clouds of noise around different points, labelled round robin.
+    fn clouds(count: usize, dims: usize, classes: usize) -> (Array2<f64>, Vec<usize>) {
+        let centres = noise(classes, dims, 77) * 2.0;
+        let labels: Vec<usize> = (0..count).map(|i| i % classes).collect();
+        let mut points = noise(count, dims, 5);
+        for (mut point, &label) in points.outer_iter_mut().zip(&labels) {
+            point += &centres.row(label);
+        }
+        (points, labels)
+    }
+
+    /// Within (with ridge) and between scatter by plain loops.
+    fn scatters(
+        points: &Array2<f64>,
+        labels: &[usize],
+        classes: usize,
+        ridge: f64,
+    ) -> [Array2<f64>; 2] {
+        let (n, d) = points.dim();
+        let mean_of = |keep: &dyn Fn(usize) -> bool| -> Vec<f64> {
+            let rows: Vec<usize> = (0..n).filter(|&i| keep(labels[i])).collect();
+            (0..d)
+                .map(|j| rows.iter().map(|&i| points[[i, j]]).sum::<f64>() / rows.len() as f64)
+                .collect()
+        };
+        let overall = mean_of(&|_| true);
+        let mut within = Array2::zeros((d, d));
+        let mut between = Array2::zeros((d, d));
+        let mut total = 0.0;
+        for i in 0..n {
+            let mean = mean_of(&|label| label == labels[i]);
+            for a in 0..d {
+                total += (points[[i, a]] - overall[a]).powi(2) / (n - 1) as f64;
+                for b in 0..d {
+                    within[[a, b]] += (points[[i, a]] - mean[a]) * (points[[i, b]] - mean[b])
+                        / (n - classes) as f64;
+                    between[[a, b]] +=
+                        (mean[a] - overall[a]) * (mean[b] - overall[b]) / (classes - 1) as f64;
+                }
+            }
+        }
+        for a in 0..d {
+            within[[a, a]] += ridge * total / d as f64;
+        }
+        [within, between]
+    }
+
+    #[test]
+    fn two_classes_are_told_apart_along_fishers_direction() {
+        // Fisher 1936: the inverse of the within scatter times the difference of the means.
+        let (points, labels) = clouds(60, 3, 2);
+        let lda = Lda::fit(points.view(), &labels, 2, 1e-9).expect("two classes");
+        assert_eq!(lda.directions.dim(), (1, 3));
+        let [within, _] = scatters(&points, &labels, 2, 1e-9);
+        let means = Classes::of(points.view(), &labels, 2)
+            .expect("two classes")
+            .means;
+        let fisher = solve(within, &(&means.row(1) - &means.row(0)));
+        let found = lda.directions.row(0);
+        let cosine = found.dot(&fisher) / (found.dot(&found) * fisher.dot(&fisher)).sqrt();
+        assert!((cosine.abs() - 1.0).abs() < 1e-12, "cosine {cosine}");
+    }
+
+    #[test]
+    fn directions_solve_the_generalised_eigenproblem() {
+        let (points, labels) = clouds(80, 6, 4);
+        let ridge = 0.01;
+        let lda = Lda::fit(points.view(), &labels, 4, ridge).expect("four classes");
+        assert_eq!(lda.directions.dim(), (3, 6));
+        let [within, between] = scatters(&points, &labels, 4, ridge);
+        for (i, (direction, ratio)) in lda.directions.outer_iter().zip(&lda.ratios).enumerate() {
+            let residual = between.dot(&direction) - within.dot(&direction) * *ratio;
+            assert!(residual.iter().all(|r| r.abs() < 1e-9), "{residual}");
+            for (j, other) in lda.directions.outer_iter().enumerate() {
+                let expected = f64::from(u8::from(i == j));
+                assert!((direction.dot(&within.dot(&other)) - expected).abs() < 1e-10);
+            }
+        }
+        assert!(
+            lda.ratios
+                .windows(2)
+                .into_iter()
+                .all(|pair| pair[0] >= pair[1])
+        );
+    }
+
+    #[test]
+    fn classes_on_a_line_need_one_direction() {
+        let points = array![
+            [0.0, 0.1],
+            [0.0, -0.1],
+            [1.0, 0.1],
+            [1.0, -0.1],
+            [2.0, 0.1],
+            [2.0, -0.1]
+        ];
+        let lda = Lda::fit(points.view(), &[0, 0, 1, 1, 2, 2], 3, 1e-3).expect("three classes");
+        assert_eq!(lda.directions.nrows(), 1);
+        assert!(lda.directions[[0, 0]] > 0.0 && lda.directions[[0, 1]].abs() < 1e-9);
+    }
+
+    #[test]
+    fn classes_of_one_sample_each_are_learnt_from_the_ridge_alone() {
+        let points = array![[0.0, 1.0], [3.0, 0.0], [1.0, 5.0]];
+        let lda = Lda::fit(points.view(), &[0, 1, 2], 3, 1e-3).expect("three classes");
+        assert!(lda.directions.iter().all(|v| v.is_finite()));
+    }
+
+    fn refusal(points: Array2<f64>, labels: &[usize], classes: usize) -> String {
+        Lda::fit(points.view(), labels, classes, 1e-3)
+            .expect_err("nothing to learn")
+            .to_string()
+    }
+
+    #[test]
+    fn one_class_is_refused() {
+        let text = refusal(array![[0.0], [1.0]], &[0, 0], 1);
+        assert_eq!(
+            text,
+            "telling classes apart needs at least 2 of them, found 1"
+        );
+    }
+
+    #[test]
+    fn identical_classes_are_refused_by_number() {
+        let text = refusal(array![[0.0, 1.0], [9.0, 9.0], [0.0, 1.0]], &[0, 1, 2], 3);
+        assert!(
+            text.starts_with("classes 0 and 2 have the same mean"),
+            "{text}"
+        );
+        let text = refusal(Array2::zeros((4, 2)), &[0, 1, 0, 1], 2);
+        assert!(
+            text.starts_with("classes 0 and 1 have the same mean"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn a_class_without_samples_and_a_label_out_of_range_are_refused() {
+        assert_eq!(
+            refusal(array![[0.0], [1.0]], &[0, 0], 2),
+            "class 1 has no sample to learn from"
+        );
+        assert_eq!(
+            refusal(array![[0.0], [1.0]], &[0, 5], 2),
+            "sample 1: expected a label below 2, found 5"
+        );
+        assert_eq!(
+            refusal(array![[0.0], [1.0]], &[0], 2),
+            "expected a label per sample, found 1 for 2"
+        );
+    }
+}

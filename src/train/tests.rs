@@ -1,0 +1,215 @@
+//! Fits on made-up people, against slow arithmetic written down again here.
+
+use super::testing::{noise, people, small_recognizer};
+use super::*;
+
+fn best(scores: &Array1<f32>) -> usize {
+    (0..scores.len())
+        .max_by(|&i, &j| scores[i].total_cmp(&scores[j]))
+        .expect("a class")
+}
+
+#[test]
+fn unseen_walks_of_known_people_are_recognized() {
+    let (geis, labels) = people(300, 6, 3);
+    let recognizer = fit(geis.view(), &labels, 6, Options::default()).expect("six people");
+    assert_eq!((recognizer.dims(), recognizer.classes()), (5, 6));
+    let (probes, truth) = people(120, 6, 4);
+    let right = probes
+        .outer_iter()
+        .zip(&truth)
+        .filter(|(gei, person)| {
+            let embedding = recognizer.embedding.apply(*gei);
+            best(&recognizer.scores(embedding.view())) == **person
+        })
+        .count();
+    assert!(right >= 114, "{right} of 120");
+}
+
+#[test]
+fn the_highest_score_is_the_nearest_centroid() {
+    let (geis, labels) = people(200, 5, 3);
+    let recognizer = fit(geis.view(), &labels, 5, Options::default()).expect("five people");
+    for gei in people(40, 5, 8).0.outer_iter() {
+        let embedding = recognizer.embedding.apply(gei);
+        let distances = recognizer.centroids.map_axis(ndarray::Axis(1), |centroid| {
+            -centroid
+                .iter()
+                .zip(&embedding)
+                .map(|(a, b)| (a - b).powi(2))
+                .sum::<f32>()
+        });
+        assert_eq!(best(&recognizer.scores(embedding.view())), best(&distances));
+    }
+}
+
+#[test]
+fn centroids_are_the_mean_embeddings_and_scatter_is_one() {
+    let (geis, labels) = people(240, 3, 3);
+    let recognizer = fit(geis.view(), &labels, 3, Options::default()).expect("three people");
+    let mut sums = Array2::<f64>::zeros((3, 2));
+    let embeddings: Vec<Array1<f64>> = geis
+        .outer_iter()
+        .map(|gei| recognizer.embedding.apply_f64(gei.mapv(f64::from).view()))
+        .collect();
+    for (embedding, &label) in embeddings.iter().zip(&labels) {
+        let mut sum = sums.row_mut(label);
+        sum += &(embedding / 80.0);
+    }
+    for (mean, centroid) in sums.iter().zip(&recognizer.centroids) {
+        assert!(
+            (mean - f64::from(*centroid)).abs() < 1e-3,
+            "{mean} {centroid}"
+        );
+    }
+    for axis in 0..2 {
+        let within: f64 = embeddings
+            .iter()
+            .zip(&labels)
+            .map(|(e, &label)| (e[axis] - sums[[label, axis]]).powi(2))
+            .sum::<f64>()
+            / 237.0;
+        assert!(
+            (0.9..=1.0001).contains(&within),
+            "the ridge takes a little: {within}"
+        );
+    }
+}
+
+#[test]
+fn double_precision_agrees_with_single() {
+    let recognizer = small_recognizer();
+    for gei in people(10, 2, 5).0.outer_iter() {
+        let gei = gei.to_vec();
+        let (single, double) = (recognizer.embed(&gei), recognizer.embed_f64(&gei));
+        for (a, b) in single.iter().zip(&double) {
+            assert!(
+                (f64::from(*a) - b).abs() < 1e-4 * b.abs().max(1.0),
+                "{a} {b}"
+            );
+        }
+        let scores = recognizer.scores_f64(double.view());
+        for (a, b) in recognizer.scores(single.view()).iter().zip(&scores) {
+            assert!(
+                (f64::from(*a) - b).abs() < 1e-3 * b.abs().max(1.0),
+                "{a} {b}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_fit_is_the_same_on_every_thread_and_twice() {
+    let (geis, labels) = people(60, 3, 3);
+    let here = fit(geis.view(), &labels, 3, Options::default()).expect("three people");
+    let there = std::thread::spawn(move || fit(geis.view(), &labels, 3, Options::default()))
+        .join()
+        .expect("no panic")
+        .expect("three people");
+    assert_eq!(here, there);
+}
+
+#[test]
+fn pixels_that_never_change_have_no_weight() {
+    let recognizer = small_recognizer();
+    assert!(
+        recognizer
+            .embedding
+            .weights
+            .column(0)
+            .iter()
+            .all(|w| *w == 0.0)
+    );
+    assert!(
+        recognizer
+            .embedding
+            .weights
+            .column(15)
+            .iter()
+            .all(|w| w.is_finite())
+    );
+}
+
+#[test]
+fn more_components_than_there_are_is_all_of_them() {
+    let (geis, labels) = people(30, 3, 3);
+    let options = Options {
+        components: Components::Count(1500),
+        ..Options::default()
+    };
+    let recognizer = fit(geis.view(), &labels, 3, options).expect("three people");
+    assert!(recognizer.embedding.weights.iter().all(|w| w.is_finite()));
+}
+
+fn refusal(geis: Array2<f32>, labels: &[usize], classes: usize, options: Options) -> String {
+    fit(geis.view(), labels, classes, options)
+        .expect_err("nothing to learn")
+        .to_string()
+}
+
+#[test]
+fn samples_that_cannot_be_learnt_from_are_refused() {
+    let (geis, labels) = people(6, 2, 3);
+    let with = |components| Options {
+        components,
+        ..Options::default()
+    };
+    let text = refusal(
+        Array2::zeros((4, 640)),
+        &[0, 1, 0, 1],
+        2,
+        Options::default(),
+    );
+    assert_eq!(text, "expected GEIs of 50 x 30 = 1500 pixels, found 640");
+    let text = refusal(
+        Array2::zeros((4, 1500)),
+        &[0, 1, 0, 1],
+        2,
+        Options::default(),
+    );
+    assert!(
+        text.starts_with("classes 0 and 1 have the same mean"),
+        "{text}"
+    );
+    let text = refusal(geis.clone(), &labels, 2, with(Components::Count(0)));
+    assert_eq!(text, "expected at least 1 principal component, found 0");
+    let text = refusal(
+        geis.clone(),
+        &labels,
+        2,
+        with(Components::Variance(f64::NAN)),
+    );
+    assert!(text.ends_with("found NaN"), "{text}");
+    let text = refusal(
+        geis.clone(),
+        &labels,
+        2,
+        Options {
+            ridge: 0.0,
+            ..Options::default()
+        },
+    );
+    assert_eq!(text, "expected a ridge above 0, found 0");
+    let mut broken = geis;
+    broken[[3, 7]] = f32::INFINITY;
+    let text = refusal(broken, &labels, 2, Options::default());
+    assert!(text.contains("not a finite number"), "{text}");
+}
+
+/// `cargo test --release --lib a_fit_of_8000 -- --ignored --nocapture`
+///
+/// Once with backgrounds that stay empty, once with grain in every pixel, where nothing can be
+/// left out and 95 % of the variance are more than a thousand components: the worst case.
+#[test]
+#[ignore = "measures time: run in release"]
+fn a_fit_of_8000_geis_takes_seconds() {
+    let (geis, labels) = people(8000, 26, 3);
+    let grain = noise(8000, PIXELS, 6).mapv(|v| v as f32);
+    let grainy = (&geis * 0.5 + grain * 0.25 + 0.25).mapv(|v| v.clamp(0.0, 1.0));
+    for (name, geis) in [("empty backgrounds", geis), ("grain everywhere", grainy)] {
+        let start = std::time::Instant::now();
+        let recognizer = fit(geis.view(), &labels, 26, Options::default()).expect("26 people");
+        let (seconds, dims) = (start.elapsed().as_secs_f64(), recognizer.dims());
+        println!("fit of 8000 x 1500, {name}: {seconds:.2} s, {dims} dims");
+    }
+}
