@@ -4,6 +4,7 @@ use super::args::Common;
 use super::inspect::summary;
 use super::progress::Progress;
 use crate::dataset::{Header, write_atomically};
+use crate::encode::{MAX_ERROR_MM, encode_subjects};
 use crate::error::{Error, Result};
 use crate::scene::cohort::{self, CohortOptions, PEOPLE, SPEEDS_KMH};
 use std::io::Write as _;
@@ -23,7 +24,7 @@ pub struct Args {
     #[arg(long, value_name = "V[,V..]", value_delimiter = ',', default_values_t = SPEEDS_KMH)]
     speeds_kmh: Vec<f64>,
     /// Greatest encoding error of a walk in mm
-    #[arg(long, value_name = "E", default_value_t = 5.0)]
+    #[arg(long, value_name = "E", default_value_t = MAX_ERROR_MM)]
     max_error_mm: f64,
     #[command(flatten)]
     pub common: Common,
@@ -41,11 +42,11 @@ pub fn run(args: &Args) -> Result<()> {
         seed: args.common.seed,
         people: usize::from(args.people),
         speeds_kmh: args.speeds_kmh.clone(),
-        max_error_mm: args.max_error_mm,
     };
     let bytes = {
         let progress = Progress::new("walks", options.people * options.speeds_kmh.len());
-        cohort::pack(&options, &|| progress.step())?
+        let subjects = cohort::subjects(&options)?;
+        encode_subjects(&subjects, args.max_error_mm, &|| progress.step())?
     };
     write_atomically(&args.out, |file| {
         file.write_all(&bytes)

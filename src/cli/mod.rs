@@ -2,11 +2,13 @@
 
 mod args;
 mod cohort;
+mod import;
 mod inspect;
 mod progress;
 mod render;
 mod source;
 mod sweep;
+mod train;
 
 use crate::error::{Error, Result};
 use clap::{Parser, Subcommand};
@@ -28,9 +30,11 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Cohort(cohort::Args),
+    Import(import::Args),
     Inspect(inspect::Args),
     Render(render::Args),
     Sweep(sweep::Args),
+    Train(train::Args),
 }
 
 /// Runs the command that the process was started with; its exit code.
@@ -49,9 +53,11 @@ pub fn main() -> std::process::ExitCode {
 fn run(command: &Command) -> Result<()> {
     match command {
         Command::Cohort(args) => with_threads(&args.common, || cohort::run(args)),
+        Command::Import(args) => with_threads(&args.common, || import::run(args)),
         Command::Inspect(args) => with_threads(&args.common, || inspect::run(args)),
         Command::Render(args) => with_threads(&args.common, || render::run(args)),
         Command::Sweep(args) => with_threads(&args.common, || sweep::run(args)),
+        Command::Train(args) => with_threads(&args.common, || train::run(args)),
     }
 }
 

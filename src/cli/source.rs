@@ -2,6 +2,7 @@
 
 use super::progress::Progress;
 use crate::dataset::InputFile;
+use crate::encode::{MAX_ERROR_MM, encode_subjects};
 use crate::error::{Error, Result};
 use crate::scene::cohort::{self, CohortOptions, SPEEDS_KMH};
 use edgegait_core::budget::MAX_PACK_BYTES;
@@ -153,7 +154,8 @@ fn built_in(walks: &[String]) -> Result<Source> {
         ..CohortOptions::default()
     };
     let progress = Progress::new("cohort", options.people * options.speeds_kmh.len());
-    let bytes = cohort::pack(&options, &|| progress.step())?;
+    let subjects = cohort::subjects(&options)?;
+    let bytes = encode_subjects(&subjects, MAX_ERROR_MM, &|| progress.step())?;
     Ok(Source {
         bytes,
         inputs: Vec::new(),

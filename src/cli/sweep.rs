@@ -98,7 +98,7 @@ pub fn run(args: &Args) -> Result<()> {
                             speed_kmh: kmh(walk.speed_mm_per_s),
                             azimuth_deg: f64::from(view.azimuth_deg),
                             elevation_deg: f64::from(view.elevation_deg),
-                            condition: String::new(),
+                            condition: "normal".into(),
                             frames: settings.frames_per_cycle,
                             seed: settings.seed,
                         },

@@ -7,7 +7,7 @@
 
 use super::bits::{BitWriter, signed_width};
 use crate::error::{Error, Result};
-use crate::scene::Cycle;
+use crate::scene::{Cycle, forward_kinematics};
 use edgegait_core::budget::{MAX_COEFFICIENTS, MAX_HARMONICS};
 use edgegait_core::clip::Clip;
 use edgegait_core::format::{
@@ -170,19 +170,9 @@ impl Truth {
             orientations: Vec::with_capacity(cycle.root.len()),
             points: Vec::with_capacity(cycle.root.len()),
         };
+        let offsets = skeleton.offsets.map(|offset| offset.as_dvec3());
         for (root, rotations) in cycle.root.iter().zip(&cycle.rotations) {
-            let mut orientations = [DQuat::IDENTITY; JOINTS];
-            let mut positions = [*root; JOINTS];
-            for joint in Joint::ALL {
-                let index = joint.index();
-                orientations[index] = rotations[index];
-                if let Some(parent) = joint.parent() {
-                    let carrier = orientations[parent.index()];
-                    orientations[index] = (carrier * rotations[index]).normalize();
-                    positions[index] =
-                        positions[parent.index()] + carrier * skeleton.offsets[index].as_dvec3();
-                }
-            }
+            let (positions, orientations) = forward_kinematics(&offsets, *root, rotations);
             truth.points.push(std::array::from_fn(|joint| {
                 DVec3::AXES
                     .map(|axis| positions[joint] + orientations[joint] * (axis * VIRTUAL_POINT_M))

@@ -1,97 +1,111 @@
 //! Putting a pack together.
 
+use super::avatar::encode_avatar;
+use super::clip::encode_cycle;
 use crate::error::{Error, Result};
+use crate::scene::Subject;
+use edgegait_core::avatar::Avatar;
 use edgegait_core::format::{
     CRC_AT, HEADER_BYTES, LENGTH_AT, MAGIC, SECTION_ENTRY_BYTES, SECTION_ORDER, SECTIONS_AT,
     VERSION, VERSION_AT, crc32,
 };
 use edgegait_core::pack::{Gait, Pack, Sex};
+use rayon::prelude::*;
 
-/// A person to be stored.
-#[derive(Clone, Debug)]
-pub struct NewSubject {
-    /// Name, unique in its pack, at most 255 bytes.
-    pub name: String,
-    /// Sex, where it is known.
-    pub sex: Option<Sex>,
-    /// Stature, metres; 0 where it is unknown.
-    pub stature_m: f64,
-    /// Mass, kg; 0 where it is unknown.
-    pub mass_kg: f64,
-    /// Number of the avatar.
-    pub avatar: usize,
+/// Encodes people, their bodies and their walks as one pack, each walk within
+/// `max_error_mm` where the format allows. Runs on all cores; `progress` is called once a
+/// walk.
+///
+/// # Errors
+/// For bodies, cycles and numbers of them that the format does not hold, and for people
+/// who share a name.
+pub fn encode_subjects(
+    subjects: &[Subject],
+    max_error_mm: f64,
+    progress: &(dyn Fn() + Sync),
+) -> Result<Vec<u8>> {
+    let encoded = subjects
+        .par_iter()
+        .map(|subject| {
+            let avatar = encode_avatar(&subject.body)?.bytes;
+            let skeleton = Avatar::parse(&avatar)
+                .map_err(|error| Error::Failed(error.to_string()))?
+                .skeleton();
+            let clips = subject
+                .walks
+                .par_iter()
+                .map(|walk| {
+                    let clip = encode_cycle(&walk.motion, &skeleton, max_error_mm)?;
+                    progress();
+                    Ok(clip.bytes)
+                })
+                .collect::<Result<Vec<_>>>()?;
+            Ok((avatar, clips))
+        })
+        .collect::<Result<Vec<_>>>()?;
+    let mut builder = PackBuilder::default();
+    for (subject, (avatar, clips)) in subjects.iter().zip(encoded) {
+        builder.add(subject, avatar, clips)?;
+    }
+    builder.finish()
 }
 
-/// A gait cycle to be stored.
-#[derive(Clone, Debug)]
-pub struct NewWalk {
-    /// Name of the take, at most 255 bytes.
-    pub name: String,
-    /// Number of the subject.
-    pub subject: usize,
-    /// Which cycle of the take.
-    pub cycle: usize,
-    /// Walking or running.
-    pub gait: Gait,
-    /// Mean speed, m/s.
-    pub speed_mps: f64,
-    /// Number of the clip.
-    pub clip: usize,
-}
-
-/// Collects avatars, clips, subjects and walks, and writes them as one pack.
+/// Collects records, names and encoded parts.
 #[derive(Clone, Debug, Default)]
-pub struct PackBuilder {
+struct PackBuilder {
     names: Vec<u8>,
-    subjects: Vec<NewSubject>,
-    walks: Vec<NewWalk>,
+    subjects: Vec<u8>,
+    subject_names: Vec<String>,
+    walks: Vec<u8>,
     avatars: Vec<Vec<u8>>,
     clips: Vec<Vec<u8>>,
 }
 
 impl PackBuilder {
-    /// Adds an avatar's bytes; its number.
-    pub fn avatar(&mut self, bytes: Vec<u8>) -> usize {
-        self.avatars.push(bytes);
-        self.avatars.len() - 1
-    }
-
-    /// Adds a clip's bytes; its number.
-    pub fn clip(&mut self, bytes: Vec<u8>) -> usize {
-        self.clips.push(bytes);
-        self.clips.len() - 1
-    }
-
-    /// Adds a person; their number.
-    pub fn subject(&mut self, subject: NewSubject) -> usize {
-        self.subjects.push(subject);
-        self.subjects.len() - 1
-    }
-
-    /// Adds a walk.
-    pub fn walk(&mut self, walk: NewWalk) {
-        self.walks.push(walk);
+    /// Adds a person with their encoded body and walks.
+    fn add(&mut self, subject: &Subject, avatar: Vec<u8>, clips: Vec<Vec<u8>>) -> Result<()> {
+        if self.subject_names.contains(&subject.name) {
+            return Err(Error::Failed(format!(
+                "two subjects are named {:?}: expected unique names",
+                subject.name
+            )));
+        }
+        let number = narrow::<u16>(self.subject_names.len())?;
+        let record = &mut self.subjects;
+        push_name(&mut self.names, record, &subject.name)?;
+        record.push(match subject.sex {
+            None => 0,
+            Some(Sex::Female) => 1,
+            Some(Sex::Male) => 2,
+        });
+        record.extend(whole(subject.stature_m * 1e3, "stature in mm")?.to_le_bytes());
+        record.extend(whole(subject.mass_kg * 10.0, "mass in 0.1 kg")?.to_le_bytes());
+        record.extend(narrow::<u16>(self.avatars.len())?.to_le_bytes());
+        for (walk, clip) in subject.walks.iter().zip(clips) {
+            let record = &mut self.walks;
+            push_name(&mut self.names, record, &walk.name)?;
+            record.push(match walk.gait {
+                Gait::Walk => 0,
+                Gait::Run => 1,
+            });
+            record.extend(number.to_le_bytes());
+            record.extend(walk.cycle.to_le_bytes());
+            record.extend(whole(walk.speed_mps * 1e3, "speed in mm/s")?.to_le_bytes());
+            record.extend(narrow::<u16>(self.clips.len())?.to_le_bytes());
+            record.extend([0, 0]);
+            self.clips.push(clip);
+        }
+        self.avatars.push(avatar);
+        self.subject_names.push(subject.name.clone());
+        Ok(())
     }
 
     /// The pack's bytes, parsed once to be sure.
-    ///
-    /// # Errors
-    /// When something does not fit the format, or two subjects share a name.
-    pub fn finish(mut self) -> Result<Vec<u8>> {
-        let mut names: Vec<&str> = self.subjects.iter().map(|s| s.name.as_str()).collect();
-        names.sort_unstable();
-        if let Some(pair) = names.windows(2).find(|pair| pair[0] == pair[1]) {
-            return Err(Error::Failed(format!(
-                "two subjects are named {:?}: expected unique names",
-                pair[0]
-            )));
-        }
-        let subjects = self.subject_records()?;
-        let walks = self.walk_records()?;
+    fn finish(self) -> Result<Vec<u8>> {
         let sections = [
-            std::mem::take(&mut self.names),
-            subjects,
-            walks,
+            self.names,
+            self.subjects,
+            self.walks,
             table(&self.avatars)?,
             table(&self.clips)?,
         ];
@@ -115,39 +129,6 @@ impl PackBuilder {
         Pack::parse(&bytes)
             .map_err(|error| Error::Failed(format!("the pack does not read back: {error}")))?;
         Ok(bytes)
-    }
-
-    fn subject_records(&mut self) -> Result<Vec<u8>> {
-        let mut records = Vec::new();
-        for subject in &self.subjects {
-            push_name(&mut self.names, &mut records, &subject.name)?;
-            records.push(match subject.sex {
-                None => 0,
-                Some(Sex::Female) => 1,
-                Some(Sex::Male) => 2,
-            });
-            records.extend(tenths(subject.stature_m * 1e3, "stature")?.to_le_bytes());
-            records.extend(tenths(subject.mass_kg * 10.0, "mass")?.to_le_bytes());
-            records.extend(narrow::<u16>(subject.avatar)?.to_le_bytes());
-        }
-        Ok(records)
-    }
-
-    fn walk_records(&mut self) -> Result<Vec<u8>> {
-        let mut records = Vec::new();
-        for walk in &self.walks {
-            push_name(&mut self.names, &mut records, &walk.name)?;
-            records.push(match walk.gait {
-                Gait::Walk => 0,
-                Gait::Run => 1,
-            });
-            records.extend(narrow::<u16>(walk.subject)?.to_le_bytes());
-            records.extend(narrow::<u16>(walk.cycle)?.to_le_bytes());
-            records.extend(tenths(walk.speed_mps * 1e3, "speed")?.to_le_bytes());
-            records.extend(narrow::<u16>(walk.clip)?.to_le_bytes());
-            records.extend([0, 0]);
-        }
-        Ok(records)
     }
 }
 
@@ -188,11 +169,11 @@ fn narrow<T: TryFrom<usize>>(value: usize) -> Result<T> {
 }
 
 /// A quantity rounded to a whole number of its unit that must fit a `u16`.
-fn tenths(value: f64, what: &str) -> Result<u16> {
+fn whole(value: f64, what: &str) -> Result<u16> {
     let rounded = value.round();
     if !(0.0..=65_535.0).contains(&rounded) {
         return Err(Error::Failed(format!(
-            "a {what} of {value} units: expected 0 to 65535"
+            "a {what} of {value}: expected 0 to 65535"
         )));
     }
     #[expect(

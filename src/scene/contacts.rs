@@ -200,7 +200,7 @@ pub(super) mod tests {
     use edgegait_core::skeleton::JOINTS;
     use glam::DQuat;
 
-    use super::super::retarget::forward_kinematics;
+    use super::super::forward_kinematics;
     use super::*;
 
     /// A walker with straight legs of 0.9 m: thighs swing 0.4 rad, antiphase.

@@ -5,7 +5,8 @@ use glam::{DQuat, DVec3};
 
 use super::Cycle;
 use super::contacts::{STRIDE_S, facing, foot_events, recurrence, step_s, strides};
-use super::retarget::{Take, forward_kinematics};
+use super::forward_kinematics;
+use super::retarget::Take;
 
 /// Frames that every cycle is resampled to. Ours.
 pub const CYCLE_FRAMES: usize = 96;

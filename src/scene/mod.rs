@@ -9,14 +9,48 @@ pub mod contacts;
 pub mod events;
 pub mod filter;
 mod follow;
+pub mod recorded;
 mod rest;
 pub mod retarget;
 mod roles;
 mod transfer;
 pub mod variation;
 
+use edgegait_core::pack::{Gait, Sex};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
+
+/// A person: a body and how it walks.
+#[derive(Clone, Debug)]
+pub struct Subject {
+    /// Name, unique among those encoded together, at most 255 bytes.
+    pub name: String,
+    /// Sex, where it is known.
+    pub sex: Option<Sex>,
+    /// Stature, metres; 0 where it is unknown.
+    pub stature_m: f64,
+    /// Mass, kg; 0 where it is unknown.
+    pub mass_kg: f64,
+    /// The body.
+    pub body: Body,
+    /// The gait cycles.
+    pub walks: Vec<Walk>,
+}
+
+/// One gait cycle of a subject, with what is known of it.
+#[derive(Clone, Debug)]
+pub struct Walk {
+    /// Name of the take, at most 255 bytes.
+    pub name: String,
+    /// Which cycle of the take, from 0.
+    pub cycle: u16,
+    /// Walking or running.
+    pub gait: Gait,
+    /// Mean speed, m/s; 0 where it is unknown.
+    pub speed_mps: f64,
+    /// The motion, on the subject's own skeleton.
+    pub motion: Cycle,
+}
 
 /// One closed gait cycle of one walker, sampled evenly over the phase.
 ///
@@ -52,4 +86,23 @@ pub struct BodyHull {
     pub joint: Joint,
     /// Its points; which of them are extreme does not matter.
     pub points: Vec<DVec3>,
+}
+
+/// Global positions and rotations of the canonical skeleton in one pose, f64.
+#[must_use]
+pub fn forward_kinematics(
+    offsets: &[DVec3; JOINTS],
+    root: DVec3,
+    rotations: &[DQuat; JOINTS],
+) -> ([DVec3; JOINTS], [DQuat; JOINTS]) {
+    let mut positions = [root; JOINTS];
+    let mut globals = *rotations;
+    for joint in Joint::ALL {
+        if let Some(parent) = joint.parent() {
+            let (i, p) = (joint.index(), parent.index());
+            positions[i] = positions[p] + globals[p] * offsets[i];
+            globals[i] = (globals[p] * rotations[i]).normalize();
+        }
+    }
+    (positions, globals)
 }

@@ -9,6 +9,7 @@ use glam::{DQuat, DVec3};
 use super::clean::longest_clean_stretch;
 use super::filter::LowPass;
 use super::follow::{local_rotations, main_child, source_points};
+use super::forward_kinematics;
 use super::rest::{Globals, Rest, nearest_axis};
 use super::roles::Roles;
 use crate::import::Motion;
@@ -57,25 +58,6 @@ pub struct Take {
     pub positions: Vec<[DVec3; JOINTS]>,
     /// What was assumed, repaired or dropped.
     pub warnings: Vec<String>,
-}
-
-/// Global positions and rotations of the canonical skeleton in one pose.
-#[must_use]
-pub fn forward_kinematics(
-    offsets: &[DVec3; JOINTS],
-    root: DVec3,
-    rotations: &[DQuat; JOINTS],
-) -> ([DVec3; JOINTS], [DQuat; JOINTS]) {
-    let mut positions = [root; JOINTS];
-    let mut globals = *rotations;
-    for joint in Joint::ALL {
-        if let Some(parent) = joint.parent() {
-            let (i, p) = (joint.index(), parent.index());
-            positions[i] = positions[p] + globals[p] * offsets[i];
-            globals[i] = (globals[p] * rotations[i]).normalize();
-        }
-    }
-    (positions, globals)
 }
 
 /// Hip to knee to ankle, mean of both sides, metres.

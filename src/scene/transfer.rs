@@ -4,7 +4,8 @@ use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
 use super::Cycle;
-use super::retarget::{ANKLE_HEIGHT, forward_kinematics, leg_length_m};
+use super::forward_kinematics;
+use super::retarget::{ANKLE_HEIGHT, leg_length_m};
 
 /// Toe tip ahead of the ankle over hip-to-ankle length: three quarters of a foot of
 /// 0.152 statures, over 0.491 (Winter 2009, figure 4.1).

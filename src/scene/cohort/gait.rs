@@ -6,7 +6,7 @@ use super::norms::{
     THORAX_ROTATION, THORAX_TILT, WALKING, WalkingNorm,
 };
 use super::style::{Angle, Side, Style};
-use crate::scene::{Body, Cycle};
+use crate::scene::{Body, Cycle, forward_kinematics};
 use edgegait_core::pack::{Gait, Sex};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
@@ -379,15 +379,7 @@ fn orientation(pose: &[DQuat; JOINTS], joint: Joint) -> DQuat {
 
 /// Height of the lowest point of both soles when the pelvis is at height 0, metres.
 fn lowest_sole(body: &Body, pose: &[DQuat; JOINTS]) -> f64 {
-    let mut positions = [DVec3::ZERO; JOINTS];
-    let mut orientations = *pose;
-    for joint in Joint::ALL {
-        if let Some(parent) = joint.parent() {
-            let (at, carrier) = (positions[parent.index()], orientations[parent.index()]);
-            positions[joint.index()] = at + carrier * body.offsets[joint.index()];
-            orientations[joint.index()] = carrier * pose[joint.index()];
-        }
-    }
+    let (positions, orientations) = forward_kinematics(&body.offsets, DVec3::ZERO, pose);
     let feet = body
         .hulls
         .iter()

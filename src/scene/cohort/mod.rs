@@ -11,19 +11,18 @@ mod gait;
 mod norms;
 mod style;
 
-use crate::encode::{NewSubject, NewWalk, PackBuilder, encode_avatar, encode_cycle};
 use crate::error::{Error, Result};
-use crate::scene::{Body, Cycle};
+use crate::scene::{Body, Cycle, Subject, Walk};
 use anthropometry::{DIMENSIONS, Dimensions, Population};
-use edgegait_core::avatar::Avatar;
-use edgegait_core::pack::Sex;
+use edgegait_core::pack::{Gait, Sex};
 use gait::{Walker, gait_at};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
 use style::Style;
 pub use style::normal;
 
+/// Seed of the people whom the shipped models know.
+pub const DEFAULT_SEED: u64 = 1;
 /// People of the built-in cohort, as many as in the source paper.
 pub const PEOPLE: usize = 26;
 /// Speeds of the built-in cohort, km/h: those of the source paper.
@@ -32,7 +31,8 @@ pub const SPEEDS_KMH: [f64; 10] = [3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0
 /// One person of the cohort.
 #[derive(Clone, Debug)]
 pub struct Person {
-    /// Name, `F01` to `F13` and `M01` to `M13`.
+    /// Name: `F01` to `F13` and `M01` to `M13`; with another seed than the default, the
+    /// seed stands before it (`2-F01`), since these are other people.
     pub name: String,
     /// Sex.
     pub sex: Sex,
@@ -67,7 +67,10 @@ impl Person {
         let bmi = libm::exp(log_mean + libm::sqrt(log_variance) * normal(&mut rng));
         let mass_kg = bmi * stature_m * stature_m;
         let residuals: [f64; DIMENSIONS] = std::array::from_fn(|_| normal(&mut rng));
-        let name = format!("{letter}{:02}", index / 2 + 1);
+        let mut name = format!("{letter}{:02}", index / 2 + 1);
+        if seed != DEFAULT_SEED {
+            name = format!("{seed}-{name}");
+        }
         Self::new(
             name,
             sex,
@@ -137,26 +140,23 @@ pub struct CohortOptions {
     pub people: usize,
     /// Speeds, km/h, each within 3..=12.
     pub speeds_kmh: Vec<f64>,
-    /// Greatest encoding error of a walk, mm.
-    pub max_error_mm: f64,
 }
 
 impl Default for CohortOptions {
     fn default() -> Self {
         Self {
-            seed: 1,
+            seed: DEFAULT_SEED,
             people: PEOPLE,
             speeds_kmh: SPEEDS_KMH.to_vec(),
-            max_error_mm: 5.0,
         }
     }
 }
 
-/// Makes the cohort and encodes it as a pack. `progress` is called once a walk.
+/// Makes the cohort: every person at every speed.
 ///
 /// # Errors
-/// For speeds outside of the norms, and people beyond a pack.
-pub fn pack(options: &CohortOptions, progress: &(dyn Fn() + Sync)) -> Result<Vec<u8>> {
+/// For speeds outside of the norms.
+pub fn subjects(options: &CohortOptions) -> Result<Vec<Subject>> {
     if let Some(speed) = options
         .speeds_kmh
         .iter()
@@ -166,54 +166,31 @@ pub fn pack(options: &CohortOptions, progress: &(dyn Fn() + Sync)) -> Result<Vec
             "a speed of {speed} km/h: expected 3 to 12, the range of the norms"
         )));
     }
-    let people = (0..options.people)
-        .map(|index| Person::of_cohort(options.seed, index))
-        .collect::<Result<Vec<_>>>()?;
-    let mut builder = PackBuilder::default();
-    let encoded = people
-        .par_iter()
-        .map(|person| {
-            let avatar = encode_avatar(&person.body)?.bytes;
-            let skeleton = Avatar::parse(&avatar)
-                .map_err(|error| Error::Failed(error.to_string()))?
-                .skeleton();
-            let clips = options
-                .speeds_kmh
-                .iter()
-                .map(|&speed| {
-                    let clip = encode_cycle(&person.cycle(speed), &skeleton, options.max_error_mm)?;
-                    progress();
-                    Ok(clip.bytes)
-                })
-                .collect::<Result<Vec<_>>>()?;
-            Ok((avatar, clips))
-        })
-        .collect::<Result<Vec<_>>>()?;
-    for (person, (avatar, clips)) in people.iter().zip(encoded) {
-        let avatar = builder.avatar(avatar);
-        let subject = builder.subject(NewSubject {
-            name: person.name.clone(),
-            sex: Some(person.sex),
-            stature_m: person.dimensions.stature,
-            mass_kg: person.mass_kg,
-            avatar,
-        });
-        for (&speed, clip) in options.speeds_kmh.iter().zip(clips) {
-            let clip = builder.clip(clip);
-            let gait = gait_at(speed);
-            let verb = match gait {
-                edgegait_core::pack::Gait::Walk => "walk",
-                edgegait_core::pack::Gait::Run => "run",
-            };
-            builder.walk(NewWalk {
-                name: format!("{verb}-{speed}kmh"),
-                subject,
-                cycle: 0,
-                gait,
-                speed_mps: speed / 3.6,
-                clip,
+    (0..options.people)
+        .map(|index| {
+            let person = Person::of_cohort(options.seed, index)?;
+            let walks = options.speeds_kmh.iter().map(|&speed| {
+                let gait = gait_at(speed);
+                let verb = match gait {
+                    Gait::Walk => "walk",
+                    Gait::Run => "run",
+                };
+                Walk {
+                    name: format!("{verb}-{speed}kmh"),
+                    cycle: 0,
+                    gait,
+                    speed_mps: speed / 3.6,
+                    motion: person.cycle(speed),
+                }
             });
-        }
-    }
-    builder.finish()
+            Ok(Subject {
+                walks: walks.collect(),
+                name: person.name,
+                sex: Some(person.sex),
+                stature_m: person.dimensions.stature,
+                mass_kg: person.mass_kg,
+                body: person.body,
+            })
+        })
+        .collect()
 }

@@ -20,7 +20,8 @@ pub struct Curve {
 impl Curve {
     /// The angle at `phase` (in cycles), degrees.
     #[must_use]
-    pub fn at(&self, phase: f64) -> f64 {
+    #[cfg(test)]
+    fn at(&self, phase: f64) -> f64 {
         self.mean + self.swing(phase)
     }
 

@@ -1,0 +1,267 @@
+//! `edgegait import`: recorded walks as a pack.
+
+use super::args::Common;
+use super::inspect::summary;
+use super::progress::Progress;
+use crate::dataset::{Header, InputFile, write_atomically};
+use crate::encode::{MAX_ERROR_MM, encode_subjects};
+use crate::error::{Error, Result};
+use crate::scene::recorded::{BodyOptions, ReadOptions, Recording, subjects};
+use clap::ValueEnum;
+use edgegait_core::pack::{Pack, Sex};
+use serde::Serialize;
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+/// Import recorded walks (BVH, ASF/AMC): retarget, cut into gait cycles, encode as a pack
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Examples:\n  edgegait import clips/cmu_amc/s07/*.amc --out s07.egp\n  edgegait import walk.bvh --subject anna --stature-m 1.68 --mass-kg 61 --sex female --out anna.egp\n\nA take is named after its file, and its subject after what stands before the last \"_\" of\nthat name (07_01.amc is take 07_01 of subject 07). An .amc file is read with the .asf file\nbeside it."
+)]
+pub struct Args {
+    /// Files, or folders of them
+    #[arg(value_name = "FILE", required = true)]
+    files: Vec<PathBuf>,
+    /// Where to write the pack
+    #[arg(long, value_name = "PATH", default_value = "import.egp")]
+    out: PathBuf,
+    /// Name of the subject of all files
+    #[arg(long, value_name = "NAME")]
+    subject: Option<String>,
+    /// Stature of the body that walks [default: from the skeleton's own segment lengths]
+    #[arg(long, value_name = "M")]
+    stature_m: Option<f64>,
+    /// Mass of the body that walks [default: the mean body mass index of ANSUR II]
+    #[arg(long, value_name = "KG")]
+    mass_kg: Option<f64>,
+    /// Sex of the body that walks [default: between both]
+    #[arg(long, value_name = "SEX")]
+    sex: Option<SexArg>,
+    /// Cut-off of the zero-lag low-pass in Hz; 0 leaves the motion as recorded
+    #[arg(long, value_name = "HZ", default_value_t = 10.0)]
+    low_pass_hz: f64,
+    /// Frames a second of the files, where they do not say (AMC) or say it wrongly
+    #[arg(long, value_name = "HZ")]
+    fps: Option<f64>,
+    /// Greatest encoding error of a walk in mm
+    #[arg(long, value_name = "E", default_value_t = MAX_ERROR_MM)]
+    max_error_mm: f64,
+    /// Leave out files that cannot be imported, with a warning
+    #[arg(long)]
+    keep_going: bool,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Sexes on the command line.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum SexArg {
+    Female,
+    Male,
+}
+
+/// What was imported.
+#[derive(Serialize)]
+struct Results {
+    #[serde(flatten)]
+    header: Header,
+    bytes: usize,
+    subjects: usize,
+    clips: Vec<ClipResult>,
+}
+
+/// What became of one file.
+#[derive(Serialize)]
+struct ClipResult {
+    file: String,
+    format: String,
+    fps: f64,
+    frames: usize,
+    cycles: usize,
+    cadence_spm: f64,
+    speed_mps: f64,
+    residual_mm: f64,
+    bytes: usize,
+    max_error_mm: f64,
+    mean_error_mm: f64,
+    warnings: Vec<String>,
+}
+
+/// Runs the subcommand.
+pub fn run(args: &Args) -> Result<()> {
+    for (flag, value) in [
+        ("--max-error-mm", Some(args.max_error_mm)),
+        ("--low-pass-hz", Some(args.low_pass_hz)),
+        ("--fps", args.fps),
+    ] {
+        if value.is_some_and(|value| !(0.0..=1e6).contains(&value)) {
+            return Err(Error::Usage(format!("{flag}: expected 0 or more")));
+        }
+    }
+    let files = expand(&args.files)?;
+    let options = ReadOptions {
+        subject: args.subject.clone(),
+        sample_rate_hz: args.fps,
+        low_pass_hz: (args.low_pass_hz > 0.0).then_some(args.low_pass_hz),
+    };
+    let (recordings, refused) = read_all(&files, &options);
+    let mut header = Header::new("import", args.common.seed)
+        .with("low_pass_hz", args.low_pass_hz)
+        .with("max_error_mm", args.max_error_mm);
+    if !refused.is_empty() && (!args.keep_going || recordings.is_empty()) {
+        let list: Vec<String> = refused.iter().map(ToString::to_string).collect();
+        return Err(Error::Failed(format!(
+            "{} of {} files cannot be imported (--keep-going leaves them out):\n{}",
+            refused.len(),
+            files.len(),
+            list.join("\n")
+        )));
+    }
+    header.warnings = refused
+        .iter()
+        .map(|error| format!("left out: {error}"))
+        .collect();
+    for recording in &recordings {
+        header.inputs.push(InputFile::of(&recording.path)?);
+    }
+    let body = BodyOptions {
+        stature_m: args.stature_m,
+        mass_kg: args.mass_kg,
+        sex: args.sex.map(|sex| match sex {
+            SexArg::Female => Sex::Female,
+            SexArg::Male => Sex::Male,
+        }),
+    };
+    let people = subjects(&recordings, &body)?;
+    let bytes = {
+        let walks = people.iter().map(|subject| subject.walks.len()).sum();
+        let progress = Progress::new("encoding", walks);
+        encode_subjects(&people, args.max_error_mm, &|| progress.step())?
+    };
+    write_atomically(&args.out, |file| {
+        file.write_all(&bytes)
+            .map_err(|error| Error::io(&args.out, error))
+    })?;
+    let results = Results {
+        clips: clip_results(&recordings, &bytes)?,
+        header,
+        bytes: bytes.len(),
+        subjects: people.len(),
+    };
+    args.common.say(table(&results));
+    args.common
+        .say(format_args!("wrote {}", args.out.display()));
+    args.common.say(summary(
+        Header::new("import", args.common.seed),
+        &args.out,
+        &bytes,
+    )?);
+    args.common.write_json(&results)
+}
+
+/// The files to import: folders stand for the .bvh and .amc files in them, by name.
+fn expand(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for path in paths {
+        if !path.is_dir() {
+            files.push(path.clone());
+            continue;
+        }
+        let entries = std::fs::read_dir(path).map_err(|error| Error::io(path, error))?;
+        let mut found = Vec::new();
+        for entry in entries {
+            let entry = entry.map_err(|error| Error::io(path, error))?.path();
+            let extension = entry.extension().unwrap_or_default().to_ascii_lowercase();
+            if extension == "bvh" || extension == "amc" {
+                found.push(entry);
+            }
+        }
+        if found.is_empty() {
+            return Err(Error::input(path, "no .bvh or .amc file in this folder"));
+        }
+        found.sort();
+        files.extend(found);
+    }
+    Ok(files)
+}
+
+/// Reads every file, and collects those that cannot be used.
+fn read_all(files: &[PathBuf], options: &ReadOptions) -> (Vec<Recording>, Vec<Error>) {
+    let progress = Progress::new("files", files.len());
+    let (mut recordings, mut refused) = (Vec::new(), Vec::new());
+    for file in files {
+        match Recording::read(file, options) {
+            Ok(recording) => recordings.push(recording),
+            Err(error) => refused.push(error),
+        }
+        progress.step();
+    }
+    (recordings, refused)
+}
+
+/// One row a file, with the bytes and errors of its cycles.
+fn clip_results(recordings: &[Recording], bytes: &[u8]) -> Result<Vec<ClipResult>> {
+    let pack = Pack::parse(bytes).map_err(|error| Error::Failed(error.to_string()))?;
+    let names: Vec<&str> = pack.subjects().map(|subject| subject.name).collect();
+    let rows = recordings.iter().map(|recording| {
+        let clips: Vec<_> = pack
+            .walks()
+            .filter(|walk| walk.name == recording.name && names[walk.subject] == recording.subject)
+            .filter_map(|walk| pack.clip(walk.clip))
+            .collect();
+        let most = |of: fn(&edgegait_core::clip::Clip<'_>) -> f32| {
+            clips
+                .iter()
+                .map(|clip| f64::from(of(clip)))
+                .fold(0.0, f64::max)
+        };
+        let closures = recording.cut.cycles.iter().map(|cycle| cycle.closure_mm);
+        ClipResult {
+            file: recording.path.display().to_string(),
+            format: recording.format.to_string(),
+            fps: recording.take.sample_rate_hz,
+            frames: recording.take.len(),
+            cycles: recording.cut.cycles.len(),
+            cadence_spm: recording.cut.cadence_spm,
+            speed_mps: recording.cut.speed_mps,
+            residual_mm: closures.fold(0.0, f64::max),
+            bytes: clips.iter().map(|clip| clip.len_bytes()).sum(),
+            max_error_mm: most(|clip| clip.max_error_mm()),
+            mean_error_mm: most(|clip| clip.mean_error_mm()),
+            warnings: recording.warnings(),
+        }
+    });
+    Ok(rows.collect())
+}
+
+/// The same for a terminal.
+fn table(results: &Results) -> String {
+    let mut text = format!(
+        "{:<18} {:<8} {:>6} {:>6} {:>6} {:>9} {:>6} {:>9}\n",
+        "file", "format", "fps", "frames", "cycles", "steps/min", "m/s", "loop mm"
+    );
+    for clip in &results.clips {
+        let name = Path::new(&clip.file).file_name().unwrap_or_default();
+        let _ = writeln!(
+            text,
+            "{:<18} {:<8} {:>6.1} {:>6} {:>6} {:>9.1} {:>6.2} {:>9.0}",
+            name.to_string_lossy(),
+            clip.format,
+            clip.fps,
+            clip.frames,
+            clip.cycles,
+            clip.cadence_spm,
+            clip.speed_mps,
+            clip.residual_mm
+        );
+        for warning in &clip.warnings {
+            let _ = writeln!(text, "    warning: {warning}");
+        }
+    }
+    for warning in &results.header.warnings {
+        let _ = writeln!(text, "warning: {warning}");
+    }
+    text.push_str("(loop mm: how far joints were moved to close the cycle)\n");
+    text
+}

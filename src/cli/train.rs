@@ -1,0 +1,262 @@
+//! `edgegait train`: fit a recognizer and export it as ONNX.
+
+use super::args::{Common, DrawArgs, ViewArgs};
+use super::progress::Progress;
+use super::source::SourceArgs;
+use crate::dataset::{Dataset, Header, InputFile, PIXELS, sha256_of_bytes, write_atomically};
+use crate::error::{Error, Result};
+use crate::score::{Contract, OutputNames, Training};
+use crate::sweep::{Job, sweep};
+use crate::train::{Components, Options, fit, onnx};
+use edgegait_core::pack::Pack;
+use ndarray::Array2;
+use serde::Serialize;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+/// Train a PCA + LDA recognizer and export it as one ONNX graph of plain operators
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Examples:\n  edgegait train --out side.onnx                      # built-in cohort, side view\n  edgegait train --azimuth-deg 0,45,90,135,180 --elevation-deg 0,30,60 --out spread.onnx\n  edgegait train dataset --out mine.onnx              # a dataset that `sweep` wrote"
+)]
+pub struct Args {
+    #[command(flatten)]
+    source: SourceArgs,
+    /// Where to write the model; its contract goes beside it as .toml
+    #[arg(long, value_name = "PATH", default_value = "recognizer.onnx")]
+    out: PathBuf,
+    /// Cycles of each walk to train on: the stored one, then seeded variations. `score` probes
+    /// with variations from number 1000 on, which training never uses
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    cycles: u32,
+    /// Principal components that the discriminants are sought in
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u16).range(1..=1500))]
+    components: u16,
+    #[command(flatten)]
+    views: ViewArgs,
+    #[command(flatten)]
+    draw: DrawArgs,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// The results of training.
+#[derive(Serialize)]
+struct Results {
+    #[serde(flatten)]
+    header: Header,
+    model: InputFile,
+    samples: usize,
+    classes: usize,
+    dims: usize,
+    bytes: usize,
+    training_rank1: f64,
+}
+
+/// GEIs with their people.
+struct Samples {
+    pixels: Vec<f32>,
+    labels: Vec<usize>,
+    names: Vec<String>,
+    viewpoints: Vec<[f64; 2]>,
+    description: String,
+    header: Header,
+}
+
+/// Runs the subcommand.
+pub fn run(args: &Args) -> Result<()> {
+    if args
+        .out
+        .extension()
+        .is_none_or(|extension| extension != "onnx")
+    {
+        return Err(Error::Usage(format!(
+            "--out {}: expected a name that ends in .onnx",
+            args.out.display()
+        )));
+    }
+    let samples = match &args.source.pack {
+        Some(path) if path.is_dir() => from_dataset(args, path)?,
+        _ => from_walks(args)?,
+    };
+    let count = samples.labels.len();
+    let matrix = Array2::from_shape_vec((count, PIXELS), samples.pixels)
+        .map_err(|error| Error::Failed(error.to_string()))?;
+    let options = Options {
+        components: Components::Count(usize::from(args.components).min(count.saturating_sub(1))),
+        ..Options::default()
+    };
+    let recognizer = fit(matrix.view(), &samples.labels, samples.names.len(), options)?;
+    let hits = matrix
+        .rows()
+        .into_iter()
+        .zip(&samples.labels)
+        .filter(|(gei, label)| {
+            let scores = recognizer.scores(recognizer.embed(&gei.to_vec()).view());
+            crate::evaluate::rank::closed_set(&scores.to_vec(), **label)
+                == crate::evaluate::rank::Outcome::Hit
+        })
+        .count();
+    let name = args
+        .out
+        .file_stem()
+        .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    let bytes = onnx::write(&recognizer, &name, &[]);
+    let contract = Contract {
+        name,
+        classes: samples.names,
+        outputs: OutputNames {
+            embedding: Some(onnx::EMBEDDING.into()),
+            scores: Some(onnx::SCORES.into()),
+        },
+        training: Training {
+            description: samples.description,
+            viewpoints: samples.viewpoints,
+        },
+        ..Contract::default()
+    };
+    let toml = contract.to_toml()?;
+    let write = |path: &Path, bytes: &[u8]| {
+        write_atomically(path, |file| {
+            file.write_all(bytes)
+                .map_err(|error| Error::io(path, error))
+        })
+    };
+    write(&args.out, &bytes)?;
+    write(&Contract::path_beside(&args.out), toml.as_bytes())?;
+    let results = Results {
+        header: samples.header,
+        model: InputFile {
+            path: args.out.display().to_string(),
+            sha256: sha256_of_bytes(&bytes),
+        },
+        samples: count,
+        classes: recognizer.classes(),
+        dims: recognizer.dims(),
+        bytes: bytes.len(),
+        training_rank1: hits as f64 / count as f64,
+    };
+    args.common.say(format_args!(
+        "wrote {}: {} bytes, {} people, {} dimensions, trained on {} GEIs, of which it recognizes {:.2} %",
+        args.out.display(),
+        results.bytes,
+        results.classes,
+        results.dims,
+        results.samples,
+        100.0 * results.training_rank1
+    ));
+    args.common.write_json(&results)
+}
+
+/// Samples drawn here, from a pack or from the built-in cohort.
+fn from_walks(args: &Args) -> Result<Samples> {
+    let source = args.source.load()?;
+    let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
+    let walks = args.source.choose(&pack)?;
+    let views = args.views.views("side")?;
+    let all: Vec<_> = pack.walks().collect();
+    let mut people: Vec<usize> = walks.iter().map(|&walk| all[walk].subject).collect();
+    people.dedup();
+    let jobs: Vec<Job> = walks
+        .iter()
+        .flat_map(|&walk| (0..args.cycles).map(move |cycle| Job { walk, cycle }))
+        .collect();
+    let (mut pixels, mut labels) = (Vec::new(), Vec::new());
+    let progress = Progress::new("cycles", jobs.len());
+    sweep(
+        &pack,
+        &jobs,
+        &views.list,
+        args.draw.settings(args.common.seed),
+        |_, swept| {
+            progress.step();
+            Ok(swept)
+        },
+        |job, swept| {
+            let person = all[job.walk].subject;
+            let label = people.iter().position(|&p| p == person).unwrap_or(0);
+            for gei in &swept.geis {
+                pixels.extend(gei.pixels.map(|pixel| f32::from(pixel) / 255.0));
+                labels.push(label);
+            }
+            Ok(())
+        },
+    )?;
+    let mut names: Vec<&str> = walks.iter().map(|&walk| all[walk].name).collect();
+    names.sort_unstable();
+    names.dedup();
+    let mut header = args
+        .draw
+        .describe(Header::new("train", args.common.seed))
+        .with("pack", source.name.as_str())
+        .with("walks", names.join(","))
+        .with("cycles", args.cycles)
+        .with("views", views.name.as_str())
+        .with("components", args.components);
+    header.inputs = source.inputs;
+    let subjects: Vec<_> = pack.subjects().collect();
+    Ok(Samples {
+        description: format!(
+            "PCA ({}) + LDA on {} of {}, cycles 0 to {}, {} viewpoints, seed {}, raster {}",
+            args.components,
+            names.join(","),
+            source.name,
+            args.cycles - 1,
+            views.list.len(),
+            args.common.seed,
+            args.draw.raster.rasterizer(),
+        ),
+        pixels,
+        labels,
+        names: people
+            .iter()
+            .map(|&p| subjects[p].name.to_owned())
+            .collect(),
+        viewpoints: views
+            .list
+            .iter()
+            .map(|view| [f64::from(view.azimuth_deg), f64::from(view.elevation_deg)])
+            .collect(),
+        header,
+    })
+}
+
+/// All of a dataset's GEIs.
+fn from_dataset(args: &Args, path: &Path) -> Result<Samples> {
+    if !args.source.subjects.is_empty() || !args.source.walks.is_empty() {
+        return Err(Error::Usage(
+            "--subjects and --walks choose from packs: a dataset is used whole".into(),
+        ));
+    }
+    let dataset = Dataset::open(path)?;
+    let mut names: Vec<String> = Vec::new();
+    let mut viewpoints: Vec<[f64; 2]> = Vec::new();
+    let mut labels = Vec::new();
+    for row in dataset.index() {
+        let known = names.iter().position(|name| *name == row.subject);
+        labels.push(known.unwrap_or_else(|| {
+            names.push(row.subject.clone());
+            names.len() - 1
+        }));
+        let viewpoint = [row.azimuth_deg, row.elevation_deg];
+        if !viewpoints.contains(&viewpoint) {
+            viewpoints.push(viewpoint);
+        }
+    }
+    let pixels = dataset.geis().iter().flatten();
+    let mut header = Header::new("train", args.common.seed).with("components", args.components);
+    header.inputs = vec![InputFile::of(path.join("manifest.json"))?];
+    Ok(Samples {
+        description: format!(
+            "PCA ({}) + LDA on the {} GEIs of {}",
+            args.components,
+            labels.len(),
+            path.display()
+        ),
+        pixels: pixels.map(|&pixel| f32::from(pixel) / 255.0).collect(),
+        labels,
+        names,
+        viewpoints,
+        header,
+    })
+}

@@ -1,0 +1,193 @@
+//! Recorded walks as subjects: from files to bodies that walk.
+
+use super::cohort::anthropometry::{DIMENSIONS, Dimensions, Population};
+use super::cohort::body;
+use super::events::{Cut, cut};
+use super::retarget::{DEFAULT_CUT_OFF_HZ, Take, leg_length_m};
+use super::{Subject, Walk};
+use crate::error::{Error, Result};
+use crate::import::{Format, Motion, Options};
+use edgegait_core::pack::{Gait, Sex};
+use std::path::{Path, PathBuf};
+
+/// Hip-to-ankle length over stature: (trochanter - malleolus) of ANSUR II's means,
+/// (0.513 - 0.042) for men and (0.519 - 0.039) for women.
+const LEG_SHARE: f64 = 0.4755;
+/// Froude number v^2 / (g L) from which people run (Alexander 1989, Physiol. Rev.
+/// 69:1199-1227: walking changes to running near 0.5).
+const RUNNING_FROUDE: f64 = 0.5;
+
+/// How files are read.
+#[derive(Clone, Debug)]
+pub struct ReadOptions {
+    /// Name of the subject; otherwise it is read from the file's name.
+    pub subject: Option<String>,
+    /// Frames a second, over what the file says.
+    pub sample_rate_hz: Option<f64>,
+    /// Cut-off of the low-pass; `None` leaves the motion as recorded.
+    pub low_pass_hz: Option<f64>,
+}
+
+impl Default for ReadOptions {
+    fn default() -> Self {
+        Self {
+            subject: None,
+            sample_rate_hz: None,
+            low_pass_hz: Some(DEFAULT_CUT_OFF_HZ),
+        }
+    }
+}
+
+/// One file: a take on the canonical skeleton and its gait cycles.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    /// The file.
+    pub path: PathBuf,
+    /// Its format.
+    pub format: Format,
+    /// Who walks.
+    pub subject: String,
+    /// Name of the take: the file's name without its extension.
+    pub name: String,
+    /// The motion.
+    pub take: Take,
+    /// Its gait cycles.
+    pub cut: Cut,
+}
+
+impl Recording {
+    /// Reads, retargets and cuts one file.
+    ///
+    /// # Errors
+    /// When the file cannot be read, lacks joints, or holds no gait cycle.
+    pub fn read(path: &Path, options: &ReadOptions) -> Result<Self> {
+        let motion = Motion::read_with(
+            path,
+            &Options {
+                sample_rate_hz: options.sample_rate_hz,
+                asf: None,
+            },
+        )?;
+        let take = Take::from_motion(&motion, options.low_pass_hz)
+            .map_err(|problem| Error::input(path, problem))?;
+        let cut = cut(&take).map_err(|problem| Error::input(path, problem))?;
+        let name = path
+            .file_stem()
+            .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        let subject = options.subject.clone().unwrap_or_else(|| {
+            let before = name.rsplit_once('_').map(|(subject, _)| subject.to_owned());
+            before
+                .filter(|subject| !subject.is_empty())
+                .unwrap_or_else(|| name.clone())
+        });
+        Ok(Self {
+            path: path.to_path_buf(),
+            format: motion.format,
+            subject,
+            name,
+            take,
+            cut,
+        })
+    }
+
+    /// What was assumed, repaired or dropped.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        [self.take.warnings.as_slice(), &self.cut.warnings].concat()
+    }
+}
+
+/// The body that recordings are put onto.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct BodyOptions {
+    /// Stature, metres; otherwise the skeleton's own segments are kept.
+    pub stature_m: Option<f64>,
+    /// Mass, kg; otherwise that of the mean body mass index.
+    pub mass_kg: Option<f64>,
+    /// Sex; otherwise dimensions between both.
+    pub sex: Option<Sex>,
+}
+
+/// One subject for each name among the recordings, in order of first appearance, with the
+/// cycles of all their takes.
+///
+/// Without a stature a subject keeps the segment lengths of their first take, and the
+/// hulls are those of a person whose legs are as long.
+///
+/// # Errors
+/// For implausible bodies.
+pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<Subject>> {
+    let mut subjects: Vec<Subject> = Vec::new();
+    for recording in recordings {
+        let known = subjects
+            .iter()
+            .position(|subject| subject.name == recording.subject);
+        let index = match known {
+            Some(index) => index,
+            None => {
+                subjects.push(new_subject(recording, options)?);
+                subjects.len() - 1
+            }
+        };
+        let subject = &mut subjects[index];
+        for (cycle, cut) in (0u16..).zip(&recording.cut.cycles) {
+            let own = &recording.take.offsets;
+            subject.walks.push(Walk {
+                name: recording.name.clone(),
+                cycle,
+                gait: gait(cut.speed_mps, leg_length_m(own)),
+                speed_mps: cut.speed_mps,
+                motion: cut.cycle.onto(own, &subject.body.offsets),
+            });
+        }
+    }
+    Ok(subjects)
+}
+
+/// A subject with a body and no walks yet.
+fn new_subject(recording: &Recording, options: &BodyOptions) -> Result<Subject> {
+    let own = recording.take.offsets;
+    let stature_m = options
+        .stature_m
+        .unwrap_or_else(|| leg_length_m(&own) / LEG_SHARE);
+    let mass_kg = options.mass_kg.unwrap_or_else(|| {
+        let bmi = |sex| Population::of(sex).bmi.0;
+        let mean = 0.5 * (bmi(Sex::Female) + bmi(Sex::Male));
+        options.sex.map_or(mean, bmi) * stature_m * stature_m
+    });
+    let dimensions = Dimensions::expected(stature_m, mass_kg, options.sex, &[0.0; DIMENSIONS])?;
+    let offsets = match options.stature_m {
+        Some(_) => body::offsets(&dimensions),
+        None => own,
+    };
+    Ok(Subject {
+        name: recording.subject.clone(),
+        sex: options.sex,
+        stature_m,
+        mass_kg,
+        body: body::body(&dimensions, offsets),
+        walks: Vec::new(),
+    })
+}
+
+/// Walking or running at this speed, by the Froude number.
+fn gait(speed_mps: f64, leg_m: f64) -> Gait {
+    const GRAVITY: f64 = 9.81;
+    if speed_mps * speed_mps > RUNNING_FROUDE * GRAVITY * leg_m {
+        Gait::Run
+    } else {
+        Gait::Walk
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn people_run_from_a_froude_number_of_a_half() {
+        // 0.9 m legs: sqrt(0.5 * 9.81 * 0.9) = 2.10 m/s.
+        assert_eq!(gait(2.05, 0.9), Gait::Walk);
+        assert_eq!(gait(2.15, 0.9), Gait::Run);
+    }
+}
