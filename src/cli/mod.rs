@@ -6,6 +6,7 @@ mod import;
 mod inspect;
 mod progress;
 mod render;
+mod score;
 mod source;
 mod sweep;
 mod train;
@@ -33,6 +34,7 @@ enum Command {
     Import(import::Args),
     Inspect(inspect::Args),
     Render(render::Args),
+    Score(score::Args),
     Sweep(sweep::Args),
     Train(train::Args),
 }
@@ -56,6 +58,7 @@ fn run(command: &Command) -> Result<()> {
         Command::Import(args) => with_threads(&args.common, || import::run(args)),
         Command::Inspect(args) => with_threads(&args.common, || inspect::run(args)),
         Command::Render(args) => with_threads(&args.common, || render::run(args)),
+        Command::Score(args) => with_threads(&args.common, || score::run(args)),
         Command::Sweep(args) => with_threads(&args.common, || sweep::run(args)),
         Command::Train(args) => with_threads(&args.common, || train::run(args)),
     }

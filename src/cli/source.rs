@@ -6,6 +6,7 @@ use crate::encode::{MAX_ERROR_MM, encode_subjects};
 use crate::error::{Error, Result};
 use crate::scene::cohort::{self, CohortOptions, SPEEDS_KMH};
 use edgegait_core::budget::MAX_PACK_BYTES;
+use edgegait_core::format::MAGIC;
 use edgegait_core::pack::Pack;
 use std::path::{Path, PathBuf};
 
@@ -161,4 +162,21 @@ fn built_in(walks: &[String]) -> Result<Source> {
         inputs: Vec::new(),
         name: "built-in cohort".into(),
     })
+}
+
+/// Whether a path is a pack or a dataset, as opposed to a model.
+///
+/// # Errors
+/// When it cannot be read.
+pub fn is_pack_or_dataset(path: &Path) -> Result<bool> {
+    use std::io::Read as _;
+    let metadata = std::fs::metadata(path).map_err(|error| Error::io(path, error))?;
+    if metadata.is_dir() {
+        return Ok(true);
+    }
+    let mut start = Vec::new();
+    std::fs::File::open(path)
+        .and_then(|file| file.take(MAGIC.len() as u64).read_to_end(&mut start))
+        .map_err(|error| Error::io(path, error))?;
+    Ok(start == MAGIC)
 }

@@ -6,6 +6,7 @@
 
 pub mod angle;
 pub mod bands;
+pub mod contest;
 pub mod rank;
 pub mod results;
 pub mod subjects;

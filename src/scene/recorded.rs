@@ -8,6 +8,8 @@ use super::{Subject, Walk};
 use crate::error::{Error, Result};
 use crate::import::{Format, Motion, Options};
 use edgegait_core::pack::{Gait, Sex};
+use edgegait_core::skeleton::{JOINTS, Joint};
+use glam::DVec3;
 use std::path::{Path, PathBuf};
 
 /// Hip-to-ankle length over stature: (trochanter - malleolus) of ANSUR II's means,
@@ -111,8 +113,8 @@ pub struct BodyOptions {
 /// One subject for each name among the recordings, in order of first appearance, with the
 /// cycles of all their takes.
 ///
-/// Without a stature a subject keeps the segment lengths of their first take, and the
-/// hulls are those of a person whose legs are as long.
+/// Without a stature a subject keeps the segment lengths of their first take but the
+/// neck's, and the hulls are those of a person whose legs are as long.
 ///
 /// # Errors
 /// For implausible bodies.
@@ -158,7 +160,7 @@ fn new_subject(recording: &Recording, options: &BodyOptions) -> Result<Subject> 
     let dimensions = Dimensions::expected(stature_m, mass_kg, options.sex, &[0.0; DIMENSIONS])?;
     let offsets = match options.stature_m {
         Some(_) => body::offsets(&dimensions),
-        None => own,
+        None => with_head_at_its_height(own, &dimensions),
     };
     Ok(Subject {
         name: recording.subject.clone(),
@@ -168,6 +170,23 @@ fn new_subject(recording: &Recording, options: &BodyOptions) -> Result<Subject> 
         body: body::body(&dimensions, offsets),
         walks: Vec::new(),
     })
+}
+
+/// The offsets with the neck as long as it takes to put the ears where a person of these
+/// dimensions has them: files place a joint called head anywhere between the seventh
+/// cervical vertebra and the crown.
+fn with_head_at_its_height(
+    mut offsets: [DVec3; JOINTS],
+    dimensions: &Dimensions,
+) -> [DVec3; JOINTS] {
+    let trunk = [Joint::Spine, Joint::Thorax, Joint::Neck];
+    let neck: f64 = trunk.iter().map(|joint| offsets[joint.index()].y).sum();
+    let hips = dimensions.trochanterion_height;
+    let ears = dimensions.stature - dimensions.tragion_to_vertex;
+    let head = &mut offsets[Joint::Head.index()];
+    // Between 4 cm and 12 % of the stature, whatever the trunk is.
+    head.y = (ears - hips - neck).clamp(0.04, 0.12 * dimensions.stature);
+    offsets
 }
 
 /// Walking or running at this speed, by the Froude number.

@@ -11,6 +11,7 @@ mod model;
 mod onnx;
 mod protobuf;
 mod rten;
+pub mod shipped;
 
 use std::path::Path;
 
