@@ -76,7 +76,7 @@ pub const WIDTH_BITS: u32 = 4;
 #[must_use]
 pub fn step_size(index: u32) -> f32 {
     // Exact powers of two times one of four constants: the same on every target.
-    const QUARTERS: [f32; 4] = [1.0, 1.189_207_1, 1.414_213_5, 1.681_792_9];
+    const QUARTERS: [f32; 4] = [1.0, 1.189_207_1, core::f32::consts::SQRT_2, 1.681_792_9];
     let quarter = QUARTERS.get((index % 4) as usize).copied().unwrap_or(1.0);
     let octave = (index / 4).min(63) + 127 - 16;
     quarter * f32::from_bits(octave << 23)

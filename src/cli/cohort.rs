@@ -32,7 +32,7 @@ pub struct Args {
 
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<()> {
-    if !(args.max_error_mm >= 0.0) {
+    if args.max_error_mm.is_nan() || args.max_error_mm < 0.0 {
         return Err(Error::Usage(format!(
             "--max-error-mm {}: expected 0 or more",
             args.max_error_mm

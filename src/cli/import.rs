@@ -8,6 +8,7 @@ use crate::encode::{MAX_ERROR_MM, encode_subjects};
 use crate::error::{Error, Result};
 use crate::scene::recorded::{BodyOptions, ReadOptions, Recording, subjects};
 use clap::ValueEnum;
+use edgegait_core::clip::Clip;
 use edgegait_core::pack::{Pack, Sex};
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -210,7 +211,7 @@ fn clip_results(recordings: &[Recording], bytes: &[u8]) -> Result<Vec<ClipResult
             .filter(|walk| walk.name == recording.name && names[walk.subject] == recording.subject)
             .filter_map(|walk| pack.clip(walk.clip))
             .collect();
-        let most = |of: fn(&edgegait_core::clip::Clip<'_>) -> f32| {
+        let most = |of: fn(&Clip<'_>) -> f32| {
             clips
                 .iter()
                 .map(|clip| f64::from(of(clip)))
@@ -226,9 +227,9 @@ fn clip_results(recordings: &[Recording], bytes: &[u8]) -> Result<Vec<ClipResult
             cadence_spm: recording.cut.cadence_spm,
             speed_mps: recording.cut.speed_mps,
             residual_mm: closures.fold(0.0, f64::max),
-            bytes: clips.iter().map(|clip| clip.len_bytes()).sum(),
-            max_error_mm: most(|clip| clip.max_error_mm()),
-            mean_error_mm: most(|clip| clip.mean_error_mm()),
+            bytes: clips.iter().map(Clip::len_bytes).sum(),
+            max_error_mm: most(Clip::max_error_mm),
+            mean_error_mm: most(Clip::mean_error_mm),
             warnings: recording.warnings(),
         }
     });

@@ -23,8 +23,9 @@ use std::path::{Path, PathBuf};
 pub struct Args {
     #[command(flatten)]
     source: SourceArgs,
-    /// Where to write: .png (a row for each walk and viewpoint, a column for each frame) or .npy
-    /// (u8 [T,50,30], [V,T,50,30] for several viewpoints, [V,50,30] for templates; one walk)
+    /// Where to write: .png (a row for each walk and viewpoint and a column for each frame; of
+    /// templates a row for each walk and a column for each viewpoint) or .npy (one walk: u8
+    /// [T,50,30], [V,T,50,30] for several viewpoints, [V,50,30] for templates)
     /// [default: text art on the terminal]
     #[arg(long, value_name = "PATH")]
     out: Option<PathBuf>,
@@ -73,9 +74,13 @@ pub fn run(args: &Args) -> Result<()> {
         .out
         .as_deref()
         .is_some_and(|path| has_extension(path, "png"));
-    let all_wanted = !args.source.subjects.is_empty() || args.source.pack.is_some();
-    if !is_picture || !all_wanted {
+    if args.source.subjects.is_empty() && args.source.walks.is_empty() {
         walks.truncate(1);
+    } else if walks.len() > 1 && !is_picture {
+        return Err(Error::Usage(format!(
+            "{} walks are chosen: expected one, or --out with a .png (--subjects and --walks choose)",
+            walks.len()
+        )));
     }
     let settings = args.draw.settings(args.common.seed);
     let mut frames: Vec<Vec<Frame>> = Vec::new();
@@ -86,13 +91,19 @@ pub fn run(args: &Args) -> Result<()> {
         };
         frames.extend(silhouettes(&pack, job, &views, settings)?);
     }
-    let rows: Vec<Vec<Pixels>> = frames
-        .iter()
-        .map(|frames| pictures(frames, args.template))
-        .collect();
+    let rows: Vec<Vec<Pixels>> = match args.template {
+        None => frames
+            .iter()
+            .map(|frames| frames.iter().map(Frame::to_pixels).collect())
+            .collect(),
+        Some(Template::Gei) => frames
+            .chunks(views.len())
+            .map(|views| views.iter().map(|frames| gei(frames)).collect())
+            .collect(),
+    };
     match &args.out {
         None if args.template.is_none() => {
-            args.common.say(text_art(&pack, &walks, &views, &frames))
+            args.common.say(text_art(&pack, &walks, &views, &frames));
         }
         None => {
             return Err(Error::Usage(
@@ -100,11 +111,9 @@ pub fn run(args: &Args) -> Result<()> {
             ));
         }
         Some(path) if has_extension(path, "png") => {
-            write_png(path, &contact_sheet(&rows, args.scale)?)?
+            write_png(path, &contact_sheet(&rows, args.scale)?)?;
         }
-        Some(path) if has_extension(path, "npy") => {
-            write_array(path, &rows, args.template.is_some())?
-        }
+        Some(path) if has_extension(path, "npy") => write_array(path, &rows)?,
         Some(path) => {
             return Err(Error::Usage(format!(
                 "--out {}: expected a name that ends in .png or .npy",
@@ -134,28 +143,22 @@ fn has_extension(path: &Path, extension: &str) -> bool {
         .is_some_and(|found| found.eq_ignore_ascii_case(extension))
 }
 
-/// The frames' pixels, or the one template that they make.
-fn pictures(frames: &[Frame], template: Option<Template>) -> Vec<Pixels> {
-    match template {
-        None => frames.iter().map(Frame::to_pixels).collect(),
-        Some(Template::Gei) => {
-            let mut builder = GeiBuilder::new();
-            for frame in frames {
-                builder.add(frame);
-            }
-            vec![builder.finish().pixels]
-        }
+/// The GEI of a cycle's frames.
+fn gei(frames: &[Frame]) -> Pixels {
+    let mut builder = GeiBuilder::new();
+    for frame in frames {
+        builder.add(frame);
     }
+    builder.finish().pixels
 }
 
-/// Writes `[T,50,30]`, `[V,T,50,30]`, or `[V,50,30]` for templates.
-fn write_array(path: &Path, rows: &[Vec<Pixels>], are_templates: bool) -> Result<()> {
+/// Writes rows of frames as `[V,T,50,30]`, and a single row as `[T,50,30]`.
+fn write_array(path: &Path, rows: &[Vec<Pixels>]) -> Result<()> {
     let bytes = rows.concat().concat();
     let (views, frames) = (rows.len(), rows.first().map_or(0, Vec::len));
     let shape = |error: ndarray::ShapeError| Error::Failed(error.to_string());
-    if views == 1 || are_templates {
-        let array =
-            ArrayView3::from_shape((views * frames, ROWS, COLUMNS), &bytes).map_err(shape)?;
+    if views == 1 {
+        let array = ArrayView3::from_shape((frames, ROWS, COLUMNS), &bytes).map_err(shape)?;
         write_npy(path, &array)
     } else {
         let array =

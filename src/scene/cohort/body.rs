@@ -115,22 +115,30 @@ fn trunk(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<BodyHull> {
         square(0.02, 0.01, waist),
         square(thorax + 0.02, 0.015, between),
     ];
-    let nipples = d.chest_height - d.iliocristale_height - thorax;
-    let shoulder = height(Joint::LeftClavicle);
+    // The rib cage reaches up to the shoulders and out to where the deltoids begin, so that
+    // no seam opens beside it, whatever skeleton carries it.
+    let shoulder = offsets[Joint::LeftClavicle.index()] + offsets[Joint::LeftUpperArm.index()];
+    let beside = (shoulder.x - 0.5 * deltoid(d, offsets)).max(0.8 * chest.0);
+    let top = shoulder.y.min(neck);
+    let armpit = top - 0.05 * d.stature;
+    let nipples = (d.chest_height - d.iliocristale_height - thorax).clamp(0.02, armpit.max(0.03));
     let ribs = [
         square(-0.01, 0.015, between),
-        square(nipples.clamp(0.02, neck), 0.005, chest),
-        square(
-            shoulder.min(neck),
-            -0.015,
-            (0.37 * d.biacromial_breadth, 0.55 * chest.1),
-        ),
+        square(nipples, 0.005, chest),
+        square(armpit, -0.005, (beside, 0.85 * chest.1)),
+        square(top + 0.01, -0.015, (0.85 * beside, 0.55 * chest.1)),
     ];
+    // The neck begins as wide as the trapezius, well inside of the rib cage.
     let throat = radius(d.neck_circumference);
     let skull = offsets[Joint::Head.index()];
+    let below = (top - neck).min(0.0);
     let neck_hull = [
-        ring(at(-0.045, 0.015), (1.75 * throat, 1.10 * throat), 0.707),
-        ring(at(0.02, 0.02), (throat, throat), 0.707),
+        ring(
+            at(below - 0.02, 0.01),
+            (0.75 * beside, 1.10 * throat),
+            0.707,
+        ),
+        ring(at(0.4 * below, 0.02), (1.25 * throat, throat), 0.707),
         ring(
             at(skull.y + 0.01, skull.z - 0.01),
             (0.95 * throat, 0.95 * throat),
@@ -179,24 +187,21 @@ fn limbs(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<(Joint, Vec<DVec3>)> 
     let length = |joint: Joint| -offsets[joint.index()].y;
     let at = DVec3::new;
     let shoulder = offsets[Joint::LeftUpperArm.index()];
-    // The deltoid reaches out to half the bideltoid breadth.
-    let outside = offsets[Joint::LeftClavicle.index()].x + shoulder.x;
-    let deltoid = (0.5 * d.bideltoid_breadth - outside).max(0.03);
-    let clavicle = [
-        ring_across(shoulder + at(0.1 * deltoid, 0.0, 0.0), 0.85 * deltoid),
-        ring_across(
-            shoulder + at(-0.55 * shoulder.x, 0.025, 0.0),
-            0.75 * deltoid,
-        ),
-    ];
+    let deltoid = deltoid(d, offsets);
     // Relaxed, a biceps is about 0.92 of its flexed circumference (ours).
     let (arm, elbow) = (
         0.92 * radius(d.biceps_circumference),
         radius(d.forearm_circumference),
     );
+    // At least as thick as the arm, however far out the skeleton has its shoulders.
+    let cap = deltoid.max(1.15 * arm);
+    let clavicle = [
+        ring_across(shoulder + at(0.1 * deltoid, 0.0, 0.0), 0.85 * cap),
+        ring_across(shoulder + at(-0.55 * shoulder.x, 0.015, 0.0), 0.80 * cap),
+    ];
     let upper = length(Joint::LeftForearm);
     let upper_arm = [
-        round(at(0.0, 0.55 * deltoid, 0.0), 0.70 * deltoid),
+        round(at(0.0, 0.55 * deltoid, 0.0), 0.70 * cap),
         ring(at(0.0, -0.10 * upper, 0.0), (deltoid, 1.15 * arm), 0.74),
         round(at(0.0, -0.55 * upper, 0.0), arm),
         round(at(0.0, -upper - 0.01, 0.0), 0.88 * elbow),
@@ -245,6 +250,13 @@ fn limbs(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<(Joint, Vec<DVec3>)> 
         (Joint::LeftShank, shank.concat()),
         (Joint::LeftFoot, foot(d)),
     ]
+}
+
+/// How far the deltoid reaches out from the shoulder joint, metres: to half the bideltoid
+/// breadth, and at least to 3 cm.
+fn deltoid(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> f64 {
+    let joint = offsets[Joint::LeftClavicle.index()].x + offsets[Joint::LeftUpperArm.index()].x;
+    (0.5 * d.bideltoid_breadth - joint).max(0.03)
 }
 
 /// A foot: heel, ball, toes that rise a little (so that a push-off rolls over the ball,

@@ -67,6 +67,7 @@ pub struct WalkingNorm {
 /// speed on the gait of typically developing children", J. Biomech. 41:1639-1650, as
 /// Fourier series (fit within 0.6 degrees RMS). The speeds are the middles of the paper's
 /// bins (below 0.227, 0.363, 0.5, 0.636, above), as far as we recall them.
+#[expect(clippy::approx_constant, reason = "a measured 3.14 degrees")]
 #[rustfmt::skip]
 pub const WALKING: [WalkingNorm; 5] = [
     WalkingNorm {
