@@ -211,12 +211,7 @@ fn clip_results(recordings: &[Recording], bytes: &[u8]) -> Result<Vec<ClipResult
             .filter(|walk| walk.name == recording.name && names[walk.subject] == recording.subject)
             .filter_map(|walk| pack.clip(walk.clip))
             .collect();
-        let most = |of: fn(&Clip<'_>) -> f32| {
-            clips
-                .iter()
-                .map(|clip| f64::from(of(clip)))
-                .fold(0.0, f64::max)
-        };
+        let most = |errors: &mut dyn Iterator<Item = f32>| f64::from(errors.fold(0.0, f32::max));
         let closures = recording.cut.cycles.iter().map(|cycle| cycle.closure_mm);
         ClipResult {
             file: recording.path.display().to_string(),
@@ -228,8 +223,8 @@ fn clip_results(recordings: &[Recording], bytes: &[u8]) -> Result<Vec<ClipResult
             speed_mps: recording.cut.speed_mps,
             residual_mm: closures.fold(0.0, f64::max),
             bytes: clips.iter().map(Clip::len_bytes).sum(),
-            max_error_mm: most(Clip::max_error_mm),
-            mean_error_mm: most(Clip::mean_error_mm),
+            max_error_mm: most(&mut clips.iter().map(Clip::max_error_mm)),
+            mean_error_mm: most(&mut clips.iter().map(Clip::mean_error_mm)),
             warnings: recording.warnings(),
         }
     });

@@ -170,7 +170,7 @@ impl Truth {
             orientations: Vec::with_capacity(cycle.root.len()),
             points: Vec::with_capacity(cycle.root.len()),
         };
-        let offsets = skeleton.offsets.each_ref().map(Vec3::as_dvec3);
+        let offsets = skeleton.offsets.map(Vec3::as_dvec3);
         for (root, rotations) in cycle.root.iter().zip(&cycle.rotations) {
             let (positions, orientations) = forward_kinematics(&offsets, *root, rotations);
             truth.points.push(std::array::from_fn(|joint| {
