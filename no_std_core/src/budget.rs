@@ -27,8 +27,8 @@ pub const MAX_COEFFICIENTS: usize = 63;
 pub const MAX_HARMONICS: usize = (MAX_COEFFICIENTS - 1) / 2;
 
 /// Columns of the window in which a figure is measured before 30 of them are
-/// kept. The widest figure of the built-in cohort takes 123 columns (a runner at
-/// 12 km/h seen from above and from the side).
+/// kept. The widest figure of the built-in cohort's 260 walks over the 703 viewpoints
+/// takes 112.4 columns (F02 walking at 7 km/h, azimuth 65, elevation 90).
 pub const WINDOW_COLUMNS: usize = 128;
 /// Windows side by side that a wider figure may take; wider ones are refused.
 pub const MAX_WINDOWS: usize = 16;

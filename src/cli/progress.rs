@@ -2,15 +2,26 @@
 
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal as _;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+/// Time between two plain lines.
+const INTERVAL: Duration = Duration::from_secs(3);
 
 /// Counts done pieces of work and shows them.
 #[derive(Debug)]
 pub struct Progress {
     what: &'static str,
     total: u64,
-    done: AtomicU64,
     bar: Option<ProgressBar>,
+    plain: Mutex<Plain>,
+}
+
+/// What plain lines need to know.
+#[derive(Debug)]
+struct Plain {
+    done: u64,
+    printed: Instant,
 }
 
 impl Progress {
@@ -31,22 +42,28 @@ impl Progress {
         Self {
             what,
             total,
-            done: AtomicU64::new(0),
             bar,
+            plain: Mutex::new(Plain {
+                done: 0,
+                printed: Instant::now(),
+            }),
         }
     }
 
-    /// One piece is done. Without a terminal every tenth of the work prints a line.
+    /// One piece is done. Without a terminal a line is printed every few seconds, so that
+    /// short work prints none.
     pub fn step(&self) {
-        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
-        match &self.bar {
-            Some(bar) => bar.inc(1),
-            None => {
-                let tenth = |count: u64| count * 10 / self.total.max(1);
-                if tenth(done) > tenth(done - 1) {
-                    eprintln!("{}: {done} of {}", self.what, self.total);
-                }
-            }
+        if let Some(bar) = &self.bar {
+            bar.inc(1);
+            return;
+        }
+        let Ok(mut plain) = self.plain.lock() else {
+            return;
+        };
+        plain.done += 1;
+        if plain.printed.elapsed() >= INTERVAL {
+            plain.printed = Instant::now();
+            eprintln!("{}: {} of {}", self.what, plain.done, self.total);
         }
     }
 }

@@ -66,10 +66,10 @@ struct Rendered {
 
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<()> {
+    let views = args.views.views("side")?.list;
     let source = args.source.load()?;
     let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
     let mut walks = args.source.choose(&pack)?;
-    let views = args.views.views("side")?.list;
     let is_picture = args
         .out
         .as_deref()

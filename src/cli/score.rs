@@ -181,6 +181,7 @@ fn score_walks(
     recognizers: &[Box<dyn Recognizer>],
     mut header: Header,
 ) -> Result<(ScoreResults, Vec<Sample>)> {
+    let views = args.views.views("paper")?;
     let source_args = SourceArgs {
         pack,
         subjects: args.subjects.clone(),
@@ -190,7 +191,6 @@ fn score_walks(
     header.inputs.extend(source.inputs.iter().cloned());
     let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
     let walks = source_args.choose(&pack)?;
-    let views = args.views.views("paper")?;
     let settings = args.draw.settings(args.common.seed);
     let all: Vec<_> = pack.walks().collect();
     let names: Vec<&str> = pack.subjects().map(|subject| subject.name).collect();

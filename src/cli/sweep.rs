@@ -54,10 +54,10 @@ struct Results {
 
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<()> {
+    let views = args.views.views("paper")?;
     let source = args.source.load()?;
     let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
     let walks = args.source.choose(&pack)?;
-    let views = args.views.views("paper")?;
     let settings = args.draw.settings(args.common.seed);
     let jobs: Vec<Job> = walks
         .iter()

@@ -150,10 +150,10 @@ pub fn run(args: &Args) -> Result<()> {
 
 /// Samples drawn here, from a pack or from the built-in cohort.
 fn from_walks(args: &Args) -> Result<Samples> {
+    let views = args.views.views("side")?;
     let source = args.source.load()?;
     let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
     let walks = args.source.choose(&pack)?;
-    let views = args.views.views("side")?;
     let all: Vec<_> = pack.walks().collect();
     let mut people: Vec<usize> = walks.iter().map(|&walk| all[walk].subject).collect();
     people.dedup();
