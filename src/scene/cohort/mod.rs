@@ -3,8 +3,9 @@
 //! It stands in for the 26 volunteers of Charalambous & Bharath (BMVC 2016), whose
 //! motion capture is not redistributable: 13 women and 13 men, walking at 3 to 7 km/h
 //! and running at 8 to 12. People differ in body ([`anthropometry`]) and in motion
-//! ([`style`]).
+//! (`style`).
 
+mod angles;
 pub mod anthropometry;
 pub mod body;
 mod gait;
@@ -13,9 +14,10 @@ mod style;
 
 use crate::error::{Error, Result};
 use crate::scene::{Body, Cycle, Subject, Walk};
+use angles::gait_at;
 use anthropometry::{DIMENSIONS, Dimensions, Population};
 use edgegait_core::pack::{Gait, Sex};
-use gait::{Walker, gait_at};
+use gait::Walker;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use style::Style;
