@@ -32,3 +32,78 @@ pub fn models() -> Result<Vec<Model>> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::ort_library;
+    use super::super::{Outputs, Runtime};
+    use super::*;
+    use crate::scene::cohort::{self, CohortOptions};
+    use crate::sweep::{Job, Settings, Views, sweep};
+    use edgegait_core::pack::Pack;
+    use edgegait_core::raster::Rasterizer;
+
+    /// GEIs of four people from the side, as the models take them.
+    fn geis() -> Vec<f32> {
+        let options = CohortOptions {
+            people: 4,
+            speeds_kmh: vec![5.0],
+            ..CohortOptions::default()
+        };
+        let people = cohort::subjects(&options).expect("four people");
+        let bytes = crate::encode::encode_subjects(&people, 5.0, &|| {}).expect("a pack");
+        let pack = Pack::parse(&bytes).expect("it was just encoded");
+        let jobs: Vec<Job> = (0..4).map(|walk| Job { walk, cycle: 1_000 }).collect();
+        let settings = Settings {
+            rasterizer: Rasterizer::Skia,
+            frames_per_cycle: 32,
+            seed: 1,
+        };
+        let views = Views::side().expect("the side view").list;
+        let mut geis = Vec::new();
+        let keep = |_: Job, swept: crate::sweep::Swept| Ok(swept.geis);
+        sweep(&pack, &jobs, &views, settings, keep, |_, found| {
+            geis.extend(found[0].pixels.map(|pixel| f32::from(pixel) / 255.0));
+            Ok(())
+        })
+        .expect("four GEIs");
+        geis
+    }
+
+    fn outputs(runtime: &Runtime, model: &Model) -> Outputs {
+        let recognizer = runtime.load(model).expect("a shipped model");
+        recognizer.run(&geis(), 4).expect("four answers")
+    }
+
+    #[test]
+    fn the_shipped_models_know_the_first_people_from_the_side() {
+        for model in models().expect("the shipped models") {
+            assert_eq!(model.contract().classes[..4], ["F01", "M01", "F02", "M02"]);
+            let outputs = outputs(&Runtime::rten(), &model);
+            assert_eq!((outputs.embedding_dims, outputs.classes), (25, 26));
+            let scores = outputs.scores.expect("class scores");
+            for (person, scores) in scores.chunks(26).enumerate() {
+                let best = (0..26).max_by(|&a, &b| scores[a].total_cmp(&scores[b]));
+                assert_eq!(best, Some(person), "{}", model.contract().name);
+            }
+        }
+    }
+
+    #[test]
+    fn the_shipped_models_compute_the_same_on_both_runtimes() {
+        let Some(library) = ort_library() else { return };
+        let ort = Runtime::ort(library).expect("an ONNX Runtime");
+        for model in models().expect("the shipped models") {
+            let (ours, theirs) = (outputs(&Runtime::rten(), &model), outputs(&ort, &model));
+            let largest = ours.embedding.iter().fold(0.0f32, |m, x| m.max(x.abs()));
+            let difference = ours
+                .embedding
+                .iter()
+                .zip(&theirs.embedding)
+                .map(|(a, b)| (a - b).abs() / largest)
+                .fold(0.0, f32::max);
+            eprintln!("{}: {difference:e} of the largest", model.contract().name);
+            assert!(difference < 1e-5, "{difference}");
+        }
+    }
+}
