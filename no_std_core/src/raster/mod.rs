@@ -207,12 +207,18 @@ struct Moments {
 }
 
 impl Moments {
+    /// Adds a window whose first column is column `left` of the row of windows.
     fn add(&mut self, pixels: &[u8], left: usize) {
+        // Sums of columns first: additions of whole rows vectorise.
+        let mut columns = [0u32; WINDOW_COLUMNS];
         for row in pixels.chunks_exact(WINDOW_COLUMNS) {
-            for (column, &pixel) in row.iter().enumerate() {
-                self.sum += u64::from(pixel);
-                self.doubled += u64::from(pixel) * (2 * (left + column) + 1) as u64;
+            for (sum, &pixel) in columns.iter_mut().zip(row) {
+                *sum += u32::from(pixel);
             }
+        }
+        for (column, &sum) in columns.iter().enumerate() {
+            self.sum += u64::from(sum);
+            self.doubled += u64::from(sum) * (2 * (left + column) + 1) as u64;
         }
     }
 
