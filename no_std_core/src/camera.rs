@@ -77,7 +77,13 @@ impl Viewpoint {
 
 /// Sine and cosine of an angle in degrees, exact at multiples of 90.
 fn sin_cos_degrees(degrees: f32) -> (f32, f32) {
-    let turned = degrees - 360.0 * libm::floorf(degrees / 360.0);
+    // The remainder is exact; 360 times a rounded quotient is not beyond 372,000 turns.
+    let remainder = libm::fmodf(degrees, 360.0);
+    let turned = if remainder < 0.0 {
+        remainder + 360.0
+    } else {
+        remainder
+    };
     let quarter = libm::roundf(turned / 90.0);
     let (sin, cos) = libm::sincosf((turned - 90.0 * quarter).to_radians());
     #[expect(clippy::cast_possible_truncation, reason = "0 to 4")]

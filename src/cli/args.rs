@@ -104,7 +104,8 @@ impl ViewArgs {
         };
         let azimuths = or(&self.azimuth_deg, 90.0);
         let elevations = or(&self.elevation_deg, 0.0);
-        Views::grid("list", azimuths, elevations)
+        let name = format!("azimuth {azimuths:?} by elevation {elevations:?}");
+        Views::grid(name, azimuths, elevations)
     }
 }
 

@@ -53,6 +53,31 @@ pub enum Template {
     Gei,
 }
 
+/// Where the rendered goes.
+enum Output<'a> {
+    Terminal,
+    Png(&'a Path),
+    Npy(&'a Path),
+}
+
+impl Args {
+    /// Where to write, refused before anything is drawn if it makes no sense.
+    fn output(&self) -> Result<Output<'_>> {
+        match self.out.as_deref() {
+            None if self.template.is_some() => Err(Error::Usage(
+                "--template needs --out: a template is grey, and text art is not".into(),
+            )),
+            None => Ok(Output::Terminal),
+            Some(path) if has_extension(path, "png") => Ok(Output::Png(path)),
+            Some(path) if has_extension(path, "npy") => Ok(Output::Npy(path)),
+            Some(path) => Err(Error::Usage(format!(
+                "--out {}: expected a name that ends in .png or .npy",
+                path.display()
+            ))),
+        }
+    }
+}
+
 /// What was rendered.
 #[derive(Serialize)]
 struct Rendered {
@@ -66,17 +91,14 @@ struct Rendered {
 
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<()> {
-    let views = args.views.views("side")?.list;
+    let output = args.output()?;
+    let views = args.views.views("side")?;
     let source = args.source.load()?;
     let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
     let mut walks = args.source.choose(&pack)?;
-    let is_picture = args
-        .out
-        .as_deref()
-        .is_some_and(|path| has_extension(path, "png"));
     if args.source.subjects.is_empty() && args.source.walks.is_empty() {
         walks.truncate(1);
-    } else if walks.len() > 1 && !is_picture {
+    } else if walks.len() > 1 && !matches!(output, Output::Png(_)) {
         return Err(Error::Usage(format!(
             "{} walks are chosen: expected one, or --out with a .png (--subjects and --walks choose)",
             walks.len()
@@ -89,7 +111,7 @@ pub fn run(args: &Args) -> Result<()> {
             walk,
             cycle: args.cycle,
         };
-        frames.extend(silhouettes(&pack, job, &views, settings)?);
+        frames.extend(silhouettes(&pack, job, &views.list, settings)?);
     }
     let rows: Vec<Vec<Pixels>> = match args.template {
         None => frames
@@ -97,29 +119,16 @@ pub fn run(args: &Args) -> Result<()> {
             .map(|frames| frames.iter().map(Frame::to_pixels).collect())
             .collect(),
         Some(Template::Gei) => frames
-            .chunks(views.len())
+            .chunks(views.list.len())
             .map(|views| views.iter().map(|frames| gei(frames)).collect())
             .collect(),
     };
-    match &args.out {
-        None if args.template.is_none() => {
-            args.common.say(text_art(&pack, &walks, &views, &frames));
-        }
-        None => {
-            return Err(Error::Usage(
-                "--template needs --out: a template is grey, and text art is not".into(),
-            ));
-        }
-        Some(path) if has_extension(path, "png") => {
-            write_png(path, &contact_sheet(&rows, args.scale)?)?;
-        }
-        Some(path) if has_extension(path, "npy") => write_array(path, &rows)?,
-        Some(path) => {
-            return Err(Error::Usage(format!(
-                "--out {}: expected a name that ends in .png or .npy",
-                path.display()
-            )));
-        }
+    match &output {
+        Output::Terminal => args
+            .common
+            .say(text_art(&pack, &walks, &views.list, &frames)),
+        Output::Png(path) => write_png(path, &contact_sheet(&rows, args.scale)?)?,
+        Output::Npy(path) => write_array(path, &rows)?,
     }
     if let Some(path) = &args.out {
         args.common.say(format_args!("wrote {}", path.display()));
@@ -127,13 +136,18 @@ pub fn run(args: &Args) -> Result<()> {
     let mut header = args
         .draw
         .describe(Header::new("render", args.common.seed))
-        .with("cycle", args.cycle);
+        .with("cycle", args.cycle)
+        .with("pack", source.name.as_str())
+        .with("views", views.name.as_str())
+        .with("subjects", args.source.subjects.join(","))
+        .with("walks", args.source.walks.join(","))
+        .with("template", args.template.map(|_| "gei"));
     header.inputs = source.inputs;
     args.common.write_json(&Rendered {
         header,
         out: args.out.as_ref().map(|path| path.display().to_string()),
         walks: walks.len(),
-        viewpoints: views.len(),
+        viewpoints: views.list.len(),
         silhouettes: frames.iter().map(Vec::len).sum(),
     })
 }

@@ -1,7 +1,7 @@
 //! Where walks come from: a pack file, or the built-in cohort.
 
 use super::progress::Progress;
-use crate::dataset::InputFile;
+use crate::dataset::{InputFile, sha256_of_bytes};
 use crate::encode::{MAX_ERROR_MM, encode_subjects};
 use crate::error::{Error, Result};
 use crate::scene::cohort::{self, CohortOptions, SPEEDS_KMH};
@@ -90,9 +90,12 @@ impl SourceArgs {
 fn require(what: &str, asked: &[String], known: &[&str]) -> Result<()> {
     for name in asked {
         if !known.contains(&name.as_str()) {
-            let mut some = known.to_vec();
-            some.dedup();
-            some.truncate(12);
+            let mut some: Vec<&str> = Vec::new();
+            for name in known {
+                if !some.contains(name) && some.len() < 12 {
+                    some.push(name);
+                }
+            }
             return Err(Error::Usage(format!(
                 "there is no {what} {name:?}: expected one of {}",
                 some.join(", ")
@@ -118,10 +121,16 @@ pub fn read_pack(path: &Path) -> Result<Source> {
     }
     let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
     check(path, &bytes)?;
+    let name = path.display().to_string();
+    // Of the bytes that were read: the file may be another by now.
+    let input = InputFile {
+        path: name.clone(),
+        sha256: sha256_of_bytes(&bytes),
+    };
     Ok(Source {
         bytes,
-        inputs: vec![InputFile::of(path)?],
-        name: path.display().to_string(),
+        inputs: vec![input],
+        name,
     })
 }
 

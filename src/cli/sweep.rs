@@ -94,7 +94,7 @@ pub fn run(args: &Args) -> Result<()> {
                         &IndexRow {
                             subject: subjects[walk.subject].name.into(),
                             walk: walk.name.into(),
-                            cycle: u32::from(walk.cycle) + job.cycle,
+                            cycle: u32::from(walk.cycle) * args.cycles + job.cycle,
                             speed_kmh: kmh(walk.speed_mm_per_s),
                             azimuth_deg: f64::from(view.azimuth_deg),
                             elevation_deg: f64::from(view.elevation_deg),

@@ -36,7 +36,8 @@ pub fn sha256_of_bytes(bytes: &[u8]) -> String {
 }
 
 /// Writes a file through `write`, and gives it its name only when all of it is
-/// there. A former file of that name stays until then.
+/// there. A former file of that name stays until then. A link stays a link, and what
+/// is there and no file (a pipe, `/dev/null`) is written into, not replaced.
 ///
 /// # Errors
 ///
@@ -47,13 +48,19 @@ pub fn write_atomically(
 ) -> Result<()> {
     let path = path.as_ref();
     let io = |source| Error::io(path, source);
-    let staging = staging_beside(path)?;
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    if fs::metadata(&target).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
+        let mut file = BufWriter::new(File::create(&target).map_err(io)?);
+        write(&mut file)?;
+        return file.flush().map_err(io);
+    }
+    let staging = staging_beside(&target)?;
     let unfinished = staging.path().join("unfinished");
     let mut file = BufWriter::new(File::create(&unfinished).map_err(io)?);
     write(&mut file)?;
     file.flush().map_err(io)?;
     drop(file);
-    fs::rename(&unfinished, path).map_err(io)
+    fs::rename(&unfinished, &target).map_err(io)
 }
 
 /// A hidden folder in the folder that holds `path`, so that what is made inside

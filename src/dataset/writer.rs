@@ -205,7 +205,7 @@ fn check_replaceable(target: &Path, existing: Existing) -> Result<()> {
         return Ok(());
     }
     if existing == Existing::Refuse {
-        return refuse("the folder already holds files (name another, or overwrite it)".into());
+        return refuse("the folder already holds files (name another, or use --overwrite)".into());
     }
     names.sort();
     if let Some(other) = names
@@ -290,7 +290,7 @@ mod tests {
         assert!(
             refused
                 .to_string()
-                .ends_with("(name another, or overwrite it)"),
+                .ends_with("(name another, or use --overwrite)"),
             "{refused}"
         );
         assert_eq!(refused.exit_code(), 2);

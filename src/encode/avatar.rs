@@ -45,6 +45,12 @@ pub fn encode_avatar(body: &Body) -> Result<EncodedAvatar> {
 
 fn check_budget(body: &Body) -> Result<()> {
     let points: usize = body.hulls.iter().map(|hull| hull.points.len()).sum();
+    let finite = |point: &DVec3| point.is_finite();
+    if !body.offsets.iter().all(finite) || !body.hulls.iter().all(|h| h.points.iter().all(finite)) {
+        return Err(Error::Failed(
+            "a body with coordinates that are not finite".into(),
+        ));
+    }
     let largest = body.hulls.iter().map(|hull| hull.points.len()).max();
     let smallest = body.hulls.iter().map(|hull| hull.points.len()).min();
     if body.hulls.len() > MAX_HULLS

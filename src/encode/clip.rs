@@ -67,13 +67,7 @@ pub fn encode_cycle(cycle: &Cycle, skeleton: &Skeleton, max_error_mm: f64) -> Re
         }
     }
     let mut steps = scaled(low);
-    let mut best = encode(&steps).or_else(|| {
-        // Finer than the widths allow: the finest that fits.
-        (0..=2 * MAX_STEP).find_map(|index| {
-            steps = scaled(index);
-            encode(&steps)
-        })
-    });
+    let mut best = encode(&steps);
     // Then each joint alone, as coarse as the others allow.
     for joint in 0..steps.len() {
         while steps[joint] < MAX_STEP {
@@ -118,10 +112,10 @@ fn check(cycle: &Cycle) -> Result<()> {
             .rotations
             .iter()
             .flatten()
-            .all(|rotation| rotation.is_finite());
+            .all(|rotation| rotation.is_normalized());
     if !finite {
         return Err(Error::Failed(
-            "a gait cycle with numbers that are not finite".into(),
+            "a gait cycle with numbers that are not finite, or rotations that are not unit quaternions".into(),
         ));
     }
     if !(1e-6..=4_000.0).contains(&cycle.period_s) || !(-2e3..=2e3).contains(&cycle.drift_m) {
@@ -191,7 +185,8 @@ struct Attempt {
 }
 
 impl Attempt {
-    /// Encodes with these step indices; `None` where a coefficient is too wide.
+    /// Encodes with these step indices, coarser ones where a coefficient is too wide;
+    /// `None` where even the coarsest do not hold it.
     fn new(
         cycle: &Cycle,
         truth: &Truth,
@@ -218,7 +213,7 @@ impl Attempt {
                 .iter()
                 .map(|target| rotation_vector(reference.inverse() * *target))
                 .collect();
-            let quantised = write_vector(&mut bits, basis, &vectors, steps[index])?;
+            let quantised = write_finest(&mut bits, basis, &vectors, steps[index])?;
             for (frame, vector) in quantised.into_iter().enumerate() {
                 let local = reference * DQuat::from_scaled_axis(vector);
                 decoded[frame][index] = match joint.parent() {
@@ -227,7 +222,7 @@ impl Attempt {
                 };
             }
         }
-        write_vector(&mut bits, basis, &cycle.root, steps[JOINTS])?;
+        write_finest(&mut bits, basis, &cycle.root, steps[JOINTS])?;
         let mut bytes = header(cycle);
         let stream = bits.into_bytes();
         let length = u16::try_from(stream.len()).ok()?;
@@ -353,6 +348,22 @@ fn write_reference(bits: &mut BitWriter, rotation: DQuat) -> DQuat {
     }
     components[largest] = (1.0 - squares).max(0.0).sqrt();
     DQuat::from_array(components).normalize()
+}
+
+/// Writes three channels with the finest step from `step` on that holds all of their
+/// coefficients: the height of a pelvis does not fit steps that suit a hand.
+fn write_finest(
+    bits: &mut BitWriter,
+    basis: &Basis,
+    vectors: &[DVec3],
+    step: u32,
+) -> Option<Vec<DVec3>> {
+    (step..=MAX_STEP).find_map(|step| {
+        let mut trial = bits.clone();
+        let values = write_vector(&mut trial, basis, vectors, step)?;
+        *bits = trial;
+        Some(values)
+    })
 }
 
 /// Writes three channels with one step; their values after quantisation, by frame.

@@ -19,10 +19,10 @@ const HARMONICS: usize = 3;
 pub struct CycleSeed {
     /// The user's seed.
     pub seed: u64,
-    /// Number of the subject in its pack.
-    pub subject: usize,
-    /// Number of the walk in its pack.
-    pub walk: usize,
+    /// Which subject, whatever else is in the pack: a hash of the name.
+    pub subject: u64,
+    /// Which stored cycle of which walk: a hash of the name, and the cycle.
+    pub walk: u64,
     /// Which variation; 0 is the stored cycle itself.
     pub cycle: u32,
 }
@@ -63,12 +63,7 @@ impl Variation {
             return Self { noise: None };
         }
         let mut key = [0; 32];
-        let parts = [
-            of.seed,
-            of.subject as u64,
-            of.walk as u64,
-            u64::from(of.cycle),
-        ];
+        let parts = [of.seed, of.subject, of.walk, u64::from(of.cycle)];
         for (bytes, part) in key.chunks_exact_mut(8).zip(parts) {
             bytes.copy_from_slice(&part.to_le_bytes());
         }

@@ -12,6 +12,7 @@ use crate::scene::variation::{CycleSeed, Variation};
 use edgegait_core::avatar::{Avatar, PosedHulls};
 use edgegait_core::camera::Camera;
 use edgegait_core::clip::Clip;
+use edgegait_core::format::crc32;
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::ModelPose;
 use edgegait_core::raster::{Rasterizer, Renderer};
@@ -175,9 +176,10 @@ impl<'a> Figures<'a> {
         let walk = pack.walks().nth(job.walk);
         let subject = walk.and_then(|walk| pack.subject(walk.subject));
         let parts = walk.zip(subject).and_then(|(walk, subject)| {
-            Some((walk, pack.avatar(subject.avatar)?, pack.clip(walk.clip)?))
+            let (avatar, clip) = (pack.avatar(subject.avatar)?, pack.clip(walk.clip)?);
+            Some((walk, subject, avatar, clip))
         });
-        let Some((walk, avatar, clip)) = parts else {
+        let Some((walk, subject, avatar, clip)) = parts else {
             return Err(Error::Failed(format!(
                 "there is no walk {}: expected a number below {}",
                 job.walk,
@@ -190,8 +192,8 @@ impl<'a> Figures<'a> {
             clip,
             variation: Variation::new(CycleSeed {
                 seed,
-                subject: walk.subject,
-                walk: job.walk,
+                subject: u64::from(crc32(subject.name.as_bytes())),
+                walk: u64::from(crc32(walk.name.as_bytes())) << 16 | u64::from(walk.cycle),
                 cycle: job.cycle,
             }),
         })

@@ -18,8 +18,14 @@ impl View {
     /// A view from degrees.
     ///
     /// # Errors
-    /// For angles that are no viewpoint.
+    /// For angles that are no viewpoint, and azimuths beyond a turn, which no
+    /// dataset holds.
     pub fn new(azimuth_deg: f32, elevation_deg: f32) -> Result<Self> {
+        if !(-360.0..=360.0).contains(&azimuth_deg) {
+            return Err(Error::Usage(format!(
+                "azimuth {azimuth_deg}: expected degrees within -360..=360"
+            )));
+        }
         let viewpoint = Viewpoint::from_degrees(azimuth_deg, elevation_deg)
             .map_err(|error| Error::Usage(error.to_string()))?;
         Ok(Self {

@@ -90,8 +90,9 @@ impl core::error::Error for DrawError {}
 
 /// Draws figures with one rasteriser, reusing its memory.
 ///
-/// Holds [`crate::budget::SKIA_RESIDENT_BYTES`] of heap, and takes and gives back
-/// at most [`crate::budget::SKIA_TRANSIENT_BYTES`] while it draws.
+/// Holds [`crate::budget::SKIA_RESIDENT_BYTES`] of heap from the first figure on (its
+/// window of 6,400 bytes from the start), and takes and gives back at most
+/// [`crate::budget::SKIA_TRANSIENT_BYTES`] while it draws.
 #[derive(Debug)]
 pub struct Renderer {
     rasterizer: Rasterizer,

@@ -168,6 +168,13 @@ pub fn subjects(options: &CohortOptions) -> Result<Vec<Subject>> {
             "a speed of {speed} km/h: expected 3 to 12, the range of the norms"
         )));
     }
+    for (index, speed) in options.speeds_kmh.iter().enumerate() {
+        if options.speeds_kmh[..index].contains(speed) {
+            return Err(Error::Usage(format!(
+                "a speed of {speed} km/h twice: expected each once, since walks are told apart by it"
+            )));
+        }
+    }
     (0..options.people)
         .map(|index| {
             let person = Person::of_cohort(options.seed, index)?;

@@ -1,0 +1,257 @@
+//! What the core takes from the heap, byte by byte.
+#![cfg(feature = "skia")]
+#![expect(
+    unsafe_code,
+    reason = "a global allocator that counts cannot be written without it"
+)]
+
+mod random;
+mod small_pack;
+
+use edgegait_core::avatar::{Avatar, PosedHulls};
+use edgegait_core::budget::{
+    MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS, SKIA_HEAP_BYTES, SKIA_RESIDENT_BYTES,
+};
+use edgegait_core::camera::{Camera, Viewpoint};
+use edgegait_core::pack::Pack;
+use edgegait_core::pose::ModelPose;
+use edgegait_core::raster::{DrawError, Rasterizer, Renderer};
+use edgegait_core::template::GeiBuilder;
+use glam::Vec3;
+use random::Random;
+use small_pack::small_pack;
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+/// Counts by thread, so that tests do not see each other. A buffer that grows is
+/// counted as the old and the new one at once (`GlobalAlloc::realloc` is not
+/// overridden), as a simple allocator does it.
+struct Counting;
+
+thread_local! {
+    static LIVE: Cell<usize> = const { Cell::new(0) };
+    static PEAK: Cell<usize> = const { Cell::new(0) };
+    static CALLS: Cell<usize> = const { Cell::new(0) };
+}
+
+// SAFETY: every call is passed on unchanged to the system's allocator, which keeps the
+// contract; the counters are constants at first and have no destructor, so that counting
+// itself neither allocates nor runs after them.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        LIVE.set(LIVE.get().wrapping_add(layout.size()));
+        PEAK.set(PEAK.get().max(LIVE.get()));
+        CALLS.set(CALLS.get() + 1);
+        // SAFETY: the caller's promise.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
+        LIVE.set(LIVE.get().wrapping_sub(layout.size()));
+        // SAFETY: the caller's promise.
+        unsafe { System.dealloc(block, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// The rasterisers that take memory.
+const SKIA: [Rasterizer; 2] = [Rasterizer::Skia, Rasterizer::SkiaAa];
+
+/// What `work` takes from the heap.
+#[derive(Debug, PartialEq, Eq)]
+struct Taken {
+    /// Bytes that it still holds.
+    kept: isize,
+    /// Most bytes that it held at once.
+    peak: usize,
+    /// Allocations.
+    calls: usize,
+}
+
+fn taken<R>(work: impl FnOnce() -> R) -> (R, Taken) {
+    let (before, calls) = (LIVE.get(), CALLS.get());
+    PEAK.set(before);
+    let result = work();
+    let taken = Taken {
+        kept: LIVE.get().cast_signed() - before.cast_signed(),
+        peak: PEAK.get() - before,
+        calls: CALLS.get() - calls,
+    };
+    (result, taken)
+}
+
+const NOTHING: Taken = Taken {
+    kept: 0,
+    peak: 0,
+    calls: 0,
+};
+
+/// As many hulls of as many points as the budget allows, or fewer; every point of a
+/// hull is a corner of its outline from somewhere: they lie on an ellipsoid.
+fn body(random: &mut Random) -> PosedHulls {
+    let mut figure = PosedHulls::default();
+    let spread = 10f64.powf(random.between(-2.0, 1.6));
+    let size = 10f64.powf(random.between(-2.0, 0.5));
+    let most = 1 + random.below(MAX_HULL_POINTS);
+    for _ in 0..=random.below(MAX_HULLS) {
+        let centre = [spread, 0.5, spread].map(|reach| random.between(-reach, reach));
+        let radii = [0; 3].map(|_| random.between(0.1, 1.0) * size);
+        let points = if random.below(2) == 0 {
+            MAX_HULL_POINTS
+        } else {
+            most
+        };
+        let hull: Vec<Vec3> = (0..points)
+            .map(|_| {
+                let direction = Vec3::from([0; 3].map(|_| random.between(-1.0, 1.0) as f32));
+                let radii = Vec3::from(radii.map(|radius| radius as f32));
+                Vec3::from(centre.map(|c| c as f32)) + radii * direction.normalize_or(Vec3::X)
+            })
+            .collect();
+        if figure.push(hull).is_err() {
+            break;
+        }
+    }
+    figure
+}
+
+/// A ring of 32 points in the plane of the front view: 32 corners.
+fn ring(columns: f32) -> PosedHulls {
+    let mut figure = PosedHulls::default();
+    let width = columns / 50.0;
+    for _ in 0..MAX_POINTS / MAX_HULL_POINTS {
+        let ring = (0..32u8).map(|i| {
+            let turn = f32::from(i) / 32.0 * std::f32::consts::TAU;
+            Vec3::new(0.5 * width * turn.cos(), 0.5 * turn.sin(), 0.0)
+        });
+        figure.push(ring).expect("within the budget");
+    }
+    figure
+}
+
+fn camera(azimuth_deg: f64, elevation_deg: f64) -> Camera {
+    let viewpoint = Viewpoint::from_degrees(azimuth_deg as f32, elevation_deg as f32);
+    Camera::orthographic(viewpoint.expect("a viewpoint"))
+}
+
+#[test]
+fn a_renderer_holds_its_window_and_from_the_first_hull_on_one_path() {
+    for rasterizer in SKIA {
+        let (mut renderer, made) = taken(|| Renderer::new(rasterizer));
+        // 128 columns of 50 rows, a byte each.
+        assert_eq!((made.kept, made.peak), (6_400, 6_400));
+        let figure = ring(30.0);
+        let (drawn, first) = taken(|| renderer.draw(&figure, &camera(0.0, 0.0)));
+        drawn.expect("a ring");
+        // 37 points of 8 bytes and 38 verbs of 1.
+        assert_eq!(first.kept, 334);
+        assert_eq!(made.kept + first.kept, SKIA_RESIDENT_BYTES.cast_signed());
+        let (drawn, later) = taken(|| renderer.draw(&figure, &camera(0.0, 0.0)));
+        drawn.expect("a ring");
+        assert_eq!(later.kept, 0);
+        // One edge list for each of 24 hulls and, for anti-aliasing, two buffers of a row.
+        let buffers = if rasterizer == Rasterizer::Skia { 1 } else { 3 };
+        assert_eq!(later.calls, 24 * buffers);
+    }
+}
+
+#[test]
+fn drawing_any_figure_from_anywhere_stays_within_the_stated_heap() {
+    for rasterizer in SKIA {
+        let mut random = Random(3);
+        let ((), all) = taken(|| {
+            let mut renderer = Renderer::new(rasterizer);
+            renderer
+                .draw(&ring(30.0), &camera(0.0, 0.0))
+                .expect("a ring");
+            let live = LIVE.get();
+            let (mut drawn, mut wide) = (0, 0);
+            for frame in 0..4_000 {
+                let figure = body(&mut random);
+                let camera = match frame % 4 {
+                    0 => camera(5.0 * random.below(37) as f64, 5.0 * random.below(19) as f64),
+                    1 => camera(random.between(-720.0, 720.0), random.between(-90.0, 90.0)),
+                    2 => camera(random.between(0.0, 360.0), 90.0),
+                    _ => camera(90.0 * random.below(9) as f64, -90.0),
+                };
+                if let Ok(drawing) = renderer.draw(&figure, &camera) {
+                    drawn += 1;
+                    wide += usize::from(drawing.clipped_share > 0.8);
+                }
+                assert_eq!(LIVE.get(), live, "frame {frame}");
+            }
+            assert!(
+                drawn > 2_000 && wide > 100,
+                "{drawn} drawn, {wide} of them wide"
+            );
+        });
+        assert_eq!(all.kept, 0);
+        assert!(all.peak <= SKIA_HEAP_BYTES, "{} bytes", all.peak);
+    }
+}
+
+#[test]
+fn the_stated_heap_is_reached_by_a_figure_as_wide_as_the_window() {
+    // Window, path, 64 edges of 80 bytes; 129 runs of 2 bytes and 129 bytes of coverage.
+    const PEAKS: [usize; 2] = [6_400 + 334 + 5_120, 6_400 + 334 + 5_120 + 387];
+    assert_eq!(SKIA_HEAP_BYTES, PEAKS[1]);
+    let figure = ring(128.0);
+    for (rasterizer, peak) in SKIA.into_iter().zip(PEAKS) {
+        let ((), all) = taken(|| {
+            let mut renderer = Renderer::new(rasterizer);
+            renderer.draw(&figure, &camera(0.0, 0.0)).expect("a ring");
+        });
+        assert_eq!(all.peak, peak, "{rasterizer}");
+    }
+}
+
+#[test]
+fn everything_before_the_rasteriser_takes_nothing() {
+    let bytes = small_pack();
+    let ((), used) = taken(|| {
+        let pack = Pack::parse(&bytes).expect("a pack");
+        for walk in pack.walks() {
+            let subject = pack.subject(walk.subject).expect("a subject");
+            let avatar: Avatar<'_> = pack.avatar(subject.avatar).expect("an avatar");
+            let clip = pack.clip(walk.clip).expect("a clip");
+            let mut figure = PosedHulls::default();
+            for frame in 0..32u8 {
+                let pose = clip.pose(f32::from(frame) / 32.0);
+                let model = ModelPose::new(&avatar.skeleton(), &pose);
+                figure.update(&avatar, &model);
+            }
+            assert!(!figure.points().is_empty());
+        }
+        assert!(Pack::parse(&bytes[1..]).is_err());
+    });
+    assert_eq!(used, NOTHING);
+}
+
+#[test]
+fn building_a_gei_takes_nothing() {
+    let mut renderer = Renderer::new(Rasterizer::SkiaAa);
+    let figure = ring(20.0);
+    let drawing = renderer.draw(&figure, &camera(0.0, 0.0)).expect("a ring");
+    let (gei, used) = taken(|| {
+        let mut builder = GeiBuilder::new();
+        for _ in 0..32 {
+            builder.add(&drawing.frame);
+        }
+        builder.finish()
+    });
+    assert_eq!(gei.pixels, drawing.frame.to_pixels());
+    assert_eq!(used, NOTHING);
+}
+
+#[test]
+fn a_figure_that_cannot_be_drawn_takes_nothing() {
+    let mut renderer = Renderer::new(Rasterizer::Skia);
+    let camera = camera(0.0, 0.0);
+    let mut point = PosedHulls::default();
+    point.push([Vec3::ONE; 4]).expect("within the budget");
+    let (drawn, used) = taken(|| renderer.draw(&point, &camera));
+    assert_eq!(drawn, Err(DrawError::Flat));
+    assert_eq!(used, NOTHING);
+}
