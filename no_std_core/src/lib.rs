@@ -70,3 +70,8 @@ pub mod raster;
 pub mod silhouette;
 pub mod skeleton;
 pub mod template;
+
+/// Compiles the example of the crate's README.
+#[cfg(all(doctest, feature = "skia"))]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,0 +1,29 @@
+//! What all benchmarks share: the people they draw, and how long each is measured.
+
+use criterion::Criterion;
+use edgegait::encode::{MAX_ERROR_MM, encode_subjects};
+use edgegait::scene::cohort::{CohortOptions, subjects};
+use std::time::Duration;
+
+/// A pack of four people of the built-in cohort (seed 1), each with one walk at 5 km/h.
+/// Person, avatar, walk and clip have the same number.
+pub fn pack() -> Vec<u8> {
+    let options = CohortOptions {
+        people: 4,
+        speeds_kmh: vec![5.0],
+        ..CohortOptions::default()
+    };
+    let people = subjects(&options).expect("5 km/h is within the norms");
+    encode_subjects(&people, MAX_ERROR_MM, &|| {}).expect("four people fit a pack")
+}
+
+/// Half a second of warming up and two of measuring for each benchmark, which keeps all
+/// of them together under two minutes. `cargo bench -- --measurement-time 20` asks for more.
+pub fn criterion() -> Criterion {
+    Criterion::default()
+        .warm_up_time(Duration::from_millis(500))
+        .measurement_time(Duration::from_secs(2))
+        .sample_size(50)
+        .without_plots()
+        .configure_from_args()
+}

@@ -1,0 +1,73 @@
+//! Recognizing: a fitted PCA + LDA recognizer on the embedded runtime, one GEI and 64.
+
+mod common;
+
+use criterion::{BenchmarkId, Criterion, Throughput};
+use edgegait::score::{Contract, Model, Recognizer, Runtime};
+use edgegait::sweep::{FRAMES_PER_CYCLE, Job, Settings, Views, sweep};
+use edgegait::train::{Options, fit, onnx};
+use edgegait_core::budget::PIXELS;
+use edgegait_core::pack::Pack;
+use edgegait_core::raster::Rasterizer;
+use ndarray::ArrayView2;
+use std::hint::black_box;
+
+/// GEIs of each person: eight cycles from two sides.
+const CYCLES: u32 = 8;
+
+fn main() {
+    let mut criterion = common::criterion();
+    score(&mut criterion);
+    criterion.final_summary();
+}
+
+fn score(criterion: &mut Criterion) {
+    let (geis, people) = geis();
+    let recognizer = recognizer(&geis, &people);
+
+    let mut group = criterion.benchmark_group("score");
+    for batch in [1, 64] {
+        group.throughput(Throughput::Elements(batch as u64));
+        let case = BenchmarkId::new("rten-pca-lda", format!("batch-{batch}"));
+        let input = &geis[..batch * PIXELS];
+        group.bench_function(case, |b| {
+            b.iter(|| recognizer.run(black_box(input), batch).expect("a batch"));
+        });
+    }
+    group.finish();
+}
+
+/// GEIs in 0..1, one after another, and whose each is.
+fn geis() -> (Vec<f32>, Vec<usize>) {
+    let bytes = common::pack();
+    let pack = Pack::parse(&bytes).expect("our own pack");
+    let jobs: Vec<Job> = (0..pack.walks().len())
+        .flat_map(|walk| (0..CYCLES).map(move |cycle| Job { walk, cycle }))
+        .collect();
+    let views = Views::grid("sides", [45.0, 90.0], [0.0]).expect("two viewpoints");
+    let settings = Settings {
+        rasterizer: Rasterizer::Skia,
+        frames_per_cycle: FRAMES_PER_CYCLE,
+        seed: 1,
+    };
+    let (mut pixels, mut people) = (Vec::new(), Vec::new());
+    let sink = |job: Job, swept: edgegait::sweep::Swept| {
+        for gei in swept.geis {
+            pixels.extend(gei.pixels.map(|pixel| f32::from(pixel) / 255.0));
+            people.push(job.walk);
+        }
+        Ok(())
+    };
+    let keep = |_, swept| Ok(swept);
+    sweep(&pack, &jobs, &views.list, settings, keep, sink).expect("walkers can be drawn");
+    (pixels, people)
+}
+
+fn recognizer(geis: &[f32], people: &[usize]) -> Box<dyn Recognizer> {
+    let samples = ArrayView2::from_shape((people.len(), PIXELS), geis).expect("whole GEIs");
+    let classes = people.iter().max().map_or(0, |last| last + 1);
+    let fitted = fit(samples, people, classes, Options::default()).expect("different people");
+    let bytes = onnx::write(&fitted, "bench", &[]);
+    let model = Model::from_bytes("bench.onnx", bytes, Contract::default()).expect("our own model");
+    Runtime::rten().load(&model).expect("plain operators")
+}

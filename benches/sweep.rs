@@ -1,0 +1,61 @@
+//! A sweep on the host: eight cycles of one person seen from 19 azimuths, on 1 and 2 threads.
+//!
+//! Criterion's elements are silhouettes: 8 cycles x 19 views x 32 frames = 4,864.
+
+mod common;
+
+use criterion::{BenchmarkId, Criterion, SamplingMode, Throughput};
+use edgegait::sweep::{FRAMES_PER_CYCLE, Job, Settings, View, Views, sweep};
+use edgegait_core::pack::Pack;
+use edgegait_core::raster::Rasterizer;
+use std::hint::black_box;
+
+const CYCLES: u32 = 8;
+
+fn main() {
+    let mut criterion = common::criterion();
+    sweeps(&mut criterion);
+    criterion.final_summary();
+}
+
+fn sweeps(criterion: &mut Criterion) {
+    let bytes = common::pack();
+    let pack = Pack::parse(&bytes).expect("our own pack");
+    let azimuths = (0..=180u8).step_by(10).map(f32::from);
+    let views = Views::grid("azimuths", azimuths, [0.0]).expect("19 viewpoints");
+    let silhouettes = u64::from(CYCLES * FRAMES_PER_CYCLE) * views.list.len() as u64;
+
+    let mut group = criterion.benchmark_group("sweep");
+    group.sampling_mode(SamplingMode::Flat).sample_size(20);
+    group.throughput(Throughput::Elements(silhouettes));
+    for threads in [1, 2] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.expect("two threads at most");
+        let case = BenchmarkId::new(
+            format!("skia-threads-{threads}"),
+            format!("{}-views", views.list.len()),
+        );
+        group.bench_function(case, |b| {
+            b.iter(|| pool.install(|| geis(black_box(&pack), &views.list)));
+        });
+    }
+    group.finish();
+}
+
+/// How many GEIs were made.
+fn geis(pack: &Pack<'_>, views: &[View]) -> usize {
+    let jobs: Vec<Job> = (0..CYCLES).map(|cycle| Job { walk: 0, cycle }).collect();
+    let settings = Settings {
+        rasterizer: Rasterizer::Skia,
+        frames_per_cycle: FRAMES_PER_CYCLE,
+        seed: 1,
+    };
+    let mut made = 0;
+    let sink = |_, geis: usize| {
+        made += geis;
+        Ok(())
+    };
+    let count = |_, swept: edgegait::sweep::Swept| Ok(black_box(swept).geis.len());
+    sweep(pack, &jobs, views, settings, count, sink).expect("a walker can be drawn");
+    made
+}
