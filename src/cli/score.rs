@@ -10,7 +10,7 @@ use crate::evaluate::contest::Contest;
 use crate::evaluate::results::{Latency, RunTime, ScoreResults};
 use crate::report::{Sample, table, write_page};
 use crate::score::{Model, Recognizer, Runtime, shipped};
-use crate::sweep::{Job, View, sweep};
+use crate::sweep::{Job, View, jobs, sweep};
 use clap::ValueEnum;
 use edgegait_core::pack::Pack;
 use std::path::{Path, PathBuf};
@@ -211,12 +211,10 @@ fn score_walks(
         .filter(|&walk| all[walk].name != first_take(all[walk].subject))
         .collect();
     let variations = contest.is_closed_set() || others.is_empty();
-    let probes: Vec<Job> = if variations {
-        let cycles = PROBES_FROM..PROBES_FROM + args.cycles;
-        let of = |&walk: &usize| cycles.clone().map(move |cycle| Job { walk, cycle });
-        walks.iter().flat_map(of).collect()
+    let probes = if variations {
+        jobs(&walks, PROBES_FROM..PROBES_FROM + args.cycles)
     } else {
-        others.iter().map(|&walk| Job { walk, cycle: 0 }).collect()
+        jobs(&others, 0..1)
     };
     if !contest.is_closed_set() {
         if variations {
@@ -224,11 +222,12 @@ fn score_walks(
                 "every person has one take: probes are seeded variations of the cycles that enrolled them".into(),
             );
         }
-        let gallery: Vec<Job> = walks
+        let first: Vec<usize> = walks
             .iter()
-            .filter(|&&walk| variations || all[walk].name == first_take(all[walk].subject))
-            .map(|&walk| Job { walk, cycle: 0 })
+            .copied()
+            .filter(|walk| variations || !others.contains(walk))
             .collect();
+        let gallery = jobs(&first, 0..1);
         for index in 0..recognizers.len() {
             let viewpoints = contest.gallery_views(index)?;
             let draw = |_: Job, swept: crate::sweep::Swept| Ok(swept.geis);

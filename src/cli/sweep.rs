@@ -5,7 +5,7 @@ use super::progress::Progress;
 use super::source::SourceArgs;
 use crate::dataset::{DatasetWriter, Existing, Header, IndexRow};
 use crate::error::{Error, Result};
-use crate::sweep::{Job, sweep};
+use crate::sweep::{jobs, sweep};
 use edgegait_core::pack::Pack;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -59,10 +59,7 @@ pub fn run(args: &Args) -> Result<()> {
     let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
     let walks = args.source.choose(&pack)?;
     let settings = args.draw.settings(args.common.seed);
-    let jobs: Vec<Job> = walks
-        .iter()
-        .flat_map(|&walk| (0..args.cycles).map(move |cycle| Job { walk, cycle }))
-        .collect();
+    let jobs = jobs(&walks, 0..args.cycles);
     let existing = if args.overwrite {
         Existing::Replace
     } else {

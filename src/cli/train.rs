@@ -6,7 +6,7 @@ use super::source::SourceArgs;
 use crate::dataset::{Dataset, Header, InputFile, PIXELS, sha256_of_bytes, write_atomically};
 use crate::error::{Error, Result};
 use crate::score::{Contract, OutputNames, Training};
-use crate::sweep::{Job, sweep};
+use crate::sweep::{jobs, sweep};
 use crate::train::{Components, Options, fit, onnx};
 use edgegait_core::pack::Pack;
 use ndarray::Array2;
@@ -157,10 +157,7 @@ fn from_walks(args: &Args) -> Result<Samples> {
     let all: Vec<_> = pack.walks().collect();
     let mut people: Vec<usize> = walks.iter().map(|&walk| all[walk].subject).collect();
     people.dedup();
-    let jobs: Vec<Job> = walks
-        .iter()
-        .flat_map(|&walk| (0..args.cycles).map(move |cycle| Job { walk, cycle }))
-        .collect();
+    let jobs = jobs(&walks, 0..args.cycles);
     let (mut pixels, mut labels) = (Vec::new(), Vec::new());
     let progress = Progress::new("cycles", jobs.len());
     sweep(

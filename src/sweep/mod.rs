@@ -46,6 +46,13 @@ pub struct Job {
     pub cycle: u32,
 }
 
+/// The same cycles of each walk, walk by walk.
+#[must_use]
+pub fn jobs(walks: &[usize], cycles: std::ops::Range<u32>) -> Vec<Job> {
+    let of = |&walk: &usize| cycles.clone().map(move |cycle| Job { walk, cycle });
+    walks.iter().flat_map(of).collect()
+}
+
 /// The GEIs of one job, one for each view.
 #[derive(Clone, Debug)]
 pub struct Swept {

@@ -29,125 +29,105 @@ const fn fit(constant: f64, stature: f64, bmi: f64, residual: f64) -> Regression
     }
 }
 
-/// How many dimensions a person has.
-pub const DIMENSIONS: usize = 35;
+/// Declares the dimensions, and for each the regressions for men and for women.
+macro_rules! dimensions {
+    ($($doc:literal $name:ident: $male:expr, $female:expr;)*) => {
+        /// The dimensions of one person, metres.
+        #[derive(Clone, Debug, PartialEq)]
+        pub struct Dimensions {
+            /// Floor to the top of the head.
+            pub stature: f64,
+            $(#[doc = $doc] pub $name: f64,)*
+        }
 
-/// The dimensions of one person, metres.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Dimensions {
-    /// Floor to the top of the head.
-    pub stature: f64,
-    /// Between the acromia.
-    pub biacromial_breadth: f64,
-    /// Across the deltoids.
-    pub bideltoid_breadth: f64,
-    /// Hips, standing.
-    pub hip_breadth: f64,
-    /// Between the iliac crests.
-    pub bicristal_breadth: f64,
-    /// Chest.
-    pub chest_breadth: f64,
-    /// Chest, at the nipples.
-    pub chest_depth: f64,
-    /// Waist, at the navel.
-    pub waist_breadth: f64,
-    /// Waist, at the navel.
-    pub waist_depth: f64,
-    /// Buttocks.
-    pub buttock_depth: f64,
-    /// Thigh, at the gluteal fold.
-    pub thigh_circumference: f64,
-    /// Thigh, above the knee.
-    pub lower_thigh_circumference: f64,
-    /// Calf.
-    pub calf_circumference: f64,
-    /// Ankle.
-    pub ankle_circumference: f64,
-    /// Upper arm, flexed.
-    pub biceps_circumference: f64,
-    /// Forearm, flexed.
-    pub forearm_circumference: f64,
-    /// Wrist.
-    pub wrist_circumference: f64,
-    /// Neck.
-    pub neck_circumference: f64,
-    /// Head.
-    pub head_breadth: f64,
-    /// Head, forehead to back.
-    pub head_length: f64,
-    /// Acromion above the floor.
-    pub acromial_height: f64,
-    /// Seventh cervical vertebra above the floor.
-    pub cervicale_height: f64,
-    /// Top of the breastbone above the floor.
-    pub suprasternale_height: f64,
-    /// Greater trochanter above the floor.
-    pub trochanterion_height: f64,
-    /// Crotch above the floor.
-    pub crotch_height: f64,
-    /// Lateral femoral epicondyle above the floor.
-    pub knee_height: f64,
-    /// Lateral malleolus above the floor.
-    pub malleolus_height: f64,
-    /// Iliac crest above the floor.
-    pub iliocristale_height: f64,
-    /// Chest, at the nipples, above the floor.
-    pub chest_height: f64,
-    /// Upper arm.
-    pub acromion_radiale_length: f64,
-    /// Forearm.
-    pub radiale_stylion_length: f64,
-    /// Hand.
-    pub hand_length: f64,
-    /// Hand.
-    pub hand_breadth: f64,
-    /// Foot.
-    pub foot_length: f64,
-    /// Foot.
-    pub foot_breadth: f64,
-    /// Ear to the top of the head, upright.
-    pub tragion_to_vertex: f64,
+        /// How many dimensions a person has beside the stature.
+        pub const DIMENSIONS: usize = [$(stringify!($name)),*].len();
+
+        /// Each dimension for men and women, in the order of [`Dimensions`]' fields.
+        const REGRESSIONS: [(Regression, Regression); DIMENSIONS] = [$(($male, $female)),*];
+
+        impl Dimensions {
+            fn new(stature: f64, values: [f64; DIMENSIONS]) -> Self {
+                let [$($name),*] = values;
+                Self { stature, $($name),* }
+            }
+        }
+    };
 }
 
-/// Each dimension for men and women, in the order of [`Dimensions`]' fields.
 #[rustfmt::skip]
-const REGRESSIONS: [(Regression, Regression); DIMENSIONS] = [
-    (fit(104.29, 148.41, 1.833, 14.4), fit(82.49, 158.33, 0.981, 14.7)), // biacromial_breadth
-    (fit(65.43, 147.56, 6.713, 14.8), fit(53.67, 141.15, 6.542, 14.0)), // bideltoid_breadth
-    (fit(-16.35, 134.61, 4.539, 12.7), fit(-24.70, 144.27, 5.632, 14.8)), // hip_breadth
-    (fit(-10.24, 129.28, 2.117, 12.4), fit(-19.63, 122.93, 3.638, 16.2)), // bicristal_breadth
-    (fit(52.13, 90.78, 2.813, 12.9), fit(37.62, 90.44, 3.312, 13.1)), // chest_breadth
-    (fit(-46.80, 83.60, 5.556, 12.3), fit(-41.90, 79.48, 6.271, 15.2)), // chest_depth
-    (fit(-97.10, 125.33, 7.348, 15.8), fit(-84.43, 119.28, 7.455, 18.1)), // waist_breadth
-    (fit(-106.23, 78.48, 7.447, 16.5), fit(-66.18, 53.87, 7.510, 16.6)), // waist_depth
-    (fit(-58.53, 82.12, 5.785, 11.0), fit(-39.15, 74.01, 5.944, 11.3)), // buttock_depth
-    (fit(-109.60, 216.12, 12.829, 22.6), fit(-116.24, 234.78, 13.730, 22.6)), // thigh_circumference
-    (fit(-16.58, 138.82, 6.576, 14.8), fit(-49.28, 153.86, 7.822, 19.1)), // lower_thigh_circumference
-    (fit(28.39, 114.52, 5.878, 16.0), fit(2.21, 134.68, 5.951, 17.0)), // calf_circumference
-    (fit(28.47, 78.56, 2.272, 10.1), fit(33.35, 79.26, 2.091, 11.8)), // ankle_circumference
-    (fit(-4.50, 95.96, 7.011, 18.8), fit(-44.37, 96.48, 7.563, 13.9)), // biceps_circumference
-    (fit(27.75, 96.11, 4.100, 12.9), fit(14.75, 91.35, 3.944, 10.5)), // forearm_circumference
-    (fit(29.36, 63.85, 1.243, 6.0), fit(23.72, 62.94, 1.121, 5.3)), // wrist_circumference
-    (fit(129.35, 72.75, 5.076, 14.8), fit(104.23, 76.61, 3.954, 12.1)), // neck_circumference
-    (fit(130.83, 6.00, 0.468, 5.2), fit(121.72, 11.86, 0.264, 5.0)), // head_breadth
-    (fit(121.29, 37.77, 0.429, 6.3), fit(113.79, 40.33, 0.406, 6.8)), // head_length
-    (fit(-162.34, 892.45, 1.291, 15.3), fit(-112.48, 877.10, 0.755, 13.4)), // acromial_height
-    (fit(-100.39, 908.34, 0.811, 10.7), fit(-94.32, 912.00, 0.189, 10.5)), // cervicale_height
-    (fit(-132.28, 876.77, 1.122, 10.8), fit(-112.39, 871.32, 0.908, 10.5)), // suprasternale_height
-    (fit(-150.63, 609.84, -0.703, 25.7), fit(-130.96, 596.46, 0.196, 23.0)), // trochanterion_height
-    (fit(-143.00, 582.23, -1.213, 23.4), fit(-161.00, 592.95, -0.874, 23.4)), // crotch_height
-    (fit(-89.47, 333.01, -0.134, 13.6), fit(-91.83, 336.88, 0.359, 16.3)), // knee_height
-    (fit(-1.81, 38.64, 0.247, 4.9), fit(5.26, 34.74, 0.036, 4.6)), // malleolus_height
-    (fit(-137.51, 690.17, -0.468, 21.5), fit(-162.44, 707.82, 0.215, 20.0)), // iliocristale_height
-    (fit(-93.59, 787.57, 0.057, 18.1), fit(-91.51, 794.92, -1.230, 21.9)), // chest_height
-    (fit(-27.27, 202.79, 0.230, 10.6), fit(-44.74, 210.46, 0.518, 10.3)), // acromion_radiale_length
-    (fit(-15.88, 160.75, 0.053, 10.8), fit(-30.84, 162.32, 0.308, 11.0)), // radiale_stylion_length
-    (fit(13.45, 97.64, 0.302, 7.3), fit(6.45, 99.84, 0.473, 7.5)), // hand_length
-    (fit(25.02, 29.80, 0.394, 3.5), fit(25.61, 27.36, 0.314, 3.2)), // hand_breadth
-    (fit(15.15, 137.19, 0.546, 8.9), fit(5.35, 138.02, 0.635, 8.3)), // foot_length
-    (fit(27.18, 34.30, 0.522, 4.2), fit(32.60, 29.24, 0.490, 4.0)), // foot_breadth
-    (fit(96.44, 17.83, 0.123, 6.0), fit(84.76, 21.48, 0.264, 6.3)), // tragion_to_vertex
-];
+dimensions! {
+    "Between the acromia."
+    biacromial_breadth: fit(104.29, 148.41, 1.833, 14.4), fit(82.49, 158.33, 0.981, 14.7);
+    "Across the deltoids."
+    bideltoid_breadth: fit(65.43, 147.56, 6.713, 14.8), fit(53.67, 141.15, 6.542, 14.0);
+    "Hips, standing."
+    hip_breadth: fit(-16.35, 134.61, 4.539, 12.7), fit(-24.70, 144.27, 5.632, 14.8);
+    "Between the iliac crests."
+    bicristal_breadth: fit(-10.24, 129.28, 2.117, 12.4), fit(-19.63, 122.93, 3.638, 16.2);
+    "Chest."
+    chest_breadth: fit(52.13, 90.78, 2.813, 12.9), fit(37.62, 90.44, 3.312, 13.1);
+    "Chest, at the nipples."
+    chest_depth: fit(-46.80, 83.60, 5.556, 12.3), fit(-41.90, 79.48, 6.271, 15.2);
+    "Waist, at the navel."
+    waist_breadth: fit(-97.10, 125.33, 7.348, 15.8), fit(-84.43, 119.28, 7.455, 18.1);
+    "Waist, at the navel."
+    waist_depth: fit(-106.23, 78.48, 7.447, 16.5), fit(-66.18, 53.87, 7.510, 16.6);
+    "Buttocks."
+    buttock_depth: fit(-58.53, 82.12, 5.785, 11.0), fit(-39.15, 74.01, 5.944, 11.3);
+    "Thigh, at the gluteal fold."
+    thigh_circumference: fit(-109.60, 216.12, 12.829, 22.6), fit(-116.24, 234.78, 13.730, 22.6);
+    "Thigh, above the knee."
+    lower_thigh_circumference: fit(-16.58, 138.82, 6.576, 14.8), fit(-49.28, 153.86, 7.822, 19.1);
+    "Calf."
+    calf_circumference: fit(28.39, 114.52, 5.878, 16.0), fit(2.21, 134.68, 5.951, 17.0);
+    "Ankle."
+    ankle_circumference: fit(28.47, 78.56, 2.272, 10.1), fit(33.35, 79.26, 2.091, 11.8);
+    "Upper arm, flexed."
+    biceps_circumference: fit(-4.50, 95.96, 7.011, 18.8), fit(-44.37, 96.48, 7.563, 13.9);
+    "Forearm, flexed."
+    forearm_circumference: fit(27.75, 96.11, 4.100, 12.9), fit(14.75, 91.35, 3.944, 10.5);
+    "Wrist."
+    wrist_circumference: fit(29.36, 63.85, 1.243, 6.0), fit(23.72, 62.94, 1.121, 5.3);
+    "Neck."
+    neck_circumference: fit(129.35, 72.75, 5.076, 14.8), fit(104.23, 76.61, 3.954, 12.1);
+    "Head."
+    head_breadth: fit(130.83, 6.00, 0.468, 5.2), fit(121.72, 11.86, 0.264, 5.0);
+    "Head, forehead to back."
+    head_length: fit(121.29, 37.77, 0.429, 6.3), fit(113.79, 40.33, 0.406, 6.8);
+    "Acromion above the floor."
+    acromial_height: fit(-162.34, 892.45, 1.291, 15.3), fit(-112.48, 877.10, 0.755, 13.4);
+    "Seventh cervical vertebra above the floor."
+    cervicale_height: fit(-100.39, 908.34, 0.811, 10.7), fit(-94.32, 912.00, 0.189, 10.5);
+    "Top of the breastbone above the floor."
+    suprasternale_height: fit(-132.28, 876.77, 1.122, 10.8), fit(-112.39, 871.32, 0.908, 10.5);
+    "Greater trochanter above the floor."
+    trochanterion_height: fit(-150.63, 609.84, -0.703, 25.7), fit(-130.96, 596.46, 0.196, 23.0);
+    "Crotch above the floor."
+    crotch_height: fit(-143.00, 582.23, -1.213, 23.4), fit(-161.00, 592.95, -0.874, 23.4);
+    "Lateral femoral epicondyle above the floor."
+    knee_height: fit(-89.47, 333.01, -0.134, 13.6), fit(-91.83, 336.88, 0.359, 16.3);
+    "Lateral malleolus above the floor."
+    malleolus_height: fit(-1.81, 38.64, 0.247, 4.9), fit(5.26, 34.74, 0.036, 4.6);
+    "Iliac crest above the floor."
+    iliocristale_height: fit(-137.51, 690.17, -0.468, 21.5), fit(-162.44, 707.82, 0.215, 20.0);
+    "Chest, at the nipples, above the floor."
+    chest_height: fit(-93.59, 787.57, 0.057, 18.1), fit(-91.51, 794.92, -1.230, 21.9);
+    "Upper arm."
+    acromion_radiale_length: fit(-27.27, 202.79, 0.230, 10.6), fit(-44.74, 210.46, 0.518, 10.3);
+    "Forearm."
+    radiale_stylion_length: fit(-15.88, 160.75, 0.053, 10.8), fit(-30.84, 162.32, 0.308, 11.0);
+    "Hand."
+    hand_length: fit(13.45, 97.64, 0.302, 7.3), fit(6.45, 99.84, 0.473, 7.5);
+    "Hand."
+    hand_breadth: fit(25.02, 29.80, 0.394, 3.5), fit(25.61, 27.36, 0.314, 3.2);
+    "Foot."
+    foot_length: fit(15.15, 137.19, 0.546, 8.9), fit(5.35, 138.02, 0.635, 8.3);
+    "Foot."
+    foot_breadth: fit(27.18, 34.30, 0.522, 4.2), fit(32.60, 29.24, 0.490, 4.0);
+    "Ear to the top of the head, upright."
+    tragion_to_vertex: fit(96.44, 17.83, 0.123, 6.0), fit(84.76, 21.48, 0.264, 6.3);
+}
 
 /// Mean and standard deviation of stature, metres, and of body mass index.
 #[derive(Clone, Copy, Debug)]
@@ -211,81 +191,7 @@ impl Dimensions {
             };
             *value = mm * scale * 1e-3;
         }
-        let [
-            biacromial_breadth,
-            bideltoid_breadth,
-            hip_breadth,
-            bicristal_breadth,
-            chest_breadth,
-            chest_depth,
-            waist_breadth,
-            waist_depth,
-            buttock_depth,
-            thigh_circumference,
-            lower_thigh_circumference,
-            calf_circumference,
-            ankle_circumference,
-            biceps_circumference,
-            forearm_circumference,
-            wrist_circumference,
-            neck_circumference,
-            head_breadth,
-            head_length,
-            acromial_height,
-            cervicale_height,
-            suprasternale_height,
-            trochanterion_height,
-            crotch_height,
-            knee_height,
-            malleolus_height,
-            iliocristale_height,
-            chest_height,
-            acromion_radiale_length,
-            radiale_stylion_length,
-            hand_length,
-            hand_breadth,
-            foot_length,
-            foot_breadth,
-            tragion_to_vertex,
-        ] = values;
-        Ok(Self {
-            stature: stature_m,
-            biacromial_breadth,
-            bideltoid_breadth,
-            hip_breadth,
-            bicristal_breadth,
-            chest_breadth,
-            chest_depth,
-            waist_breadth,
-            waist_depth,
-            buttock_depth,
-            thigh_circumference,
-            lower_thigh_circumference,
-            calf_circumference,
-            ankle_circumference,
-            biceps_circumference,
-            forearm_circumference,
-            wrist_circumference,
-            neck_circumference,
-            head_breadth,
-            head_length,
-            acromial_height,
-            cervicale_height,
-            suprasternale_height,
-            trochanterion_height,
-            crotch_height,
-            knee_height,
-            malleolus_height,
-            iliocristale_height,
-            chest_height,
-            acromion_radiale_length,
-            radiale_stylion_length,
-            hand_length,
-            hand_breadth,
-            foot_length,
-            foot_breadth,
-            tragion_to_vertex,
-        })
+        Ok(Self::new(stature_m, values))
     }
 }
 
