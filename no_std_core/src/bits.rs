@@ -30,11 +30,14 @@ impl<'a> BitReader<'a> {
     /// The next `width` bits as an unsigned integer; `width` is at most 25.
     pub fn unsigned(&mut self, width: u32) -> u32 {
         debug_assert!(width <= 25);
-        let byte = self.position / 8;
-        let mut word = 0u32;
-        for (shift, value) in self.bytes.iter().skip(byte).take(4).enumerate() {
-            word |= u32::from(*value) << (8 * shift);
-        }
+        let rest = self.bytes.get(self.position / 8..).unwrap_or_default();
+        let word = match rest.first_chunk() {
+            Some(whole) => u32::from_le_bytes(*whole),
+            None => rest
+                .iter()
+                .rev()
+                .fold(0, |word, &byte| word << 8 | u32::from(byte)),
+        };
         let value = (word >> (self.position % 8)) & ((1 << width) - 1);
         self.position += width as usize;
         value

@@ -55,6 +55,15 @@ impl<'a> Clip<'a> {
                 "a bit stream that ends with its last channel",
             ));
         }
+        // Whatever decodes to the same walk is the same bytes.
+        if let (Some(last), rest @ 1..) = (stream.last(), used % 8)
+            && last >> rest != 0
+        {
+            return Err(FormatError::new(
+                bytes.len() - 1,
+                "zeros behind a clip's last channel",
+            ));
+        }
         Ok(clip)
     }
 

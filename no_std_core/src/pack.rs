@@ -26,7 +26,7 @@ pub struct Pack<'a> {
 /// A person.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Subject<'a> {
-    /// Name, unique in its pack.
+    /// Name. The writer keeps names unique; the reader does not check it.
     pub name: &'a str,
     /// Sex, where it is stated.
     pub sex: Option<Sex>,

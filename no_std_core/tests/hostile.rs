@@ -195,10 +195,20 @@ fn random_bytes_are_no_clips_or_decode() {
             Clip::parse(&bytes).is_err(),
             "a stream with bytes behind it"
         );
-        let Some(used) = stream_bytes(&bytes[16..]) else {
+        let Some(bits) = stream_bits(&bytes[16..]) else {
             continue;
         };
+        let used = bits.div_ceil(8);
         bytes.truncate(16 + used);
+        if !bits.is_multiple_of(8) {
+            bytes[14..16].copy_from_slice(&(used as u16).to_le_bytes());
+            bytes[15 + used] |= 1 << (bits % 8);
+            assert!(
+                Clip::parse(&bytes).is_err(),
+                "a stream with bits behind its last channel"
+            );
+            bytes[15 + used] &= (1 << (bits % 8)) - 1;
+        }
         bytes[14..16].copy_from_slice(&(used as u16).to_le_bytes());
         let clip = Clip::parse(&bytes).expect("a clip of random coefficients");
         viewer.walk(&avatar, &clip);
@@ -207,8 +217,8 @@ fn random_bytes_are_no_clips_or_decode() {
     assert!(accepted > 1_500, "{accepted}");
 }
 
-/// Bytes of the 60 channels at the start of `stream`, if they are all there.
-fn stream_bytes(stream: &[u8]) -> Option<usize> {
+/// Bits of the 60 channels at the start of `stream`, if they are all there.
+fn stream_bits(stream: &[u8]) -> Option<usize> {
     let mut at = 0;
     let mut read = |width: usize| {
         let value = (0..width).map(|bit| {
@@ -244,7 +254,7 @@ fn stream_bytes(stream: &[u8]) -> Option<usize> {
             }
         }
     }
-    (at <= 8 * stream.len()).then(|| at.div_ceil(8))
+    (at <= 8 * stream.len()).then_some(at)
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! `edgegait cohort`: make the built-in people.
 
 use super::args::Common;
-use super::inspect::summary;
+use super::inspect::{missed_error, summary};
 use super::progress::Progress;
 use crate::dataset::{Header, write_atomically};
 use crate::encode::{MAX_ERROR_MM, encode_subjects};
@@ -52,10 +52,13 @@ pub fn run(args: &Args) -> Result<()> {
         file.write_all(&bytes)
             .map_err(|error| Error::io(&args.out, error))
     })?;
-    let header = Header::new("cohort", args.common.seed)
+    let mut header = Header::new("cohort", args.common.seed)
         .with("people", options.people)
         .with("speeds_kmh", args.speeds_kmh.clone())
         .with("max_error_mm", args.max_error_mm);
+    header
+        .warnings
+        .extend(missed_error(&bytes, args.max_error_mm)?);
     let summary = summary(header, &args.out, &bytes)?;
     args.common
         .say(format_args!("wrote {}", args.out.display()));

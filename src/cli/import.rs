@@ -1,7 +1,7 @@
 //! `edgegait import`: recorded walks as a pack.
 
 use super::args::Common;
-use super::inspect::summary;
+use super::inspect::{missed_error, summary};
 use super::progress::Progress;
 use crate::dataset::{Header, InputFile, write_atomically};
 use crate::encode::{MAX_ERROR_MM, encode_subjects};
@@ -140,6 +140,9 @@ pub fn run(args: &Args) -> Result<()> {
         let progress = Progress::new("encoding", walks);
         encode_subjects(&people, args.max_error_mm, &|| progress.step())?
     };
+    header
+        .warnings
+        .extend(missed_error(&bytes, args.max_error_mm)?);
     write_atomically(&args.out, |file| {
         file.write_all(&bytes)
             .map_err(|error| Error::io(&args.out, error))

@@ -67,6 +67,27 @@ struct ClipSummary {
     mean_error_mm: f64,
 }
 
+/// A warning if walks of a pack miss the error that was asked for.
+pub fn missed_error(bytes: &[u8], max_error_mm: f64) -> Result<Option<String>> {
+    let pack = Pack::parse(bytes).map_err(|error| Error::Failed(error.to_string()))?;
+    let errors = (0..pack.clip_count())
+        .filter_map(|index| pack.clip(index))
+        .map(|clip| f64::from(clip.max_error_mm()));
+    // Stored errors are rounded up to 0.01 mm.
+    let missed: Vec<f64> = errors
+        .filter(|&error| error > max_error_mm + 0.011)
+        .collect();
+    let most = missed.iter().copied().fold(0.0, f64::max);
+    Ok((!missed.is_empty()).then(|| {
+        format!(
+            "{} of {} walks miss the error of {max_error_mm} mm, by up to {:.2} mm: the format is not finer for them",
+            missed.len(),
+            pack.clip_count(),
+            most - max_error_mm
+        )
+    }))
+}
+
 /// Sums up a pack that was read from or written to `path`.
 pub fn summary(header: Header, path: &Path, bytes: &[u8]) -> Result<Summary> {
     let pack = Pack::parse(bytes).map_err(|error| Error::input(path, error.to_string()))?;
@@ -150,6 +171,9 @@ impl fmt::Display for Summary {
             self.subjects.len(),
             self.clips.len()
         )?;
+        for warning in &self.header.warnings {
+            writeln!(f, "warning: {warning}")?;
+        }
         if self.clips.is_empty() {
             return Ok(());
         }

@@ -263,3 +263,123 @@ fn run(recognizer: &dyn Recognizer, geis: &[&Pixels]) -> Result<Outputs> {
     }
     recognizer.run(&input, geis.len())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::score::{Contract, InputRange, RuntimeName};
+
+    /// Answers with the first two pixels of a GEI, as embedding and as class scores.
+    struct FirstTwoPixels {
+        contract: Contract,
+        runtime: RuntimeName,
+    }
+
+    impl Recognizer for FirstTwoPixels {
+        fn runtime(&self) -> &RuntimeName {
+            &self.runtime
+        }
+
+        fn contract(&self) -> &Contract {
+            &self.contract
+        }
+
+        fn run(&self, geis: &[f32], _batch: usize) -> Result<Outputs> {
+            let two: Vec<f32> = geis
+                .chunks(PIXELS)
+                .flat_map(|gei| [gei[0], gei[1]])
+                .map(|pixel| if pixel == 13.0 { f32::NAN } else { pixel })
+                .collect();
+            Ok(Outputs {
+                scores: Some(two.clone()),
+                embedding: two,
+                embedding_dims: 2,
+                classes: 2,
+                non_finite: 0,
+            })
+        }
+    }
+
+    fn recognizer(classes: &[&str]) -> Vec<Box<dyn Recognizer>> {
+        vec![Box::new(FirstTwoPixels {
+            contract: Contract {
+                input_range: InputRange::Byte,
+                classes: classes.iter().map(|&name| name.to_owned()).collect(),
+                ..Contract::default()
+            },
+            runtime: RuntimeName {
+                name: "test".into(),
+                version: "1".into(),
+            },
+        })]
+    }
+
+    fn gei(first: u8, second: u8) -> Pixels {
+        let mut pixels = [0; PIXELS];
+        pixels[..2].copy_from_slice(&[first, second]);
+        pixels
+    }
+
+    const FRONT: (f64, f64) = (0.0, 0.0);
+    const SIDE: (f64, f64) = (90.0, 0.0);
+
+    #[test]
+    fn people_with_classes_are_recognized_by_the_highest_score() {
+        let recognizers = recognizer(&["ann", "bob"]);
+        // The contest's order of people is not the model's order of classes.
+        let mut contest = Contest::new(&recognizers, ["bob", "ann", "bob"]);
+        assert!(contest.is_closed_set());
+        contest
+            .probe("ann", [FRONT, SIDE], [&gei(9, 1), &gei(1, 9)])
+            .expect("two probes");
+        contest.probe("bob", [SIDE], [&gei(1, 9)]).expect("a probe");
+        let result = &contest.results(1)[0];
+        assert_eq!((result.probes, result.classes), (3, 2));
+        assert!((result.rank1 - 2.0 / 3.0).abs() < 1e-12);
+        let by_view: Vec<_> = result
+            .by_viewpoint
+            .iter()
+            .map(|view| (view.azimuth_deg, view.probes, view.rank1))
+            .collect();
+        assert_eq!(by_view, [(0.0, 1, 1.0), (90.0, 2, 0.5)]);
+    }
+
+    #[test]
+    fn people_without_classes_are_recognized_by_the_nearest_enrolled() {
+        let recognizers = recognizer(&["ann", "bob"]);
+        let mut contest = Contest::new(&recognizers, ["ann", "cid"]);
+        assert!(!contest.is_closed_set());
+        contest.enrol(0, "ann", [&gei(0, 0)]).expect("one enrolled");
+        contest.enrol(0, "cid", [&gei(200, 0)]).expect("another");
+        contest.close_gallery().expect("two enrolled");
+        contest
+            .probe("ann", [SIDE, SIDE], [&gei(90, 0), &gei(110, 0)])
+            .expect("two probes");
+        let result = &contest.results(1)[0];
+        assert_eq!(result.protocol, Protocol::NearestEmbedding);
+        assert_eq!((result.probes, result.rank1), (2, 0.5));
+    }
+
+    #[test]
+    fn answers_that_are_not_finite_are_misses_and_counted() {
+        let recognizers = recognizer(&["ann", "bob"]);
+        let mut contest = Contest::new(&recognizers, ["ann"]);
+        contest
+            .probe("ann", [SIDE, SIDE], [&gei(13, 0), &gei(9, 0)])
+            .expect("two probes");
+        let result = &contest.results(1)[0];
+        assert_eq!(
+            (result.probes, result.rank1, result.non_finite),
+            (2, 0.5, 1)
+        );
+    }
+
+    #[test]
+    fn an_empty_gallery_and_strangers_are_refused() {
+        let recognizers = recognizer(&[]);
+        let mut contest = Contest::new(&recognizers, ["ann"]);
+        assert!(contest.close_gallery().is_err());
+        let error = contest.probe("eve", [SIDE], [&gei(0, 0)]);
+        assert!(error.is_err_and(|error| error.to_string().contains("eve")));
+    }
+}
