@@ -7,7 +7,6 @@ use clap::ValueEnum;
 use edgegait_core::raster::Rasterizer;
 use serde::Serialize;
 use std::io::Write as _;
-use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
 /// What every subcommand takes.
@@ -17,8 +16,8 @@ pub struct Common {
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
     /// Threads [default: all cores]; results do not depend on it
-    #[arg(long, value_name = "N")]
-    pub threads: Option<NonZero<usize>>,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
     /// Write the results as JSON; "-" is standard output, and then nothing else is printed there
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,

@@ -67,7 +67,7 @@ fn run(command: &Command) -> Result<()> {
 /// Runs `work` with as many threads as were asked for.
 fn with_threads(common: &args::Common, work: impl FnOnce() -> Result<()> + Send) -> Result<()> {
     let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(common.threads.map_or(0, std::num::NonZero::get))
+        .num_threads(common.threads.map_or(0, usize::from))
         .build()
         .map_err(|error| Error::Failed(format!("cannot start threads: {error}")))?;
     pool.install(work)
