@@ -440,3 +440,51 @@ fn repairs_are_announced() {
         );
     }
 }
+
+#[test]
+fn subjects_and_takes_do_not_depend_on_the_order_of_the_files() {
+    use edgegait::scene::recorded::{BodyOptions, ReadOptions, Recording, SubjectName, subjects};
+    let Some(folder) = shared("mocap/clips/cmu_amc") else {
+        return;
+    };
+    let read = |file: &str, subject: SubjectName| {
+        let options = ReadOptions {
+            subject,
+            ..ReadOptions::default()
+        };
+        Recording::read(&folder.join(file), &options).unwrap()
+    };
+    let mut recordings: Vec<Recording> = ["s08/08_01.amc", "s07/07_02.amc", "s07/07_01.amc"]
+        .map(|file| read(file, SubjectName::File))
+        .to_vec();
+    let names = |recordings: &[Recording]| -> Vec<(String, Vec<String>)> {
+        let people = subjects(recordings, &BodyOptions::default()).unwrap();
+        let takes =
+            |walks: &[edgegait::scene::Walk]| walks.iter().map(|w| w.name.clone()).collect();
+        people
+            .iter()
+            .map(|p| (p.name.clone(), takes(&p.walks)))
+            .collect()
+    };
+    let expected = vec![
+        (
+            "07".to_owned(),
+            vec!["07_01".to_owned(), "07_02".to_owned()],
+        ),
+        ("08".to_owned(), vec!["08_01".to_owned()]),
+    ];
+    assert_eq!(names(&recordings), expected);
+    recordings.reverse();
+    assert_eq!(names(&recordings), expected);
+
+    // The same take twice is two people who share a name, or a mistake.
+    recordings.push(recordings[0].clone());
+    let error = subjects(&recordings, &BodyOptions::default()).unwrap_err();
+    assert!(
+        error.to_string().contains("--subject-from folder"),
+        "{error}"
+    );
+
+    let by_folder = read("s08/08_01.amc", SubjectName::Folder);
+    assert_eq!(by_folder.subject, "s08");
+}

@@ -257,3 +257,67 @@ fn recorded_walks_that_cannot_be_used_are_refused_together_and_nothing_is_writte
     assert!(error.contains("b_1.bvh"), "{error}");
     assert!(!dir.path().join("x.egp").exists());
 }
+
+#[test]
+fn a_dataset_is_used_whole_and_training_on_it_is_noticed() {
+    let dir = six_people();
+    let sweep = [
+        "sweep", "six.egp", "--views", "side", "--cycles", "4", "--out", "seen",
+    ];
+    results(dir.path(), &sweep);
+    results(dir.path(), &["train", "seen", "--out", "a.onnx"]);
+    let warnings = |dataset: &str| {
+        let scored = results(dir.path(), &["score", "a.onnx", dataset]);
+        scored["warnings"].as_array().expect("a list").clone()
+    };
+    let seen = warnings("seen");
+    assert!(
+        seen[0]
+            .as_str()
+            .is_some_and(|w| w.contains("24 of 24 probes")),
+        "{seen:?}"
+    );
+    let unseen = [
+        "sweep",
+        "six.egp",
+        "--views",
+        "side",
+        "--first-cycle",
+        "1000",
+    ];
+    results(
+        dir.path(),
+        &[unseen.as_slice(), &["--out", "unseen"]].concat(),
+    );
+    assert_eq!(warnings("unseen"), Vec::<Value>::new());
+    for flag in [
+        ["--views", "side"],
+        ["--cycles", "2"],
+        ["--raster", "skia-aa"],
+        ["--frames-per-cycle", "8"],
+        ["--subjects", "F01"],
+    ] {
+        let score = [["score", "a.onnx", "seen"].as_slice(), &flag].concat();
+        assert!(refusal(dir.path(), &score, 2).contains(flag[0]));
+        let train = [["train", "seen", "--out", "b.onnx"].as_slice(), &flag].concat();
+        assert!(refusal(dir.path(), &train, 2).contains(flag[0]));
+    }
+}
+
+#[test]
+fn results_that_could_not_be_written_are_refused_before_the_work() {
+    let dir = six_people();
+    let error = refusal(dir.path(), &["score", "six.egp", "--out", "six.egp"], 2);
+    assert!(error.contains("expected a folder"), "{error}");
+    let train = [
+        "train",
+        "six.egp",
+        "--out",
+        "m.onnx",
+        "--json",
+        "nowhere/x.json",
+    ];
+    let error = refusal(dir.path(), &train, 2);
+    assert!(error.contains("nowhere/x.json"), "{error}");
+    assert!(!dir.path().join("m.onnx").exists());
+}

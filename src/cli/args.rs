@@ -30,11 +30,37 @@ impl Common {
         self.json.as_deref() == Some(Path::new("-"))
     }
 
+    /// Refuses a JSON file that cannot be written, before any work is done.
+    ///
+    /// # Errors
+    /// When its folder is missing, or it is a folder itself.
+    pub fn check(&self) -> Result<()> {
+        let Some(path) = self.json.as_deref().filter(|_| !self.json_on_stdout()) else {
+            return Ok(());
+        };
+        let folder = path
+            .parent()
+            .filter(|folder| !folder.as_os_str().is_empty());
+        if path.is_dir() || folder.is_some_and(|folder| !folder.is_dir()) {
+            return Err(Error::Usage(format!(
+                "--json {}: expected a file in a folder that exists",
+                path.display()
+            )));
+        }
+        Ok(())
+    }
+
     /// Prints what a person reads, unless standard output belongs to the JSON results.
     pub fn say(&self, text: impl std::fmt::Display) {
         if !self.json_on_stdout() {
-            // A closed pipe (`| head`) is no error.
-            let _ = writeln!(std::io::stdout(), "{text}");
+            match writeln!(std::io::stdout(), "{text}") {
+                Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+                    eprintln!("error: standard output: {error}");
+                    std::process::exit(1);
+                }
+                // A closed pipe (`| head`) is no error.
+                _ => {}
+            }
         }
     }
 
@@ -50,14 +76,30 @@ impl Common {
             .map_err(|error| Error::Failed(format!("cannot write the results as JSON: {error}")))?;
         text.push('\n');
         if self.json_on_stdout() {
-            return std::io::stdout()
-                .write_all(text.as_bytes())
-                .map_err(|error| Error::io("standard output", error));
+            return match std::io::stdout().write_all(text.as_bytes()) {
+                Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+                    Err(Error::io("standard output", error))
+                }
+                _ => Ok(()),
+            };
         }
         write_atomically(path, |file| {
             file.write_all(text.as_bytes())
                 .map_err(|error| Error::io(path, error))
         })
+    }
+}
+
+/// Refuses flags that say how walks are drawn, where a dataset's GEIs are used as they are.
+///
+/// # Errors
+/// Naming the first such flag that was given.
+pub fn refuse_for_datasets(flags: &[(&str, bool)]) -> Result<()> {
+    match flags.iter().find(|(_, given)| *given) {
+        Some((flag, _)) => Err(Error::Usage(format!(
+            "{flag}: a dataset is used whole and as it was drawn (use a pack, or sweep another dataset)"
+        ))),
+        None => Ok(()),
     }
 }
 
@@ -86,6 +128,12 @@ pub struct ViewArgs {
 }
 
 impl ViewArgs {
+    /// Whether any of these flags was given.
+    #[must_use]
+    pub fn is_given(&self) -> bool {
+        self.views.is_some() || !self.azimuth_deg.is_empty() || !self.elevation_deg.is_empty()
+    }
+
     /// The viewpoints asked for, or those called `default`.
     ///
     /// # Errors
@@ -111,21 +159,27 @@ impl ViewArgs {
 /// How silhouettes are drawn.
 #[derive(Clone, Debug, clap::Args)]
 pub struct DrawArgs {
-    /// Rasteriser
-    #[arg(long, value_name = "NAME", default_value = "skia")]
-    pub raster: RasterArg,
-    /// Silhouettes in each gait cycle
-    #[arg(long, value_name = "N", default_value_t = FRAMES_PER_CYCLE, value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub frames_per_cycle: u32,
+    /// Rasteriser [default: skia]
+    #[arg(long, value_name = "NAME")]
+    pub raster: Option<RasterArg>,
+    /// Silhouettes in each gait cycle [default: 32]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub frames_per_cycle: Option<u32>,
 }
 
 impl DrawArgs {
+    /// The rasteriser asked for, or the default.
+    #[must_use]
+    pub fn rasterizer(&self) -> Rasterizer {
+        self.raster.map_or(Rasterizer::Skia, RasterArg::rasterizer)
+    }
+
     /// The settings of a sweep.
     #[must_use]
     pub fn settings(&self, seed: u64) -> Settings {
         Settings {
-            rasterizer: self.raster.rasterizer(),
-            frames_per_cycle: self.frames_per_cycle,
+            rasterizer: self.rasterizer(),
+            frames_per_cycle: self.frames_per_cycle.unwrap_or(FRAMES_PER_CYCLE),
             seed,
         }
     }
@@ -134,10 +188,10 @@ impl DrawArgs {
     #[must_use]
     pub fn describe(&self, header: Header) -> Header {
         header
-            .with("raster", self.raster.rasterizer().name())
+            .with("raster", self.rasterizer().name())
             .with("framing", "height")
             .with("lens", "ortho")
-            .with("frames_per_cycle", self.frames_per_cycle)
+            .with("frames_per_cycle", self.settings(0).frames_per_cycle)
     }
 }
 

@@ -6,7 +6,7 @@ use super::progress::Progress;
 use crate::dataset::{Header, InputFile, write_atomically};
 use crate::encode::{MAX_ERROR_MM, encode_subjects};
 use crate::error::{Error, Result};
-use crate::scene::recorded::{BodyOptions, ReadOptions, Recording, subjects};
+use crate::scene::recorded::{BodyOptions, ReadOptions, Recording, SubjectName, subjects};
 use clap::ValueEnum;
 use edgegait_core::clip::Clip;
 use edgegait_core::pack::{Pack, Sex};
@@ -28,8 +28,14 @@ pub struct Args {
     #[arg(long, value_name = "PATH", default_value = "import.egp")]
     out: PathBuf,
     /// Name of the subject of all files
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", conflicts_with = "subject_from")]
     subject: Option<String>,
+    /// What the subjects are named after: their files, up to the last "_", or their folders
+    #[arg(long, value_name = "WHAT", default_value = "file")]
+    subject_from: SubjectFrom,
+    /// Skeleton of the .amc files [default: the .asf file beside each]
+    #[arg(long, value_name = "FILE")]
+    asf: Option<PathBuf>,
     /// Stature of the body that walks [default: from the skeleton's own segment lengths]
     #[arg(long, value_name = "M")]
     stature_m: Option<f64>,
@@ -53,6 +59,13 @@ pub struct Args {
     keep_going: bool,
     #[command(flatten)]
     pub common: Common,
+}
+
+/// What subjects are named after.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum SubjectFrom {
+    File,
+    Folder,
 }
 
 /// Sexes on the command line.
@@ -102,7 +115,12 @@ pub fn run(args: &Args) -> Result<()> {
     }
     let files = expand(&args.files)?;
     let options = ReadOptions {
-        subject: args.subject.clone(),
+        subject: match (&args.subject, args.subject_from) {
+            (Some(name), _) => SubjectName::Given(name.clone()),
+            (None, SubjectFrom::File) => SubjectName::File,
+            (None, SubjectFrom::Folder) => SubjectName::Folder,
+        },
+        asf: args.asf.clone(),
         sample_rate_hz: args.fps,
         low_pass_hz: (args.low_pass_hz > 0.0).then_some(args.low_pass_hz),
     };
@@ -147,13 +165,20 @@ pub fn run(args: &Args) -> Result<()> {
         file.write_all(&bytes)
             .map_err(|error| Error::io(&args.out, error))
     })?;
-    let results = Results {
+    let mut results = Results {
         clips: clip_results(&recordings, &bytes)?,
         header,
         bytes: bytes.len(),
         subjects: people.len(),
     };
     args.common.say(table(&results));
+    for clip in &results.clips {
+        let named = |warning: &String| format!("{}: {warning}", clip.file);
+        results
+            .header
+            .warnings
+            .extend(clip.warnings.iter().map(named));
+    }
     args.common
         .say(format_args!("wrote {}", args.out.display()));
     args.common.say(summary(
@@ -164,7 +189,8 @@ pub fn run(args: &Args) -> Result<()> {
     args.common.write_json(&results)
 }
 
-/// The files to import: folders stand for the .bvh and .amc files in them, by name.
+/// The files to import: folders stand for the .bvh and .amc files in them and in the folders
+/// below, by name. Links to folders are not followed.
 fn expand(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for path in paths {
@@ -172,20 +198,34 @@ fn expand(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
             files.push(path.clone());
             continue;
         }
-        let entries = std::fs::read_dir(path).map_err(|error| Error::io(path, error))?;
-        let mut found = Vec::new();
-        for entry in entries {
-            let entry = entry.map_err(|error| Error::io(path, error))?.path();
-            let extension = entry.extension().unwrap_or_default().to_ascii_lowercase();
-            if extension == "bvh" || extension == "amc" {
-                found.push(entry);
+        let before = files.len();
+        let mut folders = vec![path.clone()];
+        while let Some(folder) = folders.pop() {
+            let entries = std::fs::read_dir(&folder).map_err(|error| Error::io(&folder, error))?;
+            for entry in entries {
+                let entry = entry.map_err(|error| Error::io(&folder, error))?;
+                let kind = entry
+                    .file_type()
+                    .map_err(|error| Error::io(entry.path(), error))?;
+                let extension = entry
+                    .path()
+                    .extension()
+                    .unwrap_or_default()
+                    .to_ascii_lowercase();
+                if kind.is_dir() {
+                    folders.push(entry.path());
+                } else if extension == "bvh" || extension == "amc" {
+                    files.push(entry.path());
+                }
             }
         }
-        if found.is_empty() {
-            return Err(Error::input(path, "no .bvh or .amc file in this folder"));
+        if files.len() == before {
+            return Err(Error::input(
+                path,
+                "no .bvh or .amc file in this folder or below",
+            ));
         }
-        found.sort();
-        files.extend(found);
+        files[before..].sort();
     }
     Ok(files)
 }

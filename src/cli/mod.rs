@@ -66,6 +66,7 @@ fn run(command: &Command) -> Result<()> {
 
 /// Runs `work` with as many threads as were asked for.
 fn with_threads(common: &args::Common, work: impl FnOnce() -> Result<()> + Send) -> Result<()> {
+    common.check()?;
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(common.threads.map_or(0, usize::from))
         .build()

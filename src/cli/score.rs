@@ -1,10 +1,10 @@
 //! `edgegait score`: how well recognizers hold up.
 
-use super::args::{Common, DrawArgs, ViewArgs};
+use super::args::{Common, DrawArgs, ViewArgs, refuse_for_datasets};
 use super::progress::Progress;
 use super::source::{SourceArgs, is_pack_or_dataset};
 use super::sweep::peak_rss_bytes;
-use crate::dataset::{Dataset, Header, InputFile, sha256_of_bytes};
+use crate::dataset::{Dataset, Header, IndexRow, InputFile, sha256_of_bytes};
 use crate::error::{Error, Result};
 use crate::evaluate::contest::Contest;
 use crate::evaluate::results::{Latency, RunTime, ScoreResults};
@@ -53,9 +53,9 @@ pub struct Args {
     /// Folder of the report
     #[arg(long, value_name = "PATH", default_value = "edgegait-report")]
     out: PathBuf,
-    /// Cycles of each walk to probe with, where these are seeded variations
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    cycles: u32,
+    /// Cycles of each walk to probe with, where these are seeded variations [default: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    cycles: Option<u32>,
     /// What runs the models: the embedded runtime, or the real ONNX Runtime
     #[arg(long, value_name = "NAME", default_value = "rten")]
     runtime: RuntimeArg,
@@ -98,6 +98,12 @@ impl Args {
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<()> {
     let started = Instant::now();
+    if args.out.exists() && !args.out.is_dir() {
+        return Err(Error::Usage(format!(
+            "--out {}: expected a folder, found a file",
+            args.out.display()
+        )));
+    }
     let runtime = args.runtime()?;
     let (models, data) = sort_inputs(&args.inputs)?;
     let mut header = args
@@ -122,6 +128,9 @@ pub fn run(args: &Args) -> Result<()> {
     let page = args.out.join("index.html");
     write_page(&page, &results, &samples)?;
     args.common.say(table(&results));
+    for warning in &results.header.warnings {
+        args.common.say(format_args!("warning: {warning}"));
+    }
     args.common.say(format_args!("report: {}", page.display()));
     args.common.write_json(&results)
 }
@@ -191,6 +200,7 @@ fn score_walks(
     header.inputs.extend(source.inputs.iter().cloned());
     let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
     let walks = source_args.choose(&pack)?;
+    let cycles = args.cycles.unwrap_or(1);
     let settings = args.draw.settings(args.common.seed);
     let all: Vec<_> = pack.walks().collect();
     let names: Vec<&str> = pack.subjects().map(|subject| subject.name).collect();
@@ -212,7 +222,7 @@ fn score_walks(
         .collect();
     let variations = contest.is_closed_set() || others.is_empty();
     let probes = if variations {
-        jobs(&walks, PROBES_FROM..PROBES_FROM + args.cycles)
+        jobs(&walks, PROBES_FROM..PROBES_FROM + cycles)
     } else {
         jobs(&others, 0..1)
     };
@@ -272,10 +282,7 @@ fn score_walks(
         .with(
             "probes",
             if variations {
-                format!(
-                    "variations {PROBES_FROM} to {}",
-                    PROBES_FROM + args.cycles - 1
-                )
+                format!("variations {PROBES_FROM} to {}", PROBES_FROM + cycles - 1)
             } else {
                 "recorded cycles of all takes but the first".into()
             },
@@ -331,11 +338,17 @@ fn score_dataset(
     recognizers: &[Box<dyn Recognizer>],
     mut header: Header,
 ) -> Result<(ScoreResults, Vec<Sample>)> {
-    if !args.subjects.is_empty() || !args.walks.is_empty() {
-        return Err(Error::Usage(
-            "--subjects and --walks choose from packs: a dataset is used whole".into(),
-        ));
-    }
+    refuse_for_datasets(&[
+        ("--subjects", !args.subjects.is_empty()),
+        ("--walks", !args.walks.is_empty()),
+        ("--cycles", args.cycles.is_some()),
+        (
+            "--views, --azimuth-deg, --elevation-deg",
+            args.views.is_given(),
+        ),
+        ("--raster", args.draw.raster.is_some()),
+        ("--frames-per-cycle", args.draw.frames_per_cycle.is_some()),
+    ])?;
     let dataset = Dataset::open(path)?;
     header
         .inputs
@@ -355,7 +368,13 @@ fn score_dataset(
     };
     let is_gallery = |index: usize| rows[index].walk == first_take(&rows[index].subject);
     let closed = contest.is_closed_set();
-    if !closed {
+    if closed {
+        for recognizer in recognizers {
+            header
+                .warnings
+                .extend(seen_in_training(recognizer.as_ref(), rows));
+        }
+    } else {
         if (0..rows.len()).all(is_gallery) {
             return Err(Error::input(
                 path,
@@ -417,6 +436,25 @@ fn score_dataset(
         },
         samples,
     ))
+}
+
+/// A warning if a recognizer was trained on cycles that are among these rows.
+fn seen_in_training(recognizer: &dyn Recognizer, rows: &[IndexRow]) -> Option<String> {
+    let training = &recognizer.contract().training;
+    let seen = rows.iter().filter(|row| {
+        // Cycle 0 is the stored one, whatever the seed.
+        training.walks.contains(&row.walk)
+            && row.cycle < training.cycles
+            && (row.cycle == 0 || row.seed == training.seed)
+    });
+    let seen = seen.count();
+    (seen > 0).then(|| {
+        format!(
+            "{}: {seen} of {} probes show cycles that it was trained on (sweep others with --first-cycle 1000)",
+            recognizer.name(),
+            rows.len()
+        )
+    })
 }
 
 /// How long one GEI takes, one at a time, after a warm-up.

@@ -19,7 +19,8 @@ pub struct SourceArgs {
     /// Only these people, by name
     #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
     pub subjects: Vec<String>,
-    /// Only these walks, by name [default: walk-5kmh of the built-in cohort, all of a pack]
+    /// Only these walks, by name [default: walk-5kmh of the built-in cohort, all of a pack; `render`
+    /// without names: the first]
     #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
     pub walks: Vec<String>,
 }

@@ -28,6 +28,9 @@ pub struct Args {
     /// Cycles of each walk: the stored one, then seeded variations of it
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
     cycles: u32,
+    /// First cycle: 0 is the stored one; `train` uses 0 to 7, `score` 1000 and up
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
+    first_cycle: u32,
     #[command(flatten)]
     views: ViewArgs,
     #[command(flatten)]
@@ -59,7 +62,8 @@ pub fn run(args: &Args) -> Result<()> {
     let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
     let walks = args.source.choose(&pack)?;
     let settings = args.draw.settings(args.common.seed);
-    let jobs = jobs(&walks, 0..args.cycles);
+    let last = args.first_cycle + args.cycles;
+    let jobs = jobs(&walks, args.first_cycle..last);
     let existing = if args.overwrite {
         Existing::Replace
     } else {
@@ -91,7 +95,7 @@ pub fn run(args: &Args) -> Result<()> {
                         &IndexRow {
                             subject: subjects[walk.subject].name.into(),
                             walk: walk.name.into(),
-                            cycle: u32::from(walk.cycle) * args.cycles + job.cycle,
+                            cycle: u32::from(walk.cycle) * last + job.cycle,
                             speed_kmh: kmh(walk.speed_mm_per_s),
                             azimuth_deg: f64::from(view.azimuth_deg),
                             elevation_deg: f64::from(view.elevation_deg),
@@ -114,6 +118,7 @@ pub fn run(args: &Args) -> Result<()> {
         .with("views", views.name.as_str())
         .with("viewpoints", views.list.len())
         .with("walks", walks.len())
+        .with("first_cycle", args.first_cycle)
         .with("cycles", args.cycles);
     header.inputs = source.inputs;
     writer.finish(header.clone())?;
@@ -124,7 +129,7 @@ pub fn run(args: &Args) -> Result<()> {
         seconds,
         silhouettes_per_second: silhouettes as f64 / seconds,
         threads: rayon::current_num_threads(),
-        raster: args.draw.raster.rasterizer().name(),
+        raster: args.draw.rasterizer().name(),
         framing: "height",
         peak_rss_bytes: peak_rss_bytes(),
         clipped_share: clipped / silhouettes as f64,

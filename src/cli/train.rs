@@ -1,6 +1,6 @@
 //! `edgegait train`: fit a recognizer and export it as ONNX.
 
-use super::args::{Common, DrawArgs, ViewArgs};
+use super::args::{Common, DrawArgs, ViewArgs, refuse_for_datasets};
 use super::progress::Progress;
 use super::source::SourceArgs;
 use crate::dataset::{Dataset, Header, InputFile, PIXELS, sha256_of_bytes, write_atomically};
@@ -13,6 +13,9 @@ use ndarray::Array2;
 use serde::Serialize;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
+
+/// Cycles of each walk that are trained on unless a user says otherwise.
+const CYCLES: u32 = 8;
 
 /// Train a PCA + LDA recognizer and export it as one ONNX graph of plain operators
 #[derive(Debug, clap::Args)]
@@ -27,8 +30,9 @@ pub struct Args {
     out: PathBuf,
     /// Cycles of each walk to train on: the stored one, then seeded variations. `score` probes
     /// with variations from number 1000 on, which training never uses
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    cycles: u32,
+    /// [default: 8]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    cycles: Option<u32>,
     /// Principal components that the discriminants are sought in
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u16).range(1..=1500))]
     components: u16,
@@ -58,8 +62,7 @@ struct Samples {
     pixels: Vec<f32>,
     labels: Vec<usize>,
     names: Vec<String>,
-    viewpoints: Vec<[f64; 2]>,
-    description: String,
+    training: Training,
     header: Header,
 }
 
@@ -109,10 +112,7 @@ pub fn run(args: &Args) -> Result<()> {
             embedding: Some(onnx::EMBEDDING.into()),
             scores: Some(onnx::SCORES.into()),
         },
-        training: Training {
-            description: samples.description,
-            viewpoints: samples.viewpoints,
-        },
+        training: samples.training,
         ..Contract::default()
     };
     let toml = contract.to_toml()?;
@@ -157,7 +157,8 @@ fn from_walks(args: &Args) -> Result<Samples> {
     let all: Vec<_> = pack.walks().collect();
     let mut people: Vec<usize> = walks.iter().map(|&walk| all[walk].subject).collect();
     people.dedup();
-    let jobs = jobs(&walks, 0..args.cycles);
+    let cycles = args.cycles.unwrap_or(CYCLES);
+    let jobs = jobs(&walks, 0..cycles);
     let (mut pixels, mut labels) = (Vec::new(), Vec::new());
     let progress = Progress::new("cycles", jobs.len());
     sweep(
@@ -187,32 +188,37 @@ fn from_walks(args: &Args) -> Result<Samples> {
         .describe(Header::new("train", args.common.seed))
         .with("pack", source.name.as_str())
         .with("walks", names.join(","))
-        .with("cycles", args.cycles)
+        .with("cycles", cycles)
         .with("views", views.name.as_str())
         .with("components", args.components);
     header.inputs = source.inputs;
     let subjects: Vec<_> = pack.subjects().collect();
     Ok(Samples {
-        description: format!(
-            "PCA ({}) + LDA on {} of {}, cycles 0 to {}, {} viewpoints, seed {}, raster {}",
-            args.components,
-            names.join(","),
-            source.name,
-            args.cycles - 1,
-            views.list.len(),
-            args.common.seed,
-            args.draw.raster.rasterizer(),
-        ),
+        training: Training {
+            description: format!(
+                "PCA ({}) + LDA on {} of {}, cycles 0 to {}, {} viewpoints, seed {}, raster {}",
+                args.components,
+                names.join(","),
+                source.name,
+                cycles - 1,
+                views.list.len(),
+                args.common.seed,
+                args.draw.rasterizer(),
+            ),
+            viewpoints: views
+                .list
+                .iter()
+                .map(|view| [f64::from(view.azimuth_deg), f64::from(view.elevation_deg)])
+                .collect(),
+            walks: names.iter().map(|&name| name.to_owned()).collect(),
+            cycles,
+            seed: args.common.seed,
+        },
         pixels,
         labels,
         names: people
             .iter()
             .map(|&p| subjects[p].name.to_owned())
-            .collect(),
-        viewpoints: views
-            .list
-            .iter()
-            .map(|view| [f64::from(view.azimuth_deg), f64::from(view.elevation_deg)])
             .collect(),
         header,
     })
@@ -220,11 +226,17 @@ fn from_walks(args: &Args) -> Result<Samples> {
 
 /// All of a dataset's GEIs.
 fn from_dataset(args: &Args, path: &Path) -> Result<Samples> {
-    if !args.source.subjects.is_empty() || !args.source.walks.is_empty() {
-        return Err(Error::Usage(
-            "--subjects and --walks choose from packs: a dataset is used whole".into(),
-        ));
-    }
+    refuse_for_datasets(&[
+        ("--subjects", !args.source.subjects.is_empty()),
+        ("--walks", !args.source.walks.is_empty()),
+        ("--cycles", args.cycles.is_some()),
+        (
+            "--views, --azimuth-deg, --elevation-deg",
+            args.views.is_given(),
+        ),
+        ("--raster", args.draw.raster.is_some()),
+        ("--frames-per-cycle", args.draw.frames_per_cycle.is_some()),
+    ])?;
     let dataset = Dataset::open(path)?;
     let mut names: Vec<String> = Vec::new();
     let mut viewpoints: Vec<[f64; 2]> = Vec::new();
@@ -240,20 +252,29 @@ fn from_dataset(args: &Args, path: &Path) -> Result<Samples> {
             viewpoints.push(viewpoint);
         }
     }
+    let rows = dataset.index();
+    let mut walks: Vec<String> = rows.iter().map(|row| row.walk.clone()).collect();
+    walks.sort_unstable();
+    walks.dedup();
     let pixels = dataset.geis().iter().flatten();
     let mut header = Header::new("train", args.common.seed).with("components", args.components);
     header.inputs = vec![InputFile::of(path.join("manifest.json"))?];
     Ok(Samples {
-        description: format!(
-            "PCA ({}) + LDA on the {} GEIs of {}",
-            args.components,
-            labels.len(),
-            path.display()
-        ),
+        training: Training {
+            description: format!(
+                "PCA ({}) + LDA on the {} GEIs of {}",
+                args.components,
+                labels.len(),
+                path.display()
+            ),
+            viewpoints,
+            walks,
+            cycles: 1 + rows.iter().map(|row| row.cycle).max().unwrap_or(0),
+            seed: rows.first().map_or(0, |row| row.seed),
+        },
         pixels: pixels.map(|&pixel| f32::from(pixel) / 255.0).collect(),
         labels,
         names,
-        viewpoints,
         header,
     })
 }

@@ -143,7 +143,10 @@ impl<'a> Contest<'a> {
                 )));
             }
             let width = enrolled.len() / labels.len();
-            entrant.gallery = Some(Gallery::new(enrolled, width, labels)?);
+            let gallery = Gallery::new(enrolled, width, labels);
+            entrant.gallery = Some(gallery.map_err(|error| {
+                Error::Failed(format!("{}: {error}", entrant.recognizer.name()))
+            })?);
         }
         Ok(())
     }

@@ -102,7 +102,8 @@ impl<'a> Grid<'a> {
             result.name
         );
         html! {
-            svg.heatmap viewBox=(format!("0 0 {width} {height}")) role="img" aria-label=(text) {
+            svg.heatmap viewBox=(format!("0 0 {width} {height}"))
+                style=(format!("max-width: {}px", 2 * width)) role="img" aria-label=(text) {
                 rect.void x=(LEFT) y=(TOP) width=(plot_width) height=(plot_height) {}
                 @for (row, cells) in self.cells.iter().enumerate() {
                     @for (column, viewpoint) in cells.iter().enumerate() {

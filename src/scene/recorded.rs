@@ -19,11 +19,24 @@ const LEG_SHARE: f64 = 0.4755;
 /// 69:1199-1227: walking changes to running near 0.5).
 const RUNNING_FROUDE: f64 = 0.5;
 
+/// Where a subject's name is read from.
+#[derive(Clone, Debug)]
+pub enum SubjectName {
+    /// What stands before the last `_` of the file's name, or the whole name.
+    File,
+    /// The folder that the file is in.
+    Folder,
+    /// This name, for all files.
+    Given(String),
+}
+
 /// How files are read.
 #[derive(Clone, Debug)]
 pub struct ReadOptions {
-    /// Name of the subject; otherwise it is read from the file's name.
-    pub subject: Option<String>,
+    /// Where the subject's name is read from.
+    pub subject: SubjectName,
+    /// The skeleton of an AMC file; otherwise the one beside it.
+    pub asf: Option<PathBuf>,
     /// Frames a second, over what the file says.
     pub sample_rate_hz: Option<f64>,
     /// Cut-off of the low-pass; `None` leaves the motion as recorded.
@@ -33,7 +46,8 @@ pub struct ReadOptions {
 impl Default for ReadOptions {
     fn default() -> Self {
         Self {
-            subject: None,
+            subject: SubjectName::File,
+            asf: None,
             sample_rate_hz: None,
             low_pass_hz: Some(DEFAULT_CUT_OFF_HZ),
         }
@@ -67,7 +81,7 @@ impl Recording {
             path,
             &Options {
                 sample_rate_hz: options.sample_rate_hz,
-                asf: None,
+                asf: options.asf.clone(),
             },
         )?;
         let take = Take::from_motion(&motion, options.low_pass_hz)
@@ -76,12 +90,17 @@ impl Recording {
         let name = path
             .file_stem()
             .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-        let subject = options.subject.clone().unwrap_or_else(|| {
-            let before = name.rsplit_once('_').map(|(subject, _)| subject.to_owned());
-            before
-                .filter(|subject| !subject.is_empty())
-                .unwrap_or_else(|| name.clone())
-        });
+        let subject = match &options.subject {
+            SubjectName::Given(subject) => subject.clone(),
+            SubjectName::File => match name.rsplit_once('_') {
+                Some((before, _)) if !before.is_empty() => before.to_owned(),
+                _ => name.clone(),
+            },
+            SubjectName::Folder => path.parent().and_then(Path::file_name).map_or_else(
+                || name.clone(),
+                |folder| folder.to_string_lossy().into_owned(),
+            ),
+        };
         Ok(Self {
             path: path.to_path_buf(),
             format: motion.format,
@@ -110,17 +129,34 @@ pub struct BodyOptions {
     pub sex: Option<Sex>,
 }
 
-/// One subject for each name among the recordings, in order of first appearance, with the
-/// cycles of all their takes.
+/// One subject for each name among the recordings, with the cycles of all their takes.
+/// Subjects and takes are in order of their names, whatever the order of the files.
 ///
 /// Without a stature a subject keeps the segment lengths of their first take but the
 /// neck's, and the hulls are those of a person whose legs are as long.
 ///
 /// # Errors
-/// For implausible bodies.
+/// For implausible bodies, and two takes of one name of one subject.
 pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<Subject>> {
+    let mut recordings: Vec<&Recording> = recordings.iter().collect();
+    let key = |recording: &&Recording| (recording.subject.clone(), recording.name.clone());
+    recordings.sort_by_key(key);
+    if let Some(pair) = recordings
+        .windows(2)
+        .find(|pair| key(&pair[0]) == key(&pair[1]))
+    {
+        return Err(Error::input(
+            &pair[1].path,
+            format!(
+                "take {:?} of subject {:?} is {} already: expected one file for each (--subject-from folder takes the folder's name as the subject's)",
+                pair[1].name,
+                pair[1].subject,
+                pair[0].path.display()
+            ),
+        ));
+    }
     let mut subjects: Vec<Subject> = Vec::new();
-    for recording in recordings {
+    for recording in recordings.iter().copied() {
         let known = subjects
             .iter()
             .position(|subject| subject.name == recording.subject);

@@ -109,6 +109,12 @@ pub struct Training {
     pub description: String,
     /// Viewpoints as `[azimuth_deg, elevation_deg]`.
     pub viewpoints: Vec<[f64; 2]>,
+    /// Names of the walks; empty if unknown.
+    pub walks: Vec<String>,
+    /// Cycles 0 to one fewer of each walk; 0 if unknown.
+    pub cycles: u32,
+    /// Seed of the cycles' variations.
+    pub seed: u64,
 }
 
 impl Default for Contract {
