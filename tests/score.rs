@@ -317,7 +317,7 @@ fn results_that_could_not_be_written_are_refused_before_the_work() {
         "--json",
         "nowhere/x.json",
     ];
-    let error = refusal(dir.path(), &train, 2);
+    let error = refusal(dir.path(), &train, 1);
     assert!(error.contains("nowhere/x.json"), "{error}");
     assert!(!dir.path().join("m.onnx").exists());
 }

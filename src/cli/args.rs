@@ -42,10 +42,10 @@ impl Common {
             .parent()
             .filter(|folder| !folder.as_os_str().is_empty());
         if path.is_dir() || folder.is_some_and(|folder| !folder.is_dir()) {
-            return Err(Error::Usage(format!(
-                "--json {}: expected a file in a folder that exists",
-                path.display()
-            )));
+            return Err(Error::input(
+                path,
+                "expected a file to write in a folder that exists",
+            ));
         }
         Ok(())
     }
