@@ -90,11 +90,25 @@ impl Common {
     }
 }
 
-/// Refuses flags that say how walks are drawn, where a dataset's GEIs are used as they are.
+/// Refuses flags that choose walks (`subjects`, `walks`) and say how they are drawn, where a
+/// dataset's GEIs are used as they are.
 ///
 /// # Errors
 /// Naming the first such flag that was given.
-pub fn refuse_for_datasets(flags: &[(&str, bool)]) -> Result<()> {
+pub fn refuse_for_datasets(
+    [subjects, walks]: [&[String]; 2],
+    cycles: Option<u32>,
+    views: &ViewArgs,
+    draw: &DrawArgs,
+) -> Result<()> {
+    let flags = [
+        ("--subjects", !subjects.is_empty()),
+        ("--walks", !walks.is_empty()),
+        ("--cycles", cycles.is_some()),
+        ("--views, --azimuth-deg, --elevation-deg", views.is_given()),
+        ("--raster", draw.raster.is_some()),
+        ("--frames-per-cycle", draw.frames_per_cycle.is_some()),
+    ];
     match flags.iter().find(|(_, given)| *given) {
         Some((flag, _)) => Err(Error::Usage(format!(
             "{flag}: a dataset is used whole and as it was drawn (use a pack, or sweep another dataset)"

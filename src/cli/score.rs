@@ -338,17 +338,8 @@ fn score_dataset(
     recognizers: &[Box<dyn Recognizer>],
     mut header: Header,
 ) -> Result<(ScoreResults, Vec<Sample>)> {
-    refuse_for_datasets(&[
-        ("--subjects", !args.subjects.is_empty()),
-        ("--walks", !args.walks.is_empty()),
-        ("--cycles", args.cycles.is_some()),
-        (
-            "--views, --azimuth-deg, --elevation-deg",
-            args.views.is_given(),
-        ),
-        ("--raster", args.draw.raster.is_some()),
-        ("--frames-per-cycle", args.draw.frames_per_cycle.is_some()),
-    ])?;
+    let names = [args.subjects.as_slice(), &args.walks];
+    refuse_for_datasets(names, args.cycles, &args.views, &args.draw)?;
     let dataset = Dataset::open(path)?;
     header
         .inputs

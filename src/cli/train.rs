@@ -226,17 +226,8 @@ fn from_walks(args: &Args) -> Result<Samples> {
 
 /// All of a dataset's GEIs.
 fn from_dataset(args: &Args, path: &Path) -> Result<Samples> {
-    refuse_for_datasets(&[
-        ("--subjects", !args.source.subjects.is_empty()),
-        ("--walks", !args.source.walks.is_empty()),
-        ("--cycles", args.cycles.is_some()),
-        (
-            "--views, --azimuth-deg, --elevation-deg",
-            args.views.is_given(),
-        ),
-        ("--raster", args.draw.raster.is_some()),
-        ("--frames-per-cycle", args.draw.frames_per_cycle.is_some()),
-    ])?;
+    let names = [args.source.subjects.as_slice(), &args.source.walks];
+    refuse_for_datasets(names, args.cycles, &args.views, &args.draw)?;
     let dataset = Dataset::open(path)?;
     let mut names: Vec<String> = Vec::new();
     let mut viewpoints: Vec<[f64; 2]> = Vec::new();
