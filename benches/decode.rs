@@ -1,11 +1,15 @@
-//! Decoding: one pose of 19 joints from a compressed gait cycle.
+//! Decoding: one pose of 19 joints from a compressed gait cycle, read from its bytes or
+//! from coefficients that were unpacked once, and from a take.
 
 mod common;
 
 use criterion::{BenchmarkId, Criterion};
 use edgegait_core::pack::Pack;
-use edgegait_core::skeleton::JOINTS;
+use std::fs;
 use std::hint::black_box;
+
+/// Four seconds of setting off and turning.
+const TAKE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/v1-take.egp");
 
 fn main() {
     let mut criterion = common::criterion();
@@ -16,14 +20,32 @@ fn main() {
 fn decode(criterion: &mut Criterion) {
     let bytes = common::pack();
     let pack = Pack::parse(&bytes).expect("our own pack");
-    let clip = pack.clip(0).expect("a first clip");
+    let cycle = pack.clip(0).and_then(|clip| clip.as_loop());
+    let cycle = cycle.expect("a first loop");
+    let mut buffer = vec![0.0; cycle.expanded_len()];
+    let expanded = cycle.expand(&mut buffer).expect("a buffer of that length");
     // A third of a cycle and a bit: phases that never repeat exactly.
     let mut phase = 0.0f32;
+    let take_bytes = fs::read(TAKE).expect("the golden take");
+    let take_pack = Pack::parse(&take_bytes).expect("a pack");
+    let take = take_pack.clip(0).expect("a take");
     let mut group = criterion.benchmark_group("decode");
-    group.bench_function(BenchmarkId::new("pose", format!("{JOINTS}-joints")), |b| {
+    group.bench_function(BenchmarkId::new("pose", "loop-streamed"), |b| {
         b.iter(|| {
             phase = (phase + 0.337).fract();
-            black_box(clip.pose(black_box(phase)))
+            black_box(cycle.pose(black_box(phase)))
+        });
+    });
+    group.bench_function(BenchmarkId::new("pose", "loop-expanded"), |b| {
+        b.iter(|| {
+            phase = (phase + 0.337).fract();
+            black_box(expanded.pose(black_box(phase)))
+        });
+    });
+    group.bench_function(BenchmarkId::new("pose", "take-streamed"), |b| {
+        b.iter(|| {
+            phase = (phase + 0.337).fract();
+            black_box(take.sample(black_box(f64::from(phase) * take.duration_s())))
         });
     });
     group.bench_function(

@@ -5,7 +5,7 @@ mod common;
 use criterion::{BenchmarkId, Criterion};
 use edgegait_core::avatar::{Avatar, PosedHulls};
 use edgegait_core::camera::{Camera, Viewpoint};
-use edgegait_core::clip::Clip;
+use edgegait_core::clip::Loop;
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::ModelPose;
 use edgegait_core::raster::{Rasterizer, Renderer};
@@ -24,7 +24,8 @@ fn gei(criterion: &mut Criterion) {
     let bytes = common::pack();
     let pack = Pack::parse(&bytes).expect("our own pack");
     let avatar = pack.avatar(0).expect("a first avatar");
-    let clip = pack.clip(0).expect("a first clip");
+    let clip = pack.clip(0).and_then(|clip| clip.as_loop());
+    let clip = clip.expect("a first loop");
     let side = Viewpoint::from_degrees(90.0, 0.0).expect("angles within range");
     let camera = Camera::orthographic(side);
 
@@ -39,7 +40,7 @@ fn gei(criterion: &mut Criterion) {
     group.finish();
 }
 
-fn gei_of(avatar: &Avatar<'_>, clip: &Clip<'_>, camera: &Camera, renderer: &mut Renderer) -> Gei {
+fn gei_of(avatar: &Avatar<'_>, clip: &Loop<'_>, camera: &Camera, renderer: &mut Renderer) -> Gei {
     let skeleton = avatar.skeleton();
     let mut figure = PosedHulls::default();
     let mut gei = GeiBuilder::new();

@@ -20,7 +20,7 @@ fn pose(criterion: &mut Criterion) {
     let pack = Pack::parse(&bytes).expect("our own pack");
     let avatar = pack.avatar(0).expect("a first avatar");
     let skeleton = avatar.skeleton();
-    let pose = pack.clip(0).expect("a first clip").pose(0.25);
+    let pose = pack.clip(0).expect("a first clip").sample(0.3);
     let model = ModelPose::new(&skeleton, &pose);
     let mut figure = PosedHulls::new(&avatar, &model);
     let points = figure.points().len();

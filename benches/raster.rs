@@ -55,7 +55,8 @@ fn figures() -> Vec<PosedHulls> {
     let bytes = common::pack();
     let pack = Pack::parse(&bytes).expect("our own pack");
     let avatar = pack.avatar(0).expect("a first avatar");
-    let clip = pack.clip(0).expect("a first clip");
+    let clip = pack.clip(0).and_then(|clip| clip.as_loop());
+    let clip = clip.expect("a first loop");
     (0..32u8)
         .map(|frame| {
             let pose = clip.pose(f32::from(frame) / 32.0);

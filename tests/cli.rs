@@ -95,9 +95,18 @@ fn inspect_accounts_for_every_byte_of_the_file() {
     assert_eq!(json["bytes"].as_u64(), Some(length));
     let number = |value: &Value| value.as_u64().expect("a number");
     let section = |name: &str| number(&json["sections"][name]);
-    let sections = ["names", "subjects", "walks", "avatars", "clips"].map(section);
-    // 16 bytes of header and a table of five sections of 12.
-    assert_eq!(sections.iter().sum::<u64>() + 76, length);
+    let sections = [
+        "names",
+        "subjects",
+        "walks",
+        "avatars",
+        "codebook",
+        "templates",
+        "clips",
+    ]
+    .map(section);
+    // 16 bytes of header and a table of seven sections of 12.
+    assert_eq!(sections.iter().sum::<u64>() + 100, length);
     let sum = |list: &str, field: &str| -> u64 {
         let entries = json[list].as_array().expect("a list");
         entries.iter().map(|entry| number(&entry[field])).sum()
@@ -114,6 +123,10 @@ fn inspect_accounts_for_every_byte_of_the_file() {
             clip["max_error_mm"].as_f64().expect("a number") <= 5.0,
             "{clip}"
         );
+    }
+    for subject in json["subjects"].as_array().expect("a list") {
+        let error = subject["avatar_max_error_mm"].as_f64().expect("a number");
+        assert!(error > 1.0 && error <= 2.0, "{subject}");
     }
     let speeds: Vec<f64> = json["clips"]
         .as_array()

@@ -72,7 +72,7 @@ fn what_makes_no_sense_is_exit_code_2_and_leaves_no_file() {
         ),
         (
             "cohort --max-error-mm nan --out new.egp",
-            ["--max-error-mm", "0 or more"],
+            ["--max-error-mm", "0 to 1,000,000"],
         ),
         ("dance", ["dance", "unrecognized"]),
     ] {

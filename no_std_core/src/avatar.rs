@@ -1,10 +1,13 @@
 //! A body: joint offsets and low-poly convex hulls, read in place.
 
+use crate::bits::BitReader;
 use crate::budget::{MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
 use crate::format::{
-    FormatError, HULL_HEADER_BYTES, HULL_POINT_BYTES, HULL_STEP_M, OFFSET_STEP_M, OFFSETS_BYTES,
-    i16_at, u16_at,
+    AVATAR_HEADER_BYTES, AVATAR_RESERVED, FormatError, HULL_COUNT_MASK, MAX_OFFSET_WIDTH,
+    OFFSET_STEP_M, OFFSET_WIDTH_BITS, SYMMETRIC_SKELETON, u16_at,
 };
+pub use crate::hull::Hull;
+use crate::hull::mirrored;
 use crate::pose::ModelPose;
 use crate::skeleton::{JOINTS, Joint, Skeleton};
 use core::fmt;
@@ -13,18 +16,9 @@ use glam::Vec3;
 /// A body in a pack's bytes: where its joints are, and its hulls.
 #[derive(Clone, Copy, Debug)]
 pub struct Avatar<'a> {
-    offsets: &'a [u8],
-    hulls: &'a [u8],
-}
-
-/// One convex hull of an avatar, rigid with a joint. It is given by points alone:
-/// the silhouette of a convex hull is the convex hull of its projected points.
-#[derive(Clone, Copy, Debug)]
-pub struct Hull<'a> {
-    joint: Joint,
-    origin: Vec3,
-    step: Vec3,
-    points: &'a [u8],
+    bytes: &'a [u8],
+    /// Bits of the stream that the joint offsets take.
+    offsets_bits: usize,
 }
 
 impl<'a> Avatar<'a> {
@@ -33,116 +27,162 @@ impl<'a> Avatar<'a> {
     /// # Errors
     /// Where the bytes are not one whole avatar within the budget.
     pub fn parse(bytes: &'a [u8]) -> Result<Self, FormatError> {
-        let (Some(offsets), Some(hulls)) = (bytes.get(..OFFSETS_BYTES), bytes.get(OFFSETS_BYTES..))
-        else {
-            return Err(FormatError::new(bytes.len(), "114 bytes of joint offsets"));
+        if bytes.len() < AVATAR_HEADER_BYTES {
+            return Err(FormatError::new(bytes.len(), "an avatar header of 5 bytes"));
+        }
+        let mut avatar = Self {
+            bytes,
+            offsets_bits: 0,
         };
-        let mut rest = hulls;
-        let (mut hull_count, mut point_count) = (0, 0);
-        while !rest.is_empty() {
-            let at = bytes.len() - rest.len();
-            let Some((hull, behind)) = split_hull(rest) else {
-                return Err(FormatError::new(
-                    at,
-                    "a whole hull of a known joint with 1 to 32 points",
-                ));
-            };
-            hull_count += 1;
-            point_count += hull.len();
-            if hull_count > MAX_HULLS || point_count > MAX_POINTS {
+        if avatar.step_um() == 0 {
+            return Err(FormatError::new(2, "a step above 0 micrometres"));
+        }
+        if avatar.flags() & AVATAR_RESERVED != 0 {
+            return Err(FormatError::new(4, "a reserved bit of 0"));
+        }
+        avatar.offsets_bits = avatar.check_offsets()?;
+        let used = avatar.check_hulls()?;
+        if used.div_ceil(8) != avatar.stream().len() {
+            return Err(FormatError::new(
+                AVATAR_HEADER_BYTES + used.div_ceil(8),
+                "the end of the avatar behind its last hull",
+            ));
+        }
+        if let (Some(last), rest @ 1..) = (bytes.last(), used % 8)
+            && last >> rest != 0
+        {
+            return Err(FormatError::new(
+                bytes.len() - 1,
+                "zeros behind an avatar's last hull",
+            ));
+        }
+        Ok(avatar)
+    }
+
+    /// Reads the joint offsets; the bits that they take.
+    fn check_offsets(&self) -> Result<usize, FormatError> {
+        let width = BitReader::new(self.stream()).unsigned(OFFSET_WIDTH_BITS);
+        if width > MAX_OFFSET_WIDTH {
+            return Err(FormatError::new(
+                AVATAR_HEADER_BYTES,
+                "joint offsets of at most 16 bits",
+            ));
+        }
+        let (_, bits) = self.read_offsets();
+        if bits.is_overrun() {
+            return Err(FormatError::new(
+                self.bytes.len(),
+                "the rest of the joint offsets",
+            ));
+        }
+        Ok(bits.position())
+    }
+
+    /// Reads the hulls but for their points; the bits of the whole stream.
+    fn check_hulls(&self) -> Result<usize, FormatError> {
+        let mut bits = self.hull_bits();
+        let (mut hulls, mut points) = (0, 0);
+        for _ in 0..self.stored_hulls() {
+            let at = AVATAR_HEADER_BYTES + bits.position() / 8;
+            let hull = Hull::read(&mut bits, self.step_um());
+            // First: past the end it read zeros, and found fault with them.
+            if bits.is_overrun() {
+                return Err(FormatError::new(self.bytes.len(), "the rest of a hull"));
+            }
+            let hull = hull.map_err(|error| error.behind(AVATAR_HEADER_BYTES))?;
+            let copies = 1 + usize::from(hull.image().is_some());
+            hulls += copies;
+            points += copies * hull.len();
+            if hulls > MAX_HULLS || points > MAX_POINTS {
                 return Err(FormatError::new(
                     at,
                     "at most 32 hulls of 768 points in all",
                 ));
             }
-            rest = behind;
         }
-        Ok(Self { offsets, hulls })
+        Ok(bits.position())
     }
 
     /// The joint offsets.
     #[must_use]
     pub fn skeleton(&self) -> Skeleton {
-        let mut offsets = [Vec3::ZERO; JOINTS];
-        for (joint, offset) in offsets.iter_mut().enumerate() {
-            *offset = vector_at(self.offsets, joint * 6);
-        }
-        Skeleton { offsets }
+        self.read_offsets().0
     }
 
-    /// The hulls, in file order.
+    /// The joint offsets, and a reader behind them.
+    fn read_offsets(&self) -> (Skeleton, BitReader<'a>) {
+        let is_symmetric = self.flags() & SYMMETRIC_SKELETON != 0;
+        let mut bits = BitReader::new(self.stream());
+        let width = bits.unsigned(OFFSET_WIDTH_BITS).min(MAX_OFFSET_WIDTH);
+        let mut coordinate = || {
+            let is_stored = bits.unsigned(1) == 1;
+            #[expect(clippy::cast_precision_loss, reason = "at most 16 bits")]
+            let steps = bits.signed(if is_stored { width } else { 0 }) as f32;
+            steps * OFFSET_STEP_M
+        };
+        let mut offsets = [Vec3::ZERO; JOINTS];
+        for joint in Joint::ALL.into_iter().skip(1) {
+            let other = joint.mirrored();
+            let offset = if is_symmetric && other < joint {
+                mirrored(offsets.get(other.index()).copied().unwrap_or_default())
+            } else {
+                let is_middle = is_symmetric && other == joint;
+                let x = if is_middle { 0.0 } else { coordinate() };
+                Vec3::new(x, coordinate(), coordinate())
+            };
+            if let Some(place) = offsets.get_mut(joint.index()) {
+                *place = offset;
+            }
+        }
+        (Skeleton { offsets }, bits)
+    }
+
+    /// The hulls, in file order, each mirrored one followed by its image.
     pub fn hulls(&self) -> impl Iterator<Item = Hull<'a>> + use<'a> {
-        let mut rest = self.hulls;
-        core::iter::from_fn(move || {
-            let (hull, behind) = split_hull(rest)?;
-            rest = behind;
-            Some(hull)
-        })
+        let step_um = self.step_um();
+        let mut bits = self.hull_bits();
+        (0..self.stored_hulls())
+            .filter_map(move |_| Hull::read(&mut bits, step_um).ok())
+            .flat_map(|hull| [Some(hull), hull.image()].into_iter().flatten())
+    }
+
+    /// Greatest distance that the encoder measured between a hull's points and those that
+    /// it was given, mm, rounded up to 0.01 mm.
+    #[must_use]
+    pub fn max_error_mm(&self) -> f32 {
+        f32::from(u16_at(self.bytes, 0)) * 0.01
     }
 
     /// Bytes that the avatar takes in its pack.
     #[must_use]
     pub fn len_bytes(&self) -> usize {
-        self.offsets.len() + self.hulls.len()
-    }
-}
-
-impl<'a> Hull<'a> {
-    /// The joint that carries the hull.
-    #[must_use]
-    pub const fn joint(&self) -> Joint {
-        self.joint
+        self.bytes.len()
     }
 
-    /// How many points it has, 1 to 32.
-    #[must_use]
-    pub const fn len(&self) -> usize {
-        self.points.len() / HULL_POINT_BYTES
+    /// The quantisation step, micrometres.
+    fn step_um(&self) -> u16 {
+        u16_at(self.bytes, 2)
     }
 
-    /// Whether it has no points: never for a hull of a parsed avatar.
-    #[must_use]
-    pub const fn is_empty(&self) -> bool {
-        self.points.is_empty()
+    /// How many hulls there are, without those that are images of others.
+    fn stored_hulls(&self) -> u8 {
+        self.flags() & HULL_COUNT_MASK
     }
 
-    /// Its points in the joint's frame, metres.
-    pub fn points(&self) -> impl Iterator<Item = Vec3> + use<'a> {
-        let (origin, step) = (self.origin, self.step);
-        self.points
-            .as_chunks::<HULL_POINT_BYTES>()
-            .0
-            .iter()
-            .map(move |&[x, y, z]| {
-                origin + step * Vec3::new(f32::from(x), f32::from(y), f32::from(z))
-            })
+    fn flags(&self) -> u8 {
+        self.bytes.get(4).copied().unwrap_or_default()
     }
-}
 
-/// The first hull of `bytes` and what is behind it.
-fn split_hull(bytes: &[u8]) -> Option<(Hull<'_>, &[u8])> {
-    let header = bytes.get(..HULL_HEADER_BYTES)?;
-    let joint = Joint::from_index(usize::from(*header.first()?))?;
-    let count = usize::from(*header.get(1)?);
-    if !(1..=MAX_HULL_POINTS).contains(&count) {
-        return None;
+    /// A reader before the first hull.
+    fn hull_bits(&self) -> BitReader<'a> {
+        let mut bits = BitReader::new(self.stream());
+        bits.skip(self.offsets_bits);
+        bits
     }
-    let end = HULL_HEADER_BYTES + count * HULL_POINT_BYTES;
-    let points = bytes.get(HULL_HEADER_BYTES..end)?;
-    let step = |axis: usize| f32::from(u16_at(header, 8 + 2 * axis)) * HULL_STEP_M;
-    let hull = Hull {
-        joint,
-        origin: vector_at(header, 2),
-        step: Vec3::new(step(0), step(1), step(2)),
-        points,
-    };
-    Some((hull, bytes.get(end..)?))
-}
 
-/// Three `i16` at `at` in units of 0.1 mm.
-fn vector_at(bytes: &[u8], at: usize) -> Vec3 {
-    let component = |axis: usize| f32::from(i16_at(bytes, at + 2 * axis)) * OFFSET_STEP_M;
-    Vec3::new(component(0), component(1), component(2))
+    fn stream(&self) -> &'a [u8] {
+        self.bytes.get(AVATAR_HEADER_BYTES..).unwrap_or_default()
+    }
 }
 
 /// All hull points of one frame in the walker's space: computed once, seen from
@@ -166,13 +206,29 @@ impl PosedHulls {
     pub fn update(&mut self, avatar: &Avatar<'_>, pose: &ModelPose) {
         self.points.clear();
         self.ends.clear();
-        for hull in avatar.hulls() {
-            let joint = hull.joint().index();
-            let (orientation, position) = (pose.orientations[joint], pose.positions[joint]);
-            let points = hull.points().map(|point| position + orientation * point);
-            let fits = self.push(points);
-            debug_assert!(fits.is_ok(), "a parsed avatar is within the budget");
+        let mut bits = avatar.hull_bits();
+        for _ in 0..avatar.stored_hulls() {
+            let Ok(hull) = Hull::read_header(&mut bits, avatar.step_um()) else {
+                break;
+            };
+            // Read once for both sides.
+            let mut points = hull.read_points(&mut bits);
+            self.carry(hull.joint(), &points, pose);
+            if let Some(image) = hull.image() {
+                for point in &mut points {
+                    *point = mirrored(*point);
+                }
+                self.carry(image.joint(), &points, pose);
+            }
         }
+    }
+
+    /// Adds the hull of these points in the frame of `joint`.
+    fn carry(&mut self, joint: Joint, points: &[Vec3], pose: &ModelPose) {
+        let joint = joint.index();
+        let (orientation, position) = (pose.orientations[joint], pose.positions[joint]);
+        let fits = self.push(points.iter().map(|&point| position + orientation * point));
+        debug_assert!(fits.is_ok(), "a parsed avatar is within the budget");
     }
 
     /// Adds one hull given by points in the walker's space, metres: something that
@@ -231,37 +287,171 @@ mod tests {
     use super::*;
     use crate::pose::Pose;
 
-    /// A head whose single hull is the two ends of a 20 cm line.
-    fn one_line() -> [u8; OFFSETS_BYTES + HULL_HEADER_BYTES + 6] {
-        let mut bytes = [0; OFFSETS_BYTES + HULL_HEADER_BYTES + 6];
-        let spine = 6 * Joint::Spine.index();
-        bytes[spine + 2..spine + 4].copy_from_slice(&1_500i16.to_le_bytes());
-        let hull = &mut bytes[OFFSETS_BYTES..];
-        hull[0] = 1; // spine
-        hull[1] = 2;
-        hull[4..6].copy_from_slice(&(-500i16).to_le_bytes()); // origin y: -5 cm
-        hull[10..12].copy_from_slice(&2_000u16.to_le_bytes()); // step y: 2 mm
-        hull[HULL_HEADER_BYTES + 4] = 100;
+    /// The body of `FORMAT.md`'s pack by hand: the left thigh at x = 9 cm and the left
+    /// shank 42 cm below it, and a symmetric hull of the thigh. Its bits end at 5 * 8 + 153.
+    const BY_HAND: [u8; 25] = [
+        0xc8, 0x00, 0x88, 0x13, 0x01, 0x0e, 0x00, 0x00, 0x00, 0x00, 0x12, 0x0e, 0x88, 0xf9, 0x02,
+        0x80, 0x96, 0x81, 0xb0, 0x10, 0x2b, 0x03, 0x01, 0x09, 0x00,
+    ];
+
+    /// `BY_HAND` with this bit of its stream turned.
+    fn turned(bit: usize) -> [u8; 25] {
+        let mut bytes = BY_HAND;
+        bytes[AVATAR_HEADER_BYTES + bit / 8] ^= 1 << (bit % 8);
         bytes
+    }
+
+    fn error(bytes: &[u8]) -> FormatError {
+        Avatar::parse(bytes).expect_err("no avatar")
+    }
+
+    fn assert_points(found: &[Vec3], expected: &[[f32; 3]]) {
+        assert_eq!(found.len(), expected.len());
+        for (found, expected) in found.iter().zip(expected) {
+            let distance = (*found - Vec3::from(*expected)).length();
+            assert!(distance < 1e-6, "{found} {expected:?}");
+        }
     }
 
     #[test]
     fn a_hull_is_carried_by_its_joint() {
-        let bytes = one_line();
-        let avatar = Avatar::parse(&bytes).expect("a whole avatar");
+        let avatar = Avatar::parse(&BY_HAND).expect("a whole avatar");
+        assert!((avatar.max_error_mm() - 2.0).abs() < 1e-6);
+        assert_eq!(avatar.len_bytes(), 25);
         let model = ModelPose::new(&avatar.skeleton(), &Pose::REST);
         let posed = PosedHulls::new(&avatar, &model);
-        let line: [Vec3; 2] = posed.points().try_into().expect("two points");
-        assert!((line[0] - Vec3::new(0.0, 0.10, 0.0)).length() < 1e-6);
-        assert!((line[1] - Vec3::new(0.0, 0.30, 0.0)).length() < 1e-6);
+        let expected = [[0.09, -0.42, 0.06], [0.14, 0.005, 0.0], [0.04, 0.005, 0.0]];
+        assert_points(posed.points(), &expected);
     }
 
     #[test]
-    fn every_truncation_is_refused_but_the_one_without_hulls() {
-        let bytes = one_line();
-        for length in (0..bytes.len()).filter(|&length| length != OFFSETS_BYTES) {
-            assert!(Avatar::parse(&bytes[..length]).is_err(), "{length}");
+    fn the_image_of_a_mirrored_hull_is_carried_by_the_joint_on_the_other_side() {
+        // The sixth bit of the hull, which begins at bit 87.
+        let bytes = turned(93);
+        let avatar = Avatar::parse(&bytes).expect("a mirrored hull");
+        let joints = avatar.hulls().map(|hull| hull.joint());
+        assert!(joints.eq([Joint::LeftThigh, Joint::RightThigh]));
+        // The right hip of this skeleton is in the middle: only the left one is stored.
+        let model = ModelPose::new(&avatar.skeleton(), &Pose::REST);
+        let posed = PosedHulls::new(&avatar, &model);
+        let left = [[0.09, -0.42, 0.06], [0.14, 0.005, 0.0], [0.04, 0.005, 0.0]];
+        let middle = [[0.0, -0.42, 0.06], [-0.05, 0.005, 0.0], [0.05, 0.005, 0.0]];
+        assert_points(posed.points(), &[left, middle].concat());
+    }
+
+    #[test]
+    fn a_symmetric_skeleton_has_its_right_side_from_its_left_one() {
+        // Joint j is at (j, 2 j, 3 j) x 0.1 mm; those in the middle have no x.
+        let mut fields = heapless::Vec::<(i32, usize), 100>::new();
+        fields.push((7, 5)).expect("a field");
+        for joint in Joint::ALL
+            .into_iter()
+            .skip(1)
+            .filter(|&j| j <= j.mirrored())
+        {
+            let is_middle = joint == joint.mirrored();
+            for axis in i32::from(is_middle)..3 {
+                let value = (axis + 1) * joint.index() as i32;
+                fields.extend([(1, 1), (value, 7)]);
+            }
         }
+        let mut bytes = [0; 64];
+        bytes[2] = 1;
+        bytes[4] = SYMMETRIC_SKELETON;
+        let stream = crate::bits::packed(&fields);
+        let end = AVATAR_HEADER_BYTES + stream.len();
+        bytes[AVATAR_HEADER_BYTES..end].copy_from_slice(&stream);
+        let avatar = Avatar::parse(&bytes[..end]).expect("a skeleton without hulls");
+        assert_eq!(avatar.hulls().count(), 0);
+        let offset = |joint: Joint| (avatar.skeleton().offsets[joint.index()] * 1e4).round();
+        assert_points(
+            &[
+                Joint::Pelvis,
+                Joint::Head,
+                Joint::LeftHand,
+                Joint::RightHand,
+            ]
+            .map(offset),
+            &[
+                [0.0; 3],
+                [0.0, 8.0, 12.0],
+                [8.0, 16.0, 24.0],
+                [-8.0, 16.0, 24.0],
+            ],
+        );
+        assert_points(
+            &[Joint::LeftFoot, Joint::RightFoot].map(offset),
+            &[[15.0, 30.0, 45.0], [-15.0, 30.0, 45.0]],
+        );
+    }
+
+    #[test]
+    fn every_truncation_is_refused_with_a_byte_within_the_avatar() {
+        for length in 0..BY_HAND.len() {
+            let error = error(&BY_HAND[..length]);
+            assert!(error.byte <= length, "{length}: {error}");
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_refused_with_its_byte() {
+        let with = |at: usize, byte: u8| {
+            let mut bytes = BY_HAND;
+            bytes[at] = byte;
+            error(&bytes)
+        };
+        // A step of 0.
+        let mut bytes = BY_HAND;
+        bytes[2..4].fill(0);
+        assert_eq!(error(&bytes).byte, 2);
+        // The reserved bit.
+        assert_eq!(with(4, 0x81).byte, 4);
+        // Offsets of 17 bits.
+        assert_eq!(with(5, 17).byte, 5);
+        // A hull more or less than there are.
+        assert_eq!(with(4, 2).byte, 25);
+        assert!(Avatar::parse(&[&BY_HAND[..4], &[0], &BY_HAND[5..]].concat()).is_err());
+        // Joint 13 + 16 from bit 87 on, in byte 5 + 10.
+        assert_eq!(error(&turned(91)).byte, 15);
+        // Two of one point in the middle: bit 1 of a field at 116, of a row at 113.
+        assert_eq!(error(&turned(117)).byte, 19);
+        // A bit behind the last hull.
+        assert_eq!(error(&turned(153)).byte, 24);
+        // A byte behind the end.
+        assert_eq!(error(&[BY_HAND.as_slice(), &[0]].concat()).byte, 25);
+    }
+
+    #[test]
+    fn a_right_hull_has_no_image() {
+        // Joint 13 without its lowest bit is 12, the right hand.
+        let mut bytes = turned(87);
+        assert!(Avatar::parse(&bytes).is_ok());
+        bytes[AVATAR_HEADER_BYTES + 93 / 8] ^= 1 << (93 % 8);
+        assert_eq!(error(&bytes).byte, AVATAR_HEADER_BYTES + 92 / 8);
+    }
+
+    #[test]
+    fn images_count_for_the_budget() {
+        // Hulls of one point at 0 of the left foot: 36 bits of zeros but for joint and flag.
+        let parse = |hulls: u8, is_mirrored: i32| {
+            let mut fields = heapless::Vec::<(i32, usize), 400>::new();
+            fields.push((0, 5 + 54)).expect("no offsets");
+            for _ in 0..hulls {
+                fields.extend([(15, 5), (0, 1), (is_mirrored, 1), (0, 2 + 5 + 12 + 3)]);
+            }
+            let mut bytes = heapless::Vec::<u8, 400>::new();
+            bytes.extend([0, 0, 1, 0, hulls]);
+            bytes
+                .extend_from_slice(&crate::bits::packed(&fields))
+                .expect("400 bytes");
+            Avatar::parse(&bytes).map(|avatar| avatar.hulls().count())
+        };
+        assert_eq!(parse(32, 0), Ok(32));
+        assert_eq!(parse(16, 1), Ok(32));
+        assert!(parse(33, 0).is_err());
+        let error = parse(17, 1).expect_err("34 hulls");
+        // The 17th begins at bit 59 + 16 * 29.
+        assert_eq!(error.byte, 5 + 523 / 8);
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! Reading packed bits from a slice.
 
+use crate::format::{ESCAPE_BITS, FormatError, MAX_RICE, RICE_ESCAPE};
+
 /// Reads unsigned and signed integers of 0 to 25 bits, least significant bit
 /// first. Past the end it reads zeros: callers check lengths when they parse.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct BitReader<'a> {
     bytes: &'a [u8],
     position: usize,
@@ -13,6 +15,11 @@ impl<'a> BitReader<'a> {
     #[must_use]
     pub const fn new(bytes: &'a [u8]) -> Self {
         Self { bytes, position: 0 }
+    }
+
+    /// Passes over `width` bits of any number.
+    pub const fn skip(&mut self, width: usize) {
+        self.position += width;
     }
 
     /// Bits read so far.
@@ -27,18 +34,45 @@ impl<'a> BitReader<'a> {
         self.position > self.bytes.len() * 8
     }
 
-    /// The next `width` bits as an unsigned integer; `width` is at most 25.
-    pub fn unsigned(&mut self, width: u32) -> u32 {
-        debug_assert!(width <= 25);
+    /// The four bytes that the next bit is the first one of.
+    fn peek(&self) -> u32 {
         let rest = self.bytes.get(self.position / 8..).unwrap_or_default();
-        let word = match rest.first_chunk() {
+        match rest.first_chunk() {
             Some(whole) => u32::from_le_bytes(*whole),
             None => rest
                 .iter()
                 .rev()
                 .fold(0, |word, &byte| word << 8 | u32::from(byte)),
-        };
-        let value = (word >> (self.position % 8)) & ((1 << width) - 1);
+        }
+    }
+
+    /// Refuses a stream that is not the bits read so far, filled up with zeros to whole
+    /// bytes: whatever decodes to the same numbers is the same bytes.
+    ///
+    /// # Errors
+    /// Where bits are missing, bytes are left over, or the last bits are not 0.
+    pub fn check_end(&self) -> Result<(), FormatError> {
+        if self.position.div_ceil(8) != self.bytes.len() {
+            return Err(FormatError::new(
+                self.bytes.len().min(self.position / 8),
+                "a bit stream that ends with its last number",
+            ));
+        }
+        if let (Some(last), rest @ 1..) = (self.bytes.last(), self.position % 8)
+            && last >> rest != 0
+        {
+            return Err(FormatError::new(
+                self.bytes.len() - 1,
+                "zeros behind the last number of a bit stream",
+            ));
+        }
+        Ok(())
+    }
+
+    /// The next `width` bits as an unsigned integer; `width` is at most 25.
+    pub fn unsigned(&mut self, width: u32) -> u32 {
+        debug_assert!(width <= 25);
+        let value = (self.peek() >> (self.position % 8)) & ((1 << width) - 1);
         self.position += width as usize;
         value
     }
@@ -51,6 +85,48 @@ impl<'a> BitReader<'a> {
         let value = self.unsigned(width).cast_signed();
         (value << (32 - width)) >> (32 - width)
     }
+
+    /// The next integer in a Rice code (Rice and Plaunt 1971) with parameter `k`, at most
+    /// 15: the zigzag number (0, 1, -1, 2, -2... as 0, 1, 2, 3, 4...) divided by 2^k as so
+    /// many ones and a zero, then the remainder in `k` bits. Sixteen ones and no zero are
+    /// an escape: a two's complement integer of 24 bits follows.
+    pub fn rice(&mut self, k: u32) -> i32 {
+        debug_assert!(k <= MAX_RICE);
+        let ahead = self.peek() >> (self.position % 8);
+        let ones = ahead.trailing_ones().min(RICE_ESCAPE);
+        if ones == RICE_ESCAPE {
+            self.position += RICE_ESCAPE as usize;
+            return self.signed(ESCAPE_BITS);
+        }
+        let shift = (self.position % 8) as u32 + ones + 1;
+        self.position += ones as usize + 1;
+        let rest = if shift + k <= u32::BITS {
+            // The word at hand has the remainder as well, as it mostly does.
+            self.position += k as usize;
+            (ahead >> ones >> 1) & ((1 << k) - 1)
+        } else {
+            self.unsigned(k)
+        };
+        let zigzag = ones << k | rest;
+        let half = (zigzag >> 1).cast_signed();
+        if zigzag & 1 == 1 { half + 1 } else { -half }
+    }
+}
+
+/// Values of so many bits each, packed, for the tests of what reads them.
+#[cfg(test)]
+pub(crate) fn packed(fields: &[(i32, usize)]) -> heapless::Vec<u8, 2048> {
+    let bits = fields.iter().map(|&(_, width)| width).sum::<usize>();
+    let mut bytes = heapless::Vec::new();
+    bytes.resize(bits.div_ceil(8), 0).expect("2048 bytes");
+    let mut at = 0;
+    for &(value, width) in fields {
+        for bit in 0..width {
+            bytes[at / 8] |= u8::from(value >> bit.min(31) & 1 == 1) << (at % 8);
+            at += 1;
+        }
+    }
+    bytes
 }
 
 #[cfg(test)]
@@ -65,6 +141,18 @@ mod tests {
         assert_eq!(bits.unsigned(2), 1);
         assert_eq!(bits.position(), 10);
         assert!(!bits.is_overrun());
+    }
+
+    #[test]
+    fn bits_that_are_skipped_are_not_read() {
+        let mut bits = BitReader::new(&[0xff, 0b0001_0000, 0x80]);
+        bits.skip(12);
+        assert_eq!(bits.unsigned(3), 1);
+        bits.skip(9);
+        assert_eq!(bits.position(), 24);
+        assert!(!bits.is_overrun());
+        bits.skip(100);
+        assert!(bits.is_overrun());
     }
 
     #[test]
@@ -83,5 +171,22 @@ mod tests {
         assert_eq!(bits.unsigned(12), 0xff);
         assert!(bits.is_overrun());
         assert_eq!(bits.unsigned(25), 0);
+    }
+
+    #[test]
+    fn rice_codes_are_read() {
+        // k = 1: 3 is zigzag 5 = 2 * 2 + 1: 1 1 0, 1; -1 is zigzag 2 = 1 * 2 + 0: 1 0, 0;
+        // k = 0: 0 is 0. From the lowest bit: 1 1 0 1 1 0 0 0.
+        let mut bits = BitReader::new(&[0b0001_1011]);
+        assert_eq!([bits.rice(1), bits.rice(1), bits.rice(0)], [3, -1, 0]);
+        assert_eq!(bits.position(), 8);
+    }
+
+    #[test]
+    fn sixteen_ones_escape_to_24_bits() {
+        let mut bits = BitReader::new(&[0xff, 0xff, 0xfe, 0xff, 0xff, 0x02]);
+        assert_eq!(bits.rice(5), -2);
+        // Then 0 (zigzag 0) and 1 0 (zigzag 1).
+        assert_eq!([bits.rice(0), bits.rice(0)], [0, 1]);
     }
 }

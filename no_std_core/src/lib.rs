@@ -23,12 +23,12 @@
 //!     let pack = Pack::parse(bytes).ok()?;
 //!     let walk = pack.walks().next()?;
 //!     let avatar = pack.avatar(pack.subject(walk.subject)?.avatar)?;
-//!     let clip = pack.clip(walk.clip)?;
+//!     let cycle = pack.clip(walk.clip)?.as_loop()?;
 //!     let camera = Camera::orthographic(Viewpoint::from_degrees(90.0, 0.0).ok()?);
 //!     let mut renderer = Renderer::new(Rasterizer::Skia);
 //!     let mut gei = GeiBuilder::new();
 //!     for frame in 0..32u8 {
-//!         let pose = clip.pose(f32::from(frame) / 32.0);
+//!         let pose = cycle.pose(f32::from(frame) / 32.0);
 //!         let model = ModelPose::new(&avatar.skeleton(), &pose);
 //!         let figure = PosedHulls::new(&avatar, &model);
 //!         gei.add(&renderer.draw(&figure, &camera).ok()?.frame);
@@ -61,14 +61,18 @@ pub mod bits;
 pub mod budget;
 pub mod camera;
 pub mod clip;
+pub mod codebook;
 pub mod format;
+mod hull;
 pub mod outline;
 pub mod pack;
 pub mod pose;
 #[cfg(feature = "skia")]
 pub mod raster;
+pub mod rotation;
 pub mod silhouette;
 pub mod skeleton;
+mod table;
 pub mod template;
 
 /// Compiles the example of the crate's README.

@@ -6,11 +6,12 @@
 use crate::avatar::Avatar;
 use crate::budget::{MAX_ENTRIES, MAX_PACK_BYTES};
 use crate::clip::Clip;
+use crate::codebook::Codebook;
 use crate::format::{
-    CRC_AT, END_BYTES, FormatError, HEADER_BYTES, LENGTH_AT, MAGIC, SECTION_ENTRY_BYTES,
-    SECTION_ORDER, SECTIONS_AT, SUBJECT_BYTES, VERSION, VERSION_AT, WALK_BYTES, crc32, u16_at,
-    u32_at,
+    CRC_AT, FormatError, HEADER_BYTES, LENGTH_AT, MAGIC, SECTION_ENTRY_BYTES, SECTION_ORDER,
+    SECTIONS_AT, SUBJECT_BYTES, VERSION, VERSION_AT, WALK_BYTES, crc32, u16_at, u32_at,
 };
+use crate::table::Table;
 
 /// A parsed pack.
 #[derive(Clone, Copy, Debug)]
@@ -19,7 +20,9 @@ pub struct Pack<'a> {
     subjects: &'a [u8],
     walks: &'a [u8],
     avatars: Table<'a>,
+    codebook: Codebook<'a>,
     clips: Table<'a>,
+    section_bytes: [usize; SECTION_ORDER.len()],
     bytes: usize,
 }
 
@@ -89,7 +92,7 @@ impl<'a> Pack<'a> {
             if bytes.get(entry..entry + 4) != Some(kind) {
                 return Err(FormatError::new(
                     entry,
-                    "sections NAME, SUBJ, WALK, AVAT, CLIP in this order",
+                    "sections NAME, SUBJ, WALK, AVAT, CODE, TMPL, CLIP in this order",
                 ));
             }
             if u32_at(bytes, entry + 4) as usize != end {
@@ -110,14 +113,28 @@ impl<'a> Pack<'a> {
         if end != bytes.len() {
             return Err(FormatError::new(end, "the end of the pack"));
         }
-        let [names, subjects, walks, avatars, clips] = sections;
-        let [_, subjects_at, walks_at, avatars_at, clips_at] = starts;
+        let [names, subjects, walks, avatars, code, templates, clips] = sections;
+        let [
+            _,
+            subjects_at,
+            walks_at,
+            avatars_at,
+            code_at,
+            templates_at,
+            clips_at,
+        ] = starts;
+        let codebook = Codebook::parse(code)
+            .map_err(|e| e.behind(code_at))?
+            .with_templates(templates)
+            .map_err(|e| e.behind(templates_at))?;
         let pack = Self {
             names,
             subjects,
             walks,
             avatars: Table::parse(avatars).map_err(|e| e.behind(avatars_at))?,
+            codebook,
             clips: Table::parse(clips).map_err(|e| e.behind(clips_at))?,
+            section_bytes: sections.map(<[u8]>::len),
             bytes: bytes.len(),
         };
         pack.check_subjects().map_err(|e| e.behind(subjects_at))?;
@@ -126,7 +143,7 @@ impl<'a> Pack<'a> {
             Avatar::parse(entry).map_err(|e| e.behind(avatars_at + at))?;
         }
         for (at, entry) in pack.clips.entries() {
-            Clip::parse(entry).map_err(|e| e.behind(clips_at + at))?;
+            Clip::parse(entry, &pack.codebook).map_err(|e| e.behind(clips_at + at))?;
         }
         Ok(pack)
     }
@@ -256,19 +273,19 @@ impl<'a> Pack<'a> {
     #[must_use]
     pub fn clip(&self, index: usize) -> Option<Clip<'a>> {
         // Cannot fail for an entry: `parse` has been through all of them.
-        Clip::parse(self.clips.entry(index)?.1).ok()
+        Clip::parse(self.clips.entry(index)?.1, &self.codebook).ok()
     }
 
-    /// Bytes of each section, in file order: names, subjects, walks, avatars, clips.
+    /// What the clips share.
     #[must_use]
-    pub const fn section_bytes(&self) -> [usize; 5] {
-        [
-            self.names.len(),
-            self.subjects.len(),
-            self.walks.len(),
-            self.avatars.bytes,
-            self.clips.bytes,
-        ]
+    pub const fn codebook(&self) -> &Codebook<'a> {
+        &self.codebook
+    }
+
+    /// Bytes of each section, in the order of [`SECTION_ORDER`].
+    #[must_use]
+    pub const fn section_bytes(&self) -> [usize; SECTION_ORDER.len()] {
+        self.section_bytes
     }
 }
 
@@ -288,7 +305,10 @@ fn check_header(bytes: &[u8]) -> Result<(), FormatError> {
         ));
     }
     if usize::from(u16_at(bytes, SECTIONS_AT)) != SECTION_ORDER.len() {
-        return Err(FormatError::new(SECTIONS_AT, "5 sections"));
+        return Err(FormatError::new(
+            SECTIONS_AT,
+            "7 sections (a pack of an older EdgeGait? make it again)",
+        ));
     }
     if bytes.len() > MAX_PACK_BYTES || u32_at(bytes, LENGTH_AT) as usize != bytes.len() {
         return Err(FormatError::new(
@@ -303,77 +323,4 @@ fn check_header(bytes: &[u8]) -> Result<(), FormatError> {
         ));
     }
     Ok(())
-}
-
-/// Entries of different lengths behind a table of their ends.
-#[derive(Clone, Copy, Debug)]
-struct Table<'a> {
-    ends: &'a [u8],
-    body: &'a [u8],
-    bytes: usize,
-}
-
-impl<'a> Table<'a> {
-    /// Number of entries `u32`, then an end for each, counted from the first
-    /// entry's start; then the entries.
-    fn parse(section: &'a [u8]) -> Result<Self, FormatError> {
-        let count = u32_at(section, 0) as usize;
-        if section.len() < END_BYTES || count > MAX_ENTRIES {
-            return Err(FormatError::new(0, "the number of entries, at most 65535"));
-        }
-        let ends_end = END_BYTES * (1 + count);
-        let (Some(ends), Some(body)) = (section.get(END_BYTES..ends_end), section.get(ends_end..))
-        else {
-            return Err(FormatError::new(
-                section.len(),
-                "the rest of a table of ends",
-            ));
-        };
-        let mut before = 0;
-        for (index, end) in ends.chunks_exact(END_BYTES).enumerate() {
-            let end = u32_at(end, 0) as usize;
-            if end < before || end > body.len() {
-                return Err(FormatError::new(
-                    END_BYTES * (1 + index),
-                    "ends in rising order within the section",
-                ));
-            }
-            before = end;
-        }
-        if before != body.len() {
-            return Err(FormatError::new(
-                ends_end + before,
-                "the end of the section behind its last entry",
-            ));
-        }
-        Ok(Self {
-            ends,
-            body,
-            bytes: section.len(),
-        })
-    }
-
-    fn len(&self) -> usize {
-        self.ends.len() / END_BYTES
-    }
-
-    /// An entry and where it begins in the section.
-    fn entry(&self, index: usize) -> Option<(usize, &'a [u8])> {
-        let end_at = |index: usize| -> Option<usize> {
-            let at = index.checked_mul(END_BYTES)?;
-            self.ends.get(at..at + END_BYTES)?;
-            Some(u32_at(self.ends, at) as usize)
-        };
-        let end = end_at(index)?;
-        let start = match index.checked_sub(1) {
-            Some(before) => end_at(before)?,
-            None => 0,
-        };
-        let at = END_BYTES + self.ends.len() + start;
-        Some((at, self.body.get(start..end)?))
-    }
-
-    fn entries(&self) -> impl Iterator<Item = (usize, &'a [u8])> + use<'_, 'a> {
-        (0..self.len()).filter_map(|index| self.entry(index))
-    }
 }

@@ -115,6 +115,13 @@ impl Joint {
         })
     }
 
+    /// Whether it is one of the left side.
+    #[must_use]
+    pub fn is_left(self) -> bool {
+        // The left ones are stored before the right ones.
+        self < self.mirrored()
+    }
+
     /// The same joint of the other side; midline joints are their own mirror.
     #[must_use]
     pub const fn mirrored(self) -> Self {
@@ -157,6 +164,14 @@ mod tests {
             if let Some(parent) = joint.parent() {
                 assert!(parent < joint, "{joint:?}");
             }
+        }
+    }
+
+    #[test]
+    fn the_left_joints_are_two_runs_of_the_storage_order() {
+        for (index, joint) in Joint::ALL.into_iter().enumerate() {
+            let is_left = (5..9).contains(&index) || (13..16).contains(&index);
+            assert_eq!(joint.is_left(), is_left, "{joint:?}");
         }
     }
 

@@ -13,13 +13,15 @@ use edgegait_core::budget::{
     MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS, SKIA_HEAP_BYTES, SKIA_RESIDENT_BYTES,
 };
 use edgegait_core::camera::{Camera, Viewpoint};
+use edgegait_core::clip::Clip;
+use edgegait_core::codebook::Codebook;
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::ModelPose;
 use edgegait_core::raster::{DrawError, Rasterizer, Renderer};
 use edgegait_core::template::GeiBuilder;
 use glam::Vec3;
 use random::Random;
-use small_pack::small_pack;
+use small_pack::{small_pack, wild_clip};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
@@ -210,7 +212,16 @@ fn the_stated_heap_is_reached_by_a_figure_as_wide_as_the_window() {
 #[test]
 fn everything_before_the_rasteriser_takes_nothing() {
     let bytes = small_pack();
+    let [code, templates, wild] = wild_clip(&mut Random(3));
+    let mut buffer = vec![0.0; 63 * 60];
     let ((), used) = taken(|| {
+        let codebook = Codebook::parse(&code).and_then(|code| code.with_templates(&templates));
+        let clip = Clip::parse(&wild, &codebook.expect("a codebook")).expect("a clip");
+        let cycle = clip.as_loop().expect("a loop");
+        let expanded = cycle
+            .expand(&mut buffer)
+            .expect("63 coefficients of 60 channels");
+        assert_eq!(expanded.pose(0.3), cycle.pose(0.3));
         let pack = Pack::parse(&bytes).expect("a pack");
         for walk in pack.walks() {
             let subject = pack.subject(walk.subject).expect("a subject");
@@ -218,7 +229,7 @@ fn everything_before_the_rasteriser_takes_nothing() {
             let clip = pack.clip(walk.clip).expect("a clip");
             let mut figure = PosedHulls::default();
             for frame in 0..32u8 {
-                let pose = clip.pose(f32::from(frame) / 32.0);
+                let pose = clip.sample(f64::from(frame) / 32.0);
                 let model = ModelPose::new(&avatar.skeleton(), &pose);
                 figure.update(&avatar, &model);
             }

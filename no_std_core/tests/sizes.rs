@@ -2,8 +2,8 @@
 //!
 //! `cargo test -p edgegait-core --test sizes -- --nocapture` prints it.
 
-use edgegait_core::avatar::{Avatar, PosedHulls};
-use edgegait_core::clip::Clip;
+use edgegait_core::avatar::{Avatar, Hull, PosedHulls};
+use edgegait_core::clip::{Clip, Expanded};
 use edgegait_core::outline::Outline;
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::{ModelPose, Pose};
@@ -31,9 +31,11 @@ fn assert_size<T>(name: &str, most: usize) {
 
 #[test]
 fn types_are_as_small_as_the_readme_says() {
-    assert_size::<Pack<'_>>("Pack", 136);
-    assert_size::<Avatar<'_>>("Avatar", 32);
-    assert_size::<Clip<'_>>("Clip", 32);
+    assert_size::<Pack<'_>>("Pack", 240);
+    assert_size::<Avatar<'_>>("Avatar", 24);
+    assert_size::<Hull<'_>>("Hull", 48);
+    assert_size::<Clip<'_>>("Clip", 128);
+    assert_size::<Expanded<'_>>("Expanded", 656);
     assert_size::<Skeleton>("Skeleton", 228);
     assert_size::<Pose>("Pose", 316);
     assert_size::<ModelPose>("ModelPose", 912);

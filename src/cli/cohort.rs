@@ -1,10 +1,9 @@
 //! `edgegait cohort`: make the built-in people.
 
 use super::args::Common;
-use super::inspect::{missed_error, summary};
-use super::progress::Progress;
+use super::encoding::EncodingArgs;
+use super::inspect::summary;
 use crate::dataset::{Header, write_atomically};
-use crate::encode::{MAX_ERROR_MM, encode_subjects};
 use crate::error::{Error, Result};
 use crate::scene::cohort::{self, CohortOptions, PEOPLE, SPEEDS_KMH};
 use std::io::Write as _;
@@ -23,43 +22,33 @@ pub struct Args {
     /// Speeds in km/h, each 3 to 12; people run from 7.5 on
     #[arg(long, value_name = "V[,V..]", value_delimiter = ',', default_values_t = SPEEDS_KMH)]
     speeds_kmh: Vec<f64>,
-    /// Greatest encoding error of a walk in mm
-    #[arg(long, value_name = "E", default_value_t = MAX_ERROR_MM)]
-    max_error_mm: f64,
+    #[command(flatten)]
+    encoding: EncodingArgs,
     #[command(flatten)]
     pub common: Common,
 }
 
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<()> {
-    if args.max_error_mm.is_nan() || args.max_error_mm < 0.0 {
-        return Err(Error::Usage(format!(
-            "--max-error-mm {}: expected 0 or more",
-            args.max_error_mm
-        )));
-    }
+    args.encoding.check()?;
     let options = CohortOptions {
         seed: args.common.seed,
         people: usize::from(args.people),
         speeds_kmh: args.speeds_kmh.clone(),
     };
-    let bytes = {
-        let progress = Progress::new("walks", options.people * options.speeds_kmh.len());
-        let subjects = cohort::subjects(&options)?;
-        encode_subjects(&subjects, args.max_error_mm, &|| progress.step())?
-    };
+    let subjects = cohort::subjects(&options)?;
+    let encoded = args.encoding.encode("walks", &subjects)?;
     write_atomically(&args.out, |file| {
-        file.write_all(&bytes)
+        file.write_all(&encoded.bytes)
             .map_err(|error| Error::io(&args.out, error))
     })?;
     let mut header = Header::new("cohort", args.common.seed)
         .with("people", options.people)
         .with("speeds_kmh", args.speeds_kmh.clone())
-        .with("max_error_mm", args.max_error_mm);
-    header
-        .warnings
-        .extend(missed_error(&bytes, args.max_error_mm)?);
-    let summary = summary(header, &args.out, &bytes)?;
+        .with("max_error_mm", encoded.max_error_mm)
+        .with("budget_bytes", args.encoding.budget_bytes());
+    header.warnings.extend(encoded.missed_errors()?);
+    let summary = summary(header, &args.out, &encoded.bytes)?;
     args.common
         .say(format_args!("wrote {}", args.out.display()));
     args.common.say(&summary);

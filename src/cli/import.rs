@@ -1,12 +1,12 @@
 //! `edgegait import`: recorded walks as a pack.
 
 use super::args::Common;
-use super::inspect::{missed_error, summary};
+use super::encoding::EncodingArgs;
+use super::inspect::{optional, summary};
 use super::progress::Progress;
 use crate::dataset::{Header, InputFile, write_atomically};
-use crate::encode::{MAX_ERROR_MM, encode_subjects};
 use crate::error::{Error, Result};
-use crate::scene::recorded::{BodyOptions, ReadOptions, Recording, SubjectName, subjects};
+use crate::scene::recorded::{BodyOptions, Keep, ReadOptions, Recording, SubjectName, subjects};
 use clap::ValueEnum;
 use edgegait_core::clip::Clip;
 use edgegait_core::pack::{Pack, Sex};
@@ -15,10 +15,11 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Import recorded walks (BVH, ASF/AMC): retarget, cut into gait cycles, encode as a pack
+/// Import recorded motions (BVH, ASF/AMC): retarget, cut into gait cycles or keep whole, encode
+/// as a pack
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait import clips/cmu_amc/s07/*.amc --out s07.egp\n  edgegait import walk.bvh --subject anna --stature-m 1.68 --mass-kg 61 --sex female --out anna.egp\n\nA take is named after its file, and its subject after what stands before the last \"_\" of\nthat name (07_01.amc is take 07_01 of subject 07). An .amc file is read with the .asf file\nbeside it."
+    after_help = "Examples:\n  edgegait import clips/cmu_amc/s07/*.amc --out s07.egp\n  edgegait import turn.bvh --track clip --out turn.egp\n  edgegait import walk.bvh --subject anna --stature-m 1.68 --mass-kg 61 --sex female --out anna.egp\n\nA take is named after its file, and its subject after what stands before the last \"_\" of\nthat name (07_01.amc is take 07_01 of subject 07). An .amc file is read with the .asf file\nbeside it."
 )]
 pub struct Args {
     /// Files, or folders of them
@@ -27,6 +28,9 @@ pub struct Args {
     /// Where to write the pack
     #[arg(long, value_name = "PATH", default_value = "import.egp")]
     out: PathBuf,
+    /// What to store of each file: its gait cycles, each closed, or the take as it is
+    #[arg(long, value_name = "TRACK", default_value = "loop")]
+    track: Track,
     /// Name of the subject of all files
     #[arg(long, value_name = "NAME", conflicts_with = "subject_from")]
     subject: Option<String>,
@@ -51,9 +55,8 @@ pub struct Args {
     /// Frames a second of the files, where they do not say (AMC) or say it wrongly
     #[arg(long, value_name = "HZ")]
     fps: Option<f64>,
-    /// Greatest encoding error of a walk in mm
-    #[arg(long, value_name = "E", default_value_t = MAX_ERROR_MM)]
-    max_error_mm: f64,
+    #[command(flatten)]
+    encoding: EncodingArgs,
     /// Leave out files that cannot be imported, with a warning
     #[arg(long)]
     keep_going: bool,
@@ -66,6 +69,24 @@ pub struct Args {
 enum SubjectFrom {
     File,
     Folder,
+}
+
+/// What is stored of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Track {
+    /// Closed gait cycles
+    Loop,
+    /// The take as it is: starts, turns, standing
+    Clip,
+}
+
+impl Track {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Loop => "loop",
+            Self::Clip => "clip",
+        }
+    }
 }
 
 /// Sexes on the command line.
@@ -93,9 +114,10 @@ struct ClipResult {
     fps: f64,
     frames: usize,
     cycles: usize,
-    cadence_spm: f64,
+    /// Of cycles, as is the residual; a take has neither.
+    cadence_spm: Option<f64>,
     speed_mps: f64,
-    residual_mm: f64,
+    residual_mm: Option<f64>,
     bytes: usize,
     max_error_mm: f64,
     mean_error_mm: f64,
@@ -105,7 +127,6 @@ struct ClipResult {
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<()> {
     for (flag, value) in [
-        ("--max-error-mm", Some(args.max_error_mm)),
         ("--low-pass-hz", Some(args.low_pass_hz)),
         ("--fps", args.fps),
     ] {
@@ -113,8 +134,13 @@ pub fn run(args: &Args) -> Result<()> {
             return Err(Error::Usage(format!("{flag}: expected 0 or more")));
         }
     }
+    args.encoding.check()?;
     let files = expand(&args.files)?;
     let options = ReadOptions {
+        keep: match args.track {
+            Track::Loop => Keep::Cycles,
+            Track::Clip => Keep::Take,
+        },
         subject: match (&args.subject, args.subject_from) {
             (Some(name), _) => SubjectName::Given(name.clone()),
             (None, SubjectFrom::File) => SubjectName::File,
@@ -126,8 +152,9 @@ pub fn run(args: &Args) -> Result<()> {
     };
     let (recordings, refused) = read_all(&files, &options);
     let mut header = Header::new("import", args.common.seed)
+        .with("track", args.track.name())
         .with("low_pass_hz", args.low_pass_hz)
-        .with("max_error_mm", args.max_error_mm);
+        .with("budget_bytes", args.encoding.budget_bytes());
     if !refused.is_empty() && (!args.keep_going || recordings.is_empty()) {
         let list: Vec<String> = refused.iter().map(ToString::to_string).collect();
         return Err(Error::Failed(format!(
@@ -153,20 +180,16 @@ pub fn run(args: &Args) -> Result<()> {
         }),
     };
     let people = subjects(&recordings, &body)?;
-    let bytes = {
-        let walks = people.iter().map(|subject| subject.walks.len()).sum();
-        let progress = Progress::new("encoding", walks);
-        encode_subjects(&people, args.max_error_mm, &|| progress.step())?
-    };
-    header
-        .warnings
-        .extend(missed_error(&bytes, args.max_error_mm)?);
+    let encoded = args.encoding.encode("encoding", &people)?;
+    let bytes = &encoded.bytes;
+    header = header.with("max_error_mm", encoded.max_error_mm);
+    header.warnings.extend(encoded.missed_errors()?);
     write_atomically(&args.out, |file| {
-        file.write_all(&bytes)
+        file.write_all(bytes)
             .map_err(|error| Error::io(&args.out, error))
     })?;
     let mut results = Results {
-        clips: clip_results(&recordings, &bytes)?,
+        clips: clip_results(&recordings, bytes)?,
         header,
         bytes: bytes.len(),
         subjects: people.len(),
@@ -184,7 +207,7 @@ pub fn run(args: &Args) -> Result<()> {
     args.common.say(summary(
         Header::new("import", args.common.seed),
         &args.out,
-        &bytes,
+        bytes,
     )?);
     args.common.write_json(&results)
 }
@@ -255,16 +278,17 @@ fn clip_results(recordings: &[Recording], bytes: &[u8]) -> Result<Vec<ClipResult
             .filter_map(|walk| pack.clip(walk.clip))
             .collect();
         let most = |errors: &mut dyn Iterator<Item = f32>| f64::from(errors.fold(0.0, f32::max));
-        let closures = recording.cut.cycles.iter().map(|cycle| cycle.closure_mm);
+        let cut = recording.cut.as_ref();
+        let closures = cut.map(|cut| cut.cycles.iter().map(|cut| cut.cycle.closure_mm));
         ClipResult {
             file: recording.path.display().to_string(),
             format: recording.format.to_string(),
             fps: recording.take.sample_rate_hz,
             frames: recording.take.len(),
-            cycles: recording.cut.cycles.len(),
-            cadence_spm: recording.cut.cadence_spm,
-            speed_mps: recording.cut.speed_mps,
-            residual_mm: closures.fold(0.0, f64::max),
+            cycles: cut.map_or(0, |cut| cut.cycles.len()),
+            cadence_spm: cut.map(|cut| cut.cadence_spm),
+            speed_mps: recording.speed_mps(),
+            residual_mm: closures.map(|closures| closures.fold(0.0, f64::max)),
             bytes: clips.iter().map(Clip::len_bytes).sum(),
             max_error_mm: most(&mut clips.iter().map(Clip::max_error_mm)),
             mean_error_mm: most(&mut clips.iter().map(Clip::mean_error_mm)),
@@ -284,15 +308,15 @@ fn table(results: &Results) -> String {
         let name = Path::new(&clip.file).file_name().unwrap_or_default();
         let _ = writeln!(
             text,
-            "{:<18} {:<8} {:>6.1} {:>6} {:>6} {:>9.1} {:>6.2} {:>9.0}",
+            "{:<18} {:<8} {:>6.1} {:>6} {:>6} {:>9} {:>6.2} {:>9}",
             name.to_string_lossy(),
             clip.format,
             clip.fps,
             clip.frames,
             clip.cycles,
-            clip.cadence_spm,
+            optional(clip.cadence_spm, 1),
             clip.speed_mps,
-            clip.residual_mm
+            optional(clip.residual_mm, 0)
         );
         for warning in &clip.warnings {
             let _ = writeln!(text, "    warning: {warning}");

@@ -4,7 +4,8 @@ use super::args::Common;
 use super::source::read_pack;
 use crate::dataset::Header;
 use crate::error::{Error, Result};
-use edgegait_core::pack::{Gait, Pack};
+use edgegait_core::pack::{Gait, Pack, Walk};
+use edgegait_core::skeleton::{JOINTS, Joint};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -27,9 +28,20 @@ pub fn run(args: &Args) -> Result<()> {
     let mut header = Header::new("inspect", args.common.seed);
     header.inputs = source.inputs;
     let summary = summary(header, &args.pack, &source.bytes)?;
-    args.common.say(&summary);
+    args.common.say(format_args!("{summary:#}"));
     args.common.write_json(&summary)
 }
+
+/// Names of a pack's sections, in file order.
+const SECTIONS: [&str; 7] = [
+    "names",
+    "subjects",
+    "walks",
+    "avatars",
+    "codebook",
+    "templates",
+    "clips",
+];
 
 /// What a pack holds.
 #[derive(Debug, Serialize)]
@@ -39,7 +51,18 @@ pub struct Summary {
     bytes: usize,
     sections: BTreeMap<&'static str, usize>,
     subjects: Vec<SubjectSummary>,
+    /// Mean over the clips of their bits a joint and frame.
+    bits_per_joint_frame: f64,
+    joints: Vec<JointSummary>,
     clips: Vec<ClipSummary>,
+}
+
+/// Errors of one joint over all clips.
+#[derive(Debug, Serialize)]
+struct JointSummary {
+    name: String,
+    max_error_mm: f64,
+    mean_error_mm: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -51,6 +74,9 @@ struct SubjectSummary {
     hulls: usize,
     points: usize,
     avatar_bytes: usize,
+    avatar_max_error_mm: f64,
+    walks: usize,
+    clip_bytes: usize,
 }
 
 #[derive(Debug, Serialize)]
@@ -60,41 +86,29 @@ struct ClipSummary {
     walk: String,
     cycle: u16,
     gait: &'static str,
-    cadence_spm: f64,
+    /// Of a cycle; a take has none.
+    cadence_spm: Option<f64>,
+    duration_s: f64,
     speed_mps: f64,
+    template: Option<u8>,
+    frames: u32,
+    /// How far closing moved a joint; a take is not closed.
+    closure_mm: Option<f64>,
     bytes: usize,
+    bits_per_joint_frame: f64,
     max_error_mm: f64,
     mean_error_mm: f64,
-}
-
-/// A warning if walks of a pack miss the error that was asked for.
-pub fn missed_error(bytes: &[u8], max_error_mm: f64) -> Result<Option<String>> {
-    let pack = Pack::parse(bytes).map_err(|error| Error::Failed(error.to_string()))?;
-    let errors = (0..pack.clip_count())
-        .filter_map(|index| pack.clip(index))
-        .map(|clip| f64::from(clip.max_error_mm()));
-    // Stored errors are rounded up to 0.01 mm.
-    let missed: Vec<f64> = errors
-        .filter(|&error| error > max_error_mm + 0.011)
-        .collect();
-    let most = missed.iter().copied().fold(0.0, f64::max);
-    Ok((!missed.is_empty()).then(|| {
-        format!(
-            "{} of {} walks miss the error of {max_error_mm} mm, by up to {:.2} mm: the format is not finer for them",
-            missed.len(),
-            pack.clip_count(),
-            most - max_error_mm
-        )
-    }))
 }
 
 /// Sums up a pack that was read from or written to `path`.
 pub fn summary(header: Header, path: &Path, bytes: &[u8]) -> Result<Summary> {
     let pack = Pack::parse(bytes).map_err(|error| Error::input(path, error.to_string()))?;
-    let names = ["names", "subjects", "walks", "avatars", "clips"];
+    let clip_bytes = |walk: Walk<'_>| pack.clip(walk.clip).map_or(0, |clip| clip.len_bytes());
     let subjects: Vec<SubjectSummary> = pack
         .subjects()
-        .filter_map(|subject| {
+        .enumerate()
+        .filter_map(|(number, subject)| {
+            let own = || pack.walks().filter(|walk| walk.subject == number);
             let avatar = pack.avatar(subject.avatar)?;
             Some(SubjectSummary {
                 name: subject.name.into(),
@@ -107,13 +121,17 @@ pub fn summary(header: Header, path: &Path, bytes: &[u8]) -> Result<Summary> {
                 hulls: avatar.hulls().count(),
                 points: avatar.hulls().map(|hull| hull.len()).sum(),
                 avatar_bytes: avatar.len_bytes(),
+                avatar_max_error_mm: rounded(f64::from(avatar.max_error_mm()), 2),
+                walks: own().count(),
+                clip_bytes: own().map(clip_bytes).sum(),
             })
         })
         .collect();
-    let clips = pack
+    let clips: Vec<ClipSummary> = pack
         .walks()
         .filter_map(|walk| {
             let clip = pack.clip(walk.clip)?;
+            let samples = f64::from(clip.frames().max(1)) * JOINTS as f64;
             Some(ClipSummary {
                 file: path.display().to_string(),
                 subject: subjects.get(walk.subject)?.name.clone(),
@@ -123,9 +141,21 @@ pub fn summary(header: Header, path: &Path, bytes: &[u8]) -> Result<Summary> {
                     Gait::Walk => "walk",
                     Gait::Run => "run",
                 },
-                cadence_spm: rounded(120.0 / f64::from(clip.period_s()), 2),
+                cadence_spm: clip
+                    .as_loop()
+                    .map(|cycle| rounded(120.0 / cycle.period_s(), 2)),
+                duration_s: rounded(clip.duration_s(), 3),
                 speed_mps: f64::from(walk.speed_mm_per_s) * 1e-3,
+                template: clip
+                    .as_loop()
+                    .map(|cycle| cycle.template_number())
+                    .filter(|&number| number > 0),
+                frames: clip.frames(),
+                closure_mm: clip
+                    .as_loop()
+                    .map(|cycle| rounded(f64::from(cycle.closure_mm()), 1)),
                 bytes: clip.len_bytes(),
+                bits_per_joint_frame: rounded(8.0 * clip.len_bytes() as f64 / samples, 3),
                 max_error_mm: rounded(f64::from(clip.max_error_mm()), 2),
                 mean_error_mm: rounded(f64::from(clip.mean_error_mm()), 2),
             })
@@ -134,8 +164,23 @@ pub fn summary(header: Header, path: &Path, bytes: &[u8]) -> Result<Summary> {
     Ok(Summary {
         header,
         bytes: bytes.len(),
-        sections: names.into_iter().zip(pack.section_bytes()).collect(),
+        sections: SECTIONS.into_iter().zip(pack.section_bytes()).collect(),
         subjects,
+        bits_per_joint_frame: rounded(
+            spread(clips.iter().map(|clip| clip.bits_per_joint_frame)).1,
+            3,
+        ),
+        joints: Joint::ALL
+            .into_iter()
+            .map(|joint| {
+                let (most, mean) = pack.codebook().joint_error_mm(joint);
+                JointSummary {
+                    name: format!("{joint:?}"),
+                    max_error_mm: rounded(f64::from(most), 2),
+                    mean_error_mm: rounded(f64::from(mean), 2),
+                }
+            })
+            .collect(),
         clips,
     })
 }
@@ -144,6 +189,11 @@ pub fn summary(header: Header, path: &Path, bytes: &[u8]) -> Result<Summary> {
 fn rounded(value: f64, decimals: i32) -> f64 {
     let scale = 10f64.powi(decimals);
     (value * scale).round() / scale
+}
+
+/// A number with so many decimals, or a dash for none.
+pub fn optional(value: Option<f64>, decimals: usize) -> String {
+    value.map_or_else(|| "-".into(), |value| format!("{value:.decimals$}"))
 }
 
 /// Smallest, mean and largest.
@@ -158,10 +208,25 @@ fn spread(values: impl Iterator<Item = f64> + Clone) -> (f64, f64, f64) {
     (least, sum / f64::max(count, 1.0), most)
 }
 
+impl ClipSummary {
+    /// Which cycle of the take, or that it is the whole take.
+    fn cycle_or_take(&self) -> String {
+        match self.cadence_spm {
+            Some(_) => self.cycle.to_string(),
+            None => "take".into(),
+        }
+    }
+}
+
+/// Rows of a table before it is cut off.
+const SHOWN: usize = 30;
+
+/// A summary; its alternate form (`{:#}`) has people and joints as well.
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} bytes:", self.bytes)?;
-        for (name, bytes) in &self.sections {
+        for name in SECTIONS {
+            let bytes = self.sections.get(name).copied().unwrap_or(0);
             write!(f, " {name} {bytes}")?;
         }
         writeln!(f)?;
@@ -178,40 +243,110 @@ impl fmt::Display for Summary {
             return Ok(());
         }
         let (least, mean, most) = spread(self.clips.iter().map(|clip| clip.bytes as f64));
-        writeln!(f, "bytes a cycle: {least:.0} to {most:.0}, mean {mean:.0}")?;
+        let bits = self.bits_per_joint_frame;
+        writeln!(
+            f,
+            "bytes a clip: {least:.0} to {most:.0}, mean {mean:.0}, {bits:.2} bits a joint and frame"
+        )?;
         let (least, mean, most) = spread(self.clips.iter().map(|clip| clip.max_error_mm));
         writeln!(
             f,
             "greatest error: {least:.2} to {most:.2} mm, mean {mean:.2}"
         )?;
-        writeln!(f)?;
+        if f.alternate() {
+            self.write_people(f)?;
+            self.write_joints(f)?;
+        }
+        self.write_clips(f)
+    }
+}
+
+impl Summary {
+    fn write_people(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "{:<10} {:<14} {:>5} {:>9} {:>7} {:>6} {:>8} {:>8}",
-            "subject", "walk", "cycle", "steps/min", "m/s", "bytes", "max mm", "mean mm"
+            "\n{:<10} {:>6} {:>6} {:>6} {:>6} {:>10} {:>8} {:>6} {:>10}",
+            "subject",
+            "m",
+            "kg",
+            "hulls",
+            "points",
+            "body bytes",
+            "error mm",
+            "walks",
+            "clip bytes"
         )?;
-        const SHOWN: usize = 30;
-        for clip in self.clips.iter().take(SHOWN) {
+        for subject in self.subjects.iter().take(SHOWN) {
             writeln!(
                 f,
-                "{:<10} {:<14} {:>5} {:>9.1} {:>7.3} {:>6} {:>8.2} {:>8.2}",
-                clip.subject,
-                clip.walk,
-                clip.cycle,
-                clip.cadence_spm,
-                clip.speed_mps,
-                clip.bytes,
-                clip.max_error_mm,
-                clip.mean_error_mm
+                "{:<10} {:>6.2} {:>6.1} {:>6} {:>6} {:>10} {:>8.2} {:>6} {:>10}",
+                subject.name,
+                subject.stature_m,
+                subject.mass_kg,
+                subject.hulls,
+                subject.points,
+                subject.avatar_bytes,
+                subject.avatar_max_error_mm,
+                subject.walks,
+                subject.clip_bytes
             )?;
         }
-        if self.clips.len() > SHOWN {
-            write!(
+        write_rest(f, self.subjects.len())
+    }
+
+    fn write_joints(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "\n{:<14} {:>6} {:>7}", "joint", "max mm", "mean mm")?;
+        for joint in &self.joints {
+            writeln!(
                 f,
-                "... and {} more (--json has all)",
-                self.clips.len() - SHOWN
+                "{:<14} {:>6.2} {:>7.2}",
+                joint.name, joint.max_error_mm, joint.mean_error_mm
             )?;
         }
         Ok(())
     }
+
+    fn write_clips(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "\n{:<10} {:<14} {:>5} {:>6} {:>9} {:>7} {:>6} {:>6} {:>6} {:>7} {:>7}",
+            "subject",
+            "walk",
+            "cycle",
+            "s",
+            "steps/min",
+            "m/s",
+            "bytes",
+            "bits",
+            "max mm",
+            "mean mm",
+            "loop mm"
+        )?;
+        for clip in self.clips.iter().take(SHOWN) {
+            writeln!(
+                f,
+                "{:<10} {:<14} {:>5} {:>6.2} {:>9} {:>7.3} {:>6} {:>6.2} {:>6.2} {:>7.2} {:>7}",
+                clip.subject,
+                clip.walk,
+                clip.cycle_or_take(),
+                clip.duration_s,
+                optional(clip.cadence_spm, 1),
+                clip.speed_mps,
+                clip.bytes,
+                clip.bits_per_joint_frame,
+                clip.max_error_mm,
+                clip.mean_error_mm,
+                optional(clip.closure_mm, 1)
+            )?;
+        }
+        write_rest(f, self.clips.len())
+    }
+}
+
+/// Says how many rows of a table are not shown.
+fn write_rest(f: &mut fmt::Formatter<'_>, rows: usize) -> fmt::Result {
+    if rows > SHOWN {
+        writeln!(f, "... and {} more (--json has all)", rows - SHOWN)?;
+    }
+    Ok(())
 }

@@ -2,6 +2,7 @@
 
 mod args;
 mod cohort;
+mod encoding;
 mod import;
 mod inspect;
 mod progress;

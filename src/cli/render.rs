@@ -5,7 +5,7 @@ use super::source::SourceArgs;
 use crate::dataset::{COLUMNS, Header, Pixels, ROWS, write_npy};
 use crate::error::{Error, Result};
 use crate::report::{contact_sheet, write_png};
-use crate::sweep::{Job, View, silhouettes};
+use crate::sweep::{Job, Moments, Shot, is_take, silhouettes, walk_name};
 use clap::ValueEnum;
 use edgegait_core::pack::Pack;
 use edgegait_core::silhouette::{Frame, Silhouette};
@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 /// Render silhouettes or templates of walks: text art, a PNG contact sheet, or npy
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait render                          # text art of the first person\n  edgegait render --views side --out walk.png\n  edgegait render cohort.egp --subjects M03 --walks run-10kmh --azimuth-deg 0,45,90 --out run.npy"
+    after_help = "Examples:\n  edgegait render                          # text art of the first person\n  edgegait render --views side --out walk.png\n  edgegait render cohort.egp --subjects M03 --walks run-10kmh --azimuth-deg 0,45,90 --out run.npy\n  edgegait render turn.egp --start-s 1.5 --fps 25 --frames 50 --out turn.png"
 )]
 pub struct Args {
     #[command(flatten)]
@@ -32,8 +32,28 @@ pub struct Args {
     /// Which variation of the stored cycle; 0 is the cycle itself
     #[arg(long, value_name = "N", default_value_t = 0)]
     cycle: u32,
+    /// First moment that is drawn, seconds from the clip's first frame
+    #[arg(
+        long,
+        value_name = "S",
+        requires = "fps",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    start_s: f64,
+    /// Frames drawn for each second of the clip, in place of --frames-per-cycle
+    #[arg(
+        long,
+        value_name = "F",
+        requires = "frames",
+        conflicts_with = "frames_per_cycle"
+    )]
+    fps: Option<f64>,
+    /// How many frames are drawn at --fps
+    #[arg(long, value_name = "N", requires = "fps", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    frames: Option<u32>,
     /// Average the cycle into a template
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", conflicts_with = "fps")]
     template: Option<Template>,
     /// Pixels of the PNG for each pixel of a silhouette
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=16))]
@@ -61,6 +81,29 @@ enum Output<'a> {
 }
 
 impl Args {
+    /// When the walks are seen.
+    fn moments(&self) -> Result<Moments> {
+        let (Some(fps), Some(frames)) = (self.fps, self.frames) else {
+            return Ok(Moments::Cycle);
+        };
+        if !(fps > 0.0 && fps <= 1e6) {
+            return Err(Error::Usage(format!(
+                "--fps {fps}: expected more than 0, at most 1,000,000"
+            )));
+        }
+        if !(0.0..=1e6).contains(&self.start_s) {
+            return Err(Error::Usage(format!(
+                "--start-s {}: expected 0 to 1,000,000 seconds",
+                self.start_s
+            )));
+        }
+        Ok(Moments::Seconds {
+            start_s: self.start_s,
+            fps,
+            frames,
+        })
+    }
+
     /// Where to write, refused before anything is drawn if it makes no sense.
     fn output(&self) -> Result<Output<'_>> {
         match self.out.as_deref() {
@@ -92,6 +135,7 @@ struct Rendered {
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<()> {
     let output = args.output()?;
+    let moments = args.moments()?;
     let views = args.views.views("side")?;
     let source = args.source.load()?;
     let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
@@ -104,14 +148,29 @@ pub fn run(args: &Args) -> Result<()> {
             walks.len()
         )));
     }
-    let settings = args.draw.settings(args.common.seed);
-    let mut frames: Vec<Vec<Frame>> = Vec::new();
+    let take = walks.iter().copied().find(|&walk| is_take(&pack, walk));
+    if let (Moments::Cycle, Some(take)) = (moments, take) {
+        return Err(Error::Usage(format!(
+            "{} is a whole take, not a cycle: say which frames of it with --fps F --frames N, and --start-s S for a later start",
+            walk_name(&pack, take)
+        )));
+    }
     for &walk in &walks {
-        let job = Job {
+        refuse_beyond(&pack, walk, moments)?;
+    }
+    let settings = args.draw.settings(args.common.seed);
+    let shot = |&walk: &usize| Shot {
+        job: Job {
             walk,
             cycle: args.cycle,
-        };
-        frames.extend(silhouettes(&pack, job, &views.list, settings)?);
+        },
+        moments,
+        views: &views.list,
+    };
+    let shots: Vec<Shot<'_>> = walks.iter().map(shot).collect();
+    let mut frames: Vec<Vec<Frame>> = Vec::new();
+    for &shot in &shots {
+        frames.extend(silhouettes(&pack, shot, settings)?);
     }
     let rows: Vec<Vec<Pixels>> = match args.template {
         None => frames
@@ -124,9 +183,7 @@ pub fn run(args: &Args) -> Result<()> {
             .collect(),
     };
     match &output {
-        Output::Terminal => args
-            .common
-            .say(text_art(&pack, &walks, &views.list, &frames)),
+        Output::Terminal => args.common.say(text_art(&pack, &shots, &frames)),
         Output::Png(path) => write_png(path, &contact_sheet(&rows, args.scale)?)?,
         Output::Npy(path) => write_array(path, &rows)?,
     }
@@ -137,6 +194,9 @@ pub fn run(args: &Args) -> Result<()> {
         .draw
         .describe(Header::new("render", args.common.seed))
         .with("cycle", args.cycle)
+        .with("start_s", args.fps.map(|_| args.start_s))
+        .with("fps", args.fps)
+        .with("frames", args.frames)
         .with("pack", source.name.as_str())
         .with("views", views.name.as_str())
         .with("subjects", args.source.subjects.join(","))
@@ -181,20 +241,33 @@ fn write_array(path: &Path, rows: &[Vec<Pixels>]) -> Result<()> {
     }
 }
 
-/// Two frames of the first view side by side, two rows of pixels a line.
-fn text_art(pack: &Pack<'_>, walks: &[usize], views: &[View], frames: &[Vec<Frame>]) -> String {
+/// Two frames of the first view side by side, of moments the first and the last one, two rows of pixels a line.
+fn text_art(pack: &Pack<'_>, shots: &[Shot<'_>], frames: &[Vec<Frame>]) -> String {
     let mut text = String::new();
-    let walk = walks.first().and_then(|&index| pack.walks().nth(index));
-    let (Some(walk), Some(view), Some(frames)) = (walk, views.first(), frames.first()) else {
+    let (Some(shot), Some(frames)) = (shots.first(), frames.first()) else {
+        return text;
+    };
+    let walk = pack.walks().nth(shot.job.walk);
+    let (Some(walk), Some(view)) = (walk, shot.views.first()) else {
         return text;
     };
     let subject = pack
         .subject(walk.subject)
         .map_or("", |subject| subject.name);
-    let shown = [0, frames.len() / 4].map(|index| frames[index].silhouette());
+    let later = match shot.moments {
+        Moments::Cycle => frames.len() / 4,
+        Moments::Seconds { .. } => frames.len() - 1,
+    };
+    let shown = [0, later].map(|index| frames[index].silhouette());
+    let when = match shot.moments {
+        Moments::Cycle => "phases 0 and 0.25".to_owned(),
+        Moments::Seconds { start_s, fps, .. } => {
+            format!("{start_s:.3} and {:.3} s", start_s + later as f64 / fps)
+        }
+    };
     let _ = writeln!(
         text,
-        "{subject}, {}, azimuth {}, elevation {} degrees; phases 0 and 0.25",
+        "{subject}, {}, azimuth {}, elevation {} degrees; {when}",
         walk.name, view.azimuth_deg, view.elevation_deg
     );
     for row in (0..ROWS).step_by(2) {
@@ -202,6 +275,33 @@ fn text_art(pack: &Pack<'_>, walks: &[usize], views: &[View], frames: &[Vec<Fram
         let _ = writeln!(text, "{}", line.join("    ").trim_end());
     }
     text
+}
+
+/// Refuses moments after the end of a take: there is nothing to be seen there. A loop goes on
+/// for ever.
+fn refuse_beyond(pack: &Pack<'_>, walk: usize, moments: Moments) -> Result<()> {
+    let Moments::Seconds {
+        start_s,
+        fps,
+        frames,
+    } = moments
+    else {
+        return Ok(());
+    };
+    let clip = pack.walks().nth(walk).and_then(|walk| pack.clip(walk.clip));
+    let Some(take) = clip.and_then(|clip| clip.as_take()) else {
+        return Ok(());
+    };
+    let last_s = start_s + f64::from(frames - 1) / fps;
+    // The duration is stated in whole microseconds.
+    if last_s > take.duration_s() + 1e-6 {
+        return Err(Error::Usage(format!(
+            "{} ends at {:.3} s: --start-s, --fps and --frames ask for {last_s:.3} s",
+            walk_name(pack, walk),
+            take.duration_s()
+        )));
+    }
+    Ok(())
 }
 
 /// Two rows of pixels as one line of half blocks.

@@ -222,9 +222,9 @@ fn score_walks(
         .collect();
     let variations = contest.is_closed_set() || others.is_empty();
     let probes = if variations {
-        jobs(&walks, PROBES_FROM..PROBES_FROM + cycles)
+        jobs(&pack, &walks, PROBES_FROM..PROBES_FROM + cycles)?
     } else {
-        jobs(&others, 0..1)
+        jobs(&pack, &others, 0..1)?
     };
     if !contest.is_closed_set() {
         if variations {
@@ -237,7 +237,7 @@ fn score_walks(
             .copied()
             .filter(|walk| variations || !others.contains(walk))
             .collect();
-        let gallery = jobs(&first, 0..1);
+        let gallery = jobs(&pack, &first, 0..1)?;
         for index in 0..recognizers.len() {
             let viewpoints = contest.gallery_views(index)?;
             let draw = |_: Job, swept: crate::sweep::Swept| Ok(swept.geis);

@@ -63,7 +63,7 @@ pub fn run(args: &Args) -> Result<()> {
     let walks = args.source.choose(&pack)?;
     let settings = args.draw.settings(args.common.seed);
     let last = args.first_cycle + args.cycles;
-    let jobs = jobs(&walks, args.first_cycle..last);
+    let jobs = jobs(&pack, &walks, args.first_cycle..last)?;
     let existing = if args.overwrite {
         Existing::Replace
     } else {

@@ -158,7 +158,7 @@ fn from_walks(args: &Args) -> Result<Samples> {
     let mut people: Vec<usize> = walks.iter().map(|&walk| all[walk].subject).collect();
     people.dedup();
     let cycles = args.cycles.unwrap_or(CYCLES);
-    let jobs = jobs(&walks, 0..cycles);
+    let jobs = jobs(&pack, &walks, 0..cycles)?;
     let (mut pixels, mut labels) = (Vec::new(), Vec::new());
     let progress = Progress::new("cycles", jobs.len());
     sweep(

@@ -1,46 +1,60 @@
-//! Bodies as bytes: offsets to 0.1 mm, hull points to 1/255 of their hull's box.
+//! Bodies as bytes: offsets to 0.1 mm, hull points in the coarsest steps that keep them
+//! within a stated error, and what is symmetric by its half.
 
+use super::bits::{BitWriter, signed_width};
+use super::halves::{Halves, counts, distance, position};
+use super::hull::{Count, image};
 use crate::error::{Error, Result};
-use crate::scene::{Body, BodyHull};
+use crate::scene::Body;
 use edgegait_core::avatar::Avatar;
 use edgegait_core::budget::{MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
-use edgegait_core::format::{HULL_STEP_M, OFFSET_STEP_M};
-use glam::DVec3;
+use edgegait_core::format::{
+    HULL_STEP_M, OFFSET_STEP_M, OFFSET_WIDTH_BITS, SYMMETRIC_SKELETON, WIDTH_BITS,
+};
+use edgegait_core::skeleton::{JOINTS, Joint};
+use glam::{DVec3, Vec3};
+
+/// Greatest number of steps that a coordinate of the format counts.
+const MAX_COUNT: f64 = ((1 << ((1 << WIDTH_BITS) - 2)) - 1) as f64;
+/// Greatest error that the format states, mm.
+const MAX_STATED_MM: f64 = 655.35;
 
 /// An avatar's bytes and how far its points moved.
 #[derive(Clone, Debug)]
 pub struct EncodedAvatar {
     /// What [`Avatar::parse`] reads.
     pub bytes: Vec<u8>,
-    /// Greatest distance from a hull point to its decoded one, mm.
+    /// Greatest distance from a hull's point to the nearest decoded one, or from a decoded
+    /// one to the nearest point of the hull, mm.
     pub max_error_mm: f64,
 }
 
-/// Encodes a body.
+/// Encodes a body so that no hull point is off by more than `max_error_mm`, in the coarsest
+/// steps of which that is true. When the format cannot reach that, the finest steps are
+/// taken (1/16383 of the farthest coordinate: 0.06 mm for 1 m);
+/// [`EncodedAvatar::max_error_mm`] tells.
+///
+/// Points that round to the same one become one. A half of what is symmetric within the
+/// error is left out: of a hull, of two hulls on the left and the right, and of a skeleton
+/// whose offsets are symmetric to 0.1 mm.
 ///
 /// # Errors
 /// For bodies beyond the core's budget, or larger than 3.2 m.
-pub fn encode_avatar(body: &Body) -> Result<EncodedAvatar> {
+pub fn encode_avatar(body: &Body, max_error_mm: f64) -> Result<EncodedAvatar> {
     check_budget(body)?;
-    let mut bytes = Vec::new();
-    for offset in &body.offsets {
-        push_offset(&mut bytes, *offset)?;
-    }
-    for hull in &body.hulls {
-        push_hull(&mut bytes, hull)?;
-    }
-    let avatar = Avatar::parse(&bytes)
-        .map_err(|error| Error::Failed(format!("the avatar does not read back: {error}")))?;
-    let mut max_error_mm = 0.0f64;
-    for (hull, decoded) in body.hulls.iter().zip(avatar.hulls()) {
-        for (point, found) in hull.points.iter().zip(decoded.points()) {
-            max_error_mm = max_error_mm.max(point.distance(found.as_dvec3()) * 1e3);
+    let offsets = rounded_offsets(body)?;
+    let max_error_mm = max_error_mm.min(MAX_STATED_MM);
+    let finest = finest_step_um(body)?;
+    for step_um in (finest..=u16::MAX).rev() {
+        if is_within(body, step_um, max_error_mm) {
+            let encoded = encode(body, &offsets, step_um, max_error_mm)?;
+            // What is true in f64 may miss by the last bits of the core's f32.
+            if encoded.max_error_mm <= max_error_mm {
+                return Ok(encoded);
+            }
         }
     }
-    Ok(EncodedAvatar {
-        bytes,
-        max_error_mm,
-    })
+    encode(body, &offsets, finest, max_error_mm)
 }
 
 fn check_budget(body: &Body) -> Result<()> {
@@ -67,91 +81,324 @@ fn check_budget(body: &Body) -> Result<()> {
     Ok(())
 }
 
-/// Appends three coordinates in units of 0.1 mm, rounded to nearest.
-fn push_offset(bytes: &mut Vec<u8>, offset: DVec3) -> Result<()> {
-    for coordinate in offset.to_array() {
-        let steps = (coordinate / f64::from(OFFSET_STEP_M)).round();
-        if !(f64::from(i16::MIN)..=f64::from(i16::MAX)).contains(&steps) {
-            return Err(Error::Failed(format!(
-                "a body with a coordinate of {coordinate} m: expected at most 3.2 m (are the units metres?)"
-            )));
-        }
-        #[expect(clippy::cast_possible_truncation, reason = "checked above")]
-        bytes.extend((steps as i16).to_le_bytes());
+/// Refuses what is no body in metres: beyond the 16 bits of an offset.
+fn check_size(coordinate: f64) -> Result<()> {
+    if coordinate.abs() > f64::from(i16::MAX) * f64::from(OFFSET_STEP_M) {
+        return Err(Error::Failed(format!(
+            "a body with a coordinate of {coordinate} m: expected at most 3.2 m (are the units metres?)"
+        )));
     }
     Ok(())
 }
 
-fn push_hull(bytes: &mut Vec<u8>, hull: &BodyHull) -> Result<()> {
-    let unit = f64::from(OFFSET_STEP_M);
-    let min = hull.points.iter().copied().fold(DVec3::MAX, DVec3::min);
-    let max = hull.points.iter().copied().fold(DVec3::MIN, DVec3::max);
-    // The origin is rounded down, so that every point is a positive number of steps.
-    let origin = (min / unit).floor() * unit;
-    let steps = ((max - origin) / (255.0 * f64::from(HULL_STEP_M))).ceil();
+/// Joint offsets in units of 0.1 mm, rounded to nearest.
+fn rounded_offsets(body: &Body) -> Result<[Count; JOINTS]> {
+    let mut rounded = [[0; 3]; JOINTS];
+    for (offset, rounded) in body.offsets.iter().zip(&mut rounded) {
+        for coordinate in offset.to_array() {
+            check_size(coordinate)?;
+        }
+        *rounded = counts(*offset, f64::from(OFFSET_STEP_M));
+    }
+    Ok(rounded)
+}
+
+/// The finest step in which the format counts all coordinates, micrometres.
+fn finest_step_um(body: &Body) -> Result<u16> {
+    let mut finest = 1.0f64;
+    for point in body.hulls.iter().flat_map(|hull| &hull.points) {
+        let farthest = point.abs().max_element();
+        check_size(farthest)?;
+        finest = finest.max((farthest / (MAX_COUNT * f64::from(HULL_STEP_M))).ceil());
+    }
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
-        reason = "joints and points are below 33; steps of a hull under 16 m fit"
+        reason = "1 to 201: 3.3 m by 16383"
     )]
-    {
-        bytes.push(hull.joint.index() as u8);
-        bytes.push(hull.points.len() as u8);
-        push_offset(bytes, origin)?;
-        for axis in steps.to_array() {
-            bytes.extend((axis.min(65_535.0) as u16).to_le_bytes());
-        }
-        let step = steps.max(DVec3::ONE) * f64::from(HULL_STEP_M);
-        for point in &hull.points {
-            let count = ((point - origin) / step).round();
-            bytes.extend(count.to_array().map(|axis| axis.clamp(0.0, 255.0) as u8));
-        }
+    let finest = finest as u16;
+    Ok(finest)
+}
+
+fn step_m(step_um: u16) -> f64 {
+    f64::from(step_um) * f64::from(HULL_STEP_M)
+}
+
+/// Whether no point is further than this from a whole number of steps.
+fn is_within(body: &Body, step_um: u16, max_error_mm: f64) -> bool {
+    let step_m = step_m(step_um);
+    let mut points = body.hulls.iter().flat_map(|hull| &hull.points);
+    points.all(|&point| {
+        let found = position(counts(point, step_m), step_m);
+        point.distance(found) * 1e3 <= max_error_mm
+    })
+}
+
+/// Encodes a body in these steps, and measures with the core's reader.
+fn encode(
+    body: &Body,
+    offsets: &[Count; JOINTS],
+    step_um: u16,
+    max_error_mm: f64,
+) -> Result<EncodedAvatar> {
+    let halves = Halves {
+        hulls: &body.hulls,
+        step_m: step_m(step_um),
+        max_error_m: max_error_mm * 1e-3,
+    };
+    let (stored, sources) = halves.stored_hulls();
+    let is_symmetric = is_symmetric(offsets);
+    let mut writer = BitWriter::default();
+    write_offsets(&mut writer, offsets, is_symmetric);
+    for hull in &stored {
+        hull.write(&mut writer);
     }
-    Ok(())
+    let skeleton = if is_symmetric { SYMMETRIC_SKELETON } else { 0 };
+    let hull_count = u8::try_from(stored.len()).map_err(|e| Error::Failed(e.to_string()))?;
+    let mut bytes = vec![0, 0];
+    bytes.extend(step_um.to_le_bytes());
+    bytes.push(skeleton | hull_count);
+    bytes.extend(writer.into_bytes());
+
+    let avatar = Avatar::parse(&bytes)
+        .map_err(|error| Error::Failed(format!("the avatar does not read back: {error}")))?;
+    let mut max_error_mm = 0.0f64;
+    for (hull, decoded) in sources.iter().zip(avatar.hulls()) {
+        let found: Vec<DVec3> = decoded.points().map(Vec3::as_dvec3).collect();
+        max_error_mm = max_error_mm.max(distance(&hull.points, &found) * 1e3);
+    }
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "at most 65535"
+    )]
+    let stated = (max_error_mm.min(MAX_STATED_MM) * 100.0).ceil() as u16;
+    bytes[..2].copy_from_slice(&stated.to_le_bytes());
+    Ok(EncodedAvatar {
+        bytes,
+        max_error_mm,
+    })
+}
+
+/// Whether the right joints' offsets are images of the left ones', and the middle ones'
+/// are in the plane between.
+fn is_symmetric(offsets: &[Count; JOINTS]) -> bool {
+    let at = |joint: Joint| offsets[joint.index()];
+    let mut joints = Joint::ALL.into_iter().skip(1);
+    joints.all(|joint| at(joint) == image(at(joint.mirrored())))
+}
+
+/// Appends the offsets of all joints but the pelvis, or of the left and the middle ones.
+fn write_offsets(writer: &mut BitWriter, offsets: &[Count; JOINTS], is_symmetric: bool) {
+    let joints = Joint::ALL.into_iter().zip(offsets).skip(1);
+    let coordinates: Vec<i32> = joints
+        .filter(|(joint, _)| !is_symmetric || *joint <= joint.mirrored())
+        .flat_map(|(joint, offset)| {
+            let is_middle = joint == joint.mirrored();
+            &offset[usize::from(is_symmetric && is_middle)..]
+        })
+        .copied()
+        .collect();
+    let width = coordinates.iter().copied().map(signed_width).max();
+    let width = width.unwrap_or(0);
+    writer.unsigned(width, OFFSET_WIDTH_BITS);
+    for coordinate in coordinates {
+        writer.unsigned(u32::from(coordinate != 0), 1);
+        writer.signed(coordinate, if coordinate == 0 { 0 } else { width });
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use edgegait_core::skeleton::{JOINTS, Joint};
+    use crate::scene::BodyHull;
+    use crate::scene::cohort::Person;
+
+    fn decoded(encoded: &EncodedAvatar) -> Vec<(Joint, Vec<DVec3>)> {
+        let avatar = Avatar::parse(&encoded.bytes).expect("it was checked");
+        let points = |hull: edgegait_core::avatar::Hull<'_>| {
+            let points: Vec<DVec3> = hull.points().map(Vec3::as_dvec3).collect();
+            assert_eq!(points.len(), hull.len());
+            (hull.joint(), points)
+        };
+        avatar.hulls().map(points).collect()
+    }
+
+    /// The body of one hull.
+    fn alone(joint: Joint, points: Vec<DVec3>) -> Body {
+        Body {
+            offsets: [DVec3::ZERO; JOINTS],
+            hulls: vec![BodyHull { joint, points }],
+        }
+    }
+
+    /// A box of 20 cm by 40 cm by 10 cm whose points of negative x are `bulge` further out.
+    fn lopsided_box(bulge: f64) -> Vec<DVec3> {
+        let mut points = Vec::new();
+        for x in [-0.1 - bulge, 0.1] {
+            for y in [0.0, 0.4] {
+                points.extend([-0.05, 0.05].map(|z| DVec3::new(x, y, z)));
+            }
+        }
+        points
+    }
 
     #[test]
-    fn points_return_within_a_step_and_the_error_is_stated() {
-        let mut offsets = [DVec3::ZERO; JOINTS];
-        offsets[1] = DVec3::new(0.0, 0.123_46, -0.05);
-        let points: Vec<_> = (0..32)
-            .map(|i| DVec3::new(f64::from(i) * 0.01, (f64::from(i) * 0.7).sin(), -0.2))
-            .collect();
-        let body = Body {
-            offsets,
-            hulls: vec![BodyHull {
-                joint: Joint::Head,
-                points,
-            }],
-        };
-        let encoded = encode_avatar(&body).expect("a body within the budget");
-        // Steps of 310/255 and 2000/255 mm: half of each, and the origin's 0.1 mm.
-        assert!(encoded.max_error_mm < 4.2, "{}", encoded.max_error_mm);
-        assert!(encoded.max_error_mm > 1.0);
+    fn points_return_within_the_error_and_it_is_stated() {
+        let mut body = alone(
+            Joint::Head,
+            (0..32)
+                .map(|i| DVec3::new(f64::from(i) * 0.01, (f64::from(i) * 0.7).sin(), -0.2))
+                .collect(),
+        );
+        body.offsets[1] = DVec3::new(0.0, 0.123_46, -0.05);
+        let encoded = encode_avatar(&body, 3.0).expect("a body within the budget");
+        assert!(encoded.max_error_mm <= 3.0, "{}", encoded.max_error_mm);
+        assert!(encoded.max_error_mm > 2.5, "{}", encoded.max_error_mm);
         let avatar = Avatar::parse(&encoded.bytes).expect("it was checked");
+        let stated = f64::from(avatar.max_error_mm());
+        assert!(stated > encoded.max_error_mm - 1e-4 && stated < encoded.max_error_mm + 0.0101);
         let spine = avatar.skeleton().offsets[1];
         assert!((spine.y - 0.1235).abs() < 1e-6 && (spine.z + 0.05).abs() < 1e-6);
     }
 
     #[test]
+    fn an_error_of_zero_gives_the_finest_steps_and_says_what_they_reach() {
+        // The farthest coordinate is 1 m: steps of 1 / 16383 m are 61.04, rounded up 62 um.
+        let points = vec![DVec3::new(1.0, 0.000_03, 0.0), DVec3::new(0.0, 0.0, 0.5)];
+        let encoded = encode_avatar(&alone(Joint::Head, points), 0.0).expect("a body");
+        assert_eq!(encoded.bytes[2..4], [62, 0]);
+        // 1 m is 16,129.03 steps: 2 um off; 30 um are half a step, which rounds to 0.
+        assert!((encoded.max_error_mm - 0.030_07).abs() < 1e-4);
+        assert_eq!(encoded.bytes[..2], [4, 0]);
+    }
+
+    #[test]
     fn a_body_beyond_the_budget_is_refused() {
-        let hull = BodyHull {
-            joint: Joint::Head,
-            points: vec![DVec3::ZERO; 33],
-        };
-        let mut body = Body {
-            offsets: [DVec3::ZERO; JOINTS],
-            hulls: vec![hull],
-        };
-        assert!(encode_avatar(&body).is_err());
+        let mut body = alone(Joint::Head, vec![DVec3::ZERO; 33]);
+        assert!(encode_avatar(&body, 2.0).is_err());
+        body.hulls[0].points = vec![DVec3::new(0.0, -3.3, 0.0)];
+        let error = encode_avatar(&body, 2.0).expect_err("3.3 m").to_string();
+        assert!(error.contains("units"), "{error}");
         body.hulls.clear();
         body.offsets[3].x = 3.3;
-        let error = encode_avatar(&body).expect_err("3.3 m").to_string();
+        let error = encode_avatar(&body, 2.0).expect_err("3.3 m").to_string();
         assert!(error.contains("units"), "{error}");
+    }
+
+    #[test]
+    fn every_body_of_the_cohort_is_within_its_error_and_stored_by_its_half() {
+        let mut sizes = Vec::new();
+        for max_error_mm in [0.4, 1.0, 2.0, 4.0] {
+            let mut bytes = 4;
+            for index in 0..26 {
+                let body = Person::of_cohort(1, index).expect("a person").body;
+                let encoded = encode_avatar(&body, max_error_mm).expect("a body");
+                assert!(encoded.max_error_mm <= max_error_mm);
+                assert!(encoded.max_error_mm > 0.9 * max_error_mm);
+                // Five trunk hulls, seven of the left limbs, and a symmetric skeleton.
+                assert_eq!(encoded.bytes[4], SYMMETRIC_SKELETON | 12);
+                bytes += 4 + encoded.bytes.len();
+                let found = decoded(&encoded);
+                assert_eq!(found.len(), body.hulls.len());
+                for (joint, points) in &found {
+                    let mut hulls = body.hulls.iter().filter(|hull| hull.joint == *joint);
+                    let hull = hulls.next().expect("a hull of the joint");
+                    assert!(distance(&hull.points, points) * 1e3 <= encoded.max_error_mm);
+                }
+            }
+            println!("26 bodies at {max_error_mm} mm: {bytes} bytes");
+            sizes.push(bytes);
+        }
+        assert!(sizes.is_sorted_by(|fine, coarse| fine > coarse));
+    }
+
+    #[test]
+    fn a_mirrored_hull_is_read_with_its_exact_image() {
+        let body = Person::of_cohort(1, 3).expect("a person").body;
+        let found = decoded(&encode_avatar(&body, 2.0).expect("a body"));
+        for pair in found[5..].chunks_exact(2) {
+            let [(left, points), (right, images)] = pair else {
+                panic!("a pair");
+            };
+            assert!(left.is_left() && *right == left.mirrored());
+            let expected: Vec<_> = points.iter().map(|p| DVec3::new(-p.x, p.y, p.z)).collect();
+            assert_eq!(*images, expected);
+        }
+    }
+
+    #[test]
+    fn a_hull_is_stored_by_its_half_only_where_that_is_within_the_error() {
+        let half = |joint, points| {
+            let encoded = encode_avatar(&alone(joint, points), 2.0).expect("a body");
+            // Behind the header: 5 bits of width and 54 of offsets that are 0, and a joint.
+            let mut bits = edgegait_core::bits::BitReader::new(&encoded.bytes[5..]);
+            bits.skip(
+                5 + if encoded.bytes[4] & SYMMETRIC_SKELETON == 0 {
+                    54
+                } else {
+                    29
+                } + 5,
+            );
+            (bits.unsigned(1) == 1, encoded.max_error_mm)
+        };
+        assert!(half(Joint::Spine, lopsided_box(0.0)).0);
+        assert!(half(Joint::LeftShank, lopsided_box(0.0)).0);
+        let (is_half, error) = half(Joint::Spine, lopsided_box(0.001));
+        assert!(is_half && error <= 2.0);
+        let (is_half, error) = half(Joint::Spine, lopsided_box(0.005));
+        assert!(!is_half && error <= 2.0);
+    }
+
+    #[test]
+    fn hulls_of_both_sides_are_stored_once_only_where_that_is_within_the_error() {
+        let hulls = |bulge: f64| {
+            let right = lopsided_box(0.02);
+            let left = lopsided_box(0.02 + bulge);
+            let mut body = alone(Joint::RightThigh, right.clone());
+            body.hulls.push(BodyHull {
+                joint: Joint::LeftThigh,
+                points: left.iter().map(|p| DVec3::new(-p.x, p.y, p.z)).collect(),
+            });
+            let encoded = encode_avatar(&body, 2.0).expect("a body");
+            assert!(encoded.max_error_mm <= 2.0, "{}", encoded.max_error_mm);
+            let found = decoded(&encoded);
+            for (hull, joint) in body.hulls.iter().zip([Joint::RightThigh, Joint::LeftThigh]) {
+                let (_, points) = found.iter().find(|(j, _)| *j == joint).expect("a thigh");
+                assert!(distance(&hull.points, points) * 1e3 <= encoded.max_error_mm);
+            }
+            encoded.bytes[4] & 0x3f
+        };
+        assert_eq!(hulls(0.0), 1);
+        assert_eq!(hulls(0.001), 1);
+        assert_eq!(hulls(0.006), 2);
+    }
+
+    #[test]
+    fn a_skeleton_that_is_not_symmetric_keeps_all_offsets_to_a_tenth_of_a_millimetre() {
+        let made = Person::of_cohort(1, 0).expect("a person").body;
+        let sizes = [0.0, 0.000_1].map(|longer| {
+            let mut body = made.clone();
+            body.offsets[Joint::RightShank.index()].y -= longer;
+            let encoded = encode_avatar(&body, 2.0).expect("a body");
+            let flag = encoded.bytes[4] & SYMMETRIC_SKELETON;
+            assert_eq!(flag == 0, longer > 0.0);
+            let avatar = Avatar::parse(&encoded.bytes).expect("an avatar");
+            for (offset, found) in body.offsets.iter().zip(avatar.skeleton().offsets) {
+                let off = (*offset - found.as_dvec3()).abs().max_element();
+                assert!(off < 0.05e-3 + 1e-7, "{off}");
+            }
+            encoded.bytes.len()
+        });
+        assert!(sizes[0] < sizes[1]);
+    }
+
+    #[test]
+    fn points_that_round_to_the_same_become_one() {
+        let mut points = lopsided_box(0.02);
+        let close: Vec<_> = points.iter().map(|&p| p + DVec3::splat(1e-6)).collect();
+        points.extend(close);
+        let encoded = encode_avatar(&alone(Joint::Neck, points), 2.0).expect("a body");
+        assert_eq!(decoded(&encoded)[0].1.len(), 8);
     }
 }

@@ -1,5 +1,7 @@
 //! Writing packed bits: the inverse of `edgegait_core::bits::BitReader`.
 
+use edgegait_core::format::{ESCAPE_BITS, RICE_ESCAPE};
+
 /// Appends integers of 0 to 25 bits, least significant bit first.
 #[derive(Clone, Debug, Default)]
 pub struct BitWriter {
@@ -26,10 +28,43 @@ impl BitWriter {
         self.unsigned(value.cast_unsigned(), width);
     }
 
+    /// Appends `value` in the Rice code with this parameter.
+    pub fn rice(&mut self, value: i32, parameter: u32) {
+        let zigzag = zigzag(value);
+        let ones = zigzag >> parameter;
+        if ones >= RICE_ESCAPE {
+            self.unsigned((1 << RICE_ESCAPE) - 1, RICE_ESCAPE);
+            self.signed(value, ESCAPE_BITS);
+        } else {
+            self.unsigned((1 << ones) - 1, ones + 1);
+            self.unsigned(zigzag, parameter);
+        }
+    }
+
     /// The bytes, the last one filled up with zeros.
     #[must_use]
     pub fn into_bytes(self) -> Vec<u8> {
         self.bytes
+    }
+}
+
+/// 0, 1, -1, 2, -2... as 0, 1, 2, 3, 4...
+fn zigzag(value: i32) -> u32 {
+    if value > 0 {
+        2 * value.unsigned_abs() - 1
+    } else {
+        2 * value.unsigned_abs()
+    }
+}
+
+/// How many bits [`BitWriter::rice`] appends.
+#[must_use]
+pub fn rice_bits(value: i32, parameter: u32) -> u32 {
+    let ones = zigzag(value) >> parameter;
+    if ones >= RICE_ESCAPE {
+        RICE_ESCAPE + ESCAPE_BITS
+    } else {
+        ones + 1 + parameter
     }
 }
 
@@ -50,18 +85,25 @@ mod tests {
 
     #[test]
     fn what_is_written_is_read() {
-        let values = [0, 1, -1, 7, -8, 100, -16_384, 16_383];
+        let values = [0, 1, -1, 7, -8, 100, -16_384, 16_383, 8_388_607, -8_388_608];
         let mut writer = BitWriter::default();
-        for value in values {
-            writer.unsigned(signed_width(value), 4);
-            writer.signed(value, signed_width(value));
+        let mut bits = 0;
+        for parameter in 0..=15 {
+            for value in values {
+                writer.rice(value, parameter);
+                bits += rice_bits(value, parameter) as usize;
+            }
         }
+        writer.signed(-5, 4);
         let bytes = writer.into_bytes();
         let mut reader = BitReader::new(&bytes);
-        for value in values {
-            let width = reader.unsigned(4);
-            assert_eq!(reader.signed(width), value);
+        for parameter in 0..=15 {
+            for value in values {
+                assert_eq!(reader.rice(parameter), value, "{parameter}");
+            }
         }
+        assert_eq!(reader.position(), bits);
+        assert_eq!(reader.signed(4), -5);
         assert!(!reader.is_overrun());
     }
 

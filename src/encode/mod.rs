@@ -5,12 +5,25 @@
 
 mod avatar;
 mod bits;
-mod clip;
+mod cycle;
+mod figure;
+mod fits;
+mod frames;
+mod halves;
+mod hull;
+mod knots;
 mod pack;
+mod parameters;
+mod series;
+mod spline;
+mod take;
+mod target;
+mod templates;
+mod tracks;
 
 pub use avatar::{EncodedAvatar, encode_avatar};
-pub use clip::{EncodedClip, encode_cycle};
-pub use pack::encode_subjects;
+pub use pack::{BUDGET_TRIES, body_error_mm, encode_subjects, encode_within};
+pub use take::{EncodedClip, encode_take};
 
 /// Greatest encoding error of a walk unless a user says otherwise, mm: a seventh of a GEI's
 /// pixel, which is about 35 mm of the body, and less than what closing a recorded loop moves.

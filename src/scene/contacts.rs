@@ -224,6 +224,7 @@ pub(super) mod tests {
         let mut take = Take {
             sample_rate_hz: rate,
             start_s: 0.0,
+            cut_off_hz: None,
             unit_m: 1.0,
             offsets,
             roots: Vec::new(),

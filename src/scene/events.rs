@@ -5,6 +5,7 @@ use glam::{DQuat, DVec3};
 
 use super::Cycle;
 use super::contacts::{STRIDE_S, facing, foot_events, recurrence, step_s, strides};
+use super::filter::LowPass;
 use super::forward_kinematics;
 use super::retarget::Take;
 
@@ -27,6 +28,10 @@ const LEAST_RECORDED: f64 = 0.85;
 
 /// Slower than this the walker is taken to be on a treadmill. Ours.
 const SLOWEST_TRAVEL_M_S: f64 = 0.1;
+
+/// Cut-off of the low-pass that takes out the kink of a closed cycle, over that of the take:
+/// high enough to leave what the take's own left. Ours.
+const KINK_CUT_OFF: f64 = 1.5;
 
 /// The cycles of one take.
 #[derive(Clone, Debug)]
@@ -52,9 +57,6 @@ pub struct CutCycle {
     pub cadence_spm: f64,
     /// Travel along +Z, m/s.
     pub speed_mps: f64,
-    /// How far closing the loop moved any joint at most, millimetres; horizontal drift,
-    /// which is stored or removed on purpose, is not in it.
-    pub closure_mm: f64,
 }
 
 /// Cuts a take into closed cycles of [`CYCLE_FRAMES`] frames, from left contact to
@@ -142,12 +144,11 @@ pub fn cut(take: &Take) -> Result<Cut, String> {
             continue;
         }
         let phase = left_contact_phase(&left.contacts, &right.contacts, from, to);
-        let (cycle, closure_mm) = close(take, from, to, phase);
+        let cycle = close(take, from, to, phase);
         cycles.push(CutCycle {
             start_s,
             cadence_spm: 120.0 / cycle.period_s,
             speed_mps: cycle.drift_m / cycle.period_s,
-            closure_mm,
             cycle,
         });
     }
@@ -223,12 +224,13 @@ fn sample(take: &Take, at: f64) -> (DVec3, [DQuat; JOINTS]) {
     (root, rotations)
 }
 
-/// One stride as a closed cycle along +Z, and how far closing it moved a joint, mm.
+/// One stride as a closed cycle along +Z.
 ///
 /// The pose at the end differs from the one at the start. Each joint's and the root
 /// height's difference is spread linearly over the cycle, half of it to either end, so
-/// that nothing moves by more than half the gap.
-fn close(take: &Take, from: f64, to: f64, phase: f64) -> (Cycle, f64) {
+/// that nothing moves by more than half the gap. Speeds differ as well, which leaves a kink
+/// where the ends meet: a low-pass that runs round the cycle takes it out.
+fn close(take: &Take, from: f64, to: f64, phase: f64) -> Cycle {
     let period_s = (to - from) / take.sample_rate_hz;
     let (first_root, first) = sample(take, from);
     let (last_root, last) = sample(take, to);
@@ -251,8 +253,7 @@ fn close(take: &Take, from: f64, to: f64, phase: f64) -> (Cycle, f64) {
         if gap.w < 0.0 { -gap } else { gap }
     });
     let rise = first_root.y - last_root.y;
-    let mut moved_m: f64 = 0.0;
-    let (mut root, mut rotations) = (Vec::new(), Vec::new());
+    let (mut root, mut rotations, mut before) = (Vec::new(), Vec::new(), Vec::new());
     for (i, (at, pose)) in frames.iter().enumerate() {
         let u = i as f64 / CYCLE_FRAMES as f64;
         let share = u - 0.5;
@@ -262,15 +263,23 @@ fn close(take: &Take, from: f64, to: f64, phase: f64) -> (Cycle, f64) {
             let part = DQuat::from_scaled_axis(gap[joint].to_scaled_axis() * share);
             (part * pose[joint]).normalize()
         });
-        let before = forward_kinematics(&take.offsets, at, pose).0;
-        let after = forward_kinematics(&take.offsets, closed_at, &closed).0;
+        before.push(forward_kinematics(&take.offsets, at, pose).0);
+        root.push(closed_at);
+        rotations.push(closed);
+    }
+    let rate = CYCLE_FRAMES as f64 / period_s;
+    let cut_off_hz = take.cut_off_hz.map(|hz| KINK_CUT_OFF * hz);
+    if let Some(filter) = cut_off_hz.and_then(|hz| LowPass::new(hz, rate)) {
+        smooth_round(&filter, &mut root, &mut rotations);
+    }
+    let mut moved_m: f64 = 0.0;
+    for ((before, at), pose) in before.iter().zip(&mut root).zip(&mut rotations) {
+        let after = forward_kinematics(&take.offsets, *at, pose).0;
         for (a, b) in before.iter().zip(&after) {
             moved_m = moved_m.max(a.distance(*b));
         }
-        root.push(heading * closed_at);
-        let mut turned = closed;
-        turned[0] = (heading * closed[0]).normalize();
-        rotations.push(turned);
+        *at = heading * *at;
+        pose[0] = (heading * pose[0]).normalize();
     }
     let centre = root.iter().sum::<DVec3>() / CYCLE_FRAMES as f64;
     for at in &mut root {
@@ -281,15 +290,29 @@ fn close(take: &Take, from: f64, to: f64, phase: f64) -> (Cycle, f64) {
     root.rotate_left(shift);
     rotations.rotate_left(shift);
     let drift_m = if moves { travel.length() } else { 0.0 };
-    (
-        Cycle {
-            period_s,
-            drift_m,
-            root,
-            rotations,
-        },
-        moved_m * 1e3,
-    )
+    Cycle {
+        period_s,
+        drift_m,
+        closure_mm: moved_m * 1e3,
+        root,
+        rotations,
+    }
+}
+
+/// Filters a closed cycle as if it had gone on for ever.
+fn smooth_round(filter: &LowPass, root: &mut [DVec3], rotations: &mut [[DQuat; JOINTS]]) {
+    let frames = root.len();
+    let mut thrice = root.repeat(3);
+    filter.positions(&mut thrice);
+    root.copy_from_slice(&thrice[frames..2 * frames]);
+    for joint in 0..JOINTS {
+        let once: Vec<DQuat> = rotations.iter().map(|pose| pose[joint]).collect();
+        let mut thrice = once.repeat(3);
+        filter.rotations(&mut thrice);
+        for (pose, rotation) in rotations.iter_mut().zip(&thrice[frames..]) {
+            pose[joint] = *rotation;
+        }
+    }
 }
 
 #[cfg(test)]
@@ -307,7 +330,7 @@ mod tests {
             for one in &cut.cycles {
                 assert_eq!(one.cycle.root.len(), CYCLE_FRAMES);
                 assert!((one.cycle.drift_m - 1.8).abs() < 2e-3);
-                assert!(one.closure_mm < 1.0, "{}", one.closure_mm);
+                assert!(one.cycle.closure_mm < 1.0, "{}", one.cycle.closure_mm);
                 // Phase 0: the left leg is ahead, the walker faces +Z.
                 let thigh = one.cycle.rotations[0][Joint::LeftThigh.index()].to_scaled_axis();
                 assert!((thigh.x + 0.4).abs() < 1e-3, "{thigh}");
@@ -394,7 +417,11 @@ mod tests {
         }
         let cut = cut(&take).unwrap();
         let one = &cut.cycles[0];
-        assert!((one.closure_mm - 20.0).abs() < 0.1, "{}", one.closure_mm);
+        assert!(
+            (one.cycle.closure_mm - 20.0).abs() < 0.1,
+            "{}",
+            one.cycle.closure_mm
+        );
         let heights: Vec<f64> = one.cycle.root.iter().map(|root| root.y).collect();
         assert!(
             heights.iter().all(|y| (y - heights[0]).abs() < 1e-3),

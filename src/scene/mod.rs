@@ -1,7 +1,7 @@
 //! Scenes in f64, before anything is encoded: one walker's motion and body.
 //!
 //! Everything that makes a walker (an importer, the built-in cohort) ends in the
-//! two types of this module, and the encoder begins with them.
+//! types of this module, and the encoder begins with them.
 
 mod clean;
 pub mod cohort;
@@ -13,6 +13,7 @@ pub mod recorded;
 mod rest;
 pub mod retarget;
 mod roles;
+mod span;
 mod transfer;
 pub mod variation;
 
@@ -33,23 +34,32 @@ pub struct Subject {
     pub mass_kg: f64,
     /// The body.
     pub body: Body,
-    /// The gait cycles.
+    /// The gait cycles, and the takes that are stored as they are.
     pub walks: Vec<Walk>,
 }
 
-/// One gait cycle of a subject, with what is known of it.
+/// One motion of a subject, with what is known of it.
 #[derive(Clone, Debug)]
 pub struct Walk {
     /// Name of the take, at most 255 bytes.
     pub name: String,
-    /// Which cycle of the take, from 0.
+    /// Which cycle of the take, from 0; 0 for the take itself.
     pub cycle: u16,
     /// Walking or running.
     pub gait: Gait,
     /// Mean speed, m/s; 0 where it is unknown.
     pub speed_mps: f64,
     /// The motion, on the subject's own skeleton.
-    pub motion: Cycle,
+    pub motion: Track,
+}
+
+/// A motion: one that repeats, or one that does not.
+#[derive(Clone, Debug)]
+pub enum Track {
+    /// One closed gait cycle.
+    Loop(Cycle),
+    /// A take as it is: starts, turns, whole trials.
+    Take(Span),
 }
 
 /// One closed gait cycle of one walker, sampled evenly over the phase.
@@ -62,9 +72,27 @@ pub struct Cycle {
     pub period_s: f64,
     /// Metres travelled along +Z in one cycle.
     pub drift_m: f64,
+    /// How far closing a recorded loop moved any joint at most, mm; 0 for a made cycle.
+    /// Horizontal drift, which is stored or removed on purpose, is not in it.
+    pub closure_mm: f64,
     /// Pelvis position per frame, metres, with the travel (`drift_m * phase`)
     /// taken out; y is the height above the floor.
     pub root: Vec<DVec3>,
+    /// Rotation of each joint relative to its parent, per frame, about the
+    /// canonical rest pose ([`Joint`]).
+    pub rotations: Vec<[DQuat; JOINTS]>,
+}
+
+/// A motion of one walker that need not repeat, sampled evenly over time.
+///
+/// Frame `i` is at `i / sample_rate_hz` seconds. The walker travels as recorded: along +Z
+/// on the whole, from x = z = 0.
+#[derive(Clone, Debug)]
+pub struct Span {
+    /// Frames a second.
+    pub sample_rate_hz: f64,
+    /// Pelvis position per frame, metres; y is the height above the floor.
+    pub roots: Vec<DVec3>,
     /// Rotation of each joint relative to its parent, per frame, about the
     /// canonical rest pose ([`Joint`]).
     pub rotations: Vec<[DQuat; JOINTS]>,

@@ -1,10 +1,10 @@
-//! Recorded walks as subjects: from files to bodies that walk.
+//! Recorded motions as subjects: from files to bodies that walk.
 
 use super::cohort::anthropometry::{DIMENSIONS, Dimensions, Population};
 use super::cohort::body;
 use super::events::{Cut, cut};
 use super::retarget::{DEFAULT_CUT_OFF_HZ, Take, leg_length_m};
-use super::{Subject, Walk};
+use super::{Span, Subject, Track, Walk};
 use crate::error::{Error, Result};
 use crate::import::{Format, Motion, Options};
 use edgegait_core::pack::{Gait, Sex};
@@ -30,9 +30,20 @@ pub enum SubjectName {
     Given(String),
 }
 
+/// What of a take is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Keep {
+    /// Its gait cycles, each closed.
+    Cycles,
+    /// The take as it is.
+    Take,
+}
+
 /// How files are read.
 #[derive(Clone, Debug)]
 pub struct ReadOptions {
+    /// What of a take is kept.
+    pub keep: Keep,
     /// Where the subject's name is read from.
     pub subject: SubjectName,
     /// The skeleton of an AMC file; otherwise the one beside it.
@@ -46,6 +57,7 @@ pub struct ReadOptions {
 impl Default for ReadOptions {
     fn default() -> Self {
         Self {
+            keep: Keep::Cycles,
             subject: SubjectName::File,
             asf: None,
             sample_rate_hz: None,
@@ -54,7 +66,7 @@ impl Default for ReadOptions {
     }
 }
 
-/// One file: a take on the canonical skeleton and its gait cycles.
+/// One file: a take on the canonical skeleton, and its gait cycles.
 #[derive(Clone, Debug)]
 pub struct Recording {
     /// The file.
@@ -67,15 +79,16 @@ pub struct Recording {
     pub name: String,
     /// The motion.
     pub take: Take,
-    /// Its gait cycles.
-    pub cut: Cut,
+    /// Its gait cycles; `None` for a take that is kept as it is.
+    pub cut: Option<Cut>,
 }
 
 impl Recording {
     /// Reads, retargets and cuts one file.
     ///
     /// # Errors
-    /// When the file cannot be read, lacks joints, or holds no gait cycle.
+    /// When the file cannot be read, lacks joints, or holds no gait cycle where those are
+    /// kept.
     pub fn read(path: &Path, options: &ReadOptions) -> Result<Self> {
         let motion = Motion::read_with(
             path,
@@ -86,7 +99,10 @@ impl Recording {
         )?;
         let take = Take::from_motion(&motion, options.low_pass_hz)
             .map_err(|problem| Error::input(path, problem))?;
-        let cut = cut(&take).map_err(|problem| Error::input(path, problem))?;
+        let cut = match options.keep {
+            Keep::Cycles => Some(cut(&take).map_err(|problem| Error::input(path, problem))?),
+            Keep::Take => None,
+        };
         let name = path
             .file_stem()
             .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
@@ -111,10 +127,21 @@ impl Recording {
         })
     }
 
+    /// Horizontal travel over time, mean over the cycles, or the speed along a whole take's
+    /// path; m/s.
+    #[must_use]
+    pub fn speed_mps(&self) -> f64 {
+        match &self.cut {
+            Some(cut) => cut.speed_mps,
+            None => Span::of(&self.take).speed_mps(),
+        }
+    }
+
     /// What was assumed, repaired or dropped.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
-        [self.take.warnings.as_slice(), &self.cut.warnings].concat()
+        let cut = self.cut.iter().flat_map(|cut| &cut.warnings);
+        self.take.warnings.iter().chain(cut).cloned().collect()
     }
 }
 
@@ -129,7 +156,8 @@ pub struct BodyOptions {
     pub sex: Option<Sex>,
 }
 
-/// One subject for each name among the recordings, with the cycles of all their takes.
+/// One subject for each name among the recordings, with the cycles of all their takes or the
+/// takes themselves.
 /// Subjects and takes are in order of their names, whatever the order of the files.
 ///
 /// Without a stature a subject keeps the segment lengths of their first take but the
@@ -168,15 +196,28 @@ pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<S
             }
         };
         let subject = &mut subjects[index];
-        for (cycle, cut) in (0u16..).zip(&recording.cut.cycles) {
-            let own = &recording.take.offsets;
+        let own = &recording.take.offsets;
+        let mut add = |cycle, speed_mps, motion| {
             subject.walks.push(Walk {
                 name: recording.name.clone(),
                 cycle,
-                gait: gait(cut.speed_mps, leg_length_m(own)),
-                speed_mps: cut.speed_mps,
-                motion: cut.cycle.onto(own, &subject.body.offsets),
+                gait: gait(speed_mps, leg_length_m(own)),
+                speed_mps,
+                motion,
             });
+        };
+        match &recording.cut {
+            Some(cut) => {
+                for (number, cut) in (0u16..).zip(&cut.cycles) {
+                    let cycle = cut.cycle.onto(own, &subject.body.offsets);
+                    add(number, cut.speed_mps, Track::Loop(cycle));
+                }
+            }
+            None => {
+                let span = Span::of(&recording.take);
+                let moved = span.onto(own, &subject.body.offsets);
+                add(0, span.speed_mps(), Track::Take(moved));
+            }
         }
     }
     Ok(subjects)

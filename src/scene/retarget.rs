@@ -45,6 +45,8 @@ pub struct Take {
     pub sample_rate_hz: f64,
     /// Seconds from the source's frame 0 to the first frame here.
     pub start_s: f64,
+    /// Cut-off of the low-pass that the motion went through, if it did.
+    pub cut_off_hz: Option<f64>,
     /// Metres in one source unit.
     pub unit_m: f64,
     /// The walker's own joint offsets in the canonical rest pose, metres.
@@ -107,7 +109,7 @@ impl Take {
             }
         };
         let t_pose = clean.t_pose.then(|| globals(motion, 0));
-        let smooth = filtered(motion, &clean.frames, cut_off_hz, &mut warnings);
+        let (smooth, filtered_at) = filtered(motion, &clean.frames, cut_off_hz, &mut warnings);
         let frames: Vec<Globals> = (0..smooth.frames.len())
             .map(|frame| globals(&smooth, frame))
             .collect();
@@ -142,6 +144,7 @@ impl Take {
         Ok(Self {
             sample_rate_hz: motion.sample_rate_hz,
             start_s: clean.frames.start as f64 / motion.sample_rate_hz,
+            cut_off_hz: filtered_at,
             unit_m,
             offsets,
             roots: positions
@@ -220,7 +223,7 @@ fn filtered(
     range: &std::ops::Range<usize>,
     cut_off_hz: Option<f64>,
     warnings: &mut Vec<String>,
-) -> Motion {
+) -> (Motion, Option<f64>) {
     let mut smooth = Motion {
         frames: motion.frames[range.clone()].to_vec(),
         joints: motion.joints.clone(),
@@ -228,13 +231,13 @@ fn filtered(
         ..*motion
     };
     let Some(cut_off_hz) = cut_off_hz else {
-        return smooth;
+        return (smooth, None);
     };
     let Some(filter) = LowPass::new(cut_off_hz, motion.sample_rate_hz) else {
         warnings.push(format!(
             "too few frames a second for a {cut_off_hz} Hz low-pass: not filtered"
         ));
-        return smooth;
+        return (smooth, None);
     };
     let mut roots: Vec<DVec3> = smooth.frames.iter().map(|frame| frame.root).collect();
     filter.positions(&mut roots);
@@ -248,7 +251,7 @@ fn filtered(
             frame.rotations[joint] = rotation;
         }
     }
-    smooth
+    (smooth, Some(cut_off_hz))
 }
 
 /// The signed axis next to the median of ankles-to-hips over the motion.

@@ -1,11 +1,11 @@
-//! A cycle on another body: the same joint angles, the root fitted to its legs.
+//! A motion on another body: the same joint angles, the root fitted to its legs.
 
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
-use super::Cycle;
 use super::forward_kinematics;
 use super::retarget::{ANKLE_HEIGHT, leg_length_m};
+use super::{Cycle, Span};
 
 /// Toe tip ahead of the ankle over hip-to-ankle length: three quarters of a foot of
 /// 0.152 statures, over 0.491 (Winter 2009, figure 4.1).
@@ -20,31 +20,55 @@ impl Cycle {
     /// stands still stands.
     #[must_use]
     pub fn onto(&self, own: &[DVec3; JOINTS], target: &[DVec3; JOINTS]) -> Self {
-        let own_leg_m = leg_length_m(own);
-        let target_leg_m = leg_length_m(target);
-        let ratio = if own_leg_m > 0.0 {
-            target_leg_m / own_leg_m
-        } else {
-            1.0
-        };
-        let root = self
-            .root
-            .iter()
-            .zip(&self.rotations)
-            .map(|(root, rotations)| {
-                let mut scaled = *root * ratio;
-                let clearance = lowest_sole(own, own_leg_m, *root, rotations) * ratio;
-                scaled.y += clearance - lowest_sole(target, target_leg_m, scaled, rotations);
-                scaled
-            })
-            .collect();
+        let (root, ratio) = roots_onto(&self.root, &self.rotations, own, target);
         Self {
             period_s: self.period_s,
             drift_m: self.drift_m * ratio,
+            closure_mm: self.closure_mm,
             root,
             rotations: self.rotations.clone(),
         }
     }
+}
+
+impl Span {
+    /// This motion, of a walker with `own` joint offsets, on a body with `target` ones:
+    /// as [`Cycle::onto`], the travel scaled like the legs.
+    #[must_use]
+    pub fn onto(&self, own: &[DVec3; JOINTS], target: &[DVec3; JOINTS]) -> Self {
+        Self {
+            sample_rate_hz: self.sample_rate_hz,
+            roots: roots_onto(&self.roots, &self.rotations, own, target).0,
+            rotations: self.rotations.clone(),
+        }
+    }
+}
+
+/// The roots on the other body, and how much longer its legs are.
+fn roots_onto(
+    roots: &[DVec3],
+    rotations: &[[DQuat; JOINTS]],
+    own: &[DVec3; JOINTS],
+    target: &[DVec3; JOINTS],
+) -> (Vec<DVec3>, f64) {
+    let own_leg_m = leg_length_m(own);
+    let target_leg_m = leg_length_m(target);
+    let ratio = if own_leg_m > 0.0 {
+        target_leg_m / own_leg_m
+    } else {
+        1.0
+    };
+    let moved = roots
+        .iter()
+        .zip(rotations)
+        .map(|(root, rotations)| {
+            let mut scaled = *root * ratio;
+            let clearance = lowest_sole(own, own_leg_m, *root, rotations) * ratio;
+            scaled.y += clearance - lowest_sole(target, target_leg_m, scaled, rotations);
+            scaled
+        })
+        .collect();
+    (moved, ratio)
 }
 
 /// Height of the lowest point of both soles.
@@ -90,6 +114,7 @@ mod tests {
         Cycle {
             period_s: 1.0,
             drift_m: 1.2,
+            closure_mm: 0.0,
             root: vec![DVec3::new(0.0, 1.0, 0.0), DVec3::new(0.01, 1.02, 0.02)],
             rotations: vec![[DQuat::IDENTITY; JOINTS], bent],
         }
@@ -108,6 +133,18 @@ mod tests {
         let moved = cycle().onto(&legs(1.0), &legs(0.5));
         assert!((moved.drift_m - 0.6).abs() < 1e-12);
         assert!(moved.root[1].distance(DVec3::new(0.005, 0.51, 0.01)) < 1e-12);
+    }
+
+    #[test]
+    fn a_span_moves_as_a_cycle_does() {
+        let span = Span {
+            sample_rate_hz: 100.0,
+            roots: cycle().root,
+            rotations: cycle().rotations,
+        };
+        let moved = span.onto(&legs(1.0), &legs(0.5));
+        assert!(moved.roots[1].distance(DVec3::new(0.005, 0.51, 0.01)) < 1e-12);
+        assert_eq!(moved.sample_rate_hz, 100.0);
     }
 
     #[test]

@@ -47,10 +47,59 @@ pub struct Job {
 }
 
 /// The same cycles of each walk, walk by walk.
-#[must_use]
-pub fn jobs(walks: &[usize], cycles: std::ops::Range<u32>) -> Vec<Job> {
+///
+/// # Errors
+/// Naming the first walk that is a take: it has no cycles.
+pub fn jobs(pack: &Pack<'_>, walks: &[usize], cycles: std::ops::Range<u32>) -> Result<Vec<Job>> {
+    if let Some(take) = walks.iter().copied().find(|&walk| is_take(pack, walk)) {
+        return Err(Error::Failed(format!(
+            "{} is a whole take: a GEI needs a gait cycle (import it without --track clip, or choose others with --walks)",
+            walk_name(pack, take)
+        )));
+    }
     let of = |&walk: &usize| cycles.clone().map(move |cycle| Job { walk, cycle });
-    walks.iter().flat_map(of).collect()
+    Ok(walks.iter().flat_map(of).collect())
+}
+
+/// Whether a walk is stored as a take, not as a cycle.
+#[must_use]
+pub fn is_take(pack: &Pack<'_>, walk: usize) -> bool {
+    let clip = pack.walks().nth(walk).and_then(|walk| pack.clip(walk.clip));
+    clip.is_some_and(|clip| clip.as_take().is_some())
+}
+
+/// A walk's number and name, for errors.
+#[must_use]
+pub fn walk_name(pack: &Pack<'_>, walk: usize) -> String {
+    let name = pack.walks().nth(walk).map_or("", |walk| walk.name);
+    format!("walk {walk} ({name:?})")
+}
+
+/// The moments at which a walk is seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Moments {
+    /// One cycle, evenly: [`Settings::frames_per_cycle`] phases from 0 on.
+    Cycle,
+    /// Seconds from the clip's first frame.
+    Seconds {
+        /// The first moment.
+        start_s: f64,
+        /// Frames a second.
+        fps: f64,
+        /// How many.
+        frames: u32,
+    },
+}
+
+/// What is seen of one job.
+#[derive(Clone, Copy, Debug)]
+pub struct Shot<'a> {
+    /// Which walk, and which of its cycles.
+    pub job: Job,
+    /// When.
+    pub moments: Moments,
+    /// From where.
+    pub views: &'a [View],
 }
 
 /// The GEIs of one job, one for each view.
@@ -102,7 +151,7 @@ fn see(
 ) -> Result<Swept> {
     let figures = Figures::new(pack, job, settings.seed)?;
     let posed: Vec<PosedHulls> = (0..settings.frames_per_cycle)
-        .map(|frame| figures.at(phase(frame, settings.frames_per_cycle)))
+        .map(|frame| figures.at(moment(Moments::Cycle, settings, frame)))
         .collect();
     let mut swept = Swept {
         geis: Vec::with_capacity(views.len()),
@@ -123,38 +172,46 @@ fn see(
     Ok(swept)
 }
 
-/// The frames of one job from each view: `[view][frame]`.
+/// The frames of one shot from each view: `[view][frame]`.
 ///
 /// # Errors
 /// When a figure cannot be drawn.
-pub fn silhouettes(
-    pack: &Pack<'_>,
-    job: Job,
-    views: &[View],
-    settings: Settings,
-) -> Result<Vec<Vec<Frame>>> {
-    let figures = Figures::new(pack, job, settings.seed)?;
+pub fn silhouettes(pack: &Pack<'_>, shot: Shot<'_>, settings: Settings) -> Result<Vec<Vec<Frame>>> {
+    let figures = Figures::new(pack, shot.job, settings.seed)?;
     let mut renderer = Renderer::new(settings.rasterizer);
+    let frames = match shot.moments {
+        Moments::Cycle => settings.frames_per_cycle,
+        Moments::Seconds { frames, .. } => frames,
+    };
     let mut draw = |view: &View, frame: u32| {
-        let figure = figures.at(phase(frame, settings.frames_per_cycle));
+        let figure = figures.at(moment(shot.moments, settings, frame));
         let drawing = renderer.draw(&figure, &Camera::orthographic(view.viewpoint()));
         drawing
             .map(|drawing| drawing.frame)
-            .map_err(|error| drawing_error(pack, job, *view, &error))
+            .map_err(|error| drawing_error(pack, shot.job, *view, &error))
     };
-    views
+    shot.views
         .iter()
-        .map(|view| {
-            (0..settings.frames_per_cycle)
-                .map(|frame| draw(view, frame))
-                .collect()
-        })
+        .map(|view| (0..frames).map(|frame| draw(view, frame)).collect())
         .collect()
 }
 
-#[expect(clippy::cast_precision_loss, reason = "frames of a cycle")]
-fn phase(frame: u32, frames: u32) -> f32 {
-    frame as f32 / frames as f32
+/// A moment of a walk.
+#[derive(Clone, Copy, Debug)]
+enum Moment {
+    /// In cycles.
+    Phase(f32),
+    /// From the clip's first frame.
+    Seconds(f64),
+}
+
+/// The moment of a frame.
+fn moment(moments: Moments, settings: Settings, frame: u32) -> Moment {
+    match moments {
+        #[expect(clippy::cast_precision_loss, reason = "frames of a cycle")]
+        Moments::Cycle => Moment::Phase(frame as f32 / settings.frames_per_cycle as f32),
+        Moments::Seconds { start_s, fps, .. } => Moment::Seconds(start_s + f64::from(frame) / fps),
+    }
 }
 
 fn drawing_error(
@@ -163,14 +220,16 @@ fn drawing_error(
     view: View,
     error: &edgegait_core::raster::DrawError,
 ) -> Error {
-    let name = pack.walks().nth(job.walk).map_or("", |walk| walk.name);
     Error::Failed(format!(
-        "walk {} ({name:?}), cycle {}, azimuth {} and elevation {} degrees: {error}",
-        job.walk, job.cycle, view.azimuth_deg, view.elevation_deg
+        "{}, cycle {}, azimuth {} and elevation {} degrees: {error}",
+        walk_name(pack, job.walk),
+        job.cycle,
+        view.azimuth_deg,
+        view.elevation_deg
     ))
 }
 
-/// One job's figure at any phase.
+/// One job's figure at any moment.
 struct Figures<'a> {
     avatar: Avatar<'a>,
     skeleton: Skeleton,
@@ -193,6 +252,12 @@ impl<'a> Figures<'a> {
                 pack.walks().len()
             )));
         };
+        if job.cycle > 0 && clip.as_take().is_some() {
+            return Err(Error::Failed(format!(
+                "{} is a whole take: it has no variations (leave out --cycle)",
+                walk_name(pack, job.walk)
+            )));
+        }
         Ok(Self {
             skeleton: avatar.skeleton(),
             avatar,
@@ -207,8 +272,19 @@ impl<'a> Figures<'a> {
     }
 
     /// The posed figure; a varied one keeps the stored cycle's clearance from the floor.
-    fn at(&self, phase: f32) -> PosedHulls {
-        let mut pose = self.clip.pose(phase);
+    fn at(&self, moment: Moment) -> PosedHulls {
+        let duration_s = self.clip.duration_s();
+        let (mut pose, phase) = match (moment, self.clip.as_loop()) {
+            (Moment::Phase(phase), Some(cycle)) => (cycle.pose(phase), phase),
+            (Moment::Phase(phase), None) => {
+                (self.clip.sample(f64::from(phase) * duration_s), phase)
+            }
+            (Moment::Seconds(seconds), _) => {
+                #[expect(clippy::cast_possible_truncation, reason = "a phase")]
+                let phase = (seconds / duration_s).rem_euclid(1.0) as f32;
+                (self.clip.sample(seconds), phase)
+            }
+        };
         let stored = self.posed(&pose);
         let before = pose.rotations;
         self.variation.apply(&mut pose, phase);

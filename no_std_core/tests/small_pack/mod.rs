@@ -39,18 +39,26 @@ pub fn small_pack() -> Vec<u8> {
         }
     }
     let avatars = table(&[avatar(&mut random, 12), avatar(&mut random, 9)]);
-    let clips = table(&[clip(&mut random), clip(&mut random)]);
+    let channels: Vec<Channel> = (0..60).map(|_| Channel::random(&mut random)).collect();
+    let codebook = codebook(&mut random, &channels);
+    let templates = table(&[template(&mut random, &channels)]);
+    let clips = table(&[
+        cycle(&mut random, &channels, 0),
+        cycle(&mut random, &channels, 1),
+    ]);
 
     let sections = [
         (b"NAME", names),
         (b"SUBJ", subjects),
         (b"WALK", walks),
         (b"AVAT", avatars),
+        (b"CODE", codebook),
+        (b"TMPL", templates),
         (b"CLIP", clips),
     ];
-    let mut bytes = b"EGPK\x01\x00\x05\x00".to_vec();
+    let mut bytes = b"EGPK\x01\x00\x07\x00".to_vec();
     bytes.extend([0; 8]);
-    let mut at = 16 + 5 * 12;
+    let mut at = 16 + 7 * 12;
     for (kind, section) in &sections {
         bytes.extend(*kind);
         bytes.extend((at as u32).to_le_bytes());
@@ -76,90 +84,220 @@ fn table(entries: &[Vec<u8>]) -> Vec<u8> {
     bytes
 }
 
-/// 19 joint offsets of up to 30 cm and hulls of 4 to 12 points, 5 to 30 cm large.
-fn avatar(random: &mut Random, hulls: usize) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    for _ in 0..3 * 19 {
-        bytes.extend((random.between(-3_000.0, 3_000.0) as i16).to_le_bytes());
+/// Joint offsets of up to 30 cm, half of the time symmetric, and so many stored hulls of
+/// 1 to 30 points, 5 to 30 cm large.
+pub fn avatar(random: &mut Random, hulls: usize) -> Vec<u8> {
+    let is_symmetric = random.below(2) == 1;
+    let mut bits = Vec::new();
+    bits.push_bits(13, 5);
+    let coordinates = if is_symmetric { 4 * 2 + 7 * 3 } else { 18 * 3 };
+    for _ in 0..coordinates {
+        let is_stored = random.below(4) > 0;
+        bits.push_bits(u32::from(is_stored), 1);
+        if is_stored {
+            bits.push_bits(random.between(-3_000.0, 3_000.0) as i32 as u32, 13);
+        }
     }
     for _ in 0..hulls {
-        let points = 4 + random.below(9);
-        bytes.extend([random.below(19) as u8, points as u8]);
-        for _ in 0..3 {
-            bytes.extend((random.between(-1_000.0, 0.0) as i16).to_le_bytes());
-        }
-        for _ in 0..3 {
-            bytes.extend((random.between(200.0, 1_200.0) as u16).to_le_bytes());
-        }
-        for _ in 0..3 * points {
-            bytes.push(random.below(256) as u8);
-        }
+        hull(&mut bits, random);
     }
+    let mut bytes = vec![150, 0];
+    bytes.extend((random.between(2_000.0, 5_000.0) as u16).to_le_bytes());
+    bytes.push(hulls as u8 | if is_symmetric { 0x40 } else { 0 });
+    bytes.extend(packed(&bits));
     bytes
 }
 
-/// A clip whose 60 channels have 0 to 9 coefficients of up to 8 bits.
-fn clip(random: &mut Random) -> Vec<u8> {
-    let mut bits = Vec::new();
-    for _ in 0..19 {
-        bits.push_bits(3, 2); // the largest component is w
-        for _ in 0..3 {
-            bits.push_bits(random.below(1 << 12) as u32, 15);
+/// Joint, flags, axis, rows and widths, then up to three rows of up to five points.
+fn hull(bits: &mut Vec<bool>, random: &mut Random) {
+    let joint = random.below(19);
+    let is_symmetric = random.below(2) == 1;
+    let is_left = (5..9).contains(&joint) || (13..16).contains(&joint);
+    let shared = random.below(4);
+    let rows = 1 + random.below(3);
+    bits.push_bits(joint as u32, 5);
+    bits.push_bits(u32::from(is_symmetric), 1);
+    bits.push_bits(u32::from(is_left && random.below(2) == 1), 1);
+    bits.push_bits(shared as u32, 2);
+    bits.push_bits(rows as u32 - 1, 5);
+    let widths = [0; 3].map(|_| 4 + random.below(3) as u32);
+    for width in widths {
+        bits.push_bits(width, 4);
+    }
+    for _ in 0..rows {
+        let points = 1 + random.below(5);
+        bits.push_bits(points as u32 - 1, 3);
+        let middle = if is_symmetric {
+            random.below(4).min(points)
+        } else {
+            0
+        };
+        if is_symmetric {
+            bits.push_bits(middle as u32, 2);
         }
-        for _ in 0..3 {
-            channel(&mut bits, random);
+        let mut push = |axis: usize| {
+            let width = widths[axis - 1];
+            bits.push_bits(random.below(1 << width) as u32, width);
+        };
+        if shared > 0 {
+            push(shared);
+        }
+        for point in 0..points {
+            let first = if point < middle { 2 } else { 1 };
+            (first..=3)
+                .filter(|&axis| axis != shared)
+                .for_each(&mut push);
         }
     }
-    for _ in 0..3 {
-        channel(&mut bits, random);
-    }
-    let stream: Vec<u8> = bits
-        .chunks(8)
-        .map(|byte| {
-            byte.iter()
-                .rev()
-                .fold(0, |all, &bit| all << 1 | u8::from(bit))
-        })
-        .collect();
-    let mut bytes = vec![1, 0];
-    bytes.extend(1_100_000u32.to_le_bytes());
-    bytes.extend(1_500_000i32.to_le_bytes());
-    for field in [480, 120, stream.len() as u16] {
-        bytes.extend(field.to_le_bytes());
-    }
-    bytes.extend(stream);
-    bytes
 }
 
-/// Count, step, then bands of 1, 2, 4 and 8 coefficients behind their width.
-fn channel(bits: &mut Vec<bool>, random: &mut Random) {
-    let count = random.below(10);
-    bits.push_bits(count as u32, 6);
-    if count == 0 {
-        return;
+/// How one channel's numbers are written.
+pub struct Channel {
+    usual_groups: i32,
+    groups_rice: u32,
+    rice: Vec<u32>,
+}
+
+impl Channel {
+    /// Up to five groups.
+    fn random(random: &mut Random) -> Self {
+        let groups = random.below(6);
+        Self {
+            usual_groups: random.below(4) as i32,
+            groups_rice: random.below(4) as u32,
+            rice: (0..groups).map(|_| random.below(6) as u32).collect(),
+        }
     }
-    bits.push_bits(32, 6); // a step of 2^-8
-    let mut left = count;
-    for band in [1, 2, 4, 8] {
-        let length = left.min(band);
-        if length > 0 {
-            let width = random.below(9) as u32;
-            bits.push_bits(width, 4);
-            for _ in 0..length {
-                bits.push_bits(random.below(1 << width) as u32, width);
+
+    /// So many groups of numbers below `most`.
+    fn push_numbers(
+        &self,
+        bits: &mut Vec<bool>,
+        random: &mut Random,
+        groups: usize,
+        (larger, most): (u32, i32),
+    ) {
+        for (group, &rice) in self.rice.iter().enumerate().take(groups) {
+            for _ in 0..if group == 0 { 1 } else { 2 } {
+                let number = random.below(2 * most as usize - 1) as i32 - (most - 1);
+                bits.push_rice(number, rice + larger);
             }
         }
-        left -= length;
     }
+}
+
+/// A codebook, a table of templates and a clip of all that the format holds: the coarsest
+/// steps, 32 groups in each channel and numbers of 24 bits.
+pub fn wild_clip(random: &mut Random) -> [Vec<u8>; 3] {
+    const MOST: i32 = 1 << 23;
+    let channels: Vec<Channel> = (0..60)
+        .map(|_| Channel {
+            usual_groups: random.below(64) as i32,
+            groups_rice: 3,
+            rice: (0..32).map(|_| random.below(16) as u32).collect(),
+        })
+        .collect();
+    let mut code = codebook(random, &channels);
+    code[19 * 12..19 * 12 + 60].fill(255);
+    let (mut mean, mut own) = (Vec::new(), Vec::new());
+    for channel in &channels {
+        mean.push_bits(32, 6);
+        mean.push_bits(0, 4);
+        channel.push_numbers(&mut mean, random, 32, (0, MOST));
+        let groups = random.below(33);
+        own.push_rice(groups as i32 - channel.usual_groups, 3);
+        channel.push_numbers(&mut own, random, groups, (0, MOST));
+    }
+    let mut clip = vec![1, 1, 255];
+    clip.extend([0xff; 16]);
+    clip.extend(packed(&own));
+    let templates = table(&[[vec![255], packed(&mean)].concat()]);
+    [code, templates, clip]
+}
+
+/// Any references and bases, steps of up to 5 octaves, no errors, and these channels.
+fn codebook(random: &mut Random, channels: &[Channel]) -> Vec<u8> {
+    let mut bytes: Vec<u8> = (0..19 * 12).map(|_| random.bits() as u8).collect();
+    bytes.extend((0..60).map(|_| random.below(40) as u8));
+    bytes.extend([0; 19 * 4]);
+    let mut bits = Vec::new();
+    for channel in channels {
+        bits.push_bits(channel.rice.len() as u32, 6);
+        if channel.rice.is_empty() {
+            continue;
+        }
+        bits.push_bits(channel.usual_groups as u32, 6);
+        bits.push_bits(channel.groups_rice, 2);
+        for (group, &rice) in channel.rice.iter().enumerate() {
+            match group {
+                0 | 1 => bits.push_bits(rice, 4),
+                _ => bits.push_rice(channel.rice[group - 1] as i32 - rice as i32, 0),
+            }
+        }
+    }
+    bytes.extend(packed(&bits));
+    bytes
+}
+
+/// A scale of 2^-8 and any groups.
+fn template(random: &mut Random, channels: &[Channel]) -> Vec<u8> {
+    let mut bits = Vec::new();
+    for channel in channels.iter().filter(|channel| !channel.rice.is_empty()) {
+        let groups = random.below(channel.rice.len() + 1);
+        let larger = random.below(4) as u32;
+        bits.push_bits(groups as u32, 6);
+        bits.push_bits(larger, 4);
+        channel.push_numbers(&mut bits, random, groups, (larger, 21));
+    }
+    [vec![96], packed(&bits)].concat()
+}
+
+/// A loop of 1.1 s and 1.5 m with any groups.
+fn cycle(random: &mut Random, channels: &[Channel], template: u8) -> Vec<u8> {
+    let mut bits = Vec::new();
+    for channel in channels.iter().filter(|channel| !channel.rice.is_empty()) {
+        let groups = random.below(channel.rice.len() + 1);
+        bits.push_rice(groups as i32 - channel.usual_groups, channel.groups_rice);
+        channel.push_numbers(&mut bits, random, groups, (0, 21));
+    }
+    let mut bytes = vec![1, template, 92];
+    bytes.extend(1_100_000u32.to_le_bytes());
+    bytes.extend(1_500_000i32.to_le_bytes());
+    for field in [480u16, 120, 250, 96] {
+        bytes.extend(field.to_le_bytes());
+    }
+    bytes.extend(packed(&bits));
+    bytes
+}
+
+/// Bits as bytes, filled up with zeros.
+fn packed(bits: &[bool]) -> Vec<u8> {
+    let byte = |bits: &[bool]| {
+        let ones = bits.iter().enumerate().filter(|(_, bit)| **bit);
+        ones.fold(0, |byte, (at, _)| byte | 1 << at)
+    };
+    bits.chunks(8).map(byte).collect()
 }
 
 /// Packed integers, least significant bit first.
 trait PushBits {
     fn push_bits(&mut self, value: u32, width: u32);
+    fn push_rice(&mut self, value: i32, parameter: u32);
 }
 
 impl PushBits for Vec<bool> {
     fn push_bits(&mut self, value: u32, width: u32) {
         self.extend((0..width).map(|bit| value >> bit & 1 == 1));
+    }
+
+    fn push_rice(&mut self, value: i32, parameter: u32) {
+        let zigzag = if value > 0 { 2 * value - 1 } else { -2 * value } as u32;
+        if zigzag >> parameter > 15 {
+            self.extend([true; 16]);
+            return self.push_bits(value as u32, 24);
+        }
+        self.extend(vec![true; (zigzag >> parameter) as usize]);
+        self.push(false);
+        self.push_bits(zigzag, parameter);
     }
 }

@@ -53,6 +53,7 @@ pub fn cycle(walker: &Walker<'_>, speed_kmh: f64) -> Cycle {
     Cycle {
         period_s,
         drift_m: speed_mps * period_s,
+        closure_mm: 0.0,
         root,
         rotations,
     }

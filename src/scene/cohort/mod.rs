@@ -13,7 +13,7 @@ mod norms;
 mod style;
 
 use crate::error::{Error, Result};
-use crate::scene::{Body, Cycle, Subject, Walk};
+use crate::scene::{Body, Cycle, Subject, Track, Walk};
 use angles::gait_at;
 use anthropometry::{DIMENSIONS, Dimensions, Population};
 use edgegait_core::pack::{Gait, Sex};
@@ -189,7 +189,7 @@ pub fn subjects(options: &CohortOptions) -> Result<Vec<Subject>> {
                     cycle: 0,
                     gait,
                     speed_mps: speed / 3.6,
-                    motion: person.cycle(speed),
+                    motion: Track::Loop(person.cycle(speed)),
                 }
             });
             Ok(Subject {

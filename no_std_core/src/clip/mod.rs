@@ -1,0 +1,114 @@
+//! Compressed joint tracks: what a walker does, read in place from a pack's bytes.
+
+mod cycle;
+mod expanded;
+mod knots;
+mod take;
+
+pub use cycle::Loop;
+pub use expanded::Expanded;
+pub use take::Take;
+
+use crate::codebook::Codebook;
+use crate::format::{CLIP_LOOP, CLIP_TAKE, FormatError};
+use crate::pose::Pose;
+
+/// A motion in a pack.
+#[derive(Clone, Copy, Debug)]
+pub enum Clip<'a> {
+    /// One closed gait cycle.
+    Loop(Loop<'a>),
+    /// A motion that does not repeat.
+    Take(Take<'a>),
+}
+
+impl<'a> Clip<'a> {
+    /// Checks every length and field of `bytes`; decoding cannot fail afterwards.
+    ///
+    /// # Errors
+    /// Where the bytes are not one whole clip of this version.
+    pub fn parse(bytes: &'a [u8], codebook: &Codebook<'a>) -> Result<Self, FormatError> {
+        match bytes.first() {
+            Some(&CLIP_LOOP) => Loop::parse(bytes, codebook).map(Self::Loop),
+            Some(&CLIP_TAKE) => Take::parse(bytes, codebook).map(Self::Take),
+            _ => Err(FormatError::new(0, "clip kind 1 (loop) or 2 (take)")),
+        }
+    }
+
+    /// The closed cycle, if it is one.
+    #[must_use]
+    pub const fn as_loop(&self) -> Option<Loop<'a>> {
+        match self {
+            Self::Loop(cycle) => Some(*cycle),
+            Self::Take(_) => None,
+        }
+    }
+
+    /// The motion that does not repeat, if it is one.
+    #[must_use]
+    pub const fn as_take(&self) -> Option<Take<'a>> {
+        match self {
+            Self::Loop(_) => None,
+            Self::Take(take) => Some(*take),
+        }
+    }
+
+    /// The pose at a time, seconds. A loop goes on for ever in both directions, and leaves
+    /// out its travel ([`Loop::pose`]); a take travels as recorded, and stands still before
+    /// its first and after its last moment. A time that is not finite counts as 0.
+    ///
+    /// In `f64`, because `f32` counts seconds of the tenth hour in steps of 4 ms.
+    #[must_use]
+    pub fn sample(&self, seconds: f64) -> Pose {
+        match self {
+            Self::Loop(cycle) => cycle.sample(seconds),
+            Self::Take(take) => take.sample(seconds),
+        }
+    }
+
+    /// Duration, seconds: of one cycle of a loop, of all of a take.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        match self {
+            Self::Loop(cycle) => cycle.period_s(),
+            Self::Take(take) => take.duration_s(),
+        }
+    }
+
+    /// Greatest error that the encoder measured, mm: virtual points 3 cm off each
+    /// joint, in the walker's space, over all frames, against what it was given.
+    #[must_use]
+    pub fn max_error_mm(&self) -> f32 {
+        match self {
+            Self::Loop(cycle) => cycle.max_error_mm(),
+            Self::Take(take) => take.max_error_mm(),
+        }
+    }
+
+    /// Mean of the same errors, mm.
+    #[must_use]
+    pub fn mean_error_mm(&self) -> f32 {
+        match self {
+            Self::Loop(cycle) => cycle.mean_error_mm(),
+            Self::Take(take) => take.mean_error_mm(),
+        }
+    }
+
+    /// Frames that the encoder was given.
+    #[must_use]
+    pub fn frames(&self) -> u32 {
+        match self {
+            Self::Loop(cycle) => cycle.frames(),
+            Self::Take(take) => take.frames(),
+        }
+    }
+
+    /// Bytes that the clip takes in its pack.
+    #[must_use]
+    pub const fn len_bytes(&self) -> usize {
+        match self {
+            Self::Loop(cycle) => cycle.len_bytes(),
+            Self::Take(take) => take.len_bytes(),
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! How closely walks are encoded, or in how many bytes.
+
+use super::progress::Progress;
+use crate::encode::{BUDGET_TRIES, MAX_ERROR_MM, body_error_mm, encode_subjects, encode_within};
+use crate::error::{Error, Result};
+use crate::scene::Subject;
+use edgegait_core::pack::Pack;
+
+/// The flags.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct EncodingArgs {
+    /// Greatest encoding error of a walk in mm; a body has two fifths of it, up to 4 mm [default: 5]
+    #[arg(long, value_name = "E")]
+    max_error_mm: Option<f64>,
+    /// Most bytes of the pack: the smallest error that fits is found, from 0.1 mm on
+    #[arg(long, value_name = "N", conflicts_with = "max_error_mm")]
+    budget_bytes: Option<usize>,
+}
+
+/// A pack and the error that its walks were to have at most, mm.
+pub struct Encoded {
+    pub bytes: Vec<u8>,
+    pub max_error_mm: f64,
+}
+
+impl EncodingArgs {
+    /// Refuses errors that make no sense, before any work is done.
+    ///
+    /// # Errors
+    /// For a negative one, and one that is not a number.
+    pub fn check(&self) -> Result<()> {
+        match self.max_error_mm {
+            Some(error) if !(0.0..=1e6).contains(&error) => Err(Error::Usage(format!(
+                "--max-error-mm {error}: expected 0 to 1,000,000"
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    /// Encodes people with a progress bar called `what`.
+    ///
+    /// # Errors
+    /// As [`encode_subjects`] and [`encode_within`].
+    pub fn encode(&self, what: &'static str, people: &[Subject]) -> Result<Encoded> {
+        let walks: usize = people.iter().map(|subject| subject.walks.len()).sum();
+        let Some(budget) = self.budget_bytes else {
+            let progress = Progress::new(what, walks);
+            let max_error_mm = self.max_error_mm.unwrap_or(MAX_ERROR_MM);
+            return Ok(Encoded {
+                bytes: encode_subjects(people, max_error_mm, &|| progress.step())?,
+                max_error_mm,
+            });
+        };
+        let progress = Progress::new(what, walks * BUDGET_TRIES);
+        let (bytes, max_error_mm) = encode_within(people, budget, &|| progress.step())?;
+        Ok(Encoded {
+            bytes,
+            max_error_mm,
+        })
+    }
+
+    /// The bytes that were asked for, as a result names them.
+    #[must_use]
+    pub const fn budget_bytes(&self) -> Option<usize> {
+        self.budget_bytes
+    }
+}
+
+impl Encoded {
+    /// Warnings if walks or bodies miss the error that was asked for.
+    ///
+    /// # Errors
+    /// When the bytes are no pack.
+    pub fn missed_errors(&self) -> Result<Vec<String>> {
+        let pack = Pack::parse(&self.bytes).map_err(|error| Error::Failed(error.to_string()))?;
+        let clips = (0..pack.clip_count()).filter_map(|index| pack.clip(index));
+        let clips: Vec<f32> = clips.map(|clip| clip.max_error_mm()).collect();
+        let avatars = (0..pack.avatar_count()).filter_map(|index| pack.avatar(index));
+        let avatars: Vec<f32> = avatars.map(|avatar| avatar.max_error_mm()).collect();
+        let kinds = [
+            ("walks", clips, self.max_error_mm),
+            ("bodies", avatars, body_error_mm(self.max_error_mm)),
+        ];
+        Ok(kinds
+            .into_iter()
+            .filter_map(|(what, errors, asked_mm)| missed(what, &errors, asked_mm))
+            .collect())
+    }
+}
+
+/// A warning if some of these errors are above what was asked for.
+fn missed(what: &str, errors: &[f32], asked_mm: f64) -> Option<String> {
+    let errors = errors.iter().map(|&error| f64::from(error));
+    let (all, most) = (errors.len(), errors.clone().fold(0.0, f64::max));
+    // Stored errors are rounded up to 0.01 mm.
+    let missed = errors.filter(|&error| error > asked_mm + 0.011).count();
+    (missed > 0).then(|| {
+        format!(
+            "{missed} of {all} {what} miss the error of {asked_mm:.2} mm, by up to {:.2} mm: the format is not finer for them",
+            most - asked_mm
+        )
+    })
+}

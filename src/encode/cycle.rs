@@ -1,0 +1,192 @@
+//! Gait cycles as whole numbers: from a stated error to Fourier coefficients in steps.
+//!
+//! Joints are quantised parents first, in a closed loop: a child aims at its true
+//! orientation in the walker's space given its *decoded* parent, so that errors do not add
+//! up down a limb. The scale of the steps is searched, not derived: the coarsest one at
+//! which [`refine`](super::refine) can bring all points within the stated error.
+
+use super::figure::Figure;
+use super::frames::Frames;
+use super::target::Target;
+use edgegait_core::format::{CHANNELS, ESCAPE_BITS};
+use edgegait_core::skeleton::{JOINTS, Joint};
+use glam::{DQuat, DVec3};
+
+/// Rounding: a number is left out unless it is this much above a half. What it saves in
+/// bits is worth more than the error that it adds. Measured on CMU's straight walks.
+const DEAD_ZONE: f64 = 0.2;
+/// Finest scale that is tried, and that beyond the coarsest: steps of 1 micrometre and of 30 cm.
+const SCALES: (u8, u8) = (0, 146);
+/// How much coarser than plain rounding the refined scale may be, in eighths of an octave.
+const MOST_REFINED: u8 = 12;
+
+/// Coefficients of all channels in steps: constant, then cosine and sine of each harmonic.
+/// A channel ends with the last harmonic that is not 0.
+pub(super) type Numbers = [Vec<i32>; CHANNELS];
+/// A template's coefficients, radians and metres.
+pub(super) type Mean = [Vec<f64>; CHANNELS];
+
+/// A cycle in steps of a scale.
+#[derive(Clone, Debug)]
+pub(super) struct Quantised {
+    pub(super) scale: u8,
+    pub(super) numbers: Numbers,
+}
+
+/// Quantises a cycle so that no virtual point is off by more than `max_error_mm`, with
+/// numbers as small as possible. Where no scale reaches it, the finest is taken. `None`
+/// where a cycle's rotations do not close, or not even the coarsest scale holds them.
+pub(super) fn quantise(
+    target: &Target<'_>,
+    frames: &Frames,
+    mean: Option<&Mean>,
+    max_error_mm: f64,
+) -> Option<Quantised> {
+    let (rounded, numbers) = plainly(target, frames, mean, max_error_mm)?;
+    let mut best = Quantised {
+        scale: rounded,
+        numbers,
+    };
+    // Then the coarsest scale at which single numbers can be moved until all is well.
+    let (mut good, mut bad) = (rounded, rounded.saturating_add(MOST_REFINED + 1));
+    while bad - good > 1 {
+        let scale = good.midpoint(bad);
+        let refined = round(target, frames, mean, scale).and_then(|numbers| {
+            let mut figure = Figure::new(target, frames, mean, scale, numbers, max_error_mm);
+            figure.refine().then(|| {
+                figure.shorten();
+                figure.into_numbers()
+            })
+        });
+        if let Some(numbers) = refined {
+            good = scale;
+            best = Quantised { scale, numbers };
+        } else {
+            bad = scale;
+        }
+    }
+    if best.scale == rounded {
+        let numbers = best.numbers;
+        let mut figure = Figure::new(target, frames, mean, rounded, numbers, max_error_mm);
+        figure.shorten();
+        best.numbers = figure.into_numbers();
+    }
+    Some(best)
+}
+
+/// The coarsest scale that is good enough with plain rounding, and its numbers.
+pub(super) fn plainly(
+    target: &Target<'_>,
+    frames: &Frames,
+    mean: Option<&Mean>,
+    max_error_mm: f64,
+) -> Option<(u8, Numbers)> {
+    let (mut low, mut high) = SCALES;
+    let mut best: Option<(u8, Numbers, f64)> = None;
+    while low < high {
+        let scale = low.midpoint(high);
+        let Some(numbers) = round(target, frames, mean, scale) else {
+            // Numbers too large for the format: the scale has to be coarser.
+            low = scale + 1;
+            continue;
+        };
+        let figure = Figure::new(target, frames, mean, scale, numbers, max_error_mm);
+        let error_mm = figure.max_error_mm();
+        let good = error_mm <= max_error_mm;
+        // Should none be good enough, the finest is kept.
+        if good || best.as_ref().is_none_or(|(.., least)| error_mm < *least) {
+            best = Some((scale, figure.into_numbers(), error_mm));
+        }
+        if good {
+            low = scale + 1;
+        } else {
+            high = scale;
+        }
+    }
+    best.map(|(scale, numbers, _)| (scale, numbers))
+}
+
+/// The coefficients of a cycle in steps of this scale; `None` where the format does not
+/// hold them.
+fn round(target: &Target<'_>, frames: &Frames, mean: Option<&Mean>, scale: u8) -> Option<Numbers> {
+    let mut numbers: Numbers = std::array::from_fn(|_| Vec::new());
+    let mut decoded = vec![[DQuat::IDENTITY; JOINTS]; target.len()];
+    for joint in Joint::ALL {
+        let index = joint.index();
+        let parents: Vec<DQuat> = decoded
+            .iter()
+            .map(|joints| {
+                joint
+                    .parent()
+                    .map_or(DQuat::IDENTITY, |parent| joints[parent.index()])
+            })
+            .collect();
+        let aims = target.orientations.iter().map(|joints| joints[index]);
+        let locals = parents
+            .iter()
+            .zip(aims)
+            .map(|(parent, aim)| parent.inverse() * aim);
+        let vectors = frames.vectors(index, locals)?;
+        let quantised = round_vectors(target, frames, mean, scale, index, &vectors, &mut numbers)?;
+        for ((joints, parent), vector) in decoded.iter_mut().zip(parents).zip(quantised) {
+            joints[index] = parent * frames.rotation(index, vector);
+        }
+    }
+    let root = &target.cycle.root;
+    round_vectors(target, frames, mean, scale, JOINTS, root, &mut numbers)?;
+    Some(numbers)
+}
+
+/// Quantises the three channels of a joint, or of the root behind the last joint; what is
+/// decoded of them, by frame.
+fn round_vectors(
+    target: &Target<'_>,
+    frames: &Frames,
+    mean: Option<&Mean>,
+    scale: u8,
+    joint: usize,
+    vectors: &[DVec3],
+    numbers: &mut Numbers,
+) -> Option<Vec<DVec3>> {
+    let mut decoded = vec![DVec3::ZERO; vectors.len()];
+    for axis in 0..3 {
+        let channel = 3 * joint + axis;
+        let step = frames.step(channel, scale);
+        let values: Vec<f64> = vectors.iter().map(|vector| vector[axis]).collect();
+        let mut coefficients = target.series.analyse(&values);
+        let own = &mut numbers[channel];
+        for (index, coefficient) in coefficients.iter_mut().enumerate() {
+            let usual = mean_of(mean, channel, index);
+            let steps = (*coefficient - usual) / step;
+            let number = (steps.abs() + 0.5 - DEAD_ZONE).floor().copysign(steps);
+            if number.abs() >= f64::from(1 << (ESCAPE_BITS - 1)) {
+                return None;
+            }
+            #[expect(clippy::cast_possible_truncation, reason = "checked: 24 bits")]
+            own.push(number as i32);
+            *coefficient = usual + number * step;
+        }
+        trim(own);
+        let decoded_channel = target.series.synthesise(&coefficients);
+        for (vector, value) in decoded.iter_mut().zip(decoded_channel) {
+            vector[axis] = value;
+        }
+    }
+    Some(decoded)
+}
+
+/// A template's coefficient; 0 where there is none.
+pub(super) fn mean_of(mean: Option<&Mean>, channel: usize, index: usize) -> f64 {
+    mean.and_then(|mean| mean[channel].get(index).copied())
+        .unwrap_or(0.0)
+}
+
+/// Ends a channel with its last harmonic that is not 0.
+pub(super) fn trim(numbers: &mut Vec<i32>) {
+    while numbers.last() == Some(&0) {
+        numbers.pop();
+    }
+    if !numbers.is_empty() && numbers.len().is_multiple_of(2) {
+        numbers.push(0);
+    }
+}

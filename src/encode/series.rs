@@ -1,0 +1,88 @@
+//! Fourier series of evenly spaced samples.
+
+use edgegait_core::budget::MAX_HARMONICS;
+use std::f64::consts::TAU;
+
+/// The Fourier basis at evenly spaced phases: one row for each coefficient.
+#[derive(Clone, Debug)]
+pub(super) struct Series {
+    rows: Vec<Vec<f64>>,
+}
+
+impl Series {
+    /// A constant, then cosine and sine of each harmonic up to half the sampling rate, at
+    /// most 31. The sine of the last one of an even number of frames is 0 everywhere.
+    pub(super) fn new(frames: usize) -> Self {
+        let harmonics = MAX_HARMONICS.min(frames / 2);
+        let mut rows = vec![vec![1.0; frames]];
+        for harmonic in 1..=harmonics {
+            let waves: Vec<(f64, f64)> = (0..frames)
+                .map(|frame| {
+                    // The product is reduced first, in integers.
+                    let step = (harmonic * frame) % frames;
+                    #[expect(clippy::cast_precision_loss, reason = "frames of a cycle")]
+                    let turns = step as f64 / frames as f64;
+                    let (sin, cos) = libm::sincos(TAU * turns);
+                    // Exactly 0 at half turns, where rounding leaves 1e-16.
+                    (
+                        if (2 * step).is_multiple_of(frames) {
+                            0.0
+                        } else {
+                            sin
+                        },
+                        cos,
+                    )
+                })
+                .collect();
+            rows.push(waves.iter().map(|(_, cos)| *cos).collect());
+            rows.push(waves.iter().map(|(sin, _)| *sin).collect());
+        }
+        Self { rows }
+    }
+
+    /// The values of a coefficient's wave, by frame.
+    pub(super) fn wave(&self, coefficient: usize) -> &[f64] {
+        &self.rows[coefficient]
+    }
+
+    /// The coefficients of evenly spaced samples: the waves are orthogonal.
+    pub(super) fn analyse(&self, values: &[f64]) -> Vec<f64> {
+        let products = self.rows.iter().map(|row| {
+            let sum: f64 = row.iter().zip(values).map(|(a, b)| a * b).sum();
+            let square: f64 = row.iter().map(|a| a * a).sum();
+            if square > 0.0 { sum / square } else { 0.0 }
+        });
+        products.collect()
+    }
+
+    /// The values of coefficients at the same phases.
+    pub(super) fn synthesise(&self, coefficients: &[f64]) -> Vec<f64> {
+        let mut values = vec![0.0; self.rows[0].len()];
+        for (&coefficient, row) in coefficients.iter().zip(&self.rows) {
+            if coefficient != 0.0 {
+                for (value, wave) in values.iter_mut().zip(row) {
+                    *value += coefficient * wave;
+                }
+            }
+        }
+        values
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_return_from_their_coefficients() {
+        for count in [7, 8] {
+            let values = &[0.5, -1.0, 2.0, 0.25, 0.0, 3.0, -2.0, 1.5][..count];
+            let series = Series::new(values.len());
+            let coefficients = series.analyse(values);
+            assert_eq!(coefficients.len(), 1 + 2 * (count / 2));
+            for (found, value) in series.synthesise(&coefficients).iter().zip(values) {
+                assert!((found - value).abs() < 1e-12);
+            }
+        }
+    }
+}

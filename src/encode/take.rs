@@ -1,0 +1,383 @@
+//! Takes as B-spline knots: from a stated error to bytes.
+//!
+//! Joints are fitted parents first, in a closed loop: a child aims at its true orientation
+//! in the walker's space given its *decoded* parent. Knot interval and steps are searched:
+//! the fewest bytes whose error, measured with the core's decoder, is within the stated one.
+//! Where that fails by little, the moments that are furthest off weigh more in the next fit.
+
+use super::fits::Fits;
+use super::frames::VIRTUAL_POINTS;
+use super::target::{JointErrors, around, joint_errors, refuse_flips, virtual_points};
+use crate::error::{Error, Result};
+use crate::scene::{Span, forward_kinematics};
+use edgegait_core::clip::{Clip, Take};
+use edgegait_core::codebook::Codebook;
+use edgegait_core::pose::ModelPose;
+use edgegait_core::skeleton::{JOINTS, Joint, Skeleton};
+use glam::{DQuat, DVec3, Vec3};
+use std::f64::consts::TAU;
+
+/// Knot intervals that are tried: so many from two frames to [`LONGEST_INTERVAL_S`]. Ours.
+const INTERVALS: u32 = 8;
+/// Longest knot interval that is tried but for the whole take, seconds.
+const LONGEST_INTERVAL_S: f64 = 0.25;
+/// Knot interval and scale of a longer take are searched on so many frames of it. Ours.
+const SEARCH_FRAMES: usize = 2_400;
+/// How much finer a scale a whole take usually needs than its liveliest stretch. Ours.
+const USUAL_LOSS: u8 = 4;
+/// Coarsest scale that is tried: 32 m or radians and more.
+const COARSEST: u8 = 200;
+/// A walker who never looks further away than this, radians, keeps their heading in the
+/// pelvis's rotation, which the codebook's frame suits.
+const LARGEST_SWAY: f64 = 1.0;
+
+/// A clip's bytes and what its encoding cost.
+#[derive(Clone, Debug)]
+pub struct EncodedClip {
+    /// What [`Clip::parse`] reads.
+    pub bytes: Vec<u8>,
+    /// Greatest error, mm, over virtual points, joints and frames.
+    pub max_error_mm: f64,
+    /// Mean of the same, mm.
+    pub mean_error_mm: f64,
+}
+
+/// Encodes a motion so that no virtual point is off by more than `max_error_mm`. When that
+/// cannot be reached, the finest encoding is returned; its [`EncodedClip::max_error_mm`]
+/// tells.
+///
+/// Time and memory are in proportion to the frames.
+///
+/// # Errors
+/// For a take without frames, with numbers that are not finite, with rotations that are not
+/// unit quaternions, in which a joint flips over, or at less than 1 or more than 10,000
+/// frames a second.
+pub fn encode_take(
+    span: &Span,
+    skeleton: &Skeleton,
+    codebook: &Codebook<'_>,
+    max_error_mm: f64,
+) -> Result<EncodedClip> {
+    check(span)?;
+    let whole = Encoder::new(span, skeleton, codebook);
+    let excerpt = whole.liveliest(SEARCH_FRAMES);
+    let mut plans = match &excerpt {
+        Some(span) => Encoder::new(span, skeleton, codebook).plans(max_error_mm),
+        None => whole.plans(max_error_mm),
+    };
+    let found = if excerpt.is_none() {
+        plans.sort_by_key(|plan| plan.found.bytes.len());
+        plans.into_iter().next().map(|plan| plan.found)
+    } else {
+        whole.cheapest(&plans, max_error_mm)
+    };
+    found
+        .or_else(|| whole.finest(max_error_mm))
+        .ok_or_else(|| Error::Failed("a take that travels further than the format holds".into()))
+}
+
+fn check(span: &Span) -> Result<()> {
+    let frames = span.roots.len();
+    if frames == 0 || span.rotations.len() != frames || u32::try_from(frames).is_err() {
+        return Err(Error::Failed(format!(
+            "a take of {frames} root positions and {} poses: expected as many, and at least one",
+            span.rotations.len()
+        )));
+    }
+    if !(1.0..=10_000.0).contains(&span.sample_rate_hz) {
+        return Err(Error::Failed(format!(
+            "a take of {} frames a second: expected 1 to 10,000",
+            span.sample_rate_hz
+        )));
+    }
+    let sound = |(root, pose): (&DVec3, &[DQuat; JOINTS])| {
+        root.is_finite() && pose.iter().all(|rotation| rotation.is_normalized())
+    };
+    if let Some(frame) = span
+        .roots
+        .iter()
+        .zip(&span.rotations)
+        .position(|f| !sound(f))
+    {
+        return Err(Error::Failed(format!(
+            "frame {frame} of a take has numbers that are not finite, or rotations that are not unit quaternions"
+        )));
+    }
+    let steps = (1..frames).map(|frame| (frame - 1, frame));
+    refuse_flips(&span.rotations, steps, span.sample_rate_hz)
+}
+
+/// A knot interval with the coarsest scale that is good enough.
+struct Plan {
+    interval_us: u32,
+    scale: u8,
+    found: EncodedClip,
+}
+
+/// Greatest errors by frame and joint, mm.
+pub(super) type Errors = Vec<[f64; JOINTS]>;
+
+/// What is encoded, and what its errors are measured against.
+pub(super) struct Encoder<'a> {
+    pub(super) span: &'a Span,
+    skeleton: &'a Skeleton,
+    pub(super) codebook: &'a Codebook<'a>,
+    pub(super) duration_us: u64,
+    /// Per frame: where the joints really are.
+    positions: Vec<[DVec3; JOINTS]>,
+    /// Per frame: how they are really turned.
+    pub(super) orientations: Vec<[DQuat; JOINTS]>,
+    /// Per frame, radians.
+    pub(super) heading: Vec<f64>,
+}
+
+impl<'a> Encoder<'a> {
+    fn new(span: &'a Span, skeleton: &'a Skeleton, codebook: &'a Codebook<'a>) -> Self {
+        let offsets = skeleton.offsets.map(Vec3::as_dvec3);
+        let frames = span.roots.iter().zip(&span.rotations);
+        let (positions, orientations): (Vec<_>, Vec<[DQuat; JOINTS]>) = frames
+            .map(|(root, rotations)| forward_kinematics(&offsets, *root, rotations))
+            .unzip();
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "at most 2^32 frames at 1 Hz or more"
+        )]
+        let duration_us =
+            ((span.roots.len() - 1) as f64 / span.sample_rate_hz * 1e6).round() as u64;
+        Self {
+            span,
+            skeleton,
+            codebook,
+            duration_us,
+            heading: heading(&orientations),
+            positions,
+            orientations,
+        }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// So many frames in which the joints are accelerated most, if there are more.
+    fn liveliest(&self, frames: usize) -> Option<Span> {
+        if self.len() <= frames {
+            return None;
+        }
+        let force = |three: &[[DVec3; JOINTS]]| -> f64 {
+            let [a, b, c] = three else { return 0.0 };
+            let joints = a.iter().zip(b).zip(c);
+            joints
+                .map(|((a, b), c)| (*a - 2.0 * *b + *c).length_squared())
+                .sum()
+        };
+        let forces: Vec<f64> = self.positions.windows(3).map(force).collect();
+        let mut sum: f64 = forces[..frames - 2].iter().sum();
+        let (mut most, mut start) = (sum, 0);
+        for (next, (out, into)) in forces.iter().zip(&forces[frames - 2..]).enumerate() {
+            sum += into - out;
+            if sum > most {
+                (most, start) = (sum, next + 1);
+            }
+        }
+        let range = start..start + frames;
+        Some(Span {
+            sample_rate_hz: self.span.sample_rate_hz,
+            roots: self.span.roots[range.clone()].to_vec(),
+            rotations: self.span.rotations[range].to_vec(),
+        })
+    }
+
+    /// The knot intervals to try, from the shortest.
+    fn intervals_us(&self) -> Vec<u32> {
+        let shortest = 2.0 / self.span.sample_rate_hz;
+        let ratio = (LONGEST_INTERVAL_S / shortest).max(1.0);
+        let mut list: Vec<u32> = (0..INTERVALS)
+            .map(|i| shortest * ratio.powf(f64::from(i) / f64::from(INTERVALS - 1)))
+            .map(microseconds)
+            .collect();
+        list.push(u32::try_from(self.duration_us).unwrap_or(u32::MAX).max(1));
+        list.sort_unstable();
+        list.dedup();
+        list
+    }
+
+    /// Each knot interval that can be good enough. Coarser ones take finer scales.
+    fn plans(&self, max_error_mm: f64) -> Vec<Plan> {
+        let mut plans: Vec<Plan> = Vec::new();
+        for interval_us in self.intervals_us() {
+            let start = plans.last().map(|plan| plan.scale);
+            match self.coarsest(interval_us, start, max_error_mm) {
+                Some(plan) => plans.push(plan),
+                None if plans.is_empty() => {}
+                None => break,
+            }
+        }
+        plans
+    }
+
+    /// The plans of an excerpt for the whole: the one that was cheapest there, and shorter
+    /// knot intervals where it needs a much finer scale here and for as long as they help.
+    fn cheapest(&self, plans: &[Plan], max_error_mm: f64) -> Option<EncodedClip> {
+        let bytes = |&index: &usize| plans[index].found.bytes.len();
+        let start = (0..plans.len()).min_by_key(bytes)?;
+        let mut best: Option<EncodedClip> = None;
+        for plan in plans[..=start].iter().rev() {
+            let found = self.coarsest(plan.interval_us, Some(plan.scale), max_error_mm);
+            let Some(found) = found else {
+                continue;
+            };
+            let shorter = |best: &EncodedClip| found.found.bytes.len() < best.bytes.len();
+            let is_best = best.as_ref().is_none_or(shorter);
+            let is_usual = plan.scale.saturating_sub(found.scale) <= USUAL_LOSS;
+            if is_best {
+                best = Some(found.found);
+            }
+            if !is_best || is_usual {
+                break;
+            }
+        }
+        best
+    }
+
+    /// The coarsest scale that is good enough, searched from `start` if there is one.
+    fn coarsest(&self, interval_us: u32, start: Option<u8>, max_error_mm: f64) -> Option<Plan> {
+        let mut fits = Fits::new(self, interval_us);
+        let mut good: Option<(u8, EncodedClip)> = None;
+        let mut bad = COARSEST + 1;
+        let mut reach = 2;
+        let mut scale = start.unwrap_or(COARSEST / 2);
+        loop {
+            match fits.good(scale, max_error_mm) {
+                Some(found) => good = Some((scale, found)),
+                None => bad = scale,
+            }
+            // From the start in growing steps, then by halves.
+            scale = match (&good, start) {
+                (Some((low, _)), _) if bad - low <= 1 => break,
+                (Some((low, _)), Some(_)) if bad > COARSEST => (low + reach).min(COARSEST),
+                (Some((low, _)), _) => low + (bad - low) / 2,
+                (None, _) if bad == 0 => return None,
+                (None, Some(_)) => bad.saturating_sub(reach),
+                (None, None) => bad / 2,
+            };
+            reach = reach.saturating_mul(2);
+        }
+        let (mut scale, mut found) = good?;
+        // Errors rise with the scale but for chance, which many frames have less of.
+        let lucks = if self.len() > SEARCH_FRAMES { 0 } else { 4 };
+        for luck in 2..=lucks {
+            if let Some(lucky) = fits.good(scale + luck, max_error_mm) {
+                (scale, found) = (scale + luck, lucky);
+                break;
+            }
+        }
+        Some(Plan {
+            interval_us,
+            scale,
+            found,
+        })
+    }
+
+    /// A knot a frame: as coarse as is good enough, else as fine as the format holds.
+    fn finest(&self, max_error_mm: f64) -> Option<EncodedClip> {
+        let interval_us = microseconds(1.0 / self.span.sample_rate_hz);
+        if let Some(plan) = self.coarsest(interval_us, None, max_error_mm) {
+            return Some(plan.found);
+        }
+        let fits = Fits::new(self, interval_us);
+        (0..=COARSEST).find_map(|scale| Some(fits.encode(scale, &fits.weights)?.0))
+    }
+
+    /// Greatest and mean distance, mm, of the decoded virtual points from the true ones, and
+    /// the greatest by frame and joint.
+    pub(super) fn measure(&self, bytes: &[u8]) -> Option<(f64, f64, Errors)> {
+        let take = Clip::parse(bytes, self.codebook).ok()?.as_take()?;
+        let (mut max, mut sum) = (0.0f64, 0.0);
+        let mut errors = Vec::with_capacity(self.len());
+        for (frame, (positions, orientations)) in
+            self.positions.iter().zip(&self.orientations).enumerate()
+        {
+            let pose = take.sample(frame as f64 / self.span.sample_rate_hz);
+            let model = ModelPose::new(self.skeleton, &pose);
+            errors.push(std::array::from_fn(|joint| {
+                let mut most = 0.0f64;
+                let truth = virtual_points(positions[joint], orientations[joint]);
+                let position = model.positions[joint].as_dvec3();
+                let found = around(position, model.orientations[joint].as_dmat3());
+                for (point, found) in truth.iter().zip(found) {
+                    let error = found.distance(*point) * 1e3;
+                    sum += error;
+                    most = most.max(error);
+                }
+                max = max.max(most);
+                most
+            }));
+        }
+        Some((
+            max,
+            sum / (self.len() * JOINTS * VIRTUAL_POINTS) as f64,
+            errors,
+        ))
+    }
+}
+
+/// The pelvis's turn about +Y, followed from frame to frame; 0 for a walker who looks ahead.
+fn heading(orientations: &[[DQuat; JOINTS]]) -> Vec<f64> {
+    let mut last = 0.0;
+    let looks: Vec<f64> = orientations
+        .iter()
+        .map(|frame| {
+            // The twist of a swing and a twist (Dobrowolski 2015, arXiv:1506.05481).
+            let pelvis = frame[Joint::Pelvis.index()];
+            let angle = 2.0 * libm::atan2(pelvis.y, pelvis.w);
+            last = angle - TAU * ((angle - last) / TAU).round();
+            last
+        })
+        .collect();
+    if looks.iter().all(|angle| angle.abs() < LARGEST_SWAY) {
+        return vec![0.0; looks.len()];
+    }
+    looks
+}
+
+/// A take's rotations with the walker's heading taken out, as they are encoded.
+pub(super) fn looking_ahead(span: &Span) -> Vec<[DQuat; JOINTS]> {
+    let mut rotations = span.rotations.clone();
+    for (pose, angle) in rotations.iter_mut().zip(heading(&span.rotations)) {
+        let pelvis = &mut pose[Joint::Pelvis.index()];
+        *pelvis = DQuat::from_rotation_y(-angle) * *pelvis;
+    }
+    rotations
+}
+
+/// Greatest and mean error of each joint, as the core decodes the take.
+pub(super) fn measure_joints(span: &Span, skeleton: &Skeleton, take: &Take<'_>) -> JointErrors {
+    let offsets = skeleton.offsets.map(Vec3::as_dvec3);
+    joint_errors(
+        span.roots.len(),
+        skeleton,
+        |frame| {
+            let (positions, orientations) =
+                forward_kinematics(&offsets, span.roots[frame], &span.rotations[frame]);
+            std::array::from_fn(|joint| virtual_points(positions[joint], orientations[joint]))
+        },
+        |frame| {
+            #[expect(clippy::cast_precision_loss, reason = "at most 2^32 frames")]
+            let seconds = frame as f64 / span.sample_rate_hz;
+            take.sample(seconds)
+        },
+    )
+}
+
+/// Seconds as whole microseconds, at least one.
+fn microseconds(seconds: f64) -> u32 {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a few seconds; saturates"
+    )]
+    let microseconds = (seconds * 1e6).round() as u32;
+    microseconds.max(1)
+}

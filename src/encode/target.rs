@@ -1,0 +1,214 @@
+//! What a cycle's encoding aims at, and how far off it is.
+
+use super::frames::{VIRTUAL_POINT_M, VIRTUAL_POINTS};
+use super::series::Series;
+use crate::error::{Error, Result};
+use crate::scene::{Cycle, forward_kinematics};
+use edgegait_core::clip::Loop;
+use edgegait_core::pose::{ModelPose, Pose};
+use edgegait_core::skeleton::{JOINTS, Joint, Skeleton};
+use glam::{DMat3, DQuat, DVec3, Vec3};
+
+/// Least number of frames of a cycle: enough for three harmonics.
+const MIN_FRAMES: usize = 8;
+
+/// A cycle on its walker's skeleton, and where that really puts its joints.
+#[derive(Clone, Debug)]
+pub(super) struct Target<'a> {
+    pub(super) cycle: &'a Cycle,
+    pub(super) skeleton: Skeleton,
+    pub(super) offsets: [DVec3; JOINTS],
+    pub(super) series: Series,
+    /// Per frame, per joint: orientation in the walker's space.
+    pub(super) orientations: Vec<[DQuat; JOINTS]>,
+    /// Per frame, per joint: its virtual points, metres.
+    pub(super) points: Vec<[[DVec3; VIRTUAL_POINTS]; JOINTS]>,
+}
+
+/// Where a joint's virtual points are.
+#[inline]
+pub(super) fn virtual_points(position: DVec3, orientation: DQuat) -> [DVec3; VIRTUAL_POINTS] {
+    around(position, DMat3::from_quat(orientation))
+}
+
+/// The same for an orientation as a matrix.
+#[inline]
+pub(super) fn around(position: DVec3, axes: DMat3) -> [DVec3; VIRTUAL_POINTS] {
+    let [x, y, z] = [axes.x_axis, axes.y_axis, axes.z_axis].map(|axis| axis * VIRTUAL_POINT_M);
+    [x, y, z, -x, -y, -z].map(|arm| position + arm)
+}
+
+impl<'a> Target<'a> {
+    /// # Errors
+    /// For a cycle with fewer than 8 frames or more than 65,535, with numbers that are not
+    /// finite, that does not close, or with a travel or period that the format does not hold.
+    pub(super) fn new(cycle: &'a Cycle, skeleton: Skeleton) -> Result<Self> {
+        check(cycle)?;
+        let mut target = Self {
+            cycle,
+            offsets: skeleton.offsets.map(Vec3::as_dvec3),
+            skeleton,
+            series: Series::new(cycle.root.len()),
+            orientations: Vec::with_capacity(cycle.root.len()),
+            points: Vec::with_capacity(cycle.root.len()),
+        };
+        for (root, rotations) in cycle.root.iter().zip(&cycle.rotations) {
+            let (positions, orientations) = forward_kinematics(&target.offsets, *root, rotations);
+            let joints =
+                std::array::from_fn(|joint| virtual_points(positions[joint], orientations[joint]));
+            target.points.push(joints);
+            target.orientations.push(orientations);
+        }
+        Ok(target)
+    }
+
+    /// Frames of the cycle.
+    pub(super) const fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Greatest and mean error of each joint, as the core decodes the cycle.
+    pub(super) fn measure(&self, cycle: &Loop<'_>) -> JointErrors {
+        #[expect(clippy::cast_precision_loss, reason = "frames of a cycle")]
+        let frames = self.len() as f64;
+        joint_errors(
+            self.len(),
+            &self.skeleton,
+            |frame| self.points[frame],
+            |frame| {
+                #[expect(
+                    clippy::cast_precision_loss,
+                    clippy::cast_possible_truncation,
+                    reason = "the decoder takes f32"
+                )]
+                let phase = (frame as f64 / frames) as f32;
+                cycle.pose(phase)
+            },
+        )
+    }
+}
+
+/// Greatest and mean error of each joint, mm.
+pub(super) type JointErrors = [(f64, f64); JOINTS];
+
+/// Greatest and mean distance of each joint's virtual points from the true ones, by frame,
+/// in the poses that the core decodes, mm.
+pub(super) fn joint_errors(
+    frames: usize,
+    skeleton: &Skeleton,
+    truth: impl Fn(usize) -> [[DVec3; VIRTUAL_POINTS]; JOINTS],
+    pose: impl Fn(usize) -> Pose,
+) -> JointErrors {
+    let mut errors = [(0.0f64, 0.0f64); JOINTS];
+    #[expect(clippy::cast_precision_loss, reason = "frames of a motion")]
+    let points = (VIRTUAL_POINTS * frames) as f64;
+    for frame in 0..frames {
+        let model = ModelPose::new(skeleton, &pose(frame));
+        for (joint, (points_there, error)) in truth(frame).iter().zip(&mut errors).enumerate() {
+            let position = model.positions[joint].as_dvec3();
+            let found = around(position, model.orientations[joint].as_dmat3());
+            for (point, found) in points_there.iter().zip(found) {
+                let off = point.distance(found) * 1e3;
+                error.0 = error.0.max(off);
+                error.1 += off / points;
+            }
+        }
+    }
+    errors
+}
+
+/// Fastest rotation of a joint that is not taken for a flip of the capture, degrees a second:
+/// 30 degrees a frame at 120 Hz (DESIGN.md, section 4); and the largest step at any rate,
+/// beyond which it is a guess which way a joint turned.
+const FASTEST_DEG_S: f64 = 3_600.0;
+const LARGEST_STEP_DEG: f64 = 75.0;
+
+/// Farthest that a pelvis may be from the origin: beyond it, the decoder's `f32` has steps of
+/// 0.1 mm and more.
+const FARTHEST_ROOT_M: f64 = 1e3;
+
+/// Refuses motions in which a joint flips over between two frames of `steps`: no smooth
+/// curve goes through both.
+///
+/// # Errors
+/// Naming the first such joint and frames, counted from 0.
+pub(super) fn refuse_flips(
+    rotations: &[[DQuat; JOINTS]],
+    steps: impl Iterator<Item = (usize, usize)>,
+    rate_hz: f64,
+) -> Result<()> {
+    let most = (FASTEST_DEG_S / rate_hz).min(LARGEST_STEP_DEG);
+    for (before, after) in steps {
+        for (joint, (a, b)) in rotations[before].iter().zip(&rotations[after]).enumerate() {
+            let turned = a.angle_between(*b).to_degrees();
+            if turned > most {
+                return Err(Error::Failed(format!(
+                    "joint {:?} turns {turned:.0} degrees from frame {before} to {after}: expected at most {most:.0} at {rate_hz:.0} frames a second (a flip of the capture? cut the motion there)",
+                    Joint::ALL[joint]
+                )));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses cycles in which a joint turns full circle: no series of vectors closes there.
+/// Followed without a jump, a quaternion then ends as the opposite of the first.
+///
+/// # Errors
+/// Naming the first such joint.
+fn refuse_circles(rotations: &[[DQuat; JOINTS]]) -> Result<()> {
+    for joint in Joint::ALL {
+        let index = joint.index();
+        let next = rotations.iter().cycle().skip(1);
+        let opposite = rotations
+            .iter()
+            .zip(next)
+            .filter(|(a, b)| a[index].dot(b[index]) < 0.0);
+        if opposite.count() % 2 == 1 {
+            return Err(Error::Failed(format!(
+                "joint {joint:?} turns full circle in a gait cycle: expected it to come back as it went"
+            )));
+        }
+    }
+    Ok(())
+}
+
+fn check(cycle: &Cycle) -> Result<()> {
+    let frames = cycle.root.len();
+    if !(MIN_FRAMES..=usize::from(u16::MAX)).contains(&frames) || cycle.rotations.len() != frames {
+        return Err(Error::Failed(format!(
+            "a gait cycle of {frames} frames: expected {MIN_FRAMES} to {}",
+            u16::MAX
+        )));
+    }
+    let finite = cycle.root.iter().all(|root| root.is_finite())
+        && cycle
+            .rotations
+            .iter()
+            .flatten()
+            .all(|rotation| rotation.is_normalized());
+    if !finite {
+        return Err(Error::Failed(
+            "a gait cycle with numbers that are not finite, or rotations that are not unit quaternions".into(),
+        ));
+    }
+    if !(1e-6..=4_000.0).contains(&cycle.period_s) || !(-2e3..=2e3).contains(&cycle.drift_m) {
+        return Err(Error::Failed(format!(
+            "a gait cycle of {} s and {} m: expected up to 4,000 s and 2,000 m",
+            cycle.period_s, cycle.drift_m
+        )));
+    }
+    let farthest_m = cycle.root.iter().map(|root| root.abs().max_element());
+    let farthest_m = farthest_m.fold(0.0, f64::max);
+    if farthest_m > FARTHEST_ROOT_M {
+        return Err(Error::Failed(format!(
+            "a gait cycle {farthest_m:.0} m from the origin: expected at most {FARTHEST_ROOT_M:.0} (take the place of the walk out of it)"
+        )));
+    }
+    #[expect(clippy::cast_precision_loss, reason = "at most 65,535 frames")]
+    let rate_hz = frames as f64 / cycle.period_s;
+    let steps = (1..=frames).map(|frame| (frame - 1, frame % frames));
+    refuse_flips(&cycle.rotations, steps, rate_hz)?;
+    refuse_circles(&cycle.rotations)
+}
