@@ -42,11 +42,8 @@ pub(super) fn quantise(
     mean: Option<&Mean>,
     max_error_mm: f64,
 ) -> Option<Quantised> {
-    let (rounded, numbers) = plainly(target, frames, mean, max_error_mm)?;
-    let mut best = Quantised {
-        scale: rounded,
-        numbers,
-    };
+    let mut best = plainly(target, frames, mean, max_error_mm)?;
+    let rounded = best.scale;
     // Then the coarsest scale at which single numbers can be moved until all is well.
     let (mut good, mut bad) = (rounded, rounded.saturating_add(MOST_REFINED + 1));
     while bad - good > 1 {
@@ -80,9 +77,9 @@ pub(super) fn plainly(
     frames: &Frames,
     mean: Option<&Mean>,
     max_error_mm: f64,
-) -> Option<(u8, Numbers)> {
+) -> Option<Quantised> {
     let (mut low, mut high) = SCALES;
-    let mut best: Option<(u8, Numbers, f64)> = None;
+    let mut best: Option<(Quantised, f64)> = None;
     while low < high {
         let scale = low.midpoint(high);
         let Some(numbers) = round(target, frames, mean, scale) else {
@@ -94,8 +91,9 @@ pub(super) fn plainly(
         let error_mm = figure.max_error_mm();
         let good = error_mm <= max_error_mm;
         // Should none be good enough, the finest is kept.
-        if good || best.as_ref().is_none_or(|(.., least)| error_mm < *least) {
-            best = Some((scale, figure.into_numbers(), error_mm));
+        if good || best.as_ref().is_none_or(|(_, least)| error_mm < *least) {
+            let numbers = figure.into_numbers();
+            best = Some((Quantised { scale, numbers }, error_mm));
         }
         if good {
             low = scale + 1;
@@ -103,7 +101,7 @@ pub(super) fn plainly(
             high = scale;
         }
     }
-    best.map(|(scale, numbers, _)| (scale, numbers))
+    best.map(|(best, _)| best)
 }
 
 /// The coefficients of a cycle in steps of this scale; `None` where the format does not

@@ -4,7 +4,7 @@
 //! without chance), each group's mean is a template, and as many groups are made as make the
 //! pack smallest.
 
-use super::cycle::{Mean, Numbers, mean_of, trim};
+use super::cycle::{Mean, Numbers, Quantised, mean_of, trim};
 use super::frames::Frames;
 use super::parameters::Parameters;
 use edgegait_core::format::CHANNELS;
@@ -18,13 +18,6 @@ const ROUNDS: usize = 12;
 /// Fewest clips of a template: a template of one clip is that clip stored elsewhere.
 const MIN_MEMBERS: usize = 4;
 
-/// A clip without a template, coarsely: what templates are made from.
-#[derive(Clone, Debug)]
-pub(super) struct Sketch {
-    pub(super) scale: u8,
-    pub(super) numbers: Numbers,
-}
-
 /// Templates and which clip uses which.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Templates {
@@ -37,8 +30,8 @@ pub(super) struct Templates {
 }
 
 impl Templates {
-    /// The templates that make these clips shortest.
-    pub(super) fn fit(sketches: &[Sketch], frames: &Frames) -> Self {
+    /// The templates that make these clips, which were rounded without any, shortest.
+    pub(super) fn fit(sketches: &[Quantised], frames: &Frames) -> Self {
         let none = Self {
             of: vec![None; sketches.len()],
             ..Self::default()
@@ -57,7 +50,7 @@ impl Templates {
         best.1
     }
 
-    fn of_groups(sketches: &[Sketch], frames: &Frames, count: usize) -> Self {
+    fn of_groups(sketches: &[Quantised], frames: &Frames, count: usize) -> Self {
         let points: Vec<Vec<f64>> = sketches
             .iter()
             .map(|sketch| point(sketch, frames))
@@ -68,7 +61,7 @@ impl Templates {
         let scale = scales.get(scales.len() / 2).copied().unwrap_or(0);
         let mut templates = Self::default();
         for group in 0..groups.iter().max().map_or(0, |most| most + 1) {
-            let members: Vec<&Sketch> = sketches
+            let members: Vec<&Quantised> = sketches
                 .iter()
                 .zip(&groups)
                 .filter_map(|(sketch, &own)| (own == group).then_some(sketch))
@@ -87,7 +80,7 @@ impl Templates {
     }
 
     /// About how many bytes clips, templates and Rice parameters take.
-    fn total_bytes(&self, sketches: &[Sketch], frames: &Frames) -> usize {
+    fn total_bytes(&self, sketches: &[Quantised], frames: &Frames) -> usize {
         let differences: Vec<Numbers> = sketches
             .iter()
             .enumerate()
@@ -105,7 +98,7 @@ impl Templates {
 }
 
 /// What a clip's numbers would be with a template.
-fn difference(sketch: &Sketch, mean: Option<&Mean>, frames: &Frames) -> Numbers {
+fn difference(sketch: &Quantised, mean: Option<&Mean>, frames: &Frames) -> Numbers {
     std::array::from_fn(|channel| {
         let own = &sketch.numbers[channel];
         let step = frames.step(channel, sketch.scale);
@@ -124,7 +117,7 @@ fn difference(sketch: &Sketch, mean: Option<&Mean>, frames: &Frames) -> Numbers 
 }
 
 /// The mean of clips in steps, and as it will be decoded.
-fn mean_walk(members: &[&Sketch], frames: &Frames, scale: u8) -> (Numbers, Mean) {
+fn mean_walk(members: &[&Quantised], frames: &Frames, scale: u8) -> (Numbers, Mean) {
     #[expect(clippy::cast_precision_loss, reason = "clips of a pack")]
     let count = members.len().max(1) as f64;
     let numbers: Numbers = std::array::from_fn(|channel| {
@@ -156,7 +149,7 @@ fn mean_walk(members: &[&Sketch], frames: &Frames, scale: u8) -> (Numbers, Mean)
 
 /// A clip as a point whose distances are those of poses: coefficients in units of a step at
 /// one scale.
-fn point(sketch: &Sketch, frames: &Frames) -> Vec<f64> {
+fn point(sketch: &Quantised, frames: &Frames) -> Vec<f64> {
     let coordinates = (0..CHANNELS).flat_map(|channel| {
         let ratio = frames.step(channel, sketch.scale) / frames.step(channel, 0);
         (0..COMPARED).map(move |index| {

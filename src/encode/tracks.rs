@@ -6,7 +6,7 @@ use super::pack::table;
 use super::parameters::Parameters;
 use super::take::{encode_take, looking_ahead, measure_joints};
 use super::target::{JointErrors, Target};
-use super::templates::{Sketch, Templates};
+use super::templates::Templates;
 use crate::error::{Error, Result};
 use crate::scene::Span;
 use edgegait_core::clip::Clip;
@@ -65,11 +65,7 @@ impl Tracks {
             .collect();
         let sketches = targets
             .par_iter()
-            .map(|target| {
-                let (scale, numbers) =
-                    plainly(target, &frames, None, max_error_mm).ok_or_else(too_far)?;
-                Ok(Sketch { scale, numbers })
-            })
+            .map(|target| plainly(target, &frames, None, max_error_mm).ok_or_else(too_far))
             .collect::<Result<Vec<_>>>()?;
         let templates = Templates::fit(&sketches, &frames);
         let shared = Shared { frames, templates };
@@ -81,12 +77,12 @@ impl Tracks {
                 Ok(one)
             })
             .collect::<Result<Vec<_>>>()?;
+        let mut written = shared.write(&targets, &quantised)?;
         let mut bound_mm = max_error_mm;
         for _ in 0..TRIES {
-            let errors = shared.write(&targets, &quantised)?.errors;
             let missed: Vec<usize> = (0..targets.len())
                 .filter(|&clip| {
-                    let worst = worst(&errors[clip]);
+                    let worst = worst(&written.errors[clip]);
                     // Far beyond it, the format is not finer.
                     worst > max_error_mm && worst < 1.05 * max_error_mm
                 })
@@ -98,13 +94,14 @@ impl Tracks {
             for clip in missed {
                 quantised[clip] = shared.quantise(targets[clip], clip, bound_mm)?;
             }
+            written = shared.write(&targets, &quantised)?;
         }
         let Written {
             mut codebook,
             templates,
             clips,
             mut errors,
-        } = shared.write(&targets, &quantised)?;
+        } = written;
         let takes = takes(motions, &codebook, max_error_mm, progress)?;
         let (mut loops, mut rest) = (clips.into_iter(), Vec::with_capacity(motions.len()));
         let mut takes = takes.into_iter();
