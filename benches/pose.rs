@@ -3,7 +3,7 @@
 mod common;
 
 use criterion::{BenchmarkId, Criterion};
-use edgegait_core::avatar::PosedHulls;
+use edgegait_core::body::{Body, Figure};
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::ModelPose;
 use edgegait_core::skeleton::JOINTS;
@@ -22,8 +22,9 @@ fn pose(criterion: &mut Criterion) {
     let skeleton = avatar.skeleton();
     let pose = pack.clip(0).expect("a first clip").sample(0.3);
     let model = ModelPose::new(&skeleton, &pose);
-    let mut figure = PosedHulls::new(&avatar, &model);
-    let points = figure.points().len();
+    let body = Body::new(&avatar);
+    let mut figure = Figure::new(&body, &model);
+    let points = figure.len();
 
     let mut group = criterion.benchmark_group("pose");
     group.bench_function(
@@ -32,7 +33,7 @@ fn pose(criterion: &mut Criterion) {
     );
     group.bench_function(BenchmarkId::new("hulls", format!("{points}-points")), |b| {
         b.iter(|| {
-            figure.update(black_box(&avatar), black_box(&model));
+            figure.update(black_box(&model));
             black_box(&figure);
         });
     });

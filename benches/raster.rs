@@ -1,16 +1,23 @@
 //! Drawing: project, frame by height, outline and rasterise one posed figure at 50x30.
 //!
 //! One iteration is one silhouette. `spread` goes through the 19 viewpoints of azimuths
-//! 0, 10, ..., 180 at elevations 0, 15, ..., 75 in turn; `above` is the widest view.
+//! 0, 10, ..., 180 at elevations 0, 15, ..., 75 in turn, `level` through those of elevation
+//! 0, which a sweep's benchmark sees; `above` is the widest view. `19-hulls-of-16` are the
+//! same hulls of at most 16 points. Bit rows are also measured with registers of each width:
+//! `rows-portable-spread` and, where the processor has them, `rows-avx2-spread` and
+//! `rows-avx512-spread`.
 
 mod common;
 
-use criterion::{BenchmarkId, Criterion};
-use edgegait_core::avatar::PosedHulls;
-use edgegait_core::camera::{Camera, Viewpoint};
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, BenchmarkId, Criterion};
+use edgegait_core::body::{Body, Figure};
+use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::ModelPose;
-use edgegait_core::raster::{Rasterizer, Renderer};
+use edgegait_core::raster::{Rasterizer, Renderer, Simd};
+use edgegait_core::silhouette::Size;
+use glam::Vec2;
 use std::hint::black_box;
 
 fn main() {
@@ -20,29 +27,60 @@ fn main() {
 }
 
 fn raster(criterion: &mut Criterion) {
-    let figures = figures();
+    let body = body(usize::MAX);
+    let thinned = self::body(16);
+    let figures = figures(&body);
+    let of_16 = self::figures(&thinned);
     let hulls = figures[0].hulls().count();
+    let all = format!("{hulls}-hulls");
+    let of_16 = (format!("{hulls}-hulls-of-16"), of_16);
     let spread: Vec<Camera> = (0..19u8)
         .map(|view| camera(f32::from(view) * 10.0, f32::from(view % 6) * 15.0))
+        .collect();
+    let level: Vec<Camera> = (0..19u8)
+        .map(|view| camera(f32::from(view) * 10.0, 0.0))
         .collect();
     let above = vec![camera(90.0, 90.0)];
 
     let mut group = criterion.benchmark_group("raster");
-    for rasterizer in Rasterizer::ALL {
-        for (views, cameras) in [("spread", &spread), ("above", &above)] {
-            let case = BenchmarkId::new(format!("{rasterizer}-{views}"), format!("{hulls}-hulls"));
-            group.bench_function(case, |b| {
-                let mut renderer = Renderer::new(rasterizer);
-                // 19 and 32 have no common divisor: every view meets every frame.
-                let mut drawings = figures.iter().cycle().zip(cameras.iter().cycle());
-                b.iter(|| {
-                    let (figure, camera) = drawings.next().expect("an endless cycle");
-                    black_box(renderer.draw(black_box(figure), black_box(camera)))
-                });
-            });
+    for &rasterizer in Rasterizer::ALL {
+        for (views, cameras) in [("spread", &spread), ("level", &level), ("above", &above)] {
+            let case = BenchmarkId::new(format!("{rasterizer}-{views}"), &all);
+            let renderer = Renderer::new(rasterizer, Size::S50x30);
+            draw(&mut group, case, renderer, (&figures, cameras));
+        }
+    }
+    for rasterizer in [Rasterizer::Skia, Rasterizer::Rows] {
+        let case = BenchmarkId::new(format!("{rasterizer}-spread"), &of_16.0);
+        let renderer = Renderer::new(rasterizer, Size::S50x30);
+        draw(&mut group, case, renderer, (&of_16.1, &spread));
+    }
+    for simd in Simd::available() {
+        for (points, figures) in [(&all, &figures), (&of_16.0, &of_16.1)] {
+            let case = BenchmarkId::new(format!("rows-{simd}-spread"), points);
+            let renderer = Renderer::with_simd(Rasterizer::Rows, Size::S50x30, simd);
+            draw(&mut group, case, renderer, (figures, &spread));
         }
     }
     group.finish();
+}
+
+fn draw(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    case: BenchmarkId,
+    mut renderer: Renderer,
+    (figures, cameras): (&[Figure<'_>], &[Camera]),
+) {
+    group.bench_function(case, |b| {
+        // 19 and 32 have no common divisor: every view meets every frame.
+        let mut drawings = figures.iter().cycle().zip(cameras.iter().cycle());
+        b.iter(|| {
+            let (figure, camera) = drawings.next().expect("an endless cycle");
+            let (figure, camera) = black_box((figure, camera));
+            let drawing = renderer.draw(figure, camera, Framing::Height, Vec2::ZERO);
+            black_box(drawing.is_ok())
+        });
+    });
 }
 
 fn camera(azimuth_deg: f32, elevation_deg: f32) -> Camera {
@@ -50,8 +88,24 @@ fn camera(azimuth_deg: f32, elevation_deg: f32) -> Camera {
     Camera::orthographic(viewpoint.expect("angles within range"))
 }
 
+/// The first person; of hulls that have more than `most` points so many, evenly spaced.
+fn body(most: usize) -> Body {
+    let bytes = common::pack();
+    let pack = Pack::parse(&bytes).expect("our own pack");
+    let avatar = pack.avatar(0).expect("a first avatar");
+    let mut body = Body::default();
+    for hull in avatar.hulls() {
+        let (len, most) = (hull.len(), most.min(hull.len()));
+        let points = hull.points().enumerate();
+        let kept = points.filter(|(at, _)| (at + 1) * most / len > at * most / len);
+        body.push(hull.joint(), kept.map(|(_, point)| point))
+            .expect("no more than the avatar has");
+    }
+    body
+}
+
 /// The 32 frames of the first person's gait cycle.
-fn figures() -> Vec<PosedHulls> {
+fn figures(body: &Body) -> Vec<Figure<'_>> {
     let bytes = common::pack();
     let pack = Pack::parse(&bytes).expect("our own pack");
     let avatar = pack.avatar(0).expect("a first avatar");
@@ -60,7 +114,7 @@ fn figures() -> Vec<PosedHulls> {
     (0..32u8)
         .map(|frame| {
             let pose = clip.pose(f32::from(frame) / 32.0);
-            PosedHulls::new(&avatar, &ModelPose::new(&avatar.skeleton(), &pose))
+            Figure::new(body, &ModelPose::new(&avatar.skeleton(), &pose))
         })
         .collect()
 }

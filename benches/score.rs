@@ -4,11 +4,10 @@ mod common;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
 use edgegait::score::{Contract, Model, Recognizer, Runtime};
-use edgegait::sweep::{FRAMES_PER_CYCLE, Job, Settings, Views, sweep};
+use edgegait::sweep::{Job, Settings, Views, sweep};
 use edgegait::train::{Options, fit, onnx};
 use edgegait_core::budget::PIXELS;
 use edgegait_core::pack::Pack;
-use edgegait_core::raster::Rasterizer;
 use ndarray::ArrayView2;
 use std::hint::black_box;
 
@@ -45,15 +44,11 @@ fn geis() -> (Vec<f32>, Vec<usize>) {
         .flat_map(|walk| (0..CYCLES).map(move |cycle| Job { walk, cycle }))
         .collect();
     let views = Views::grid("sides", [45.0, 90.0], [0.0]).expect("two viewpoints");
-    let settings = Settings {
-        rasterizer: Rasterizer::Skia,
-        frames_per_cycle: FRAMES_PER_CYCLE,
-        seed: 1,
-    };
+    let settings = Settings::default();
     let (mut pixels, mut people) = (Vec::new(), Vec::new());
     let sink = |job: Job, swept: edgegait::sweep::Swept| {
         for gei in swept.geis {
-            pixels.extend(gei.pixels.map(|pixel| f32::from(pixel) / 255.0));
+            pixels.extend(gei.pixels().iter().map(|&pixel| f32::from(pixel) / 255.0));
             people.push(job.walk);
         }
         Ok(())

@@ -1,16 +1,20 @@
-//! A sweep on the host: eight cycles of one person seen from 19 azimuths, on 1 and 2 threads.
+//! A sweep on the host: eight cycles of one person seen from 19 azimuths, on 1 and 2 threads,
+//! and two from the paper's 703 viewpoints in the framing of a cycle.
 //!
-//! Criterion's elements are silhouettes: 8 cycles x 19 views x 32 frames = 4,864.
+//! Criterion's elements are silhouettes: 8 cycles x 19 views x 32 frames = 4,864, and 2 cycles
+//! x 703 views x 32 frames = 44,992.
 
 mod common;
 
 use criterion::{BenchmarkId, Criterion, SamplingMode, Throughput};
-use edgegait::sweep::{FRAMES_PER_CYCLE, Job, Settings, View, Views, sweep};
+use edgegait::sweep::{FRAMES_PER_CYCLE, Framing, Job, Raster, Settings, View, Views, sweep};
 use edgegait_core::pack::Pack;
 use edgegait_core::raster::Rasterizer;
 use std::hint::black_box;
 
 const CYCLES: u32 = 8;
+/// Cycles that are seen from all viewpoints.
+const CYCLES_OF_ALL: u32 = 2;
 
 fn main() {
     let mut criterion = common::criterion();
@@ -36,20 +40,36 @@ fn sweeps(criterion: &mut Criterion) {
             format!("{}-views", views.list.len()),
         );
         group.bench_function(case, |b| {
-            b.iter(|| pool.install(|| geis(black_box(&pack), &views.list)));
+            let settings = Settings::default();
+            b.iter(|| pool.install(|| geis(black_box(&pack), CYCLES, &views.list, settings)));
+        });
+    }
+    let views = Views::paper().expect("the grid").list;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    let pool = pool.expect("one thread");
+    group.throughput(Throughput::Elements(
+        u64::from(CYCLES_OF_ALL * FRAMES_PER_CYCLE) * views.len() as u64,
+    ));
+    for rasterizer in [Raster::Columns, Rasterizer::Rows.into()] {
+        let case = BenchmarkId::new(
+            format!("{rasterizer}-threads-1"),
+            format!("{}-views", views.len()),
+        );
+        let settings = Settings {
+            rasterizer,
+            framing: Framing::Cycle,
+            ..Settings::default()
+        };
+        group.bench_function(case, |b| {
+            b.iter(|| pool.install(|| geis(black_box(&pack), CYCLES_OF_ALL, &views, settings)));
         });
     }
     group.finish();
 }
 
 /// How many GEIs were made.
-fn geis(pack: &Pack<'_>, views: &[View]) -> usize {
-    let jobs: Vec<Job> = (0..CYCLES).map(|cycle| Job { walk: 0, cycle }).collect();
-    let settings = Settings {
-        rasterizer: Rasterizer::Skia,
-        frames_per_cycle: FRAMES_PER_CYCLE,
-        seed: 1,
-    };
+fn geis(pack: &Pack<'_>, cycles: u32, views: &[View], settings: Settings) -> usize {
+    let jobs: Vec<Job> = (0..cycles).map(|cycle| Job { walk: 0, cycle }).collect();
     let mut made = 0;
     let sink = |_, geis: usize| {
         made += geis;

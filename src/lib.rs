@@ -6,12 +6,15 @@
 //! import -> scene -> encode -> [pack bytes, core] -> sweep -> dataset -> train, score
 //!        -> evaluate -> report
 //! ```
+//!
+//! [`frontier`] measures what the whole chain costs and what it gets wrong, for the command.
 
 pub mod cli;
 pub mod dataset;
 pub mod encode;
 pub mod error;
 pub mod evaluate;
+pub mod frontier;
 pub mod import;
 pub mod report;
 pub mod scene;

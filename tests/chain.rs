@@ -8,7 +8,6 @@ use edgegait::sweep::{Job, Settings, View, Views, sweep};
 use edgegait_core::avatar::Avatar;
 use edgegait_core::pack::{Gait, Pack};
 use edgegait_core::pose::ModelPose;
-use edgegait_core::raster::Rasterizer;
 use edgegait_core::template::Gei;
 use glam::{DQuat, DVec3};
 
@@ -93,9 +92,9 @@ fn swept(bytes: &[u8], cycles: u32, views: &[View], seed: u64) -> Vec<(Job, Vec<
         .flat_map(|walk| (0..cycles).map(move |cycle| Job { walk, cycle }))
         .collect();
     let settings = Settings {
-        rasterizer: Rasterizer::Skia,
         frames_per_cycle: 16,
         seed,
+        ..Settings::default()
     };
     let mut found = Vec::new();
     let sink = |job, geis| {
@@ -183,7 +182,7 @@ fn a_sweep_is_the_same_on_1_and_4_threads_and_its_seed_varies_all_cycles_but_the
 
 /// Root of the mean squared difference of the first views' pixels, grey levels.
 fn distance(a: &[Gei], b: &[Gei]) -> f64 {
-    let pixels = a[0].pixels.iter().zip(&b[0].pixels);
+    let pixels = a[0].pixels().iter().zip(b[0].pixels());
     let squares = pixels.map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2));
     (squares.sum::<f64>() / 1_500.0).sqrt()
 }

@@ -7,7 +7,7 @@
 use edgegait::encode::encode_subjects;
 use edgegait::scene::cohort::{self, CohortOptions};
 use edgegait::scene::{Cycle, Span, Subject, Track};
-use edgegait_core::avatar::PosedHulls;
+use edgegait_core::body::{Body, Figure};
 use edgegait_core::clip::Clip;
 use edgegait_core::format::crc32;
 use edgegait_core::pack::Pack;
@@ -93,10 +93,11 @@ fn poses(pack: &Pack<'_>) -> String {
     for index in 0..pack.avatar_count() {
         let avatar = pack.avatar(index).expect("an avatar");
         let skeleton = avatar.skeleton();
-        let figure = PosedHulls::new(&avatar, &ModelPose::new(&skeleton, &Pose::REST));
+        let body = Body::new(&avatar);
+        let figure = Figure::new(&body, &ModelPose::new(&skeleton, &Pose::REST));
         let corners = [
-            figure.points().iter().copied().fold(Vec3::MAX, Vec3::min),
-            figure.points().iter().copied().fold(Vec3::MIN, Vec3::max),
+            figure.points().fold(Vec3::MAX, Vec3::min),
+            figure.points().fold(Vec3::MIN, Vec3::max),
         ];
         let _ = write!(text, "{index}");
         for number in skeleton

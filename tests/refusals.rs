@@ -56,6 +56,58 @@ fn what_makes_no_sense_is_exit_code_2_and_leaves_no_file() {
         ("render two.egp --template gei", ["--template", "--out"]),
         ("render two.egp --template jpeg", ["jpeg", "gei"]),
         ("render two.egp --raster crayon", ["crayon", "skia"]),
+        (
+            "render two.egp --raster columns",
+            ["--framing height", "--raster rows"],
+        ),
+        (
+            "sweep two.egp --raster columns --framing box",
+            ["--framing box", "--raster rows"],
+        ),
+        (
+            "score two.egp --raster columns --framing camera --lens persp",
+            ["--lens persp", "--raster rows"],
+        ),
+        ("render two.egp --framing wide", ["wide", "height, box"]),
+        ("render two.egp --lens fisheye", ["fisheye", "ortho, persp"]),
+        ("render two.egp --size 40x40", ["40x40", "64x44 or 64x64"]),
+        ("render two.egp --jitter some", ["some", "r2"]),
+        (
+            "render two.egp --distance-m 5",
+            ["--distance-m: with --lens ortho", "--framing camera"],
+        ),
+        (
+            "sweep two.egp --framing box --camera static",
+            ["--camera: with --lens ortho", "--lens persp"],
+        ),
+        (
+            "score two.egp --framing cycle --fov-deg 30",
+            ["--fov-deg: with --lens ortho", "--framing camera"],
+        ),
+        (
+            "train two.egp --lens persp --fov-deg 30",
+            ["--fov-deg: --framing height", "--framing camera"],
+        ),
+        (
+            "render two.egp --lens persp --aim-m 0,1,0",
+            ["--aim-m: a camera that follows", "--camera static"],
+        ),
+        (
+            "render two.egp --lens persp --camera static --aim-m 0,1",
+            ["0,1", "three numbers"],
+        ),
+        (
+            "sweep two.egp --framing cycle --lens persp",
+            ["cycle", "--lens ortho"],
+        ),
+        (
+            "render two.egp --lens persp --distance-m 0",
+            ["--distance-m 0", "0.1 to 1,000,000"],
+        ),
+        (
+            "render two.egp --framing camera --fov-deg 180",
+            ["--fov-deg 180", "0.1 to 170"],
+        ),
         ("render two.egp --frames-per-cycle 0", ["0", "1..=4096"]),
         ("inspect two.egp --threads 0", ["--threads", "0"]),
         ("sweep two.egp --seed -1", ["-1", "--"]),

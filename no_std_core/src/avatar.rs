@@ -1,16 +1,14 @@
 //! A body: joint offsets and low-poly convex hulls, read in place.
 
 use crate::bits::BitReader;
-use crate::budget::{MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
+use crate::budget::{MAX_HULLS, MAX_POINTS};
 use crate::format::{
     AVATAR_HEADER_BYTES, AVATAR_RESERVED, FormatError, HULL_COUNT_MASK, MAX_OFFSET_WIDTH,
     OFFSET_STEP_M, OFFSET_WIDTH_BITS, SYMMETRIC_SKELETON, u16_at,
 };
 pub use crate::hull::Hull;
 use crate::hull::mirrored;
-use crate::pose::ModelPose;
 use crate::skeleton::{JOINTS, Joint, Skeleton};
-use core::fmt;
 use glam::Vec3;
 
 /// A body in a pack's bytes: where its joints are, and its hulls.
@@ -185,107 +183,9 @@ impl<'a> Avatar<'a> {
     }
 }
 
-/// All hull points of one frame in the walker's space: computed once, seen from
-/// every viewpoint. 9.3 kB.
-#[derive(Clone, Debug, Default)]
-pub struct PosedHulls {
-    points: heapless::Vec<Vec3, MAX_POINTS>,
-    ends: heapless::Vec<u16, MAX_HULLS>,
-}
-
-impl PosedHulls {
-    /// Carries the hulls of `avatar` to where `pose` puts their joints.
-    #[must_use]
-    pub fn new(avatar: &Avatar<'_>, pose: &ModelPose) -> Self {
-        let mut posed = Self::default();
-        posed.update(avatar, pose);
-        posed
-    }
-
-    /// The same in place, for the next frame.
-    pub fn update(&mut self, avatar: &Avatar<'_>, pose: &ModelPose) {
-        self.points.clear();
-        self.ends.clear();
-        let mut bits = avatar.hull_bits();
-        for _ in 0..avatar.stored_hulls() {
-            let Ok(hull) = Hull::read_header(&mut bits, avatar.step_um()) else {
-                break;
-            };
-            // Read once for both sides.
-            let mut points = hull.read_points(&mut bits);
-            self.carry(hull.joint(), &points, pose);
-            if let Some(image) = hull.image() {
-                for point in &mut points {
-                    *point = mirrored(*point);
-                }
-                self.carry(image.joint(), &points, pose);
-            }
-        }
-    }
-
-    /// Adds the hull of these points in the frame of `joint`.
-    fn carry(&mut self, joint: Joint, points: &[Vec3], pose: &ModelPose) {
-        let joint = joint.index();
-        let (orientation, position) = (pose.orientations[joint], pose.positions[joint]);
-        let fits = self.push(points.iter().map(|&point| position + orientation * point));
-        debug_assert!(fits.is_ok(), "a parsed avatar is within the budget");
-    }
-
-    /// Adds one hull given by points in the walker's space, metres: something that
-    /// a body wears or carries, or a test's figure.
-    ///
-    /// # Errors
-    /// When the budget is used up; nothing is added then.
-    pub fn push(&mut self, points: impl IntoIterator<Item = Vec3>) -> Result<(), OverBudget> {
-        let start = self.points.len();
-        let fits = points.into_iter().all(|point| {
-            self.points.len() < start + MAX_HULL_POINTS && self.points.push(point).is_ok()
-        });
-        let end = u16::try_from(self.points.len()).map_err(|_| OverBudget)?;
-        if fits && self.ends.push(end).is_ok() {
-            return Ok(());
-        }
-        self.points.truncate(start);
-        Err(OverBudget)
-    }
-
-    /// The hulls' points, hull by hull, metres.
-    pub fn hulls(&self) -> impl Iterator<Item = &[Vec3]> + Clone {
-        let mut start = 0;
-        self.ends.iter().map(move |&end| {
-            let end = usize::from(end);
-            let hull = self.points.get(start..end).unwrap_or_default();
-            start = end;
-            hull
-        })
-    }
-
-    /// All points, metres.
-    #[must_use]
-    pub fn points(&self) -> &[Vec3] {
-        &self.points
-    }
-}
-
-/// A figure has more hulls or points than [`crate::budget`] allows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct OverBudget;
-
-impl fmt::Display for OverBudget {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "more than {MAX_HULLS} hulls, {MAX_HULL_POINTS} points of a hull or {MAX_POINTS} points in all"
-        )
-    }
-}
-
-impl core::error::Error for OverBudget {}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pose::Pose;
 
     /// The body of `FORMAT.md`'s pack by hand: the left thigh at x = 9 cm and the left
     /// shank 42 cm below it, and a symmetric hull of the thigh. Its bits end at 5 * 8 + 153.
@@ -305,38 +205,41 @@ mod tests {
         Avatar::parse(bytes).expect_err("no avatar")
     }
 
-    fn assert_points(found: &[Vec3], expected: &[[f32; 3]]) {
-        assert_eq!(found.len(), expected.len());
-        for (found, expected) in found.iter().zip(expected) {
-            let distance = (*found - Vec3::from(*expected)).length();
+    fn assert_points(found: impl IntoIterator<Item = Vec3>, expected: &[[f32; 3]]) {
+        let mut expected = expected.iter();
+        for found in found {
+            let expected = expected.next().expect("no more points");
+            let distance = (found - Vec3::from(*expected)).length();
             assert!(distance < 1e-6, "{found} {expected:?}");
         }
+        assert!(expected.next().is_none());
     }
 
     #[test]
-    fn a_hull_is_carried_by_its_joint() {
+    fn a_hull_lies_in_the_frame_of_its_joint() {
         let avatar = Avatar::parse(&BY_HAND).expect("a whole avatar");
         assert!((avatar.max_error_mm() - 2.0).abs() < 1e-6);
         assert_eq!(avatar.len_bytes(), 25);
-        let model = ModelPose::new(&avatar.skeleton(), &Pose::REST);
-        let posed = PosedHulls::new(&avatar, &model);
-        let expected = [[0.09, -0.42, 0.06], [0.14, 0.005, 0.0], [0.04, 0.005, 0.0]];
-        assert_points(posed.points(), &expected);
+        let hull = avatar.hulls().next().expect("a hull");
+        assert_eq!(hull.joint(), Joint::LeftThigh);
+        assert_points(
+            hull.points(),
+            &[[0.0, -0.42, 0.06], [0.05, 0.005, 0.0], [-0.05, 0.005, 0.0]],
+        );
     }
 
     #[test]
-    fn the_image_of_a_mirrored_hull_is_carried_by_the_joint_on_the_other_side() {
+    fn the_image_of_a_mirrored_hull_belongs_to_the_joint_on_the_other_side() {
         // The sixth bit of the hull, which begins at bit 87.
         let bytes = turned(93);
         let avatar = Avatar::parse(&bytes).expect("a mirrored hull");
         let joints = avatar.hulls().map(|hull| hull.joint());
         assert!(joints.eq([Joint::LeftThigh, Joint::RightThigh]));
-        // The right hip of this skeleton is in the middle: only the left one is stored.
-        let model = ModelPose::new(&avatar.skeleton(), &Pose::REST);
-        let posed = PosedHulls::new(&avatar, &model);
-        let left = [[0.09, -0.42, 0.06], [0.14, 0.005, 0.0], [0.04, 0.005, 0.0]];
-        let middle = [[0.0, -0.42, 0.06], [-0.05, 0.005, 0.0], [0.05, 0.005, 0.0]];
-        assert_points(posed.points(), &[left, middle].concat());
+        let image = avatar.hulls().nth(1).expect("the image");
+        assert_points(
+            image.points(),
+            &[[0.0, -0.42, 0.06], [-0.05, 0.005, 0.0], [0.05, 0.005, 0.0]],
+        );
     }
 
     #[test]
@@ -365,7 +268,7 @@ mod tests {
         assert_eq!(avatar.hulls().count(), 0);
         let offset = |joint: Joint| (avatar.skeleton().offsets[joint.index()] * 1e4).round();
         assert_points(
-            &[
+            [
                 Joint::Pelvis,
                 Joint::Head,
                 Joint::LeftHand,
@@ -380,7 +283,7 @@ mod tests {
             ],
         );
         assert_points(
-            &[Joint::LeftFoot, Joint::RightFoot].map(offset),
+            [Joint::LeftFoot, Joint::RightFoot].map(offset),
             &[[15.0, 30.0, 45.0], [-15.0, 30.0, 45.0]],
         );
     }
@@ -452,20 +355,5 @@ mod tests {
         let error = parse(17, 1).expect_err("34 hulls");
         // The 17th begins at bit 59 + 16 * 29.
         assert_eq!(error.byte, 5 + 523 / 8);
-    }
-
-    #[test]
-    fn what_exceeds_the_budget_is_refused_whole() {
-        let mut posed = PosedHulls::default();
-        assert_eq!(
-            posed.push([Vec3::ZERO; MAX_HULL_POINTS + 1]),
-            Err(OverBudget)
-        );
-        assert!(posed.points().is_empty());
-        for _ in 0..MAX_POINTS / MAX_HULL_POINTS {
-            assert_eq!(posed.push([Vec3::ZERO; MAX_HULL_POINTS]), Ok(()));
-        }
-        assert_eq!(posed.push([Vec3::ZERO]), Err(OverBudget));
-        assert_eq!(posed.points().len(), MAX_POINTS);
     }
 }

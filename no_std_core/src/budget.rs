@@ -4,12 +4,18 @@
 //! pack is parsed, so that a loop over hulls, points or coefficients is bounded
 //! wherever it stands.
 
-/// Rows of a silhouette or template: Charalambous & Bharath (BMVC 2016).
+/// Rows of a silhouette or template of the default size: Charalambous & Bharath (BMVC 2016).
 pub const ROWS: usize = 50;
-/// Columns of a silhouette or template: Charalambous & Bharath (BMVC 2016).
+/// Columns of a silhouette or template of the default size: Charalambous & Bharath (BMVC 2016).
 pub const COLUMNS: usize = 30;
-/// Pixels of a silhouette or template.
+/// Pixels of a silhouette or template of the default size.
 pub const PIXELS: usize = ROWS * COLUMNS;
+/// Most rows of any [`crate::silhouette::Size`].
+pub const MAX_ROWS: usize = 64;
+/// Most columns of any [`crate::silhouette::Size`]: the bits of a row.
+pub const MAX_COLUMNS: usize = 64;
+/// Most pixels of any [`crate::silhouette::Size`].
+pub const MAX_PIXELS: usize = MAX_ROWS * MAX_COLUMNS;
 
 /// Hulls of one avatar. Ours: 24 for a fitted body and 8 for what it wears or carries.
 pub const MAX_HULLS: usize = 32;
@@ -17,6 +23,14 @@ pub const MAX_HULLS: usize = 32;
 pub const MAX_HULL_POINTS: usize = 32;
 /// Points of one avatar: 24 hulls of 32 points.
 pub const MAX_POINTS: usize = 768;
+/// Triangles on the surface of one hull: 2 n - 4 for n points (Euler).
+pub const MAX_HULL_FACETS: usize = 2 * MAX_HULL_POINTS - 4;
+/// Edges of one hull: 3 n - 6 for n points (Euler).
+pub const MAX_HULL_EDGES: usize = 3 * MAX_HULL_POINTS - 6;
+/// Numbers that are worked on at once: a register of AVX-512, four of NEON or SSE2.
+pub const LANES: usize = 16;
+/// Facets of one avatar, those of each hull filled up to whole [`LANES`].
+pub const MAX_FACETS: usize = 2 * MAX_POINTS + MAX_HULLS * LANES;
 /// Corners of a hull's outline after it was clipped to the window, which adds at
 /// most one corner for each of the four sides.
 pub const MAX_OUTLINE: usize = MAX_HULL_POINTS + 4;
@@ -26,12 +40,20 @@ pub const MAX_COEFFICIENTS: usize = 63;
 /// Harmonics of one channel.
 pub const MAX_HARMONICS: usize = (MAX_COEFFICIENTS - 1) / 2;
 
-/// Columns of the window in which a figure is measured before 30 of them are
-/// kept. The widest figure of the built-in cohort's 260 walks over the 703 viewpoints
-/// takes 112.4 columns (F02 walking at 7 km/h, azimuth 65, elevation 90).
+/// Columns of the window in which a figure is measured before those of its silhouette
+/// are kept; it has as many rows as the silhouette. The widest figure of the built-in cohort's 260 walks over the 703 viewpoints
+/// takes 112.4 columns at 50 rows (F02 walking at 7 km/h, azimuth 65, elevation 90).
 pub const WINDOW_COLUMNS: usize = 128;
 /// Windows side by side that a wider figure may take; wider ones are refused.
 pub const MAX_WINDOWS: usize = 16;
+/// Most pixels from the upper left corner of an image of a fixed scale to a part of a figure
+/// that is partly inside: 2^16, where an f32 still resolves 1/128 pixel.
+pub const MAX_REACH_PIXELS: f32 = 65_536.0;
+
+/// Elevations that the column rasteriser draws at once: 16 lanes and half as many more.
+pub const MAX_ELEVATIONS: usize = LANES + LANES / 2;
+/// Binary digits of a count of frames: 4,096 frames of one cycle take 13.
+pub const TALLY_DIGITS: usize = 13;
 
 /// Subjects, walks, avatars or clips of one pack.
 pub const MAX_ENTRIES: usize = 65_535;
@@ -41,9 +63,9 @@ pub const MAX_PACK_BYTES: usize = 1 << 24;
 /// Bytes that tiny-skia's rasteriser holds: its window from
 /// [`crate::raster::Renderer::new`] on, and from the first hull on one path, a point of
 /// 8 bytes for each corner and one more, and a verb of 1 byte for each point and the
-/// closing. No outline outgrows it.
+/// closing. No outline outgrows it. This is for 64 rows; 50 rows take 1,792 bytes fewer.
 pub const SKIA_RESIDENT_BYTES: usize = {
-    let window = WINDOW_COLUMNS * ROWS;
+    let window = WINDOW_COLUMNS * MAX_ROWS;
     let path_points = 8 * (MAX_OUTLINE + 1);
     let path_verbs = MAX_OUTLINE + 2;
     window + path_points + path_verbs
@@ -56,8 +78,8 @@ pub const SKIA_RESIDENT_BYTES: usize = {
 /// crosses the window's sides, and two sentinels), so that the list never grows, and
 /// sorting it takes its 4 kB from the stack (up to 51 edges).
 ///
-/// `tests/memory.rs` reaches the sum exactly with a counting allocator: 11,854 bytes
-/// together with the resident ones without anti-aliasing, 12,241 with it.
+/// `tests/memory.rs` reaches the sum exactly with a counting allocator: 13,646 bytes
+/// together with the resident ones without anti-aliasing, 14,033 with it.
 pub const SKIA_TRANSIENT_BYTES: usize = {
     let edges = 64 * 80;
     let runs = (2 + 1) * (WINDOW_COLUMNS + 1);

@@ -13,6 +13,7 @@ use glam::{Vec2, Vec3};
 pub struct Viewpoint {
     right: Vec3,
     up: Vec3,
+    toward: Vec3,
 }
 
 /// Why two angles are not a viewpoint.
@@ -59,6 +60,7 @@ impl Viewpoint {
         Ok(Self {
             right: Vec3::new(cos_a, 0.0, -sin_a),
             up: Vec3::new(-sin_a * sin_e, cos_e, -cos_a * sin_e),
+            toward: Vec3::new(sin_a * cos_e, sin_e, cos_a * cos_e),
         })
     }
 
@@ -72,6 +74,12 @@ impl Viewpoint {
     #[must_use]
     pub const fn up(&self) -> Vec3 {
         self.up
+    }
+
+    /// The direction from the walker to the camera, a unit vector.
+    #[must_use]
+    pub const fn toward(&self) -> Vec3 {
+        self.toward
     }
 }
 
@@ -95,98 +103,144 @@ fn sin_cos_degrees(degrees: f32) -> (f32, f32) {
     }
 }
 
-/// An orthographic camera: parallel rays, metres in the image.
+/// Least distance of a point in front of a perspective camera's eye, metres.
+pub const NEAR_M: f32 = 0.1;
+
+/// How rays run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Lens {
+    /// In parallel.
+    Orthographic,
+    /// From an eye this far from the point that it aims at.
+    Perspective { aim: Vec3, distance_m: f32 },
+}
+
+/// A camera: a viewpoint, and parallel rays or such from one eye.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     viewpoint: Viewpoint,
+    lens: Lens,
 }
+
+/// Why there is no such camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CameraError {
+    /// The distance is not within 0.1..=1,000,000 m.
+    Distance(f32),
+    /// The aim is not a finite point.
+    Aim(Vec3),
+}
+
+impl fmt::Display for CameraError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Distance(found) => {
+                write!(
+                    f,
+                    "camera distance {found}: expected metres within 0.1..=1000000"
+                )
+            }
+            Self::Aim(found) => write!(f, "camera aim {found}: expected finite metres"),
+        }
+    }
+}
+
+impl core::error::Error for CameraError {}
 
 impl Camera {
-    /// A camera that looks along `viewpoint`.
+    /// A camera that looks along `viewpoint`, with parallel rays.
     #[must_use]
     pub const fn orthographic(viewpoint: Viewpoint) -> Self {
-        Self { viewpoint }
+        Self {
+            viewpoint,
+            lens: Lens::Orthographic,
+        }
     }
 
-    /// Where `point` appears: metres to the right and metres up.
+    /// A camera whose eye stands `distance_m` from `aim` in the direction of `viewpoint`
+    /// and looks at it.
+    ///
+    /// # Errors
+    /// For a distance or an aim that cannot be.
+    pub fn perspective(
+        viewpoint: Viewpoint,
+        aim: Vec3,
+        distance_m: f32,
+    ) -> Result<Self, CameraError> {
+        // A NaN fails both comparisons.
+        if !(0.1..=1e6).contains(&distance_m) {
+            return Err(CameraError::Distance(distance_m));
+        }
+        if !aim.is_finite() {
+            return Err(CameraError::Aim(aim));
+        }
+        Ok(Self {
+            viewpoint,
+            lens: Lens::Perspective { aim, distance_m },
+        })
+    }
+
+    /// Where it looks from.
+    #[must_use]
+    pub const fn viewpoint(&self) -> Viewpoint {
+        self.viewpoint
+    }
+
+    /// What it aims at and how far from there its eye stands, metres; none with parallel rays.
+    pub(crate) const fn eye(&self) -> Option<(Vec3, f32)> {
+        match self.lens {
+            Lens::Orthographic => None,
+            Lens::Perspective { aim, distance_m } => Some((aim, distance_m)),
+        }
+    }
+
+    /// How far in front of the eye `point` lies, metres: infinitely far for parallel rays.
+    #[must_use]
+    pub fn depth_m(&self, point: Vec3) -> f32 {
+        match self.lens {
+            Lens::Orthographic => f32::INFINITY,
+            Lens::Perspective { aim, distance_m } => {
+                distance_m - self.viewpoint.toward.dot(point - aim)
+            }
+        }
+    }
+
+    /// Where `point` appears: metres to the right and metres up, of the origin with parallel
+    /// rays, of the aim in perspective. There they are metres in the plane through the aim:
+    /// what is nearer appears larger.
+    ///
+    /// # Guarantees
+    /// Means something only for points of a depth of at least [`NEAR_M`].
     #[must_use]
     pub fn project(&self, point: Vec3) -> Vec2 {
-        Vec2::new(
-            self.viewpoint.right.dot(point),
-            self.viewpoint.up.dot(point),
-        )
-    }
-}
-
-/// From image metres to the pixels of a window: one scale, y turned downwards.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Placement {
-    /// Pixels a metre.
-    pub scale: f32,
-    /// The image point, metres, that falls on column `column`, row 0.
-    pub origin: Vec2,
-    /// Column on which the origin falls.
-    pub column: f32,
-}
-
-impl Placement {
-    /// The pixel coordinates of an image point: x to the right, y down, pixel
-    /// `(c, r)` covers `c..c+1` by `r..r+1`.
-    #[must_use]
-    pub fn place(&self, point: Vec2) -> Vec2 {
-        Vec2::new(
-            (point.x - self.origin.x) * self.scale + self.column,
-            (self.origin.y - point.y) * self.scale,
-        )
-    }
-
-    /// The same placement seen from a window `columns` further right.
-    #[must_use]
-    pub fn shifted(&self, columns: f32) -> Self {
-        Self {
-            column: self.column - columns,
-            ..*self
-        }
-    }
-}
-
-/// The rectangle that a figure takes in the image, metres.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Extent {
-    /// Leftmost and lowest.
-    pub min: Vec2,
-    /// Rightmost and highest.
-    pub max: Vec2,
-}
-
-impl Extent {
-    /// The extent of projected `points`; `None` without any, or if one is not finite.
-    pub fn of(points: impl IntoIterator<Item = Vec2>) -> Option<Self> {
-        let mut extent: Option<Self> = None;
-        for point in points {
-            if !point.is_finite() {
-                return None;
+        let Viewpoint { right, up, .. } = self.viewpoint;
+        match self.lens {
+            Lens::Orthographic => Vec2::new(right.dot(point), up.dot(point)),
+            Lens::Perspective { aim, distance_m } => {
+                let from_aim = point - aim;
+                let growth = distance_m / self.depth_m(point);
+                Vec2::new(right.dot(from_aim) * growth, up.dot(from_aim) * growth)
             }
-            let (min, max) = extent.map_or((point, point), |e| (e.min, e.max));
-            extent = Some(Self {
-                min: min.min(point),
-                max: max.max(point),
-            });
         }
-        extent
     }
+}
 
-    /// Width, metres.
-    #[must_use]
-    pub fn width(&self) -> f32 {
-        self.max.x - self.min.x
-    }
-
-    /// Height, metres.
-    #[must_use]
-    pub fn height(&self) -> f32 {
-        self.max.y - self.min.y
-    }
+/// How a figure is fitted into the image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Framing {
+    /// Scaled so that it fills all rows, and shifted by whole columns so that its centroid
+    /// lands in the middle; what the columns cut off is reported.
+    Height,
+    /// Stretched to its bounding box: a scale for each axis, nothing is cut off.
+    Box,
+    /// One scale, whatever the figure does: nothing is measured or shifted. A walk or a
+    /// sensor that keeps its place has one of these for all frames.
+    Fixed {
+        /// The point that appears in the middle of the image, metres.
+        centre: Vec3,
+        /// Pixels for each metre of the image, above 0.
+        pixels_per_metre: f32,
+    },
 }
 
 #[cfg(test)]
@@ -263,5 +317,90 @@ mod tests {
         );
         assert_eq!(Viewpoint::from_degrees(0.0, 90.1), Err(Elevation(90.1)));
         assert!(Viewpoint::from_degrees(0.0, -90.0).is_ok());
+    }
+
+    fn viewpoint(azimuth: f32, elevation: f32) -> Viewpoint {
+        Viewpoint::from_degrees(azimuth, elevation).expect("a viewpoint")
+    }
+
+    fn perspective(azimuth: f32, elevation: f32, aim: Vec3, distance_m: f32) -> Camera {
+        Camera::perspective(viewpoint(azimuth, elevation), aim, distance_m).expect("a camera")
+    }
+
+    #[test]
+    fn the_camera_stands_where_the_viewpoint_says() {
+        for (azimuth, elevation, toward) in [
+            (0.0, 0.0, Vec3::Z),
+            (90.0, 0.0, Vec3::X),
+            (180.0, 0.0, -Vec3::Z),
+            (-90.0, 0.0, -Vec3::X),
+            (35.0, 90.0, Vec3::Y),
+            (35.0, -90.0, -Vec3::Y),
+        ] {
+            assert_eq!(viewpoint(azimuth, elevation).toward(), toward);
+        }
+        let oblique = viewpoint(33.0, 47.0);
+        let expected = oblique.right().cross(oblique.up());
+        assert!((oblique.toward() - expected).length() < 1e-6);
+        for azimuth in [360.0, -360.0] {
+            assert_eq!(viewpoint(azimuth, 20.0), viewpoint(0.0, 20.0));
+        }
+    }
+
+    #[test]
+    fn a_point_a_metre_nearer_at_four_metres_appears_four_thirds_as_far_out() {
+        let front = perspective(0.0, 0.0, Vec3::new(0.0, 1.0, 0.0), 4.0);
+        let at = |z| front.project(Vec3::new(0.3, 1.6, z));
+        assert!((at(0.0) - Vec2::new(0.3, 0.6)).length() < 1e-6);
+        assert!((at(1.0) - Vec2::new(0.4, 0.8)).length() < 1e-6);
+        // 4 m behind the aim: half as far out.
+        assert!((at(-4.0) - Vec2::new(0.15, 0.3)).length() < 1e-6);
+        assert_eq!(front.depth_m(Vec3::new(0.3, 1.6, 1.0)), 3.0);
+        assert_eq!(camera(0.0, 0.0).depth_m(Vec3::splat(7.0)), f32::INFINITY);
+        // From above, what is higher is nearer.
+        let above = perspective(0.0, 90.0, Vec3::ZERO, 4.0);
+        assert!((above.project(Vec3::new(0.3, 2.0, 0.0)) - Vec2::new(0.6, 0.0)).length() < 1e-6);
+    }
+
+    #[test]
+    fn from_a_kilometre_perspective_is_orthographic() {
+        for (azimuth, elevation) in [(0.0, 0.0), (90.0, 0.0), (37.0, 41.0), (200.0, 90.0)] {
+            let far = perspective(azimuth, elevation, Vec3::ZERO, 1_000.0);
+            for point in [Vec3::new(0.5, 0.9, -0.4), Vec3::new(-0.3, 0.2, 0.7)] {
+                let difference = far.project(point) - camera(azimuth, elevation).project(point);
+                assert!(
+                    difference.length() < 1e-3,
+                    "{azimuth} {elevation} {difference}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_jumps_straight_above() {
+        let aim = Vec3::new(0.1, 0.9, 0.2);
+        for azimuth in [0.0, 90.0, 123.0] {
+            let (near, above) = (
+                perspective(azimuth, 89.999, aim, 4.0),
+                perspective(azimuth, 90.0, aim, 4.0),
+            );
+            let difference = near.project(Vec3::ONE) - above.project(Vec3::ONE);
+            assert!(difference.length() < 1e-4, "{azimuth}: {difference}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_camera_is_a_typed_error() {
+        let made = |aim, distance_m| Camera::perspective(viewpoint(0.0, 0.0), aim, distance_m);
+        for bad in [0.0, -4.0, 0.099, 1.1e6, f32::INFINITY] {
+            assert_eq!(made(Vec3::ZERO, bad), Err(CameraError::Distance(bad)));
+        }
+        assert!(matches!(
+            made(Vec3::ZERO, f32::NAN),
+            Err(CameraError::Distance(_))
+        ));
+        let nowhere = Vec3::new(0.0, f32::INFINITY, 0.0);
+        assert_eq!(made(nowhere, 4.0), Err(CameraError::Aim(nowhere)));
+        assert!(made(Vec3::ZERO, 0.1).is_ok() && made(Vec3::ZERO, 1e6).is_ok());
     }
 }

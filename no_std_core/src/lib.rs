@@ -5,18 +5,19 @@
 //! way, each module using only those before it:
 //!
 //! ```text
-//! pack bytes -> pack -> clip (decode) -> pose -> avatar (hulls) -> camera
-//!            -> outline -> raster -> silhouette -> template
+//! pack bytes -> pack -> clip (decode) -> pose -> body (hulls in a pose) -> camera
+//!            -> raster -> silhouette -> template
 //! ```
 //!
 //! ```
-//! # #[cfg(feature = "skia")] {
-//! use edgegait_core::avatar::PosedHulls;
-//! use edgegait_core::camera::{Camera, Viewpoint};
+//! use edgegait_core::body::{Body, Figure};
+//! use edgegait_core::camera::{Camera, Framing, Viewpoint};
 //! use edgegait_core::pack::Pack;
 //! use edgegait_core::pose::ModelPose;
 //! use edgegait_core::raster::{Rasterizer, Renderer};
+//! use edgegait_core::silhouette::Size;
 //! use edgegait_core::template::{Gei, GeiBuilder};
+//! use glam::Vec2;
 //!
 //! /// The GEI of a pack's first walk, seen from the side.
 //! fn side_view(bytes: &[u8]) -> Option<Gei> {
@@ -24,50 +25,52 @@
 //!     let walk = pack.walks().next()?;
 //!     let avatar = pack.avatar(pack.subject(walk.subject)?.avatar)?;
 //!     let cycle = pack.clip(walk.clip)?.as_loop()?;
+//!     let (body, skeleton) = (Body::new(&avatar), avatar.skeleton());
+//!     let mut figure = Figure::at_rest(&body);
 //!     let camera = Camera::orthographic(Viewpoint::from_degrees(90.0, 0.0).ok()?);
-//!     let mut renderer = Renderer::new(Rasterizer::Skia);
-//!     let mut gei = GeiBuilder::new();
+//!     let mut renderer = Renderer::new(Rasterizer::Rows, Size::S50x30);
+//!     let mut gei = GeiBuilder::new(Size::S50x30);
 //!     for frame in 0..32u8 {
 //!         let pose = cycle.pose(f32::from(frame) / 32.0);
-//!         let model = ModelPose::new(&avatar.skeleton(), &pose);
-//!         let figure = PosedHulls::new(&avatar, &model);
-//!         gei.add(&renderer.draw(&figure, &camera).ok()?.frame);
+//!         figure.update(&ModelPose::new(&skeleton, &pose));
+//!         let drawing = renderer.draw(&figure, &camera, Framing::Height, Vec2::ZERO).ok()?;
+//!         gei.add(drawing.frame);
 //!     }
 //!     Some(gei.finish())
 //! }
 //! assert_eq!(side_view(b"not a pack"), None);
-//! # }
 //! ```
 //!
 //! # Conventions
 //!
 //! Metres, seconds and radians (degrees only where a name says so). Y is up, the
 //! walker faces and walks towards +Z, +X is the walker's left. Images are
-//! `[row][column]`, row 0 on top, 50 rows by 30 columns; a pixel is on if its
-//! centre is inside.
+//! `[row][column]`, row 0 on top, 50 rows by 30 columns or one of two larger
+//! [`silhouette::Size`]s; a pixel is on if its centre is inside.
 //!
 //! # Guarantees
 //!
-//! No panic on any bytes and any floats, no `unsafe`, no allocation of its own
-//! (tiny-skia allocates: at most [`budget::SKIA_HEAP_BYTES`]), and the same bytes
-//! on every target: all arithmetic is scalar, without fused multiply-add, and
-//! functions come from `libm`.
+//! No panic on any bytes and any floats, no allocation of its own (tiny-skia allocates: at
+//! most [`budget::SKIA_HEAP_BYTES`]), and the same bytes on every target and with registers
+//! of any width: without fused multiply-add, and functions come from `libm`. `unsafe` is
+//! what calls instructions that a processor was asked for, in `raster/simd` alone.
 #![no_std]
 #![deny(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::panic))]
 
 pub mod avatar;
 pub mod bits;
+pub mod body;
 pub mod budget;
 pub mod camera;
 pub mod clip;
 pub mod codebook;
+pub mod facets;
 pub mod format;
 mod hull;
 pub mod outline;
 pub mod pack;
 pub mod pose;
-#[cfg(feature = "skia")]
 pub mod raster;
 pub mod rotation;
 pub mod silhouette;
@@ -76,6 +79,6 @@ mod table;
 pub mod template;
 
 /// Compiles the example of the crate's README.
-#[cfg(all(doctest, feature = "skia"))]
+#[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -1,38 +1,125 @@
-//! Silhouettes at 50x30: bits, or grey coverage.
+//! Silhouettes: bits, or grey coverage, in one of three sizes.
 
-use crate::budget::{COLUMNS, PIXELS, ROWS};
+use crate::budget::{COLUMNS, MAX_COLUMNS, MAX_PIXELS, MAX_ROWS, ROWS};
 use core::fmt;
 
-/// A binary silhouette: 50 rows of 30 bits. 200 bytes.
+/// Rows and columns of a silhouette or template. Each is drawn natively: nothing is
+/// resampled.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Size {
+    /// 50 rows by 30 columns: Charalambous & Bharath (BMVC 2016).
+    #[default]
+    S50x30,
+    /// 64 rows by 44 columns: OpenGait (Fan et al. 2023), sides cut off.
+    S64x44,
+    /// 64 rows by 64 columns: OpenGait (Fan et al. 2023).
+    S64x64,
+}
+
+impl Size {
+    /// All sizes.
+    pub const ALL: [Self; 3] = [Self::S50x30, Self::S64x44, Self::S64x64];
+
+    /// How many rows.
+    #[must_use]
+    pub const fn rows(self) -> usize {
+        match self {
+            Self::S50x30 => ROWS,
+            Self::S64x44 | Self::S64x64 => MAX_ROWS,
+        }
+    }
+
+    /// How many columns.
+    #[must_use]
+    pub const fn columns(self) -> usize {
+        match self {
+            Self::S50x30 => COLUMNS,
+            Self::S64x44 => 44,
+            Self::S64x64 => MAX_COLUMNS,
+        }
+    }
+
+    /// How many pixels.
+    #[must_use]
+    pub const fn pixels(self) -> usize {
+        self.rows() * self.columns()
+    }
+
+    /// Rows and columns, as results state them.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::S50x30 => "50x30",
+            Self::S64x44 => "64x44",
+            Self::S64x64 => "64x64",
+        }
+    }
+}
+
+impl fmt::Display for Size {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A binary silhouette: rows of bits. 520 bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Silhouette {
-    /// Bit `c` of row `r` is the pixel in column `c`; row 0 is on top. Bits from
-    /// 30 on are zero.
-    rows: [u32; ROWS],
+    size: Size,
+    /// Bit `c` of row `r` is the pixel in column `c`; row 0 is on top. Bits and rows
+    /// beyond the size are zero.
+    rows: [u64; MAX_ROWS],
 }
 
 impl Silhouette {
     /// No pixel on.
-    pub const EMPTY: Self = Self { rows: [0; ROWS] };
-
-    /// A silhouette from rows of bits; bits from 30 on are dropped.
     #[must_use]
-    pub fn from_rows(rows: [u32; ROWS]) -> Self {
+    pub const fn empty(size: Size) -> Self {
         Self {
-            rows: rows.map(|row| row & ((1 << COLUMNS) - 1)),
+            size,
+            rows: [0; MAX_ROWS],
         }
     }
 
-    /// The rows; bit `c` is column `c`.
+    /// A silhouette from rows of bits, the upper one first. Missing rows are empty; rows
+    /// and bits beyond the size are dropped.
     #[must_use]
-    pub const fn rows(&self) -> &[u32; ROWS] {
+    pub fn from_rows(size: Size, rows: &[u64]) -> Self {
+        let mut silhouette = Self::empty(size);
+        let mask = u64::MAX >> (MAX_COLUMNS - size.columns());
+        let kept = silhouette.rows.iter_mut().take(size.rows());
+        for (row, bits) in kept.zip(rows) {
+            *row = bits & mask;
+        }
+        silhouette
+    }
+
+    /// Rows and columns.
+    #[must_use]
+    pub const fn size(&self) -> Size {
+        self.size
+    }
+
+    /// The rows from the top; bit `c` is column `c`.
+    #[must_use]
+    pub fn rows(&self) -> &[u64] {
+        self.rows.get(..self.size.rows()).unwrap_or_default()
+    }
+
+    /// The same, and behind them rows that are empty.
+    pub(crate) const fn all_rows(&self) -> &[u64; MAX_ROWS] {
         &self.rows
     }
 
-    /// Whether the pixel is on; off outside 50x30.
+    /// The same to write to: what is beyond the size has to stay zero.
+    pub(crate) const fn all_rows_mut(&mut self) -> &mut [u64; MAX_ROWS] {
+        &mut self.rows
+    }
+
+    /// Whether the pixel is on; off outside of the silhouette.
     #[must_use]
     pub fn is_on(&self, row: usize, column: usize) -> bool {
-        column < COLUMNS
+        column < MAX_COLUMNS
             && self
                 .rows
                 .get(row)
@@ -45,13 +132,13 @@ impl Silhouette {
         self.rows.iter().map(|row| row.count_ones()).sum()
     }
 
-    /// Pixels on in both over pixels on in either (Jaccard 1912), 0..=1. Two empty
-    /// silhouettes are equal: 1.
+    /// Pixels on in both over pixels on in either (Jaccard 1912), 0..=1, row by row and
+    /// column by column from the upper left. Two empty silhouettes are equal: 1.
     #[must_use]
     pub fn jaccard(&self, other: &Self) -> f32 {
         let (mut both, mut either) = (0u16, 0u16);
         for (a, b) in self.rows.iter().zip(&other.rows) {
-            #[expect(clippy::cast_possible_truncation, reason = "at most 30 a row")]
+            #[expect(clippy::cast_possible_truncation, reason = "at most 64 a row")]
             {
                 both += (a & b).count_ones() as u16;
                 either += (a | b).count_ones() as u16;
@@ -63,24 +150,25 @@ impl Silhouette {
         f32::from(both) / f32::from(either)
     }
 
-    /// The same as bytes, row by row: 0 or 255.
+    /// The same as bytes: 0 or 255.
     #[must_use]
-    pub fn to_pixels(&self) -> [u8; PIXELS] {
-        let mut pixels = [0; PIXELS];
-        for (row, out) in self.rows.iter().zip(pixels.chunks_exact_mut(COLUMNS)) {
+    pub fn to_coverage(&self) -> Coverage {
+        let mut coverage = Coverage::empty(self.size);
+        let out = coverage.pixels_mut().chunks_exact_mut(self.size.columns());
+        for (row, out) in self.rows.iter().zip(out) {
             for (column, pixel) in out.iter_mut().enumerate() {
                 *pixel = if row >> column & 1 == 1 { 255 } else { 0 };
             }
         }
-        pixels
+        coverage
     }
 }
 
-/// Text art: 50 lines of `#` and `.`.
+/// Text art: a line of `#` and `.` for each row.
 impl fmt::Display for Silhouette {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for row in &self.rows {
-            for column in 0..COLUMNS {
+        for row in self.rows() {
+            for column in 0..self.size.columns() {
                 f.write_str(if row >> column & 1 == 1 { "#" } else { "." })?;
             }
             f.write_str("\n")?;
@@ -89,56 +177,183 @@ impl fmt::Display for Silhouette {
     }
 }
 
-/// A grey silhouette: how much of each pixel is covered, 0..=255. 1,500 bytes.
+/// A grey silhouette: how much of each pixel is covered, 0..=255. 4,097 bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Coverage {
-    /// Row by row from the top.
-    pub pixels: [u8; PIXELS],
+    size: Size,
+    /// Those beyond the size are zero.
+    pixels: [u8; MAX_PIXELS],
 }
 
 impl Coverage {
+    /// Nothing covered.
+    #[must_use]
+    pub const fn empty(size: Size) -> Self {
+        Self {
+            size,
+            pixels: [0; MAX_PIXELS],
+        }
+    }
+
+    /// Rows and columns.
+    #[must_use]
+    pub const fn size(&self) -> Size {
+        self.size
+    }
+
+    /// Row by row from the top, as many bytes as the size has pixels.
+    #[must_use]
+    pub fn pixels(&self) -> &[u8] {
+        self.pixels.get(..self.size.pixels()).unwrap_or_default()
+    }
+
+    /// The same to write to.
+    pub fn pixels_mut(&mut self) -> &mut [u8] {
+        self.pixels
+            .get_mut(..self.size.pixels())
+            .unwrap_or_default()
+    }
+
     /// The pixels that are at least half covered.
     #[must_use]
     pub fn to_silhouette(&self) -> Silhouette {
-        let mut rows = [0u32; ROWS];
-        for (row, pixels) in rows.iter_mut().zip(self.pixels.chunks_exact(COLUMNS)) {
+        let mut silhouette = Silhouette::empty(self.size);
+        let pixels = self.pixels().chunks_exact(self.size.columns());
+        for (row, pixels) in silhouette.rows.iter_mut().zip(pixels) {
             for (column, &pixel) in pixels.iter().enumerate() {
-                *row |= u32::from(pixel >= 128) << column;
+                *row |= u64::from(pixel >= 128) << column;
             }
         }
-        Silhouette { rows }
+        silhouette
     }
+}
+
+/// A grey silhouette of nine samples a pixel, counted in bits. 2,056 bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ninths {
+    size: Size,
+    /// Rows of the bits of worth 1, 2, 4 and 8 of the samples that are on, 0 to 9.
+    planes: [[u64; MAX_ROWS]; 4],
+}
+
+impl Ninths {
+    /// The samples of nine silhouettes of one size, by full adders.
+    #[must_use]
+    pub(crate) fn of(images: &[Silhouette; 9]) -> Self {
+        let [first, ..] = images;
+        let mut ninths = Self {
+            size: first.size,
+            planes: [[0; MAX_ROWS]; 4],
+        };
+        let [ones, twos, fours, eights] = &mut ninths.planes;
+        let planes = ones.iter_mut().zip(twos).zip(fours).zip(eights);
+        for (row, (((one, two), four), eight)) in planes.enumerate() {
+            let [a, b, c, d, e, f, g, h, i] = images
+                .each_ref()
+                .map(|image| image.rows.get(row).copied().unwrap_or_default());
+            let (a, carry_a) = full_add(a, b, c);
+            let (b, carry_b) = full_add(d, e, f);
+            let (c, carry_c) = full_add(g, h, i);
+            let (sum, carry) = full_add(a, b, c);
+            let (twos, carry_twos) = full_add(carry_a, carry_b, carry_c);
+            (*one, *two) = (sum, twos ^ carry);
+            (*four, *eight) = (carry_twos ^ (twos & carry), carry_twos & twos & carry);
+        }
+        ninths
+    }
+
+    /// Rows and columns.
+    #[must_use]
+    pub const fn size(&self) -> Size {
+        self.size
+    }
+
+    /// Rows of the bits of worth 1, 2, 4 and 8.
+    pub(crate) const fn planes(&self) -> &[[u64; MAX_ROWS]; 4] {
+        &self.planes
+    }
+
+    /// The pixels of which at least five samples are on.
+    #[must_use]
+    pub fn to_silhouette(&self) -> Silhouette {
+        let mut silhouette = Silhouette::empty(self.size);
+        let [ones, twos, fours, eights] = &self.planes;
+        let planes = ones.iter().zip(twos).zip(fours).zip(eights);
+        for (row, (((one, two), four), eight)) in silhouette.rows.iter_mut().zip(planes) {
+            *row = eight | (four & (one | two));
+        }
+        silhouette
+    }
+
+    /// The same as bytes: ninths of 255, rounded half up.
+    #[must_use]
+    pub fn to_coverage(&self) -> Coverage {
+        let mut coverage = Coverage::empty(self.size);
+        let columns = self.size.columns();
+        for (row, pixels) in coverage.pixels_mut().chunks_exact_mut(columns).enumerate() {
+            for (column, pixel) in pixels.iter_mut().enumerate() {
+                let bits = (0..).zip(&self.planes).map(|(worth, plane)| {
+                    let bit = plane.get(row).map_or(0, |bits| bits >> column & 1);
+                    bit << worth
+                });
+                let on: u64 = bits.sum();
+                // Rounded half up: 255 and 9 have a common factor of 3.
+                *pixel = u8::try_from((on * 170 + 3) / 6).unwrap_or(u8::MAX);
+            }
+        }
+        coverage
+    }
+}
+
+/// The sum of three bits, and what it carries.
+pub(crate) const fn full_add(a: u64, b: u64, c: u64) -> (u64, u64) {
+    let half = a ^ b;
+    (half ^ c, (a & b) | (half & c))
 }
 
 /// What a rasteriser draws: bits where it samples once a pixel, grey otherwise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[expect(
     clippy::large_enum_variant,
-    reason = "1.5 kB on the stack for one frame; a box would need a heap"
+    reason = "4 kB on the stack for one frame; a box would need a heap"
 )]
 pub enum Frame {
     /// One sample a pixel.
     Binary(Silhouette),
-    /// Several samples a pixel.
+    /// Nine samples a pixel.
+    Ninths(Ninths),
+    /// tiny-skia's coverage.
     Grey(Coverage),
 }
 
 impl Frame {
+    /// Rows and columns.
+    #[must_use]
+    pub const fn size(&self) -> Size {
+        match self {
+            Self::Binary(silhouette) => silhouette.size(),
+            Self::Ninths(ninths) => ninths.size(),
+            Self::Grey(coverage) => coverage.size(),
+        }
+    }
+
     /// The binary silhouette: grey pixels are on from half coverage up.
     #[must_use]
     pub fn silhouette(&self) -> Silhouette {
         match self {
             Self::Binary(silhouette) => *silhouette,
+            Self::Ninths(ninths) => ninths.to_silhouette(),
             Self::Grey(coverage) => coverage.to_silhouette(),
         }
     }
 
-    /// Row by row from the top, 0..=255.
+    /// The same as bytes: 0 or 255 of bits.
     #[must_use]
-    pub fn to_pixels(&self) -> [u8; PIXELS] {
+    pub fn to_coverage(&self) -> Coverage {
         match self {
-            Self::Binary(silhouette) => silhouette.to_pixels(),
-            Self::Grey(coverage) => coverage.pixels,
+            Self::Binary(silhouette) => silhouette.to_coverage(),
+            Self::Ninths(ninths) => ninths.to_coverage(),
+            Self::Grey(coverage) => *coverage,
         }
     }
 }
@@ -147,36 +362,60 @@ impl Frame {
 mod tests {
     use super::*;
 
-    fn rows(first: &[u32]) -> Silhouette {
-        let mut rows = [0; ROWS];
-        rows[..first.len()].copy_from_slice(first);
-        Silhouette::from_rows(rows)
+    const SMALL: Size = Size::S50x30;
+
+    fn rows(first: &[u64]) -> Silhouette {
+        Silhouette::from_rows(SMALL, first)
     }
 
     #[test]
     fn jaccard_is_shared_over_covered() {
         // [[1,1,0],[0,1,0]] and [[1,0,0],[0,1,1]] share 2 of 4 pixels.
         let (a, b) = (rows(&[0b011, 0b010]), rows(&[0b001, 0b110]));
+        let empty = Silhouette::empty(SMALL);
         assert_eq!(a.jaccard(&b), 0.5);
-        assert_eq!(Silhouette::EMPTY.jaccard(&Silhouette::EMPTY), 1.0);
-        assert_eq!(a.jaccard(&Silhouette::EMPTY), 0.0);
+        assert_eq!(empty.jaccard(&empty), 1.0);
+        assert_eq!(a.jaccard(&empty), 0.0);
     }
 
     #[test]
-    fn bits_and_pixels_agree() {
+    fn bits_and_pixels_agree_in_all_sizes() {
         let silhouette = rows(&[0b101, 1 << 29 | 1 << 30]);
         assert_eq!(silhouette.area(), 3);
         assert!(silhouette.is_on(0, 2) && !silhouette.is_on(0, 1) && !silhouette.is_on(1, 30));
-        let pixels = silhouette.to_pixels();
-        assert_eq!(pixels[..4], [255, 0, 255, 0]);
-        assert_eq!(Coverage { pixels }.to_silhouette(), silhouette);
+        assert_eq!(silhouette.to_coverage().pixels()[..4], [255, 0, 255, 0]);
+        for (size, last_row, last_column) in [
+            (Size::S50x30, 49, 29),
+            (Size::S64x44, 63, 43),
+            (Size::S64x64, 63, 63),
+        ] {
+            let all = Silhouette::from_rows(size, &[u64::MAX; 70]);
+            assert_eq!(all.area() as usize, size.pixels());
+            assert!(all.is_on(last_row, last_column));
+            assert!(!all.is_on(last_row + 1, 0) && !all.is_on(0, last_column + 1));
+            let coverage = all.to_coverage();
+            assert!(coverage.pixels().iter().all(|&pixel| pixel == 255));
+            assert_eq!(coverage.pixels().len(), (last_row + 1) * (last_column + 1));
+            assert_eq!(coverage.to_silhouette(), all);
+        }
+    }
+
+    #[test]
+    fn nine_samples_are_counted() {
+        // Column k of the first row is on in the first k images.
+        let images: [Silhouette; 9] =
+            core::array::from_fn(|image| rows(&[0x3ff << (image + 1) & 0x3ff]));
+        let ninths = Ninths::of(&images);
+        let expected = [0, 28, 57, 85, 113, 142, 170, 198, 227, 255];
+        assert_eq!(ninths.to_coverage().pixels()[..10], expected);
+        // From five on.
+        assert_eq!(ninths.to_silhouette(), rows(&[0x3e0]));
     }
 
     #[test]
     fn half_coverage_is_on() {
-        let mut pixels = [0; PIXELS];
-        pixels[0] = 127;
-        pixels[1] = 128;
-        assert_eq!(Coverage { pixels }.to_silhouette(), rows(&[0b10]));
+        let mut coverage = Coverage::empty(SMALL);
+        coverage.pixels_mut()[..2].copy_from_slice(&[127, 128]);
+        assert_eq!(coverage.to_silhouette(), rows(&[0b10]));
     }
 }

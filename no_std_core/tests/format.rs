@@ -1,6 +1,6 @@
 //! `FORMAT.md`'s pack by hand means what is written there.
 
-use edgegait_core::avatar::PosedHulls;
+use edgegait_core::body::{Body, Figure};
 use edgegait_core::pack::{Gait, Pack, Sex};
 use edgegait_core::pose::ModelPose;
 use edgegait_core::skeleton::Joint;
@@ -82,9 +82,10 @@ fn the_documented_pack_decodes_as_by_hand() {
     // The hull's points in the rest pose of its joint, 9 cm to the left of the pelvis.
     let rest = ModelPose::new(&avatar.skeleton(), &edgegait_core::pose::Pose::REST);
     let expected = [[0.09, -0.42, 0.06], [0.14, 0.005, 0.0], [0.04, 0.005, 0.0]];
-    let figure = PosedHulls::new(&avatar, &rest);
-    assert_eq!(figure.points().len(), expected.len());
-    for (found, expected) in figure.points().iter().zip(expected) {
-        assert!((*found - Vec3::from(expected)).length() < 1e-6, "{found}");
+    let body = Body::new(&avatar);
+    let figure = Figure::new(&body, &rest);
+    assert_eq!(figure.len(), expected.len());
+    for (found, expected) in figure.points().zip(expected) {
+        assert!((found - Vec3::from(expected)).length() < 1e-6, "{found}");
     }
 }

@@ -1,20 +1,20 @@
 //! Damaged and forged packs: an error or a decode, never a panic.
-#![cfg(feature = "skia")]
 
 mod random;
 mod small_pack;
 
-use edgegait_core::avatar::{Avatar, PosedHulls};
-use edgegait_core::camera::{Camera, Viewpoint};
+use edgegait_core::avatar::Avatar;
+use edgegait_core::body::{Body, Figure};
+use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::clip::{Clip, Loop};
 use edgegait_core::codebook::Codebook;
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::{ModelPose, Pose};
 use edgegait_core::raster::{Rasterizer, Renderer};
+use edgegait_core::silhouette::Size;
+use glam::{Vec2, Vec3};
 use random::Random;
 use small_pack::{avatar, fix_header, small_pack, wild_clip};
-
-const SKIA: [Rasterizer; 2] = [Rasterizer::Skia, Rasterizer::SkiaAa];
 
 const PHASES: [f32; 10] = [
     0.0,
@@ -29,35 +29,55 @@ const PHASES: [f32; 10] = [
     -1e30,
 ];
 
-/// Draws with both rasterisers, from one of four viewpoints in turn.
+/// Draws with all rasterisers, each in another size, with one of five cameras and one of three framings in turn.
 struct Viewer {
-    renderers: [Renderer; 2],
-    cameras: [Camera; 4],
+    renderers: Vec<Renderer>,
+    cameras: Vec<Camera>,
     turn: usize,
 }
 
 impl Viewer {
     fn new() -> Self {
+        let viewpoint = |(azimuth, elevation)| {
+            Viewpoint::from_degrees(azimuth, elevation).expect("a viewpoint")
+        };
         let angles = [(90.0, 0.0), (0.0, 90.0), (33.3, 47.7), (-720.5, -90.0)];
+        let mut cameras: Vec<Camera> = angles.map(viewpoint).map(Camera::orthographic).into();
+        let near = Camera::perspective(viewpoint((200.0, 10.0)), Vec3::Y, 2.0);
+        cameras.push(near.expect("a camera"));
         Self {
-            renderers: SKIA.map(Renderer::new),
-            cameras: angles.map(|(azimuth, elevation)| {
-                let viewpoint = Viewpoint::from_degrees(azimuth, elevation);
-                Camera::orthographic(viewpoint.expect("a viewpoint"))
-            }),
+            renderers: Rasterizer::ALL
+                .iter()
+                .zip(Size::ALL.into_iter().cycle())
+                .map(|(&rasterizer, size)| Renderer::new(rasterizer, size))
+                .collect(),
+            cameras,
             turn: 0,
         }
     }
 
     /// Draws the figure once; whether it has an image.
-    fn look(&mut self, figure: &PosedHulls) -> bool {
+    fn look(&mut self, figure: &Figure<'_>) -> bool {
         self.turn += 1;
-        let renderer = &mut self.renderers[self.turn % 2];
-        let drawn = renderer.draw(figure, &self.cameras[self.turn / 2 % 4]);
-        drawn.is_ok_and(|drawing| {
-            assert!((0.0..=1.0).contains(&drawing.clipped_share));
-            true
-        })
+
+        let camera = &self.cameras[self.turn % self.cameras.len()];
+        let framing = match self.turn % 3 {
+            0 => Framing::Height,
+            1 => Framing::Box,
+            _ => Framing::Fixed {
+                centre: Vec3::Y,
+                pixels_per_metre: 20.0,
+            },
+        };
+        let drawn = self.renderers.iter_mut().map(|renderer| {
+            let drawn = renderer.draw(figure, camera, framing, Vec2::splat(0.25));
+            drawn.is_ok_and(|drawing| {
+                assert!((0.0..=1.0).contains(&drawing.clipped_share));
+                true
+            })
+        });
+        // Each draws, whether or not the first one does.
+        drawn.fold(true, |all, drawn| all & drawn)
     }
 
     /// Reads everything that the bytes hold, if they are a pack; whether they are.
@@ -88,7 +108,7 @@ impl Viewer {
             assert_is_pose(&pose);
             if phase == 0.37 {
                 let model = ModelPose::new(&avatar.skeleton(), &pose);
-                self.look(&PosedHulls::new(avatar, &model));
+                self.look(&Figure::new(&Body::new(avatar), &model));
             }
         }
     }
@@ -132,8 +152,9 @@ fn the_pack_made_by_hand_is_read_and_drawn() {
         let avatar = pack.avatar(walk.subject).expect("a body");
         let pose = pack.clip(walk.clip).expect("a clip").sample(0.1);
         let model = ModelPose::new(&avatar.skeleton(), &pose);
-        for _ in 0..8 {
-            assert!(viewer.look(&PosedHulls::new(&avatar, &model)));
+        let body = Body::new(&avatar);
+        for _ in 0..15 {
+            assert!(viewer.look(&Figure::new(&body, &model)));
         }
     }
 }
@@ -239,8 +260,9 @@ fn random_bytes_are_no_avatars_or_are_drawn() {
         let mut pose = Pose::REST;
         pose.root.y = random.between(-1e6, 1e6) as f32;
         let model = ModelPose::new(&avatar.skeleton(), &pose);
-        let figure = PosedHulls::new(&avatar, &model);
-        assert_eq!(figure.points().len(), points);
+        let body = Body::new(&avatar);
+        let figure = Figure::new(&body, &model);
+        assert_eq!(figure.len(), points);
         viewer.look(&figure);
         true
     };

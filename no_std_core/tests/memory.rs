@@ -1,5 +1,4 @@
 //! What the core takes from the heap, byte by byte.
-#![cfg(feature = "skia")]
 #![expect(
     unsafe_code,
     reason = "a global allocator that counts cannot be written without it"
@@ -8,18 +7,19 @@
 mod random;
 mod small_pack;
 
-use edgegait_core::avatar::{Avatar, PosedHulls};
-use edgegait_core::budget::{
-    MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS, SKIA_HEAP_BYTES, SKIA_RESIDENT_BYTES,
-};
-use edgegait_core::camera::{Camera, Viewpoint};
+use edgegait_core::avatar::Avatar;
+use edgegait_core::body::{Body, Figure};
+use edgegait_core::budget::{MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
+use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::clip::Clip;
 use edgegait_core::codebook::Codebook;
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::ModelPose;
-use edgegait_core::raster::{DrawError, Rasterizer, Renderer};
+use edgegait_core::raster::{DrawError, Drawing, Rasterizer, Renderer};
+use edgegait_core::silhouette::Size;
+use edgegait_core::skeleton::Joint;
 use edgegait_core::template::GeiBuilder;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use random::Random;
 use small_pack::{small_pack, wild_clip};
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -59,7 +59,11 @@ unsafe impl GlobalAlloc for Counting {
 static ALLOCATOR: Counting = Counting;
 
 /// The rasterisers that take memory.
+#[cfg(feature = "skia")]
 const SKIA: [Rasterizer; 2] = [Rasterizer::Skia, Rasterizer::SkiaAa];
+
+/// The size whose window is the largest.
+const LARGEST: Size = Size::S64x64;
 
 /// What `work` takes from the heap.
 #[derive(Debug, PartialEq, Eq)]
@@ -92,8 +96,8 @@ const NOTHING: Taken = Taken {
 
 /// As many hulls of as many points as the budget allows, or fewer; every point of a
 /// hull is a corner of its outline from somewhere: they lie on an ellipsoid.
-fn body(random: &mut Random) -> PosedHulls {
-    let mut figure = PosedHulls::default();
+fn body(random: &mut Random) -> Body {
+    let mut body = Body::default();
     let spread = 10f64.powf(random.between(-2.0, 1.6));
     let size = 10f64.powf(random.between(-2.0, 0.5));
     let most = 1 + random.below(MAX_HULL_POINTS);
@@ -112,25 +116,27 @@ fn body(random: &mut Random) -> PosedHulls {
                 Vec3::from(centre.map(|c| c as f32)) + radii * direction.normalize_or(Vec3::X)
             })
             .collect();
-        if figure.push(hull).is_err() {
+        if body.push(Joint::Pelvis, hull).is_err() {
             break;
         }
     }
-    figure
+    body
 }
 
 /// A ring of 32 points in the plane of the front view: 32 corners.
-fn ring(columns: f32) -> PosedHulls {
-    let mut figure = PosedHulls::default();
-    let width = columns / 50.0;
+///
+/// It takes as many columns where it fills the rows of `size`.
+fn ring(columns: f32, size: Size) -> Body {
+    let mut body = Body::default();
+    let width = columns / size.rows() as f32;
     for _ in 0..MAX_POINTS / MAX_HULL_POINTS {
         let ring = (0..32u8).map(|i| {
             let turn = f32::from(i) / 32.0 * std::f32::consts::TAU;
             Vec3::new(0.5 * width * turn.cos(), 0.5 * turn.sin(), 0.0)
         });
-        figure.push(ring).expect("within the budget");
+        body.push(Joint::Pelvis, ring).expect("within the budget");
     }
-    figure
+    body
 }
 
 fn camera(azimuth_deg: f64, elevation_deg: f64) -> Camera {
@@ -138,19 +144,35 @@ fn camera(azimuth_deg: f64, elevation_deg: f64) -> Camera {
     Camera::orthographic(viewpoint.expect("a viewpoint"))
 }
 
+fn draw<'r>(
+    renderer: &'r mut Renderer,
+    figure: &Figure<'_>,
+    camera: &Camera,
+) -> Result<Drawing<'r>, DrawError> {
+    renderer.draw(figure, camera, Framing::Height, Vec2::ZERO)
+}
+
+#[cfg(feature = "skia")]
 #[test]
-fn a_renderer_holds_its_window_and_from_the_first_hull_on_one_path() {
+fn tiny_skia_holds_its_window_and_from_the_first_hull_on_one_path() {
+    let body = ring(30.0, LARGEST);
+    let figure = Figure::at_rest(&body);
     for rasterizer in SKIA {
-        let (mut renderer, made) = taken(|| Renderer::new(rasterizer));
         // 128 columns of 50 rows, a byte each.
-        assert_eq!((made.kept, made.peak), (6_400, 6_400));
-        let figure = ring(30.0);
-        let (drawn, first) = taken(|| renderer.draw(&figure, &camera(0.0, 0.0)));
+        let (_, made) = taken(|| Renderer::new(rasterizer, Size::S50x30));
+        assert_eq!((made.peak, made.calls), (6_400, 1));
+        // Of 64 rows.
+        let (mut renderer, made) = taken(|| Renderer::new(rasterizer, LARGEST));
+        assert_eq!((made.kept, made.peak), (8_192, 8_192));
+        let (drawn, first) = taken(|| draw(&mut renderer, &figure, &camera(0.0, 0.0)));
         drawn.expect("a ring");
         // 37 points of 8 bytes and 38 verbs of 1.
         assert_eq!(first.kept, 334);
-        assert_eq!(made.kept + first.kept, SKIA_RESIDENT_BYTES.cast_signed());
-        let (drawn, later) = taken(|| renderer.draw(&figure, &camera(0.0, 0.0)));
+        assert_eq!(
+            made.kept + first.kept,
+            edgegait_core::budget::SKIA_RESIDENT_BYTES.cast_signed()
+        );
+        let (drawn, later) = taken(|| draw(&mut renderer, &figure, &camera(0.0, 0.0)));
         drawn.expect("a ring");
         assert_eq!(later.kept, 0);
         // One edge list for each of 24 hulls and, for anti-aliasing, two buffers of a row.
@@ -159,51 +181,76 @@ fn a_renderer_holds_its_window_and_from_the_first_hull_on_one_path() {
     }
 }
 
+/// What a rasteriser may take from the heap.
+fn heap_bytes(rasterizer: Rasterizer) -> usize {
+    match rasterizer {
+        Rasterizer::Rows | Rasterizer::Rows3x3 => 0,
+        #[cfg(feature = "skia")]
+        _ => edgegait_core::budget::SKIA_HEAP_BYTES,
+    }
+}
+
 #[test]
 fn drawing_any_figure_from_anywhere_stays_within_the_stated_heap() {
-    for rasterizer in SKIA {
-        let mut random = Random(3);
-        let ((), all) = taken(|| {
-            let mut renderer = Renderer::new(rasterizer);
-            renderer
-                .draw(&ring(30.0), &camera(0.0, 0.0))
-                .expect("a ring");
-            let live = LIVE.get();
+    for &rasterizer in Rasterizer::ALL {
+        let most = heap_bytes(rasterizer);
+        for size in Size::ALL {
+            let mut random = Random(3);
+            let (mut renderer, made) = taken(|| Renderer::new(rasterizer, size));
+            let (first, upright) = (ring(30.0, size), camera(0.0, 0.0));
+            let figure = Figure::at_rest(&first);
+            let (drawn, path) = taken(|| draw(&mut renderer, &figure, &upright));
+            drawn.expect("a ring");
+            let resident = usize::try_from(made.kept + path.kept).expect("more than nothing");
+            assert!(made.peak.max(resident) <= most, "{resident} bytes");
             let (mut drawn, mut wide) = (0, 0);
-            for frame in 0..4_000 {
-                let figure = body(&mut random);
+            for frame in 0..500 {
+                let body = body(&mut random);
+                let figure = Figure::at_rest(&body);
                 let camera = match frame % 4 {
                     0 => camera(5.0 * random.below(37) as f64, 5.0 * random.below(19) as f64),
                     1 => camera(random.between(-720.0, 720.0), random.between(-90.0, 90.0)),
                     2 => camera(random.between(0.0, 360.0), 90.0),
                     _ => camera(90.0 * random.below(9) as f64, -90.0),
                 };
-                if let Ok(drawing) = renderer.draw(&figure, &camera) {
+                let framing = match frame % 5 {
+                    0 => Framing::Box,
+                    1 => Framing::Fixed {
+                        centre: Vec3::Y,
+                        pixels_per_metre: 30.0,
+                    },
+                    _ => Framing::Height,
+                };
+                let (drawing, used) =
+                    taken(|| renderer.draw(&figure, &camera, framing, Vec2::ZERO));
+                if let Ok(drawing) = drawing {
                     drawn += 1;
                     wide += usize::from(drawing.clipped_share > 0.8);
                 }
-                assert_eq!(LIVE.get(), live, "frame {frame}");
+                assert_eq!(used.kept, 0, "frame {frame}");
+                assert!(resident + used.peak <= most, "{used:?}");
+                assert!(most > 0 || used == NOTHING, "{used:?}");
             }
             assert!(
-                drawn > 2_000 && wide > 100,
+                drawn > 250 && wide > 10,
                 "{drawn} drawn, {wide} of them wide"
             );
-        });
-        assert_eq!(all.kept, 0);
-        assert!(all.peak <= SKIA_HEAP_BYTES, "{} bytes", all.peak);
+        }
     }
 }
 
+#[cfg(feature = "skia")]
 #[test]
 fn the_stated_heap_is_reached_by_a_figure_as_wide_as_the_window() {
     // Window, path, 64 edges of 80 bytes; 129 runs of 2 bytes and 129 bytes of coverage.
-    const PEAKS: [usize; 2] = [6_400 + 334 + 5_120, 6_400 + 334 + 5_120 + 387];
-    assert_eq!(SKIA_HEAP_BYTES, PEAKS[1]);
-    let figure = ring(128.0);
+    const PEAKS: [usize; 2] = [8_192 + 334 + 5_120, 8_192 + 334 + 5_120 + 387];
+    assert_eq!(edgegait_core::budget::SKIA_HEAP_BYTES, PEAKS[1]);
+    let body = ring(128.0, LARGEST);
+    let figure = Figure::at_rest(&body);
     for (rasterizer, peak) in SKIA.into_iter().zip(PEAKS) {
         let ((), all) = taken(|| {
-            let mut renderer = Renderer::new(rasterizer);
-            renderer.draw(&figure, &camera(0.0, 0.0)).expect("a ring");
+            let mut renderer = Renderer::new(rasterizer, LARGEST);
+            draw(&mut renderer, &figure, &camera(0.0, 0.0)).expect("a ring");
         });
         assert_eq!(all.peak, peak, "{rasterizer}");
     }
@@ -227,13 +274,14 @@ fn everything_before_the_rasteriser_takes_nothing() {
             let subject = pack.subject(walk.subject).expect("a subject");
             let avatar: Avatar<'_> = pack.avatar(subject.avatar).expect("an avatar");
             let clip = pack.clip(walk.clip).expect("a clip");
-            let mut figure = PosedHulls::default();
+            let body = Body::new(&avatar);
+            let mut figure = Figure::at_rest(&body);
             for frame in 0..32u8 {
                 let pose = clip.sample(f64::from(frame) / 32.0);
                 let model = ModelPose::new(&avatar.skeleton(), &pose);
-                figure.update(&avatar, &model);
+                figure.update(&model);
             }
-            assert!(!figure.points().is_empty());
+            assert!(!figure.is_empty());
         }
         assert!(Pack::parse(&bytes[1..]).is_err());
     });
@@ -242,27 +290,34 @@ fn everything_before_the_rasteriser_takes_nothing() {
 
 #[test]
 fn building_a_gei_takes_nothing() {
-    let mut renderer = Renderer::new(Rasterizer::SkiaAa);
-    let figure = ring(20.0);
-    let drawing = renderer.draw(&figure, &camera(0.0, 0.0)).expect("a ring");
-    let (gei, used) = taken(|| {
-        let mut builder = GeiBuilder::new();
-        for _ in 0..32 {
-            builder.add(&drawing.frame);
-        }
-        builder.finish()
-    });
-    assert_eq!(gei.pixels, drawing.frame.to_pixels());
-    assert_eq!(used, NOTHING);
+    let body = ring(20.0, LARGEST);
+    for &rasterizer in Rasterizer::ALL {
+        let mut renderer = Renderer::new(rasterizer, LARGEST);
+        let drawing = draw(&mut renderer, &Figure::at_rest(&body), &camera(0.0, 0.0));
+        let frame = drawing.expect("a ring").frame;
+        let (gei, used) = taken(|| {
+            let mut builder = GeiBuilder::new(LARGEST);
+            for _ in 0..100 {
+                builder.add(frame);
+            }
+            builder.finish()
+        });
+        assert_eq!(gei.pixels(), frame.to_coverage().pixels());
+        assert_eq!(used, NOTHING);
+    }
 }
 
 #[test]
 fn a_figure_that_cannot_be_drawn_takes_nothing() {
-    let mut renderer = Renderer::new(Rasterizer::Skia);
-    let camera = camera(0.0, 0.0);
-    let mut point = PosedHulls::default();
-    point.push([Vec3::ONE; 4]).expect("within the budget");
-    let (drawn, used) = taken(|| renderer.draw(&point, &camera));
-    assert_eq!(drawn, Err(DrawError::Flat));
-    assert_eq!(used, NOTHING);
+    let mut point = Body::default();
+    point
+        .push(Joint::Pelvis, [Vec3::ONE; 4])
+        .expect("within the budget");
+    let figure = Figure::at_rest(&point);
+    for &rasterizer in Rasterizer::ALL {
+        let mut renderer = Renderer::new(rasterizer, Size::S50x30);
+        let (drawn, used) = taken(|| draw(&mut renderer, &figure, &camera(0.0, 0.0)));
+        assert_eq!(drawn, Err(DrawError::Flat));
+        assert_eq!(used, NOTHING);
+    }
 }

@@ -2,10 +2,10 @@
 
 use crate::dataset::{Header, write_atomically};
 use crate::error::{Error, Result};
-use crate::sweep::{FRAMES_PER_CYCLE, Settings, Views};
-use clap::ValueEnum;
-use edgegait_core::raster::Rasterizer;
+use crate::frontier::choose::Choice;
+use crate::sweep::Views;
 use serde::Serialize;
+use std::fmt::Display;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -51,7 +51,7 @@ impl Common {
     }
 
     /// Prints what a person reads, unless standard output belongs to the JSON results.
-    pub fn say(&self, text: impl std::fmt::Display) {
+    pub fn say(&self, text: impl Display) {
         if !self.json_on_stdout() {
             match writeln!(std::io::stdout(), "{text}") {
                 Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
@@ -90,31 +90,18 @@ impl Common {
     }
 }
 
-/// Refuses flags that choose walks (`subjects`, `walks`) and say how they are drawn, where a
-/// dataset's GEIs are used as they are.
-///
-/// # Errors
-/// Naming the first such flag that was given.
-pub fn refuse_for_datasets(
-    [subjects, walks]: [&[String]; 2],
-    cycles: Option<u32>,
-    views: &ViewArgs,
-    draw: &DrawArgs,
-) -> Result<()> {
-    let flags = [
-        ("--subjects", !subjects.is_empty()),
-        ("--walks", !walks.is_empty()),
-        ("--cycles", cycles.is_some()),
-        ("--views, --azimuth-deg, --elevation-deg", views.is_given()),
-        ("--raster", draw.raster.is_some()),
-        ("--frames-per-cycle", draw.frames_per_cycle.is_some()),
-    ];
-    match flags.iter().find(|(_, given)| *given) {
-        Some((flag, _)) => Err(Error::Usage(format!(
-            "{flag}: a dataset is used whole and as it was drawn (use a pack, or sweep another dataset)"
-        ))),
-        None => Ok(()),
-    }
+/// The value of `--max-gei-rmse`.
+pub fn gei_rmse(text: &str) -> std::result::Result<f64, String> {
+    let found = text.parse().ok().filter(|x: &f64| *x > 0.0 && *x <= 255.0);
+    found.ok_or_else(|| "expected a number above 0, at most 255".to_owned())
+}
+
+/// A result's header with what `--max-gei-rmse` chose, and why.
+pub fn stated_choice<T: Display>(header: Header, most: Option<f64>, choice: &Choice<T>) -> Header {
+    header
+        .with("max_gei_rmse", most)
+        .with("gei_rmse", choice.gei_rmse)
+        .with("chosen", choice.to_string())
 }
 
 /// From where walks are seen.
@@ -167,64 +154,5 @@ impl ViewArgs {
         let elevations = or(&self.elevation_deg, 0.0);
         let name = format!("azimuth {azimuths:?} by elevation {elevations:?}");
         Views::grid(name, azimuths, elevations)
-    }
-}
-
-/// How silhouettes are drawn.
-#[derive(Clone, Debug, clap::Args)]
-pub struct DrawArgs {
-    /// Rasteriser [default: skia]
-    #[arg(long, value_name = "NAME")]
-    pub raster: Option<RasterArg>,
-    /// Silhouettes in each gait cycle [default: 32]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub frames_per_cycle: Option<u32>,
-}
-
-impl DrawArgs {
-    /// The rasteriser asked for, or the default.
-    #[must_use]
-    pub fn rasterizer(&self) -> Rasterizer {
-        self.raster.map_or(Rasterizer::Skia, RasterArg::rasterizer)
-    }
-
-    /// The settings of a sweep.
-    #[must_use]
-    pub fn settings(&self, seed: u64) -> Settings {
-        Settings {
-            rasterizer: self.rasterizer(),
-            frames_per_cycle: self.frames_per_cycle.unwrap_or(FRAMES_PER_CYCLE),
-            seed,
-        }
-    }
-
-    /// The same as named settings of a result.
-    #[must_use]
-    pub fn describe(&self, header: Header) -> Header {
-        header
-            .with("raster", self.rasterizer().name())
-            .with("framing", "height")
-            .with("lens", "ortho")
-            .with("frames_per_cycle", self.settings(0).frames_per_cycle)
-    }
-}
-
-/// Names of the rasterisers.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum RasterArg {
-    /// tiny-skia, one sample a pixel
-    Skia,
-    /// tiny-skia, anti-aliased
-    SkiaAa,
-}
-
-impl RasterArg {
-    /// The rasteriser of this name.
-    #[must_use]
-    pub const fn rasterizer(self) -> Rasterizer {
-        match self {
-            Self::Skia => Rasterizer::Skia,
-            Self::SkiaAa => Rasterizer::SkiaAa,
-        }
     }
 }

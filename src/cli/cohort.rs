@@ -42,13 +42,13 @@ pub fn run(args: &Args) -> Result<()> {
         file.write_all(&encoded.bytes)
             .map_err(|error| Error::io(&args.out, error))
     })?;
-    let mut header = Header::new("cohort", args.common.seed)
+    let header = Header::new("cohort", args.common.seed)
         .with("people", options.people)
-        .with("speeds_kmh", args.speeds_kmh.clone())
-        .with("max_error_mm", encoded.max_error_mm)
-        .with("budget_bytes", args.encoding.budget_bytes());
+        .with("speeds_kmh", args.speeds_kmh.clone());
+    let mut header = args.encoding.stated(header, &encoded);
     header.warnings.extend(encoded.missed_errors()?);
     let summary = summary(header, &args.out, &encoded.bytes)?;
+    encoded.say_choice(&args.common);
     args.common
         .say(format_args!("wrote {}", args.out.display()));
     args.common.say(&summary);

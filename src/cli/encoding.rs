@@ -1,9 +1,14 @@
 //! How closely walks are encoded, or in how many bytes.
 
+use super::args::{Common, gei_rmse, stated_choice};
 use super::progress::Progress;
+use crate::dataset::Header;
 use crate::encode::{BUDGET_TRIES, MAX_ERROR_MM, body_error_mm, encode_subjects, encode_within};
 use crate::error::{Error, Result};
+use crate::frontier::choose::{self, Choice};
+use crate::frontier::configuration::Encoding;
 use crate::scene::Subject;
+use crate::scene::thin::with_thinner_bodies;
 use edgegait_core::pack::Pack;
 
 /// The flags.
@@ -15,12 +20,21 @@ pub struct EncodingArgs {
     /// Most bytes of the pack: the smallest error that fits is found, from 0.1 mm on
     #[arg(long, value_name = "N", conflicts_with = "max_error_mm")]
     budget_bytes: Option<usize>,
+    /// Most points of each hull of a body, 8 to 32: those are kept that reach farthest [default: all]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(8..=32))]
+    hull_points: Option<u8>,
+    /// Choose the error and the hull points of fewest bytes whose GEIs are this close to those of the
+    /// finest encoding, root mean square of 255, on a sample of these walks over 20 viewpoints
+    #[arg(long, value_name = "X", value_parser = gei_rmse, conflicts_with_all = ["max_error_mm", "budget_bytes", "hull_points"])]
+    max_gei_rmse: Option<f64>,
 }
 
 /// A pack and the error that its walks were to have at most, mm.
 pub struct Encoded {
     pub bytes: Vec<u8>,
     pub max_error_mm: f64,
+    hull_points: Option<usize>,
+    choice: Option<Choice<Encoding>>,
 }
 
 impl EncodingArgs {
@@ -42,31 +56,59 @@ impl EncodingArgs {
     /// # Errors
     /// As [`encode_subjects`] and [`encode_within`].
     pub fn encode(&self, what: &'static str, people: &[Subject]) -> Result<Encoded> {
-        let walks: usize = people.iter().map(|subject| subject.walks.len()).sum();
-        let Some(budget) = self.budget_bytes else {
-            let progress = Progress::new(what, walks);
-            let max_error_mm = self.max_error_mm.unwrap_or(MAX_ERROR_MM);
-            return Ok(Encoded {
-                bytes: encode_subjects(people, max_error_mm, &|| progress.step())?,
-                max_error_mm,
-            });
+        let choice = match self.max_gei_rmse {
+            Some(most) => Some(choose::encoding(people, most)?),
+            None => None,
         };
-        let progress = Progress::new(what, walks * BUDGET_TRIES);
-        let (bytes, max_error_mm) = encode_within(people, budget, &|| progress.step())?;
+        let chosen = choice.as_ref().map(|choice| choice.chosen);
+        let hull_points = chosen
+            .map(|encoding| encoding.hull_points)
+            .or(self.hull_points.map(usize::from));
+        let people = match hull_points {
+            Some(most) => &with_thinner_bodies(people, most)?,
+            None => people,
+        };
+        let walks: usize = people.iter().map(|subject| subject.walks.len()).sum();
+        let (bytes, max_error_mm) = if let Some(budget) = self.budget_bytes {
+            let progress = Progress::new(what, walks * BUDGET_TRIES);
+            encode_within(people, budget, &|| progress.step())?
+        } else {
+            let progress = Progress::new(what, walks);
+            let chosen = chosen.map(|encoding| encoding.track_error_mm);
+            let max_error_mm = chosen.or(self.max_error_mm).unwrap_or(MAX_ERROR_MM);
+            let bytes = encode_subjects(people, max_error_mm, &|| progress.step())?;
+            (bytes, max_error_mm)
+        };
         Ok(Encoded {
             bytes,
             max_error_mm,
+            hull_points,
+            choice,
         })
     }
 
-    /// The bytes that were asked for, as a result names them.
+    /// A result's header with how people were encoded, by the names of the flags.
     #[must_use]
-    pub const fn budget_bytes(&self) -> Option<usize> {
-        self.budget_bytes
+    pub fn stated(&self, header: Header, encoded: &Encoded) -> Header {
+        let header = header
+            .with("max_error_mm", encoded.max_error_mm)
+            .with("budget_bytes", self.budget_bytes)
+            .with("hull_points", encoded.hull_points);
+        match &encoded.choice {
+            Some(choice) => stated_choice(header, self.max_gei_rmse, choice),
+            None => header,
+        }
     }
 }
 
 impl Encoded {
+    /// Prints what `--max-gei-rmse` chose, and why.
+    pub fn say_choice(&self, common: &Common) {
+        if let Some(choice) = &self.choice {
+            common.say(format_args!("chosen: {choice}"));
+        }
+    }
+
     /// Warnings if walks or bodies miss the error that was asked for.
     ///
     /// # Errors

@@ -153,8 +153,7 @@ pub fn run(args: &Args) -> Result<()> {
     let (recordings, refused) = read_all(&files, &options);
     let mut header = Header::new("import", args.common.seed)
         .with("track", args.track.name())
-        .with("low_pass_hz", args.low_pass_hz)
-        .with("budget_bytes", args.encoding.budget_bytes());
+        .with("low_pass_hz", args.low_pass_hz);
     if !refused.is_empty() && (!args.keep_going || recordings.is_empty()) {
         let list: Vec<String> = refused.iter().map(ToString::to_string).collect();
         return Err(Error::Failed(format!(
@@ -182,7 +181,7 @@ pub fn run(args: &Args) -> Result<()> {
     let people = subjects(&recordings, &body)?;
     let encoded = args.encoding.encode("encoding", &people)?;
     let bytes = &encoded.bytes;
-    header = header.with("max_error_mm", encoded.max_error_mm);
+    header = args.encoding.stated(header, &encoded);
     header.warnings.extend(encoded.missed_errors()?);
     write_atomically(&args.out, |file| {
         file.write_all(bytes)
@@ -194,6 +193,7 @@ pub fn run(args: &Args) -> Result<()> {
         bytes: bytes.len(),
         subjects: people.len(),
     };
+    encoded.say_choice(&args.common);
     args.common.say(table(&results));
     for clip in &results.clips {
         let named = |warning: &String| format!("{}: {warning}", clip.file);

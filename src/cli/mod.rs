@@ -2,7 +2,9 @@
 
 mod args;
 mod cohort;
+mod drawing;
 mod encoding;
+mod frontier;
 mod import;
 mod inspect;
 mod progress;
@@ -32,6 +34,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Cohort(cohort::Args),
+    Frontier(frontier::Args),
     Import(import::Args),
     Inspect(inspect::Args),
     Render(render::Args),
@@ -56,6 +59,7 @@ pub fn main() -> std::process::ExitCode {
 fn run(command: &Command) -> Result<()> {
     match command {
         Command::Cohort(args) => with_threads(&args.common, || cohort::run(args)),
+        Command::Frontier(args) => with_threads(&args.common, || frontier::run(args)),
         Command::Import(args) => with_threads(&args.common, || import::run(args)),
         Command::Inspect(args) => with_threads(&args.common, || inspect::run(args)),
         Command::Render(args) => with_threads(&args.common, || render::run(args)),

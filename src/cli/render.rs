@@ -1,14 +1,15 @@
 //! `edgegait render`: look at one walk.
 
-use super::args::{Common, DrawArgs, ViewArgs};
+use super::args::{Common, ViewArgs};
+use super::drawing::{DrawArgs, stated};
 use super::source::SourceArgs;
-use crate::dataset::{COLUMNS, Header, Pixels, ROWS, write_npy};
+use crate::dataset::{Header, write_npy};
 use crate::error::{Error, Result};
 use crate::report::{contact_sheet, write_png};
 use crate::sweep::{Job, Moments, Shot, is_take, silhouettes, walk_name};
 use clap::ValueEnum;
 use edgegait_core::pack::Pack;
-use edgegait_core::silhouette::{Frame, Silhouette};
+use edgegait_core::silhouette::{Frame, Silhouette, Size};
 use edgegait_core::template::GeiBuilder;
 use ndarray::{ArrayView3, ArrayView4};
 use serde::Serialize;
@@ -25,7 +26,7 @@ pub struct Args {
     source: SourceArgs,
     /// Where to write: .png (a row for each walk and viewpoint and a column for each frame; of
     /// templates a row for each walk and a column for each viewpoint) or .npy (one walk: u8
-    /// [T,50,30], [V,T,50,30] for several viewpoints, [V,50,30] for templates)
+    /// [T,50,30], [V,T,50,30] for several viewpoints, [V,50,30] for templates, or of --size)
     /// [default: text art on the terminal]
     #[arg(long, value_name = "PATH")]
     out: Option<PathBuf>,
@@ -137,6 +138,7 @@ pub fn run(args: &Args) -> Result<()> {
     let output = args.output()?;
     let moments = args.moments()?;
     let views = args.views.views("side")?;
+    let settings = args.draw.settings(args.common.seed)?;
     let source = args.source.load()?;
     let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
     let mut walks = args.source.choose(&pack)?;
@@ -158,7 +160,6 @@ pub fn run(args: &Args) -> Result<()> {
     for &walk in &walks {
         refuse_beyond(&pack, walk, moments)?;
     }
-    let settings = args.draw.settings(args.common.seed);
     let shot = |&walk: &usize| Shot {
         job: Job {
             walk,
@@ -172,27 +173,30 @@ pub fn run(args: &Args) -> Result<()> {
     for &shot in &shots {
         frames.extend(silhouettes(&pack, shot, settings)?);
     }
-    let rows: Vec<Vec<Pixels>> = match args.template {
+    let rows: Vec<Vec<Vec<u8>>> = match args.template {
         None => frames
             .iter()
-            .map(|frames| frames.iter().map(Frame::to_pixels).collect())
+            .map(|frames| frames.iter().map(pixels).collect())
             .collect(),
         Some(Template::Gei) => frames
             .chunks(views.list.len())
-            .map(|views| views.iter().map(|frames| gei(frames)).collect())
+            .map(|views| {
+                views
+                    .iter()
+                    .map(|frames| gei(frames, settings.size))
+                    .collect()
+            })
             .collect(),
     };
     match &output {
         Output::Terminal => args.common.say(text_art(&pack, &shots, &frames)),
-        Output::Png(path) => write_png(path, &contact_sheet(&rows, args.scale)?)?,
-        Output::Npy(path) => write_array(path, &rows)?,
+        Output::Png(path) => write_png(path, &contact_sheet(&rows, settings.size, args.scale)?)?,
+        Output::Npy(path) => write_array(path, &rows, settings.size)?,
     }
     if let Some(path) = &args.out {
         args.common.say(format_args!("wrote {}", path.display()));
     }
-    let mut header = args
-        .draw
-        .describe(Header::new("render", args.common.seed))
+    let mut header = stated(Header::new("render", args.common.seed), &settings)
         .with("cycle", args.cycle)
         .with("start_s", args.fps.map(|_| args.start_s))
         .with("fps", args.fps)
@@ -217,26 +221,32 @@ fn has_extension(path: &Path, extension: &str) -> bool {
         .is_some_and(|found| found.eq_ignore_ascii_case(extension))
 }
 
+/// A frame's bytes.
+fn pixels(frame: &Frame) -> Vec<u8> {
+    frame.to_coverage().pixels().to_vec()
+}
+
 /// The GEI of a cycle's frames.
-fn gei(frames: &[Frame]) -> Pixels {
-    let mut builder = GeiBuilder::new();
+fn gei(frames: &[Frame], size: Size) -> Vec<u8> {
+    let mut builder = GeiBuilder::new(size);
     for frame in frames {
         builder.add(frame);
     }
-    builder.finish().pixels
+    builder.finish().pixels().to_vec()
 }
 
-/// Writes rows of frames as `[V,T,50,30]`, and a single row as `[T,50,30]`.
-fn write_array(path: &Path, rows: &[Vec<Pixels>]) -> Result<()> {
+/// Writes rows of frames as `[V,T,rows,columns]`, and a single row as `[T,rows,columns]`.
+fn write_array(path: &Path, rows: &[Vec<Vec<u8>>], size: Size) -> Result<()> {
     let bytes = rows.concat().concat();
     let (views, frames) = (rows.len(), rows.first().map_or(0, Vec::len));
+    let (height, width) = (size.rows(), size.columns());
     let shape = |error: ndarray::ShapeError| Error::Failed(error.to_string());
     if views == 1 {
-        let array = ArrayView3::from_shape((frames, ROWS, COLUMNS), &bytes).map_err(shape)?;
+        let array = ArrayView3::from_shape((frames, height, width), &bytes).map_err(shape)?;
         write_npy(path, &array)
     } else {
         let array =
-            ArrayView4::from_shape((views, frames, ROWS, COLUMNS), &bytes).map_err(shape)?;
+            ArrayView4::from_shape((views, frames, height, width), &bytes).map_err(shape)?;
         write_npy(path, &array)
     }
 }
@@ -270,7 +280,7 @@ fn text_art(pack: &Pack<'_>, shots: &[Shot<'_>], frames: &[Vec<Frame>]) -> Strin
         "{subject}, {}, azimuth {}, elevation {} degrees; {when}",
         walk.name, view.azimuth_deg, view.elevation_deg
     );
-    for row in (0..ROWS).step_by(2) {
+    for row in (0..shown[0].size().rows()).step_by(2) {
         let line = shown.map(|silhouette| half_blocks(&silhouette, row));
         let _ = writeln!(text, "{}", line.join("    ").trim_end());
     }
@@ -306,7 +316,7 @@ fn refuse_beyond(pack: &Pack<'_>, walk: usize, moments: Moments) -> Result<()> {
 
 /// Two rows of pixels as one line of half blocks.
 fn half_blocks(silhouette: &Silhouette, row: usize) -> String {
-    (0..COLUMNS)
+    (0..silhouette.size().columns())
         .map(|column| {
             match (
                 silhouette.is_on(row, column),

@@ -1,6 +1,7 @@
 //! `edgegait score`: how well recognizers hold up.
 
-use super::args::{Common, DrawArgs, ViewArgs, refuse_for_datasets};
+use super::args::{Common, ViewArgs};
+use super::drawing::{DrawArgs, STATED, framing_of, stated};
 use super::progress::Progress;
 use super::source::{SourceArgs, is_pack_or_dataset};
 use super::sweep::peak_rss_bytes;
@@ -13,6 +14,7 @@ use crate::score::{Model, Recognizer, Runtime, shipped};
 use crate::sweep::{Job, View, jobs, sweep};
 use clap::ValueEnum;
 use edgegait_core::pack::Pack;
+use edgegait_core::template::Gei;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -106,10 +108,7 @@ pub fn run(args: &Args) -> Result<()> {
     }
     let runtime = args.runtime()?;
     let (models, data) = sort_inputs(&args.inputs)?;
-    let mut header = args
-        .draw
-        .describe(Header::new("score", args.common.seed))
-        .with("runtime", runtime.name().name);
+    let mut header = Header::new("score", args.common.seed).with("runtime", runtime.name().name);
     let recognizers = load(&models, &runtime, &mut header)?;
     let (mut results, samples) = match data {
         Some(path) if path.is_dir() => score_dataset(args, &path, &recognizers, header)?,
@@ -165,12 +164,12 @@ fn load(
     let mut recognizers = Vec::new();
     for model in &models {
         let contract = model.contract();
-        if contract.framing != crate::score::Framing::Height || contract.template != "gei" {
+        if contract.template != "gei" {
             return Err(Error::input(
                 model.path(),
                 format!(
-                    "the contract asks for framing {:?} and template {:?}: expected \"height\" and \"gei\", the ones that are drawn so far",
-                    contract.framing, contract.template
+                    "the contract asks for template {:?}: expected \"gei\", the one that is drawn so far",
+                    contract.template
                 ),
             ));
         }
@@ -191,6 +190,14 @@ fn score_walks(
     mut header: Header,
 ) -> Result<(ScoreResults, Vec<Sample>)> {
     let views = args.views.views("paper")?;
+    let settings = args.draw.settings(args.common.seed)?;
+    header = stated(header, &settings);
+    for recognizer in recognizers {
+        let framing = Some(settings.framing);
+        recognizer
+            .contract()
+            .require(settings.size, framing, "use")?;
+    }
     let source_args = SourceArgs {
         pack,
         subjects: args.subjects.clone(),
@@ -201,7 +208,6 @@ fn score_walks(
     let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
     let walks = source_args.choose(&pack)?;
     let cycles = args.cycles.unwrap_or(1);
-    let settings = args.draw.settings(args.common.seed);
     let all: Vec<_> = pack.walks().collect();
     let names: Vec<&str> = pack.subjects().map(|subject| subject.name).collect();
 
@@ -243,7 +249,7 @@ fn score_walks(
             let draw = |_: Job, swept: crate::sweep::Swept| Ok(swept.geis);
             sweep(&pack, &gallery, &viewpoints, settings, draw, |job, geis| {
                 let subject = names[all[job.walk].subject];
-                contest.enrol(index, subject, geis.iter().map(|gei| &gei.pixels))
+                contest.enrol(index, subject, geis.iter().map(Gei::pixels))
             })?;
         }
         contest.close_gallery()?;
@@ -268,7 +274,7 @@ fn score_walks(
                 samples.extend(shown(subject, &views.list, &swept.geis));
             }
             let angles = views.list.iter().map(angles_of);
-            contest.probe(subject, angles, swept.geis.iter().map(|gei| &gei.pixels))
+            contest.probe(subject, angles, swept.geis.iter().map(Gei::pixels))
         },
     )?;
     drop(progress);
@@ -319,7 +325,7 @@ fn walk_names(walks: &[usize], all: &[edgegait_core::pack::Walk<'_>]) -> String 
 fn shown<'a>(
     subject: &'a str,
     views: &'a [View],
-    geis: &'a [edgegait_core::template::Gei],
+    geis: &'a [Gei],
 ) -> impl Iterator<Item = Sample> + use<'a> {
     views
         .iter()
@@ -327,7 +333,8 @@ fn shown<'a>(
         .filter(|(view, _)| SHOWN.contains(&(view.azimuth_deg, view.elevation_deg)))
         .map(move |(view, gei)| Sample {
             caption: format!("{subject}, {}°/{}°", view.azimuth_deg, view.elevation_deg),
-            gei: gei.pixels,
+            size: gei.size(),
+            gei: gei.pixels().to_vec(),
         })
 }
 
@@ -339,14 +346,25 @@ fn score_dataset(
     mut header: Header,
 ) -> Result<(ScoreResults, Vec<Sample>)> {
     let names = [args.subjects.as_slice(), &args.walks];
-    refuse_for_datasets(names, args.cycles, &args.views, &args.draw)?;
+    args.draw
+        .refuse_for_datasets(names, args.cycles, &args.views)?;
     let dataset = Dataset::open(path)?;
     header
         .inputs
         .push(InputFile::of(path.join("manifest.json"))?);
+    let framing = framing_of(&dataset, path)?;
+    for recognizer in recognizers {
+        let contract = recognizer.contract();
+        contract.require(dataset.size(), framing, "sweep another dataset with")?;
+    }
+    if framing.is_none() {
+        header.warnings.push(format!(
+            "{} does not say how its figures are framed: whether that is as the models expect is unknown",
+            path.display()
+        ));
+    }
     // How these GEIs were drawn is theirs to say.
-    for key in ["raster", "framing", "lens", "frames_per_cycle"] {
-        header.settings.remove(key);
+    for key in STATED {
         if let Some(value) = dataset.manifest().header.settings.get(key) {
             header = header.with(key, value.clone());
         }
@@ -381,7 +399,7 @@ fn score_dataset(
             {
                 let at = (row.azimuth_deg, row.elevation_deg);
                 if views.iter().any(|view| angles_of(view) == at) {
-                    contest.enrol(recognizer, &row.subject, [&dataset.geis()[index]])?;
+                    contest.enrol(recognizer, &row.subject, [dataset.gei(index)])?;
                 }
             }
         }
@@ -395,7 +413,7 @@ fn score_dataset(
         let angles = run
             .iter()
             .map(|&index| (rows[index].azimuth_deg, rows[index].elevation_deg));
-        let geis = run.iter().map(|&index| &dataset.geis()[index]);
+        let geis = run.iter().map(|&index| dataset.gei(index));
         contest.probe(&rows[run[0]].subject, angles, geis)?;
         run.iter().for_each(|_| progress.step());
     }
@@ -407,7 +425,8 @@ fn score_dataset(
                 "{}, {}°/{}°",
                 rows[index].subject, rows[index].azimuth_deg, rows[index].elevation_deg
             ),
-            gei: dataset.geis()[index],
+            size: dataset.size(),
+            gei: dataset.gei(index).to_vec(),
         });
     let samples = samples.collect();
     let geis = probes.len() as u64;

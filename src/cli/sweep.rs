@@ -1,10 +1,12 @@
 //! `edgegait sweep`: walks by viewpoints, as a dataset.
 
-use super::args::{Common, DrawArgs, ViewArgs};
+use super::args::{Common, ViewArgs, gei_rmse, stated_choice};
+use super::drawing::{DrawArgs, stated};
 use super::progress::Progress;
 use super::source::SourceArgs;
 use crate::dataset::{DatasetWriter, Existing, Header, IndexRow};
 use crate::error::{Error, Result};
+use crate::frontier::choose;
 use crate::sweep::{jobs, sweep};
 use edgegait_core::pack::Pack;
 use serde::Serialize;
@@ -35,6 +37,10 @@ pub struct Args {
     views: ViewArgs,
     #[command(flatten)]
     draw: DrawArgs,
+    /// Choose the fastest rasteriser, jitter and frames per cycle whose GEIs are this close to exact
+    /// coverage, root mean square of 255, on a sample of these walks and viewpoints
+    #[arg(long, value_name = "X", value_parser = gei_rmse, conflicts_with_all = ["raster", "jitter", "frames_per_cycle"])]
+    max_gei_rmse: Option<f64>,
     #[command(flatten)]
     pub common: Common,
 }
@@ -58,19 +64,28 @@ struct Results {
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<()> {
     let views = args.views.views("paper")?;
+    let mut settings = args.draw.settings(args.common.seed)?;
     let source = args.source.load()?;
     let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
     let walks = args.source.choose(&pack)?;
-    let settings = args.draw.settings(args.common.seed);
     let last = args.first_cycle + args.cycles;
     let jobs = jobs(&pack, &walks, args.first_cycle..last)?;
+    let choice = match args.max_gei_rmse {
+        Some(most) => {
+            let choice = choose::drawing(&pack, (&walks, &views.list), settings, most)?;
+            args.common.say(format_args!("chosen: {choice}"));
+            settings = choice.chosen.applied_to(settings);
+            Some(choice)
+        }
+        None => None,
+    };
     let existing = if args.overwrite {
         Existing::Replace
     } else {
         Existing::Refuse
     };
     let geis = jobs.len() * views.list.len();
-    let mut writer = DatasetWriter::create(&args.out, geis, existing)?;
+    let mut writer = DatasetWriter::create(&args.out, settings.size, geis, existing)?;
     let mut clipped = 0.0;
     let walk_list: Vec<_> = pack.walks().collect();
     let subjects: Vec<_> = pack.subjects().collect();
@@ -91,7 +106,7 @@ pub fn run(args: &Args) -> Result<()> {
                 let walk = walk_list[job.walk];
                 for (view, gei) in views.list.iter().zip(&swept.geis) {
                     writer.push(
-                        &gei.pixels,
+                        gei.pixels(),
                         &IndexRow {
                             subject: subjects[walk.subject].name.into(),
                             walk: walk.name.into(),
@@ -111,15 +126,16 @@ pub fn run(args: &Args) -> Result<()> {
     }
     let seconds = started.elapsed().as_secs_f64();
     let silhouettes = geis as u64 * u64::from(settings.frames_per_cycle);
-    let mut header = args
-        .draw
-        .describe(Header::new("sweep", args.common.seed))
+    let mut header = stated(Header::new("sweep", args.common.seed), &settings)
         .with("pack", source.name.as_str())
         .with("views", views.name.as_str())
         .with("viewpoints", views.list.len())
         .with("walks", walks.len())
         .with("first_cycle", args.first_cycle)
         .with("cycles", args.cycles);
+    if let Some(choice) = &choice {
+        header = stated_choice(header, args.max_gei_rmse, choice);
+    }
     header.inputs = source.inputs;
     writer.finish(header.clone())?;
     let results = Results {
@@ -129,13 +145,13 @@ pub fn run(args: &Args) -> Result<()> {
         seconds,
         silhouettes_per_second: silhouettes as f64 / seconds,
         threads: rayon::current_num_threads(),
-        raster: args.draw.rasterizer().name(),
-        framing: "height",
+        raster: settings.rasterizer.name(),
+        framing: settings.framing.name(),
         peak_rss_bytes: peak_rss_bytes(),
         clipped_share: clipped / silhouettes as f64,
     };
     args.common.say(format_args!(
-        "wrote {}: {} GEIs of {} silhouettes in {:.1} s, {:.0} silhouettes a second on {} threads; {:.2} % of the figures lay outside of the 30 columns",
+        "wrote {}: {} GEIs of {} silhouettes in {:.1} s, {:.0} silhouettes a second on {} threads; {:.2} % of the figures lay outside of the image",
         args.out.display(),
         results.geis,
         results.silhouettes,

@@ -1,14 +1,16 @@
 //! `edgegait train`: fit a recognizer and export it as ONNX.
 
-use super::args::{Common, DrawArgs, ViewArgs, refuse_for_datasets};
+use super::args::{Common, ViewArgs};
+use super::drawing::{DrawArgs, framing_of, stated};
 use super::progress::Progress;
 use super::source::SourceArgs;
-use crate::dataset::{Dataset, Header, InputFile, PIXELS, sha256_of_bytes, write_atomically};
+use crate::dataset::{Dataset, Header, InputFile, sha256_of_bytes, write_atomically};
 use crate::error::{Error, Result};
 use crate::score::{Contract, OutputNames, Training};
-use crate::sweep::{jobs, sweep};
+use crate::sweep::{Framing, Lens, jobs, sweep};
 use crate::train::{Components, Options, fit, onnx};
 use edgegait_core::pack::Pack;
+use edgegait_core::silhouette::Size;
 use ndarray::Array2;
 use serde::Serialize;
 use std::io::Write as _;
@@ -34,7 +36,7 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     cycles: Option<u32>,
     /// Principal components that the discriminants are sought in
-    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u16).range(1..=1500))]
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u16).range(1..=4096))]
     components: u16,
     #[command(flatten)]
     views: ViewArgs,
@@ -60,6 +62,8 @@ struct Results {
 /// GEIs with their people.
 struct Samples {
     pixels: Vec<f32>,
+    size: Size,
+    framing: Framing,
     labels: Vec<usize>,
     names: Vec<String>,
     training: Training,
@@ -83,7 +87,7 @@ pub fn run(args: &Args) -> Result<()> {
         _ => from_walks(args)?,
     };
     let count = samples.labels.len();
-    let matrix = Array2::from_shape_vec((count, PIXELS), samples.pixels)
+    let matrix = Array2::from_shape_vec((count, samples.size.pixels()), samples.pixels)
         .map_err(|error| Error::Failed(error.to_string()))?;
     let options = Options {
         components: Components::Count(usize::from(args.components).min(count.saturating_sub(1))),
@@ -107,6 +111,9 @@ pub fn run(args: &Args) -> Result<()> {
     let bytes = onnx::write(&recognizer, &name, &[]);
     let contract = Contract {
         name,
+        rows: samples.size.rows(),
+        columns: samples.size.columns(),
+        framing: samples.framing,
         classes: samples.names,
         outputs: OutputNames {
             embedding: Some(onnx::EMBEDDING.into()),
@@ -151,6 +158,7 @@ pub fn run(args: &Args) -> Result<()> {
 /// Samples drawn here, from a pack or from the built-in cohort.
 fn from_walks(args: &Args) -> Result<Samples> {
     let views = args.views.views("side")?;
+    let settings = args.draw.settings(args.common.seed)?;
     let source = args.source.load()?;
     let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
     let walks = args.source.choose(&pack)?;
@@ -165,7 +173,7 @@ fn from_walks(args: &Args) -> Result<Samples> {
         &pack,
         &jobs,
         &views.list,
-        args.draw.settings(args.common.seed),
+        settings,
         |_, swept| {
             progress.step();
             Ok(swept)
@@ -174,7 +182,7 @@ fn from_walks(args: &Args) -> Result<Samples> {
             let person = all[job.walk].subject;
             let label = people.iter().position(|&p| p == person).unwrap_or(0);
             for gei in &swept.geis {
-                pixels.extend(gei.pixels.map(|pixel| f32::from(pixel) / 255.0));
+                pixels.extend(gei.pixels().iter().map(|&pixel| f32::from(pixel) / 255.0));
                 labels.push(label);
             }
             Ok(())
@@ -183,9 +191,7 @@ fn from_walks(args: &Args) -> Result<Samples> {
     let mut names: Vec<&str> = walks.iter().map(|&walk| all[walk].name).collect();
     names.sort_unstable();
     names.dedup();
-    let mut header = args
-        .draw
-        .describe(Header::new("train", args.common.seed))
+    let mut header = stated(Header::new("train", args.common.seed), &settings)
         .with("pack", source.name.as_str())
         .with("walks", names.join(","))
         .with("cycles", cycles)
@@ -196,14 +202,19 @@ fn from_walks(args: &Args) -> Result<Samples> {
     Ok(Samples {
         training: Training {
             description: format!(
-                "PCA ({}) + LDA on {} of {}, cycles 0 to {}, {} viewpoints, seed {}, raster {}",
+                "PCA ({}) + LDA on {} of {}, cycles 0 to {}, {} viewpoints, seed {}, raster {}{}",
                 args.components,
                 names.join(","),
                 source.name,
                 cycles - 1,
                 views.list.len(),
                 args.common.seed,
-                args.draw.rasterizer(),
+                settings.rasterizer,
+                if settings.lens == Lens::Persp {
+                    format!(", in perspective from {} m", settings.sensor.distance_m)
+                } else {
+                    String::new()
+                },
             ),
             viewpoints: views
                 .list
@@ -215,6 +226,8 @@ fn from_walks(args: &Args) -> Result<Samples> {
             seed: args.common.seed,
         },
         pixels,
+        size: settings.size,
+        framing: settings.framing,
         labels,
         names: people
             .iter()
@@ -227,7 +240,8 @@ fn from_walks(args: &Args) -> Result<Samples> {
 /// All of a dataset's GEIs.
 fn from_dataset(args: &Args, path: &Path) -> Result<Samples> {
     let names = [args.source.subjects.as_slice(), &args.source.walks];
-    refuse_for_datasets(names, args.cycles, &args.views, &args.draw)?;
+    args.draw
+        .refuse_for_datasets(names, args.cycles, &args.views)?;
     let dataset = Dataset::open(path)?;
     let mut names: Vec<String> = Vec::new();
     let mut viewpoints: Vec<[f64; 2]> = Vec::new();
@@ -247,8 +261,15 @@ fn from_dataset(args: &Args, path: &Path) -> Result<Samples> {
     let mut walks: Vec<String> = rows.iter().map(|row| row.walk.clone()).collect();
     walks.sort_unstable();
     walks.dedup();
-    let pixels = dataset.geis().iter().flatten();
+    let pixels = dataset.geis().flatten();
     let mut header = Header::new("train", args.common.seed).with("components", args.components);
+    let framing = framing_of(&dataset, path)?;
+    if framing.is_none() {
+        header.warnings.push(format!(
+            "{} does not say how its figures are framed: the model's contract says height",
+            path.display()
+        ));
+    }
     header.inputs = vec![InputFile::of(path.join("manifest.json"))?];
     Ok(Samples {
         training: Training {
@@ -264,6 +285,8 @@ fn from_dataset(args: &Args, path: &Path) -> Result<Samples> {
             seed: rows.first().map_or(0, |row| row.seed),
         },
         pixels: pixels.map(|&pixel| f32::from(pixel) / 255.0).collect(),
+        size: dataset.size(),
+        framing: framing.unwrap_or_default(),
         labels,
         names,
         header,

@@ -1,6 +1,6 @@
 //! A dataset: a folder of Gait Energy Images (GEI) that any tool can read.
 //!
-//! `geis.npy` holds the images (u8, `[N, 50, 30]`), `index.csv` says for each of
+//! `geis.npy` holds the images (u8, `[N, 50, 30]`, or of another size), `index.csv` says for each of
 //! them who walked, how, and from where it was seen, and `manifest.json` says
 //! what made them and which bytes they are. NumPy and a spreadsheet open the
 //! first two without us; the third lets a result be traced and repeated.
@@ -19,12 +19,7 @@ pub use npy::write_npy;
 pub use reader::Dataset;
 pub use writer::{DatasetWriter, Existing};
 
-pub use edgegait_core::budget::{COLUMNS, PIXELS, ROWS};
 use serde::{Deserialize, Serialize};
-
-/// A grey picture of 50 rows by 30 columns, row by row from the top: the pixels of a
-/// GEI or of a silhouette.
-pub type Pixels = [u8; PIXELS];
 
 const GEIS: &str = "geis.npy";
 const INDEX: &str = "index.csv";

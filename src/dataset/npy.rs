@@ -7,16 +7,16 @@ use std::path::Path;
 use ndarray::{ArrayView, ArrayView3, Dimension};
 use ndarray_npy::{ViewNpyError, ViewNpyExt, WriteNpyError, WriteNpyExt};
 
-use super::{COLUMNS, PIXELS, ROWS};
 use crate::dataset::write_atomically;
 use crate::error::{Error, Result};
+use edgegait_core::silhouette::Size;
 
 /// The longest header that is parsed. NumPy writes 128 bytes for our shapes; the
 /// parser recurses, so that a hostile header of many brackets must not reach it.
 const MAX_HEADER: usize = 1024;
 
-/// Writes bytes as a .npy file, whole or not at all: `[T, 50, 30]` for one
-/// viewpoint's silhouettes, `[V, T, 50, 30]` for several.
+/// Writes bytes as a .npy file, whole or not at all: `[T, rows, columns]` for one
+/// viewpoint's silhouettes, `[V, T, rows, columns]` for several.
 ///
 /// # Errors
 ///
@@ -31,9 +31,9 @@ pub fn write_npy<D: Dimension>(path: impl AsRef<Path>, array: &ArrayView<'_, u8,
     })
 }
 
-/// The GEIs in the bytes of the .npy file `path`: where the first begins, and
+/// The GEIs in the bytes of the .npy file `path`: where the first begins, their size, and
 /// how many they are.
-pub(super) fn gei_bytes(path: &Path, bytes: &[u8]) -> Result<(usize, usize)> {
+pub(super) fn gei_bytes(path: &Path, bytes: &[u8]) -> Result<(usize, Size, usize)> {
     let refuse = |problem: String| Error::input(path, problem);
     if header_is_hostile(bytes) {
         return Err(refuse(format!(
@@ -42,17 +42,20 @@ pub(super) fn gei_bytes(path: &Path, bytes: &[u8]) -> Result<(usize, usize)> {
     }
     let array = ArrayView3::<u8>::view_npy(bytes).map_err(|error| refuse(problem(&error)))?;
     let (count, rows, columns) = array.dim();
-    if (rows, columns) != (ROWS, COLUMNS) {
+    let size = Size::ALL
+        .into_iter()
+        .find(|size| (size.rows(), size.columns()) == (rows, columns));
+    let Some(size) = size else {
         return Err(refuse(format!(
-            "expected shape [N, {ROWS}, {COLUMNS}], found [{count}, {rows}, {columns}]"
+            "expected shape [N, 50, 30], [N, 64, 44] or [N, 64, 64], found [{count}, {rows}, {columns}]"
         )));
-    }
+    };
     if !array.is_standard_layout() {
         return Err(refuse(
             "expected C order, found Fortran order (save numpy.ascontiguousarray of it)".into(),
         ));
     }
-    Ok((bytes.len() - count * PIXELS, count))
+    Ok((bytes.len() - count * size.pixels(), size, count))
 }
 
 fn header_is_hostile(bytes: &[u8]) -> bool {
@@ -73,7 +76,7 @@ fn problem(error: &ViewNpyError) -> String {
             format!("expected bytes ('|u1'), found {found} (convert with .astype('uint8'))")
         }
         ViewNpyError::WrongNdim(_, found) => {
-            format!("expected 3 dimensions [N, {ROWS}, {COLUMNS}], found {found}")
+            format!("expected 3 dimensions [N, rows, columns], found {found}")
         }
         ViewNpyError::MissingBytes(missing) => {
             format!("the file ends {missing} bytes too early (was it copied whole?)")
@@ -139,7 +142,7 @@ mod tests {
         );
         assert_eq!(
             gei_bytes(Path::new("g"), &bytes).unwrap(),
-            (bytes.len() - 3000, 2)
+            (bytes.len() - 3000, Size::S50x30, 2)
         );
     }
 
@@ -147,12 +150,12 @@ mod tests {
     fn what_is_not_geis_is_refused_with_the_reason() {
         let shape = |s| format!("{{'descr': '|u1', 'fortran_order': False, 'shape': {s}, }}");
         assert_eq!(
-            refusal(&shape("(2, 64, 44)"), 2 * 64 * 44),
-            "geis.npy: expected shape [N, 50, 30], found [2, 64, 44]"
+            refusal(&shape("(2, 44, 64)"), 2 * 64 * 44),
+            "geis.npy: expected shape [N, 50, 30], [N, 64, 44] or [N, 64, 64], found [2, 44, 64]"
         );
         assert_eq!(
             refusal(&shape("(2, 1500)"), 3000),
-            "geis.npy: expected 3 dimensions [N, 50, 30], found 2"
+            "geis.npy: expected 3 dimensions [N, rows, columns], found 2"
         );
         assert_eq!(
             refusal(&shape("(2, 50, 30)"), 2999),

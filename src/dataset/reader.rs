@@ -5,17 +5,19 @@ use std::path::{Path, PathBuf};
 
 use super::index::read_index;
 use super::npy::gei_bytes;
-use super::{GEIS, INDEX, IndexRow, MANIFEST, Manifest, PIXELS, Pixels, SCHEMA};
+use super::{GEIS, INDEX, IndexRow, MANIFEST, Manifest, SCHEMA};
 use crate::dataset::sha256_of_bytes;
 use crate::error::{Error, Place, Result};
+use edgegait_core::silhouette::Size;
 
-/// A dataset in memory: 1,500 bytes a GEI, and the index.
+/// A dataset in memory: a byte for each pixel, and the index.
 #[derive(Clone, Debug)]
 pub struct Dataset {
     manifest: Manifest,
     index: Vec<IndexRow>,
     npy: Vec<u8>,
     first: usize,
+    size: Size,
 }
 
 impl Dataset {
@@ -30,7 +32,7 @@ impl Dataset {
         let dir = dir.as_ref();
         let manifest = read_manifest(&dir.join(MANIFEST))?;
         let (npy_path, npy) = read(dir, GEIS, &manifest)?;
-        let (first, count) = gei_bytes(&npy_path, &npy)?;
+        let (first, size, count) = gei_bytes(&npy_path, &npy)?;
         if count != manifest.geis {
             return Err(Error::input(
                 npy_path,
@@ -56,6 +58,7 @@ impl Dataset {
             index,
             npy,
             first,
+            size,
         })
     }
 
@@ -71,14 +74,30 @@ impl Dataset {
         &self.index
     }
 
-    /// The GEIs, in the order of [`Self::index`].
+    /// Rows and columns of each GEI.
+    #[must_use]
+    pub const fn size(&self) -> Size {
+        self.size
+    }
+
+    /// The GEIs' pixels, row by row from the top, in the order of [`Self::index`].
     ///
     /// # Guarantees
     ///
-    /// As many as the index has rows.
+    /// As many as the index has rows, each of the pixels of [`Self::size`].
+    pub fn geis(&self) -> std::slice::ChunksExact<'_, u8> {
+        self.npy[self.first..].chunks_exact(self.size.pixels())
+    }
+
+    /// The pixels of one GEI.
+    ///
+    /// # Panics
+    ///
+    /// If the index has no such row.
     #[must_use]
-    pub fn geis(&self) -> &[Pixels] {
-        self.npy[self.first..].as_chunks::<PIXELS>().0
+    pub fn gei(&self, row: usize) -> &[u8] {
+        let pixels = self.size.pixels();
+        &self.npy[self.first + row * pixels..][..pixels]
     }
 }
 
@@ -121,6 +140,7 @@ pub(super) fn read_manifest(path: &Path) -> Result<Manifest> {
 mod tests {
     use super::*;
     use crate::dataset::{DatasetWriter, Existing, Header};
+    use edgegait_core::budget::PIXELS;
 
     fn row(subject: &str, azimuth_deg: f64) -> IndexRow {
         IndexRow {
@@ -139,7 +159,7 @@ mod tests {
     fn written() -> (tempfile::TempDir, PathBuf) {
         let folder = tempfile::tempdir().unwrap();
         let dir = folder.path().join("walks");
-        let mut writer = DatasetWriter::create(&dir, 2, Existing::Refuse).unwrap();
+        let mut writer = DatasetWriter::create(&dir, Size::S50x30, 2, Existing::Refuse).unwrap();
         writer.push(&[3; PIXELS], &row("a", 0.0)).unwrap();
         writer.push(&[250; PIXELS], &row("b", 90.0)).unwrap();
         writer
@@ -165,7 +185,8 @@ mod tests {
     fn a_dataset_comes_back_as_it_was_written() {
         let (_folder, dir) = written();
         let dataset = Dataset::open(&dir).unwrap();
-        assert_eq!(dataset.geis(), [[3; PIXELS], [250; PIXELS]]);
+        assert!(dataset.geis().eq([[3; PIXELS], [250; PIXELS]]));
+        assert_eq!(dataset.gei(1), [250; PIXELS]);
         assert_eq!(dataset.index(), [row("a", 0.0), row("b", 90.0)]);
         assert_eq!(dataset.manifest().header.settings["framing"], "height");
         assert_eq!(dataset.manifest().geis, 2);
@@ -183,7 +204,7 @@ mod tests {
             "{refusal}"
         );
         without_hashes(&dir);
-        assert_eq!(Dataset::open(&dir).unwrap().geis()[1][PIXELS - 1], 251);
+        assert_eq!(Dataset::open(&dir).unwrap().gei(1)[PIXELS - 1], 251);
     }
 
     #[test]

@@ -12,9 +12,10 @@ use tempfile::TempDir;
 
 use super::file::{folder_of, staging_beside};
 use super::reader::read_manifest;
-use super::{COLUMNS, GEIS, INDEX, IndexRow, MANIFEST, PIXELS, Pixels, ROWS};
+use super::{GEIS, INDEX, IndexRow, MANIFEST};
 use crate::dataset::{Header, InputFile, Manifest, sha256_of_file};
 use crate::error::{Error, Result};
+use edgegait_core::silhouette::Size;
 
 /// What to do with a folder that is already there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,18 +34,24 @@ pub struct DatasetWriter {
     staging: TempDir,
     geis: BufWriter<File>,
     index: csv::Writer<File>,
+    size: Size,
     count: usize,
     written: usize,
 }
 
 impl DatasetWriter {
-    /// Begins a dataset of `count` GEIs that will be the folder `dir`. The folder
+    /// Begins a dataset of `count` GEIs of `size` that will be the folder `dir`. The folder
     /// that holds it is made if need be; `dir` itself is not touched yet.
     ///
     /// # Errors
     ///
     /// If `dir` is there and must not be replaced ([`Existing`]), or the system's.
-    pub fn create(dir: impl AsRef<Path>, count: usize, existing: Existing) -> Result<Self> {
+    pub fn create(
+        dir: impl AsRef<Path>,
+        size: Size,
+        count: usize,
+        existing: Existing,
+    ) -> Result<Self> {
         let target = target_of(dir.as_ref())?;
         check_replaceable(&target, existing)?;
         let parent = folder_of(&target);
@@ -56,7 +63,7 @@ impl DatasetWriter {
         let path = made.join(GEIS);
         let file = File::create(&path).map_err(|source| Error::io(&path, source))?;
         if count
-            .checked_mul(PIXELS)
+            .checked_mul(size.pixels())
             .is_none_or(|bytes| i64::try_from(bytes).is_err())
         {
             return Err(Error::Usage(format!(
@@ -64,7 +71,7 @@ impl DatasetWriter {
             )));
         }
         // Leaves the cursor at the first GEI.
-        write_zeroed_npy::<u8, _>(&file, (count, ROWS, COLUMNS))
+        write_zeroed_npy::<u8, _>(&file, (count, size.rows(), size.columns()))
             .map_err(|error| Error::input(&path, error.to_string()))?;
         let index_path = made.join(INDEX);
         let index = csv::Writer::from_path(&index_path).map_err(|e| csv_error(&index_path, e))?;
@@ -74,18 +81,19 @@ impl DatasetWriter {
             staging,
             geis: BufWriter::with_capacity(1 << 16, file),
             index,
+            size,
             count,
             written: 0,
         })
     }
 
-    /// Appends a GEI and what it shows.
+    /// Appends a GEI, row by row from the top, and what it shows.
     ///
     /// # Errors
     ///
-    /// If the row cannot be (a speed below 0, say), if there are already as many
+    /// If the row cannot be (a speed below 0, say), if the GEI is of another size, if there are already as many
     /// GEIs as [`Self::create`] was told, or the system's.
-    pub fn push(&mut self, gei: &Pixels, row: &IndexRow) -> Result<()> {
+    pub fn push(&mut self, gei: &[u8], row: &IndexRow) -> Result<()> {
         let place = |problem: String| {
             Error::Failed(format!(
                 "{}: GEI {}: {problem}",
@@ -95,6 +103,14 @@ impl DatasetWriter {
         };
         if self.written == self.count {
             return Err(place(format!("expected no more than {} GEIs", self.count)));
+        }
+        if gei.len() != self.size.pixels() {
+            return Err(place(format!(
+                "expected the {} pixels of {}, found {}",
+                self.size.pixels(),
+                self.size,
+                gei.len()
+            )));
         }
         if let Some(problem) = row.problem() {
             return Err(place(problem));
@@ -124,6 +140,7 @@ impl DatasetWriter {
             index,
             count,
             written,
+            ..
         } = self;
         if written != count {
             return Err(Error::Failed(format!(
@@ -237,6 +254,7 @@ fn csv_error(path: &Path, error: csv::Error) -> Error {
 mod tests {
     use super::*;
     use crate::dataset::Dataset;
+    use edgegait_core::budget::PIXELS;
 
     fn row() -> IndexRow {
         IndexRow {
@@ -253,7 +271,7 @@ mod tests {
     }
 
     fn write(dir: &Path, shade: u8, existing: Existing) -> Result<()> {
-        let mut writer = DatasetWriter::create(dir, 1, existing)?;
+        let mut writer = DatasetWriter::create(dir, Size::S50x30, 1, existing)?;
         writer.push(&[shade; PIXELS], &row())?;
         writer.finish(Header::new("sweep", 1))
     }
@@ -269,7 +287,8 @@ mod tests {
     fn a_dataset_that_is_not_finished_leaves_nothing() {
         let folder = tempfile::tempdir().unwrap();
         let mut writer =
-            DatasetWriter::create(folder.path().join("d"), 2, Existing::Refuse).unwrap();
+            DatasetWriter::create(folder.path().join("d"), Size::S50x30, 2, Existing::Refuse)
+                .unwrap();
         writer.push(&[1; PIXELS], &row()).unwrap();
         assert_eq!(names(folder.path()).len(), 1, "the hidden folder");
         let short = writer
@@ -295,7 +314,7 @@ mod tests {
         );
         assert_eq!(refused.exit_code(), 2);
         write(&dir, 2, Existing::Replace).unwrap();
-        assert_eq!(Dataset::open(&dir).unwrap().geis()[0][0], 2);
+        assert_eq!(Dataset::open(&dir).unwrap().gei(0)[0], 2);
 
         fs::write(dir.join("thesis.tex"), "years").unwrap();
         let refused = write(&dir, 3, Existing::Replace).unwrap_err().to_string();
@@ -303,7 +322,7 @@ mod tests {
             refused.contains("holds thesis.tex, which is no part"),
             "{refused}"
         );
-        assert_eq!(Dataset::open(&dir).unwrap().geis()[0][0], 2);
+        assert_eq!(Dataset::open(&dir).unwrap().gei(0)[0], 2);
         assert_eq!(names(folder.path()), ["d"]);
 
         fs::remove_file(dir.join("thesis.tex")).unwrap();
@@ -325,18 +344,24 @@ mod tests {
     }
 
     #[test]
-    fn a_row_that_cannot_be_and_a_gei_too_many_are_refused() {
+    fn a_row_that_cannot_be_and_geis_of_another_size_or_too_many_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let mut writer =
-            DatasetWriter::create(folder.path().join("d"), 1, Existing::Refuse).unwrap();
+            DatasetWriter::create(folder.path().join("d"), Size::S64x44, 1, Existing::Refuse)
+                .unwrap();
+        let refused = writer.push(&[0; PIXELS], &row()).unwrap_err().to_string();
+        assert!(
+            refused.ends_with("GEI 0: expected the 2816 pixels of 64x44, found 1500"),
+            "{refused}"
+        );
         let bad = IndexRow { frames: 0, ..row() };
-        let refused = writer.push(&[0; PIXELS], &bad).unwrap_err().to_string();
+        let refused = writer.push(&[0; 64 * 44], &bad).unwrap_err().to_string();
         assert!(
             refused.ends_with("GEI 0: expected frames >= 1, found 0"),
             "{refused}"
         );
-        writer.push(&[0; PIXELS], &row()).unwrap();
-        let refused = writer.push(&[0; PIXELS], &row()).unwrap_err().to_string();
+        writer.push(&[0; 64 * 44], &row()).unwrap();
+        let refused = writer.push(&[0; 64 * 44], &row()).unwrap_err().to_string();
         assert!(
             refused.ends_with("GEI 1: expected no more than 1 GEIs"),
             "{refused}"
@@ -361,8 +386,9 @@ mod tests {
     fn an_empty_dataset_opens() {
         let folder = tempfile::tempdir().unwrap();
         let dir = folder.path().join("new/d");
-        let writer = DatasetWriter::create(&dir, 0, Existing::Refuse).unwrap();
+        let writer = DatasetWriter::create(&dir, Size::S64x64, 0, Existing::Refuse).unwrap();
         writer.finish(Header::new("sweep", 1)).unwrap();
-        assert!(Dataset::open(&dir).unwrap().geis().is_empty());
+        let dataset = Dataset::open(&dir).unwrap();
+        assert_eq!((dataset.geis().len(), dataset.size()), (0, Size::S64x64));
     }
 }

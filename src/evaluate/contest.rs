@@ -5,13 +5,12 @@
 
 use super::rank::{Gallery, Outcome, Tally, closed_set};
 use super::results::{Contestant, Protocol, RecognizerResult};
-use crate::dataset::{PIXELS, Pixels};
 use crate::error::{Error, Result};
 use crate::score::{Outputs, Recognizer};
 use crate::sweep::{View, Views};
 use std::collections::HashMap;
 
-/// Most GEIs given to a recognizer at once: 3 MB of input.
+/// Most GEIs given to a recognizer at once: 3 MB of input at 50x30, 8 MB at 64x64.
 const BATCH: usize = 512;
 
 /// Recognizers and what they have achieved so far.
@@ -113,11 +112,11 @@ impl<'a> Contest<'a> {
         &mut self,
         recognizer: usize,
         person: &str,
-        geis: impl IntoIterator<Item = &'g Pixels>,
+        geis: impl IntoIterator<Item = &'g [u8]>,
     ) -> Result<()> {
         let label = self.person(person)?;
         let entrant = &mut self.entrants[recognizer];
-        let geis: Vec<&Pixels> = geis.into_iter().collect();
+        let geis: Vec<&[u8]> = geis.into_iter().collect();
         for batch in geis.chunks(BATCH) {
             let outputs = run(entrant.recognizer, batch)?;
             entrant.enrolled.extend(outputs.embedding);
@@ -160,14 +159,14 @@ impl<'a> Contest<'a> {
         &mut self,
         person: &str,
         viewpoints: impl IntoIterator<Item = (f64, f64)>,
-        geis: impl IntoIterator<Item = &'g Pixels>,
+        geis: impl IntoIterator<Item = &'g [u8]>,
     ) -> Result<()> {
         let person = self.person(person)?;
         let places: Vec<usize> = viewpoints
             .into_iter()
             .map(|at| self.viewpoint(at))
             .collect();
-        let geis: Vec<&Pixels> = geis.into_iter().collect();
+        let geis: Vec<&[u8]> = geis.into_iter().collect();
         let viewpoints = self.angles.len();
         for entrant in &mut self.entrants {
             entrant.by_viewpoint.resize(viewpoints, Tally::default());
@@ -258,9 +257,9 @@ impl Entrant<'_> {
 }
 
 /// Runs a recognizer on bytes.
-fn run(recognizer: &dyn Recognizer, geis: &[&Pixels]) -> Result<Outputs> {
+fn run(recognizer: &dyn Recognizer, geis: &[&[u8]]) -> Result<Outputs> {
     let range = recognizer.contract().input_range;
-    let mut input = Vec::with_capacity(geis.len() * PIXELS);
+    let mut input = Vec::with_capacity(geis.len() * recognizer.contract().pixels());
     for gei in geis {
         input.extend(gei.iter().map(|&byte| range.of_byte(byte)));
     }
@@ -289,7 +288,7 @@ mod tests {
 
         fn run(&self, geis: &[f32], _batch: usize) -> Result<Outputs> {
             let two: Vec<f32> = geis
-                .chunks(PIXELS)
+                .chunks(self.contract.pixels())
                 .flat_map(|gei| [gei[0], gei[1]])
                 .map(|pixel| if pixel == 13.0 { f32::NAN } else { pixel })
                 .collect();
@@ -317,8 +316,8 @@ mod tests {
         })]
     }
 
-    fn gei(first: u8, second: u8) -> Pixels {
-        let mut pixels = [0; PIXELS];
+    fn gei(first: u8, second: u8) -> Vec<u8> {
+        let mut pixels = vec![0; Contract::default().pixels()];
         pixels[..2].copy_from_slice(&[first, second]);
         pixels
     }
@@ -333,9 +332,11 @@ mod tests {
         let mut contest = Contest::new(&recognizers, ["bob", "ann", "bob"]);
         assert!(contest.is_closed_set());
         contest
-            .probe("ann", [FRONT, SIDE], [&gei(9, 1), &gei(1, 9)])
+            .probe("ann", [FRONT, SIDE], [&gei(9, 1)[..], &gei(1, 9)[..]])
             .expect("two probes");
-        contest.probe("bob", [SIDE], [&gei(1, 9)]).expect("a probe");
+        contest
+            .probe("bob", [SIDE], [&gei(1, 9)[..]])
+            .expect("a probe");
         let result = &contest.results(1)[0];
         assert_eq!((result.probes, result.classes), (3, 2));
         assert!((result.rank1 - 2.0 / 3.0).abs() < 1e-12);
@@ -352,11 +353,15 @@ mod tests {
         let recognizers = recognizer(&["ann", "bob"]);
         let mut contest = Contest::new(&recognizers, ["ann", "cid"]);
         assert!(!contest.is_closed_set());
-        contest.enrol(0, "ann", [&gei(0, 0)]).expect("one enrolled");
-        contest.enrol(0, "cid", [&gei(200, 0)]).expect("another");
+        contest
+            .enrol(0, "ann", [&gei(0, 0)[..]])
+            .expect("one enrolled");
+        contest
+            .enrol(0, "cid", [&gei(200, 0)[..]])
+            .expect("another");
         contest.close_gallery().expect("two enrolled");
         contest
-            .probe("ann", [SIDE, SIDE], [&gei(90, 0), &gei(110, 0)])
+            .probe("ann", [SIDE, SIDE], [&gei(90, 0)[..], &gei(110, 0)[..]])
             .expect("two probes");
         let result = &contest.results(1)[0];
         assert_eq!(result.protocol, Protocol::NearestEmbedding);
@@ -368,7 +373,7 @@ mod tests {
         let recognizers = recognizer(&["ann", "bob"]);
         let mut contest = Contest::new(&recognizers, ["ann"]);
         contest
-            .probe("ann", [SIDE, SIDE], [&gei(13, 0), &gei(9, 0)])
+            .probe("ann", [SIDE, SIDE], [&gei(13, 0)[..], &gei(9, 0)[..]])
             .expect("two probes");
         let result = &contest.results(1)[0];
         assert_eq!(
@@ -382,7 +387,7 @@ mod tests {
         let recognizers = recognizer(&[]);
         let mut contest = Contest::new(&recognizers, ["ann"]);
         assert!(contest.close_gallery().is_err());
-        let error = contest.probe("eve", [SIDE], [&gei(0, 0)]);
+        let error = contest.probe("eve", [SIDE], [&gei(0, 0)[..]]);
         assert!(error.is_err_and(|error| error.to_string().contains("eve")));
     }
 }

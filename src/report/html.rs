@@ -15,11 +15,12 @@ use serde_json::Value;
 
 use super::viewpoints::{chance, rate, recognizer};
 use super::{THIN, chart, grouped, microseconds, percent, png};
-use crate::dataset::{COLUMNS, Header, Pixels, ROWS, write_atomically};
+use crate::dataset::{Header, write_atomically};
 use crate::error::{Error, Result};
 use crate::evaluate::bands::Bands;
 use crate::evaluate::rank::Tally;
 use crate::evaluate::results::ScoreResults;
+use edgegait_core::silhouette::Size;
 
 const CSS: &str = include_str!("style.css");
 
@@ -28,8 +29,10 @@ const CSS: &str = include_str!("style.css");
 pub struct Sample {
     /// A few words, such as `s03, 90° / 0°`.
     pub caption: String,
-    /// The image.
-    pub gei: Pixels,
+    /// Rows and columns of the image.
+    pub size: Size,
+    /// The image, row by row from the top.
+    pub gei: Vec<u8>,
 }
 
 /// Writes the page of [`page`], whole or not at all, and makes its folder if need be.
@@ -76,7 +79,7 @@ pub fn page(results: &ScoreResults, samples: &[Sample]) -> Result<String> {
             grouped(many as u64, THIN)
         ),
     };
-    let samples = samples.iter().map(sample).collect::<Result<Vec<_>>>()?;
+    let pictures = samples.iter().map(sample).collect::<Result<Vec<_>>>()?;
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -103,11 +106,12 @@ pub fn page(results: &ScoreResults, samples: &[Sample]) -> Result<String> {
                         figure { div.wide { (chart) } }
                     }
                     @for result in &results.recognizers { (recognizer(result)) }
-                    @if !samples.is_empty() {
+                    @if let Some(first) = samples.first() {
                         h2 { "What the recognizers see" }
-                        p.quiet { "Gait Energy Images, 50 rows by 30 columns, enlarged: the mean of the "
+                        p.quiet { "Gait Energy Images, " (first.size.rows()) " rows by "
+                            (first.size.columns()) " columns, enlarged: the mean of the "
                             "silhouettes of a gait cycle. White is where the walker always is." }
-                        div.samples { @for sample in &samples { (sample) } }
+                        div.samples { @for picture in &pictures { (picture) } }
                     }
                     (reading())
                     (provenance(&results.header))
@@ -243,12 +247,13 @@ fn summary(results: &ScoreResults) -> Markup {
 }
 
 fn sample(sample: &Sample) -> Result<Markup> {
-    let picture = GrayImage::from_raw(COLUMNS as u32, ROWS as u32, sample.gei.to_vec())
-        .ok_or_else(|| Error::Failed("a GEI has 50 x 30 bytes".into()))?;
+    let (rows, columns) = (sample.size.rows(), sample.size.columns());
+    let picture = GrayImage::from_raw(columns as u32, rows as u32, sample.gei.clone())
+        .ok_or_else(|| Error::Failed(format!("a GEI has {rows} x {columns} bytes")))?;
     let source = format!("data:image/png;base64,{}", STANDARD.encode(png(&picture)?));
     Ok(html! {
         figure {
-            img src=(source) width=(COLUMNS * 3) height=(ROWS * 3)
+            img src=(source) width=(columns * 3) height=(rows * 3)
                 alt=(format!("Gait Energy Image: {}", sample.caption));
             figcaption { (sample.caption) }
         }
@@ -331,7 +336,8 @@ mod tests {
     fn a_page_needs_nothing_else() {
         let samples = [Sample {
             caption: "s01".into(),
-            gei: [128; 1500],
+            size: Size::S64x44,
+            gei: vec![128; 64 * 44],
         }];
         let page = page(&results_of(vec![grid()]), &samples).unwrap();
         assert!(page.starts_with("<!DOCTYPE html><html lang=\"en\">"));
@@ -339,6 +345,7 @@ mod tests {
             assert!(!page.contains(outside), "{outside}");
         }
         assert!(page.contains("src=\"data:image/png;base64,iVBORw0KGgo"));
+        assert!(page.contains("64 rows by 44 columns") && page.contains("width=\"132\""));
         assert_eq!(page.matches("<svg").count(), page.matches("</svg>").count());
     }
 
@@ -362,7 +369,8 @@ mod tests {
             &results,
             &[Sample {
                 caption: evil.into(),
-                gei: [0; 1500],
+                size: Size::default(),
+                gei: vec![0; 1500],
             }],
         )
         .unwrap();

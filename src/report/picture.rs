@@ -5,26 +5,27 @@ use std::path::Path;
 
 use image::{GrayImage, ImageFormat, Luma};
 
-use crate::dataset::{COLUMNS, Pixels, ROWS, write_atomically};
+use crate::dataset::write_atomically;
 use crate::error::{Error, Result};
+use edgegait_core::silhouette::Size;
 
 /// Grey of the lines between cells: neither a figure's 255 nor the ground's 0.
 const LINE: u8 = 96;
 /// The most pixels of a sheet, 64 Mi: more is a mistake in the arguments.
 const MAX_PIXELS: u64 = 1 << 26;
 
-/// Rows of images as one picture: each image enlarged `scale` times without
-/// smoothing, one line of `scale` pixels around each. Short rows end in black.
+/// Rows of images of one size as one picture: each image enlarged `scale` times without
+/// smoothing, one line of `scale` pixels around each. Short rows and images end in black.
 ///
 /// # Errors
 ///
 /// If there is no image, if `scale` is 0, or if the picture would have more than
 /// 64 Mi pixels.
-pub fn contact_sheet(rows: &[Vec<Pixels>], scale: u32) -> Result<GrayImage> {
+pub fn contact_sheet<P: AsRef<[u8]>>(rows: &[Vec<P>], size: Size, scale: u32) -> Result<GrayImage> {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let (width, height) = (
-        sheet_side(columns, COLUMNS, scale),
-        sheet_side(rows.len(), ROWS, scale),
+        sheet_side(columns, size.columns(), scale),
+        sheet_side(rows.len(), size.rows(), scale),
     );
     let (Some(width), Some(height)) = (width, height) else {
         return Err(Error::Failed(format!(
@@ -42,13 +43,8 @@ pub fn contact_sheet(rows: &[Vec<Pixels>], scale: u32) -> Result<GrayImage> {
     let mut sheet = GrayImage::from_pixel(width, height, Luma([LINE]));
     for (row, cells) in rows.iter().enumerate() {
         for column in 0..columns {
-            let cell = cells.get(column);
-            draw(
-                &mut sheet,
-                (row, column),
-                cell.unwrap_or(&[0; ROWS * COLUMNS]),
-                scale,
-            );
+            let cell = cells.get(column).map_or(&[][..], AsRef::as_ref);
+            draw(&mut sheet, (row, column), (cell, size), scale);
         }
     }
     Ok(sheet)
@@ -89,19 +85,28 @@ fn sheet_side(cells: usize, pixels: usize, scale: u32) -> Option<u32> {
         .filter(|_| cells > 0 && scale > 0)
 }
 
-fn draw(sheet: &mut GrayImage, (row, column): (usize, usize), gei: &Pixels, scale: u32) {
+fn draw(
+    sheet: &mut GrayImage,
+    (row, column): (usize, usize),
+    (pixels, size): (&[u8], Size),
+    scale: u32,
+) {
     let step = scale as usize;
+    let columns = size.columns();
     let (top, left) = (
-        (row * (ROWS + 1) + 1) * step,
-        (column * (COLUMNS + 1) + 1) * step,
+        (row * (size.rows() + 1) + 1) * step,
+        (column * (columns + 1) + 1) * step,
     );
     let width = sheet.width() as usize;
-    for y in 0..ROWS * step {
-        let source = &gei[y / step * COLUMNS..][..COLUMNS];
-        let start = (top + y) * width + left;
-        let line = &mut (**sheet)[start..start + COLUMNS * step];
-        for (block, &grey) in line.chunks_exact_mut(step).zip(source) {
-            block.fill(grey);
+    let source = pixels.iter().copied().chain(std::iter::repeat(0));
+    let source: Vec<u8> = source.take(size.pixels()).collect();
+    for (y, line) in source.chunks_exact(columns).enumerate() {
+        for y in y * step..(y + 1) * step {
+            let start = (top + y) * width + left;
+            let blocks = (**sheet)[start..start + columns * step].chunks_exact_mut(step);
+            for (block, &grey) in blocks.zip(line) {
+                block.fill(grey);
+            }
         }
     }
 }
@@ -109,14 +114,19 @@ fn draw(sheet: &mut GrayImage, (row, column): (usize, usize), gei: &Pixels, scal
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::PIXELS;
+    use edgegait_core::budget::PIXELS;
 
     #[test]
     fn each_pixel_becomes_a_block_in_its_cell() {
         let mut gei = [10; PIXELS];
         gei[0] = 200;
         gei[PIXELS - 1] = 250;
-        let sheet = contact_sheet(&[vec![gei, [20; PIXELS]], vec![[30; PIXELS]]], 2).unwrap();
+        let sheet = contact_sheet(
+            &[vec![gei, [20; PIXELS]], vec![[30; PIXELS]]],
+            Size::S50x30,
+            2,
+        )
+        .unwrap();
         assert_eq!(sheet.dimensions(), (2 * (1 + 31 + 31), 2 * (1 + 51 + 51)));
         let at = |x, y| sheet.get_pixel(x, y).0[0];
         assert_eq!([at(0, 0), at(1, 1)], [LINE, LINE]);
@@ -131,8 +141,14 @@ mod tests {
 
     #[test]
     fn a_png_comes_back_pixel_for_pixel() {
-        let gei: Pixels = std::array::from_fn(|i| (i % 251) as u8);
-        let sheet = contact_sheet(&[vec![gei]], 3).unwrap();
+        let gei: Vec<u8> = (0..64 * 44).map(|i| (i % 251) as u8).collect();
+        let sheet = contact_sheet(&[vec![gei]], Size::S64x44, 3).unwrap();
+        assert_eq!(sheet.dimensions(), (3 * 46, 3 * 66));
+        // Row 63, column 43: the last one.
+        assert_eq!(
+            sheet.get_pixel(3 * 45 - 1, 3 * 65 - 1).0[0],
+            (2_815 % 251) as u8
+        );
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("sheet.png");
         write_png(&path, &sheet).unwrap();
@@ -141,13 +157,12 @@ mod tests {
 
     #[test]
     fn sheets_without_images_or_beyond_reason_are_refused() {
-        assert!(contact_sheet(&[], 1).is_err());
-        assert!(contact_sheet(&[vec![]], 1).is_err());
-        assert!(contact_sheet(&[vec![[0; PIXELS]]], 0).is_err());
-        assert!(contact_sheet(&[vec![[0; PIXELS]]], u32::MAX).is_err());
-        let refused = contact_sheet(&[vec![[0; PIXELS]]], 300)
-            .unwrap_err()
-            .to_string();
+        let sheet = |rows: &[Vec<[u8; PIXELS]>], scale| contact_sheet(rows, Size::S50x30, scale);
+        assert!(sheet(&[], 1).is_err());
+        assert!(sheet(&[vec![]], 1).is_err());
+        assert!(sheet(&[vec![[0; PIXELS]]], 0).is_err());
+        assert!(sheet(&[vec![[0; PIXELS]]], u32::MAX).is_err());
+        let refused = sheet(&[vec![[0; PIXELS]]], 300).unwrap_err().to_string();
         assert!(refused.contains("found 9600 x 15600"), "{refused}");
     }
 }

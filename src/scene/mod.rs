@@ -14,6 +14,7 @@ mod rest;
 pub mod retarget;
 mod roles;
 mod span;
+pub mod thin;
 mod transfer;
 pub mod variation;
 

@@ -9,6 +9,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Place, Result};
+use crate::sweep::Framing;
+use edgegait_core::silhouette::Size;
 
 /// Most bytes a contract may have.
 const MAX_BYTES: u64 = 1 << 20;
@@ -72,21 +74,6 @@ pub enum Layout {
     #[default]
     #[serde(rename = "NCHW")]
     Nchw,
-}
-
-/// How a figure is placed in the image (DESIGN.md, section 3).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Framing {
-    /// Each frame fills the rows, centred on its centroid.
-    #[default]
-    Height,
-    /// Each frame stretched to its bounding box.
-    Box,
-    /// One scale and centre for a whole cycle.
-    Cycle,
-    /// What a sensor sees.
-    Camera,
 }
 
 /// Names of the model's outputs; those left out are found from the model.
@@ -199,6 +186,35 @@ impl Contract {
         self.rows * self.columns
     }
 
+    /// Refuses GEIs of another size, and of another framing if it is known, than the model
+    /// asks for. `remedy` says what to do, before the flag to do it with.
+    ///
+    /// # Errors
+    /// Naming both, and the flag.
+    pub fn require(&self, size: Size, framing: Option<Framing>, remedy: &str) -> Result<()> {
+        let asked = format!("{}x{}", self.rows, self.columns);
+        if asked != size.name() {
+            let remedy = if Size::ALL.iter().any(|size| size.name() == asked) {
+                format!("{remedy} --size {asked}")
+            } else {
+                "only 50x30, 64x44 and 64x64 can be drawn".to_owned()
+            };
+            return Err(Error::Failed(format!(
+                "{}: the model's contract asks for GEIs of {asked}, found {size} ({remedy})",
+                self.name
+            )));
+        }
+        match framing {
+            Some(framing) if framing != self.framing => Err(Error::Failed(format!(
+                "{}: the model's contract asks for framing {asked}, found {} ({remedy} --framing {asked})",
+                self.name,
+                framing.name(),
+                asked = self.framing.name(),
+            ))),
+            _ => Ok(()),
+        }
+    }
+
     fn check(&self, path: &Path) -> Result<()> {
         for (key, side) in [("rows", self.rows), ("columns", self.columns)] {
             if !(1..=MAX_SIDE).contains(&side) {
@@ -282,6 +298,36 @@ viewpoints = [[90.0, 0.0], [270.0, 15.0]]
         assert_eq!(
             parse(&defaults.to_toml().expect("plain values")).expect("our own text"),
             defaults
+        );
+    }
+
+    #[test]
+    fn geis_of_another_size_or_framing_are_refused_with_the_flag_that_helps() {
+        let contract = parse(ALL).expect("all keys are known");
+        let refusal = |size, framing| {
+            let found = contract.require(size, framing, "use");
+            found.map_err(|error| error.to_string())
+        };
+        assert_eq!(refusal(Size::S64x44, Some(Framing::Cycle)), Ok(()));
+        assert_eq!(refusal(Size::S64x44, None), Ok(()));
+        assert_eq!(
+            refusal(Size::S50x30, Some(Framing::Cycle)),
+            Err("pca-lda-side: the model's contract asks for GEIs of 64x44, found 50x30 (use --size 64x44)".into())
+        );
+        assert_eq!(
+            refusal(Size::S64x44, Some(Framing::Height)),
+            Err("pca-lda-side: the model's contract asks for framing cycle, found height (use --framing cycle)".into())
+        );
+        let odd = Contract {
+            rows: 128,
+            ..contract.clone()
+        };
+        let refused = odd
+            .require(Size::S64x44, None, "use")
+            .expect_err("128 rows");
+        assert!(
+            refused.to_string().contains("only 50x30, 64x44"),
+            "{refused}"
         );
     }
 

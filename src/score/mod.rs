@@ -15,7 +15,7 @@ pub mod shipped;
 
 use std::path::Path;
 
-pub use contract::{Contract, Framing, InputRange, Layout, OutputNames, Training};
+pub use contract::{Contract, InputRange, Layout, OutputNames, Training};
 pub use graph::{Dimension, Graph, Port};
 pub use model::Model;
 

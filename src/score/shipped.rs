@@ -41,7 +41,6 @@ mod tests {
     use crate::scene::cohort::{self, CohortOptions};
     use crate::sweep::{Job, Settings, Views, sweep};
     use edgegait_core::pack::Pack;
-    use edgegait_core::raster::Rasterizer;
 
     /// GEIs of four people from the side, as the models take them.
     fn geis() -> Vec<f32> {
@@ -54,16 +53,17 @@ mod tests {
         let bytes = crate::encode::encode_subjects(&people, 5.0, &|| {}).expect("a pack");
         let pack = Pack::parse(&bytes).expect("it was just encoded");
         let jobs: Vec<Job> = (0..4).map(|walk| Job { walk, cycle: 1_000 }).collect();
-        let settings = Settings {
-            rasterizer: Rasterizer::Skia,
-            frames_per_cycle: 32,
-            seed: 1,
-        };
+        let settings = Settings::default();
         let views = Views::side().expect("the side view").list;
         let mut geis = Vec::new();
         let keep = |_: Job, swept: crate::sweep::Swept| Ok(swept.geis);
         sweep(&pack, &jobs, &views, settings, keep, |_, found| {
-            geis.extend(found[0].pixels.map(|pixel| f32::from(pixel) / 255.0));
+            geis.extend(
+                found[0]
+                    .pixels()
+                    .iter()
+                    .map(|&pixel| f32::from(pixel) / 255.0),
+            );
             Ok(())
         })
         .expect("four GEIs");

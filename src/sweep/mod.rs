@@ -3,39 +3,26 @@
 //! A job is one cycle of one walk. Its frames are decoded and posed once and then seen
 //! from every viewpoint. Results come in the jobs' order, whatever the number of threads.
 
+mod columns;
+mod film;
+mod settings;
 mod views;
 
+pub use settings::{Aim, FRAMES_PER_CYCLE, Framing, Jitter, Lens, Raster, Sensor, Settings};
 pub use views::{View, Views};
 
 use crate::error::{Error, Result};
-use crate::scene::variation::{CycleSeed, Variation};
-use edgegait_core::avatar::{Avatar, PosedHulls};
-use edgegait_core::camera::Camera;
-use edgegait_core::clip::Clip;
-use edgegait_core::format::crc32;
+use columns::Columns;
 use edgegait_core::pack::Pack;
-use edgegait_core::pose::ModelPose;
-use edgegait_core::raster::{Rasterizer, Renderer};
+use edgegait_core::raster::Renderer;
 use edgegait_core::silhouette::Frame;
-use edgegait_core::skeleton::Skeleton;
 use edgegait_core::template::{Gei, GeiBuilder};
+use film::{Film, Sight};
+use glam::Vec3;
 use rayon::prelude::*;
 
-/// Frames of a cycle, unless a user says otherwise. Ours: a GEI of 32 frames is 4.2 of 255
-/// (root mean square) off one of 512, of 64 frames 2.2, of 16 frames 7.8 (two people, 20
-/// viewpoints, `render --template gei --frames-per-cycle N`).
-pub const FRAMES_PER_CYCLE: u32 = 32;
-
-/// How a sweep draws.
-#[derive(Clone, Copy, Debug)]
-pub struct Settings {
-    /// Which rasteriser.
-    pub rasterizer: Rasterizer,
-    /// Frames of each cycle.
-    pub frames_per_cycle: u32,
-    /// Seed of the cycles' variations.
-    pub seed: u64,
-}
+/// Frames of a take that are posed at once, where they do not depend on others: 9 MB.
+const FRAMES_AT_ONCE: u32 = 1_024;
 
 /// One cycle of one walk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,7 +94,7 @@ pub struct Shot<'a> {
 pub struct Swept {
     /// In the order of the views.
     pub geis: Vec<Gei>,
-    /// Sum over all frames and views of the share that lay outside of the 30 columns.
+    /// Sum over all frames and views of the share that lay outside of the image.
     pub clipped: f64,
 }
 
@@ -125,13 +112,20 @@ pub fn sweep<R: Send>(
     map: impl Fn(Job, Swept) -> Result<R> + Sync,
     mut sink: impl FnMut(Job, R) -> Result<()>,
 ) -> Result<()> {
+    settings.check()?;
+    let firsts = views::firsts(views);
     let chunk = 2 * rayon::current_num_threads();
     for jobs in jobs.chunks(chunk.max(1)) {
         let results: Vec<Result<R>> = jobs
             .par_iter()
             .map_init(
-                || Renderer::new(settings.rasterizer),
-                |renderer, &job| map(job, see(pack, job, views, settings, renderer)?),
+                || Painter::new(&settings),
+                |painter, &job| {
+                    let body = film::body(pack, job)?;
+                    let mut film = Film::new(pack, job, &body, settings)?;
+                    film.pose(Moments::Cycle, 0..settings.frames_per_cycle);
+                    map(job, painter.sweep(&mut film, views, &firsts)?)
+                },
             )
             .collect();
         for (&job, result) in jobs.iter().zip(results) {
@@ -141,35 +135,85 @@ pub fn sweep<R: Send>(
     Ok(())
 }
 
-/// One job's GEIs.
-fn see(
-    pack: &Pack<'_>,
-    job: Job,
-    views: &[View],
-    settings: Settings,
-    renderer: &mut Renderer,
-) -> Result<Swept> {
-    let figures = Figures::new(pack, job, settings.seed)?;
-    let posed: Vec<PosedHulls> = (0..settings.frames_per_cycle)
-        .map(|frame| figures.at(moment(Moments::Cycle, settings, frame)))
-        .collect();
-    let mut swept = Swept {
-        geis: Vec::with_capacity(views.len()),
-        clipped: 0.0,
-    };
-    for view in views {
-        let camera = Camera::orthographic(view.viewpoint());
-        let mut builder = GeiBuilder::new();
-        for figure in &posed {
-            let drawing = renderer
-                .draw(figure, &camera)
-                .map_err(|error| drawing_error(pack, job, *view, &error))?;
-            swept.clipped += f64::from(drawing.clipped_share);
-            builder.add(&drawing.frame);
+/// Views whose GEIs are summed at once: few enough for their sums to stay in a processor's
+/// cache, and many enough for a figure to be worth fetching.
+const VIEWS_AT_ONCE: usize = 16;
+
+/// What draws, by one of the ways of [`Raster`].
+enum Painter {
+    Each(Box<Renderer>),
+    Columns(Box<Columns>),
+}
+
+impl Painter {
+    fn new(settings: &Settings) -> Self {
+        match settings.rasterizer {
+            Raster::Each(rasterizer) => {
+                Self::Each(Box::new(Renderer::new(rasterizer, settings.size)))
+            }
+            Raster::Columns => Self::Columns(Box::new(Columns::new(settings.size))),
         }
-        swept.geis.push(builder.finish());
     }
-    Ok(swept)
+
+    /// One job's GEIs; views that are the same are drawn once.
+    fn sweep(&mut self, film: &mut Film<'_>, views: &[View], firsts: &[usize]) -> Result<Swept> {
+        let drawn: Vec<usize> = (0..views.len()).filter(|&at| firsts[at] == at).collect();
+        let seen = match self {
+            Self::Each(renderer) => see(film, views, &drawn, renderer)?,
+            Self::Columns(columns) => columns.see(film, views, &drawn)?,
+        };
+        let seen = firsts.iter().filter_map(|&first| seen[first].as_ref());
+        Ok(Swept {
+            clipped: seen.clone().map(|(_, clipped)| clipped).sum(),
+            geis: seen.map(|(gei, _)| *gei).collect(),
+        })
+    }
+
+    /// One frame from one view.
+    fn frame(&mut self, film: &Film<'_>, frame: usize, sight: Sight<'_>) -> Result<Frame> {
+        match self {
+            Self::Each(renderer) => Ok(*film.draw(frame, &sight, renderer)?.frame),
+            Self::Columns(columns) => columns.frame(film, frame, sight),
+        }
+    }
+}
+
+/// The GEIs of the views of these numbers, and for each the sum over the frames of the share
+/// that lay outside of the image; none of the other views.
+fn see(
+    film: &mut Film<'_>,
+    views: &[View],
+    numbers: &[usize],
+    renderer: &mut Renderer,
+) -> Result<Vec<Option<(Gei, f64)>>> {
+    let mut seen = vec![None; views.len()];
+    let mut sums = vec![(GeiBuilder::new(renderer.size()), 0.0); VIEWS_AT_ONCE];
+    for batch in numbers.chunks(VIEWS_AT_ONCE) {
+        let sights: Vec<_> = batch.iter().map(|&at| film.sight(&views[at])).collect();
+        for frame in 0..film.len() {
+            for (sight, (builder, clipped)) in sights.iter().zip(&mut sums) {
+                let drawing = film.draw(frame, sight, renderer)?;
+                *clipped += f64::from(drawing.clipped_share);
+                builder.add(drawing.frame);
+            }
+        }
+        for (&at, (builder, clipped)) in batch.iter().zip(&mut sums) {
+            seen[at] = Some((builder.finish(), *clipped));
+            (*builder, *clipped) = (GeiBuilder::new(renderer.size()), 0.0);
+        }
+    }
+    Ok(seen)
+}
+
+/// The figures of one cycle of a job: of each frame the points of each hull, metres.
+///
+/// # Errors
+/// When there is no such walk or variation.
+pub fn figures(pack: &Pack<'_>, job: Job, settings: Settings) -> Result<Vec<Vec<Vec<Vec3>>>> {
+    let body = film::body(pack, job)?;
+    let mut film = Film::new(pack, job, &body, settings)?;
+    film.pose(Moments::Cycle, 0..settings.frames_per_cycle);
+    Ok(film.figures())
 }
 
 /// The frames of one shot from each view: `[view][frame]`.
@@ -177,131 +221,35 @@ fn see(
 /// # Errors
 /// When a figure cannot be drawn.
 pub fn silhouettes(pack: &Pack<'_>, shot: Shot<'_>, settings: Settings) -> Result<Vec<Vec<Frame>>> {
-    let figures = Figures::new(pack, shot.job, settings.seed)?;
-    let mut renderer = Renderer::new(settings.rasterizer);
+    settings.check()?;
+    let body = film::body(pack, shot.job)?;
+    let mut film = Film::new(pack, shot.job, &body, settings)?;
+    let mut painter = Painter::new(&settings);
+    let firsts = views::firsts(shot.views);
     let frames = match shot.moments {
         Moments::Cycle => settings.frames_per_cycle,
         Moments::Seconds { frames, .. } => frames,
     };
-    let mut draw = |view: &View, frame: u32| {
-        let figure = figures.at(moment(shot.moments, settings, frame));
-        let drawing = renderer.draw(&figure, &Camera::orthographic(view.viewpoint()));
-        drawing
-            .map(|drawing| drawing.frame)
-            .map_err(|error| drawing_error(pack, shot.job, *view, &error))
+    let step = if settings.needs_all_frames() {
+        frames.max(1)
+    } else {
+        FRAMES_AT_ONCE
     };
-    shot.views
-        .iter()
-        .map(|view| (0..frames).map(|frame| draw(view, frame)).collect())
-        .collect()
-}
-
-/// A moment of a walk.
-#[derive(Clone, Copy, Debug)]
-enum Moment {
-    /// In cycles.
-    Phase(f32),
-    /// From the clip's first frame.
-    Seconds(f64),
-}
-
-/// The moment of a frame.
-fn moment(moments: Moments, settings: Settings, frame: u32) -> Moment {
-    match moments {
-        #[expect(clippy::cast_precision_loss, reason = "frames of a cycle")]
-        Moments::Cycle => Moment::Phase(frame as f32 / settings.frames_per_cycle as f32),
-        Moments::Seconds { start_s, fps, .. } => Moment::Seconds(start_s + f64::from(frame) / fps),
-    }
-}
-
-fn drawing_error(
-    pack: &Pack<'_>,
-    job: Job,
-    view: View,
-    error: &edgegait_core::raster::DrawError,
-) -> Error {
-    Error::Failed(format!(
-        "{}, cycle {}, azimuth {} and elevation {} degrees: {error}",
-        walk_name(pack, job.walk),
-        job.cycle,
-        view.azimuth_deg,
-        view.elevation_deg
-    ))
-}
-
-/// One job's figure at any moment.
-struct Figures<'a> {
-    avatar: Avatar<'a>,
-    skeleton: Skeleton,
-    clip: Clip<'a>,
-    variation: Variation,
-}
-
-impl<'a> Figures<'a> {
-    fn new(pack: &Pack<'a>, job: Job, seed: u64) -> Result<Self> {
-        let walk = pack.walks().nth(job.walk);
-        let subject = walk.and_then(|walk| pack.subject(walk.subject));
-        let parts = walk.zip(subject).and_then(|(walk, subject)| {
-            let (avatar, clip) = (pack.avatar(subject.avatar)?, pack.clip(walk.clip)?);
-            Some((walk, subject, avatar, clip))
-        });
-        let Some((walk, subject, avatar, clip)) = parts else {
-            return Err(Error::Failed(format!(
-                "there is no walk {}: expected a number below {}",
-                job.walk,
-                pack.walks().len()
-            )));
-        };
-        if job.cycle > 0 && clip.as_take().is_some() {
-            return Err(Error::Failed(format!(
-                "{} is a whole take: it has no variations (leave out --cycle)",
-                walk_name(pack, job.walk)
-            )));
-        }
-        Ok(Self {
-            skeleton: avatar.skeleton(),
-            avatar,
-            clip,
-            variation: Variation::new(CycleSeed {
-                seed,
-                subject: u64::from(crc32(subject.name.as_bytes())),
-                walk: u64::from(crc32(walk.name.as_bytes())) << 16 | u64::from(walk.cycle),
-                cycle: job.cycle,
-            }),
-        })
-    }
-
-    /// The posed figure; a varied one keeps the stored cycle's clearance from the floor.
-    fn at(&self, moment: Moment) -> PosedHulls {
-        let duration_s = self.clip.duration_s();
-        let (mut pose, phase) = match (moment, self.clip.as_loop()) {
-            (Moment::Phase(phase), Some(cycle)) => (cycle.pose(phase), phase),
-            (Moment::Phase(phase), None) => {
-                (self.clip.sample(f64::from(phase) * duration_s), phase)
+    let mut all = vec![Vec::new(); shot.views.len()];
+    for first in (0..frames).step_by(step as usize) {
+        let end = frames.min(first.saturating_add(step));
+        film.pose(shot.moments, first..end);
+        for (at, view) in shot.views.iter().enumerate() {
+            if firsts[at] < at {
+                let known: Vec<Frame> = all[firsts[at]][all[at].len()..].to_vec();
+                all[at].extend(known);
+                continue;
             }
-            (Moment::Seconds(seconds), _) => {
-                #[expect(clippy::cast_possible_truncation, reason = "a phase")]
-                let phase = (seconds / duration_s).rem_euclid(1.0) as f32;
-                (self.clip.sample(seconds), phase)
+            let sight = film.sight(view);
+            for frame in 0..film.len() {
+                all[at].push(painter.frame(&film, frame, sight)?);
             }
-        };
-        let stored = self.posed(&pose);
-        let before = pose.rotations;
-        self.variation.apply(&mut pose, phase);
-        if pose.rotations == before {
-            return stored;
         }
-        let lifted = lowest(&stored) - lowest(&self.posed(&pose));
-        pose.root.y += lifted;
-        self.posed(&pose)
     }
-
-    fn posed(&self, pose: &edgegait_core::pose::Pose) -> PosedHulls {
-        PosedHulls::new(&self.avatar, &ModelPose::new(&self.skeleton, pose))
-    }
-}
-
-/// The height of a figure's lowest point, metres.
-fn lowest(figure: &PosedHulls) -> f32 {
-    figure.points().iter().map(|p| p.y).fold(f32::MAX, f32::min)
+    Ok(all)
 }

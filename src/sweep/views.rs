@@ -1,7 +1,9 @@
 //! Lists of viewpoints: the paper's grid, the side view, or a user's own.
 
 use crate::error::{Error, Place, Result};
+use edgegait_core::budget::MAX_ELEVATIONS;
 use edgegait_core::camera::Viewpoint;
+use edgegait_core::raster::columns::Azimuth;
 use std::path::Path;
 
 /// A viewpoint with the angles that it was asked for by.
@@ -152,6 +154,52 @@ impl Views {
     }
 }
 
+/// For each view the first one that is the same (azimuths 0 and 360, -90 and 270): itself, or
+/// one before it.
+pub(super) fn firsts(views: &[View]) -> Vec<usize> {
+    let first = |(at, view): (usize, &View)| {
+        let before = views.iter().take(at);
+        let same = before
+            .into_iter()
+            .position(|other| other.viewpoint == view.viewpoint);
+        same.unwrap_or(at)
+    };
+    views.iter().enumerate().map(first).collect()
+}
+
+/// Views of one azimuth that are drawn at once.
+pub(super) struct Elevations {
+    /// How they are seen.
+    pub azimuth: Azimuth,
+    /// Numbers of the views.
+    pub views: Vec<usize>,
+}
+
+/// The views of these numbers by azimuth, as many at once as can be drawn.
+pub(super) fn by_azimuth(views: &[View], numbers: &[usize]) -> Result<Vec<Elevations>> {
+    let right = |at: usize| views[at].viewpoint.right();
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for &at in numbers {
+        let known = groups
+            .iter_mut()
+            .find(|known| known.len() < MAX_ELEVATIONS && right(known[0]) == right(at));
+        match known {
+            Some(known) => known.push(at),
+            None => groups.push(vec![at]),
+        }
+    }
+    let seen = |views_of: Vec<usize>| {
+        let viewpoints: Vec<_> = views_of.iter().map(|&at| views[at].viewpoint).collect();
+        let azimuth =
+            Azimuth::new(&viewpoints).map_err(|error| Error::Failed(error.to_string()))?;
+        Ok(Elevations {
+            azimuth,
+            views: views_of,
+        })
+    };
+    groups.into_iter().map(seen).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -178,5 +226,43 @@ mod tests {
         let views = Views::named(&path.display().to_string()).expect("two viewpoints");
         assert_eq!(views.list.len(), 2);
         assert!(Views::named("front").is_err());
+    }
+
+    #[test]
+    fn viewpoints_that_are_the_same_are_known_by_the_first() {
+        let azimuths = [0.0, 90.0, 360.0, -270.0, -90.0, 270.0, -360.0, 90.1];
+        let views = Views::grid("list", azimuths, [0.0]).expect("viewpoints");
+        assert_eq!(firsts(&views.list), [0, 1, 0, 1, 4, 4, 0, 7]);
+        let paper = Views::paper().expect("the grid").list;
+        assert_eq!(firsts(&paper), (0..703).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn views_are_gathered_by_azimuth_and_24_at_once() {
+        let of = |azimuths: &[f32], elevations: &[f32]| {
+            let azimuths = azimuths.iter().copied();
+            let views = Views::grid("list", azimuths, elevations.iter().copied());
+            let views = views.expect("viewpoints").list;
+            let numbers: Vec<usize> = (0..views.len()).collect();
+            let groups = by_azimuth(&views, &numbers).expect("groups");
+            groups.into_iter().map(|it| it.views).collect::<Vec<_>>()
+        };
+        // A whole turn apart is the same azimuth.
+        assert_eq!(
+            of(&[0.0, 5.0, 360.0], &[0.0, 9.0]),
+            [vec![0, 1, 4, 5], vec![2, 3]]
+        );
+        let many: Vec<f32> = (0..30u8).map(f32::from).collect();
+        let groups = of(&[0.0], &many);
+        assert_eq!(groups, [(0..24).collect::<Vec<_>>(), (24..30).collect()]);
+        assert_eq!(
+            by_azimuth(
+                &Views::paper().expect("grid").list,
+                &(0..703).collect::<Vec<_>>()
+            )
+            .expect("groups")
+            .len(),
+            37
+        );
     }
 }

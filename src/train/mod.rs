@@ -9,7 +9,7 @@ pub mod lda;
 pub mod onnx;
 pub mod pca;
 
-use edgegait_core::budget::{COLUMNS, PIXELS, ROWS};
+use edgegait_core::silhouette::Size;
 use ndarray::{Array1, Array2, ArrayView1, ArrayView2, s};
 
 use crate::error::{Error, Result};
@@ -76,6 +76,8 @@ impl Affine {
 /// A recognizer that is an affine map and a nearest class mean.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearRecognizer {
+    /// Rows and columns of its GEIs.
+    pub size: Size,
     /// Pixels in 0..1 to an embedding whose variance within classes is 1 in every direction.
     pub embedding: Affine,
     /// Mean embedding of each class, one a row.
@@ -114,7 +116,7 @@ impl LinearRecognizer {
     /// The embedding of a GEI with pixels in 0..1.
     ///
     /// # Panics
-    /// If `gei` does not have [`PIXELS`] pixels.
+    /// If `gei` does not have the pixels of its size.
     #[must_use]
     pub fn embed(&self, gei: &[f32]) -> Array1<f32> {
         self.embedding.apply(ArrayView1::from(gei))
@@ -163,12 +165,15 @@ pub fn fit(
     classes: usize,
     options: Options,
 ) -> Result<LinearRecognizer> {
-    if samples.ncols() != PIXELS {
-        return Err(Error::Failed(format!(
-            "expected GEIs of {ROWS} x {COLUMNS} = {PIXELS} pixels, found {}",
-            samples.ncols()
-        )));
-    }
+    let size = Size::ALL
+        .into_iter()
+        .find(|size| size.pixels() == samples.ncols())
+        .ok_or_else(|| {
+            Error::Failed(format!(
+                "expected GEIs of 50 x 30 = 1500, 64 x 44 = 2816 or 64 x 64 = 4096 pixels, found {}",
+                samples.ncols()
+            ))
+        })?;
     let class_means = Classes::of(samples, labels, classes)?.means;
     let pca = Pca::fit(samples)?;
     let kept = match options.components {
@@ -191,6 +196,7 @@ pub fn fit(
     let bias = -weights.dot(&pca.mean);
     let centroids = algebra::multiply((&class_means - &pca.mean).view(), weights.t());
     Ok(LinearRecognizer {
+        size,
         embedding: Affine {
             weights: weights.mapv(|v| v as f32),
             bias: bias.mapv(|v| v as f32),

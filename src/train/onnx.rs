@@ -10,13 +10,12 @@
 use ndarray::Array2;
 
 use super::{Affine, LinearRecognizer};
-use edgegait_core::budget::{COLUMNS, ROWS};
 
 /// `IR_VERSION` of the file.
 pub const IR_VERSION: u64 = 8;
 /// Version of the default operator set.
 pub const OPSET: u64 = 17;
-/// Name of the input: f32 `[N, 1, 50, 30]`, pixels in 0..1.
+/// Name of the input: f32 `[N, 1, rows, columns]`, pixels in 0..1.
 pub const INPUT: &str = "gei";
 /// Name of the first output: f32 `[N, dims]`.
 pub const EMBEDDING: &str = "embedding";
@@ -37,8 +36,8 @@ pub fn write(recognizer: &LinearRecognizer, name: &str, properties: &[(&str, &st
     let pixels = [
         Axis::Named("N"),
         Axis::Size(1),
-        Axis::Size(ROWS),
-        Axis::Size(COLUMNS),
+        Axis::Size(recognizer.size.rows()),
+        Axis::Size(recognizer.size.columns()),
     ];
     let outputs = |size| [Axis::Named("N"), Axis::Size(size)];
 

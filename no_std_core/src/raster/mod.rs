@@ -1,18 +1,30 @@
 //! From posed hulls to a silhouette: framing, outlines, rasteriser.
 //!
 //! Framing is part of the projection: the figure is drawn once, at the size of
-//! the silhouette, and nothing is resampled.
+//! the silhouette, and nothing is resampled. What is framing here knows nothing of how
+//! pixels are filled: a rasteriser has a window that draws hulls with a placement, tells
+//! their moments, and cuts columns out.
 
+pub mod columns;
+mod place;
+mod rows;
+mod seen;
+pub(crate) mod simd;
+#[cfg(feature = "skia")]
 mod skia;
+#[cfg(test)]
+mod tests;
 
-use crate::avatar::PosedHulls;
-use crate::budget::{COLUMNS, MAX_WINDOWS, PIXELS, ROWS, WINDOW_COLUMNS};
-use crate::camera::{Camera, Extent, Placement};
-use crate::outline::{clipped, convex};
-use crate::silhouette::{Coverage, Frame};
+use crate::body::Figure;
+use crate::budget::{MAX_REACH_PIXELS, MAX_WINDOWS, WINDOW_COLUMNS};
+use crate::camera::{Camera, Framing, NEAR_M};
+use crate::silhouette::{Frame, Silhouette, Size};
 use core::fmt;
-use glam::Vec2;
-use skia::Window;
+use glam::{Vec2, Vec3};
+use place::{Extent, Placement, Spread, as_pixels};
+use rows::Sampling;
+use seen::{Points, Seen};
+pub use simd::Simd;
 
 /// How pixels are decided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -20,22 +32,53 @@ pub enum Rasterizer {
     /// tiny-skia without anti-aliasing: one sample at the pixel's centre, after
     /// coordinates were cut to 1/64 pixel (0.6-0.8 % of on-pixels differ from exact
     /// sampling).
+    #[cfg(feature = "skia")]
     Skia,
     /// tiny-skia with anti-aliasing: 4x4 samples a pixel, hull by hull, so that
     /// two hulls which cover parts of one pixel blend instead of adding up.
+    #[cfg(feature = "skia")]
     SkiaAa,
+    /// Bit rows: one sample at the pixel's centre, exactly; no heap.
+    Rows,
+    /// Bit rows with three by three samples a pixel, a third of a pixel apart.
+    Rows3x3,
 }
 
 impl Rasterizer {
     /// All rasterisers.
-    pub const ALL: [Self; 2] = [Self::Skia, Self::SkiaAa];
+    pub const ALL: &[Self] = &[
+        #[cfg(feature = "skia")]
+        Self::Skia,
+        #[cfg(feature = "skia")]
+        Self::SkiaAa,
+        Self::Rows,
+        Self::Rows3x3,
+    ];
+
+    /// How far apart its samples are, pixels: jitter within half of it fills the gaps between
+    /// them, and more would blur.
+    #[must_use]
+    pub const fn spacing(self) -> f32 {
+        match self {
+            #[cfg(feature = "skia")]
+            Self::Skia => 1.0,
+            #[cfg(feature = "skia")]
+            Self::SkiaAa => 0.25,
+            Self::Rows => 1.0,
+            Self::Rows3x3 => 1.0 / 3.0,
+        }
+    }
 
     /// The name under which results state it.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
+            #[cfg(feature = "skia")]
             Self::Skia => "skia",
+            #[cfg(feature = "skia")]
             Self::SkiaAa => "skia-aa",
+            Self::Rows => "rows",
+            Self::Rows3x3 => "rows-3x3",
         }
     }
 }
@@ -48,10 +91,16 @@ impl fmt::Display for Rasterizer {
 
 /// A drawn figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drawing {
-    /// The silhouette.
-    pub frame: Frame,
-    /// The share of the figure's area that lies left or right of the 30 columns, 0..=1.
+pub struct Drawing<'a> {
+    /// The silhouette, which its renderer keeps until it draws the next one.
+    pub frame: &'a Frame,
+    /// The share of the figure's area that lies outside of the image, 0..=1.
+    ///
+    /// Of [`Framing::Height`] it is counted in samples; of [`Framing::Box`] it is 0. Of
+    /// [`Framing::Fixed`] it is 0 or 1 where the figure's rectangle lies inside or outside of
+    /// the image, and otherwise measured with two more drawings, the whole figure and its part
+    /// inside each stretched to the window: within 0.03 of exact areas of random bodies
+    /// (`tests/framing.rs`).
     pub clipped_share: f32,
 }
 
@@ -62,12 +111,22 @@ pub enum DrawError {
     Empty,
     /// A point of the figure is not finite, or so far away that its projection is not.
     NotFinite,
-    /// The figure has no height from this viewpoint, so that no scale fills 50 rows.
+    /// A point lies this many metres in front of the camera's eye, or behind it.
+    TooNear(f32),
+    /// The figure has no height from this viewpoint, or no width where it is to be stretched
+    /// to its box, so that no scale fills the image.
     Flat,
     /// The figure would be this many columns wide; at most 16 windows of 128 are drawn.
     TooWide(f32),
+    /// A part of the figure would lie this many pixels from the image's upper left corner,
+    /// and another part inside of the image.
+    TooLarge(f32),
     /// The figure is so thin that no sample falls inside it.
     Vanished,
+    /// A fixed framing has this scale, pixels a metre.
+    Scale(f32),
+    /// The samples are to be moved by more than half a pixel.
+    Jitter(Vec2),
 }
 
 impl fmt::Display for DrawError {
@@ -75,37 +134,151 @@ impl fmt::Display for DrawError {
         match self {
             Self::Empty => f.write_str("the figure has no points"),
             Self::NotFinite => f.write_str("a point of the figure is not finite"),
-            Self::Flat => f.write_str("the figure has no height from this viewpoint"),
+            Self::TooNear(depth_m) => write!(
+                f,
+                "a point of the figure lies {depth_m} m in front of the camera, expected at least {NEAR_M} (move the camera away)"
+            ),
+            Self::Flat => f.write_str("the figure has no height or no width from this viewpoint"),
             Self::TooWide(columns) => write!(
                 f,
-                "the figure is {columns} columns wide at a height of {ROWS} rows, expected at most {}",
+                "the figure is {columns} columns wide at its full height, expected at most {}",
                 MAX_WINDOWS * WINDOW_COLUMNS
             ),
+            Self::TooLarge(pixels) => write!(
+                f,
+                "the figure reaches {pixels} pixels away from the image that it is partly in, expected at most {MAX_REACH_PIXELS} (move the camera away, or use a smaller scale)"
+            ),
             Self::Vanished => f.write_str("the figure is too thin for any sample to fall inside"),
+            Self::Scale(found) => {
+                write!(
+                    f,
+                    "a scale of {found} pixels a metre: expected a number above 0"
+                )
+            }
+            Self::Jitter(found) => write!(
+                f,
+                "samples moved by {found} pixels: expected -0.5 to 0.5 to the right and down"
+            ),
         }
     }
 }
 
 impl core::error::Error for DrawError {}
 
-/// Draws figures with one rasteriser, reusing its memory.
+/// Draws figures with one rasteriser in one size, reusing its memory.
 ///
-/// Holds [`crate::budget::SKIA_RESIDENT_BYTES`] of heap from the first figure on (its
-/// window of 6,400 bytes from the start), and takes and gives back at most
+/// Bit rows are held inline and take no heap. tiny-skia holds
+/// [`crate::budget::SKIA_RESIDENT_BYTES`] of it from the first figure on (its window of
+/// 128 bytes a row from the start), and takes and gives back at most
 /// [`crate::budget::SKIA_TRANSIENT_BYTES`] while it draws.
 #[derive(Debug)]
 pub struct Renderer {
     rasterizer: Rasterizer,
+    simd: Simd,
+    points: Points,
+    sheet: Sheet,
+}
+
+/// What is drawn on.
+#[derive(Debug)]
+struct Sheet {
+    size: Size,
     window: Window,
+    frame: Frame,
+}
+
+/// What fills pixels.
+#[derive(Debug)]
+#[cfg_attr(
+    feature = "skia",
+    expect(
+        clippy::large_enum_variant,
+        reason = "26 kB once for a renderer; a box would need a heap"
+    )
+)]
+enum Window {
+    #[cfg(feature = "skia")]
+    Skia(skia::Window),
+    Rows(rows::Window),
+}
+
+impl Window {
+    /// In how many of the window's columns a figure of so many is drawn.
+    fn columns(&self, columns: f32) -> usize {
+        match self {
+            #[cfg(feature = "skia")]
+            Self::Skia(_) => WINDOW_COLUMNS,
+            Self::Rows(_) => rows::Window::columns(columns),
+        }
+    }
+
+    /// Draws a figure into the leftmost `columns`, and nothing else.
+    fn draw(&mut self, seen: &Seen<'_>, placement: &Placement, columns: usize) {
+        match self {
+            #[cfg(feature = "skia")]
+            Self::Skia(window) => window.draw(seen, placement),
+            Self::Rows(window) => window.draw(seen, placement, columns),
+        }
+    }
+
+    /// Empties the window.
+    fn clear(&mut self) {
+        match self {
+            #[cfg(feature = "skia")]
+            Self::Skia(window) => window.clear(),
+            Self::Rows(window) => window.clear(),
+        }
+    }
+
+    /// Area and first moment of what was drawn.
+    fn moments(&self) -> Moments {
+        match self {
+            #[cfg(feature = "skia")]
+            Self::Skia(window) => window.moments(),
+            Self::Rows(window) => window.moments(),
+        }
+    }
+
+    /// Makes a frame of the image's columns from `left` on; their area in the unit of
+    /// [`Self::moments`].
+    fn cut(&self, left: isize, frame: &mut Frame) -> u64 {
+        match self {
+            #[cfg(feature = "skia")]
+            Self::Skia(window) => window.cut(left, frame),
+            Self::Rows(window) => window.cut(left, frame),
+        }
+    }
 }
 
 impl Renderer {
-    /// A renderer; allocates its window.
+    /// A renderer; tiny-skia allocates its window. Bit rows use the widest registers that the
+    /// processor has.
     #[must_use]
-    pub fn new(rasterizer: Rasterizer) -> Self {
+    pub fn new(rasterizer: Rasterizer, size: Size) -> Self {
+        Self::with_simd(rasterizer, size, Simd::widest())
+    }
+
+    /// A renderer whose bit rows use these registers. Pictures do not depend on it.
+    #[must_use]
+    pub fn with_simd(rasterizer: Rasterizer, size: Size, simd: Simd) -> Self {
+        let rows = |sampling| Window::Rows(rows::Window::new(size, sampling, simd));
+        let window = match rasterizer {
+            #[cfg(feature = "skia")]
+            Rasterizer::Skia => Window::Skia(skia::Window::new(size, false)),
+            #[cfg(feature = "skia")]
+            Rasterizer::SkiaAa => Window::Skia(skia::Window::new(size, true)),
+            Rasterizer::Rows => rows(Sampling::Once),
+            Rasterizer::Rows3x3 => rows(Sampling::ThreeByThree),
+        };
         Self {
             rasterizer,
-            window: Window::new(rasterizer == Rasterizer::SkiaAa),
+            simd,
+            points: Points::ZERO,
+            sheet: Sheet {
+                size,
+                window,
+                frame: Frame::Binary(Silhouette::empty(size)),
+            },
         }
     }
 
@@ -115,270 +288,243 @@ impl Renderer {
         self.rasterizer
     }
 
-    /// Draws `figure` as `camera` sees it, framed by height: scaled so that it
-    /// fills 50 rows, and shifted by whole columns so that its centroid (pixel
-    /// centres at i + 0.5, rounded half up) lands on x = 15. What then lies outside
-    /// of the 30 columns is cut away, and its share reported.
+    /// Rows and columns of what is drawn.
+    #[must_use]
+    pub const fn size(&self) -> Size {
+        self.sheet.size
+    }
+
+    /// Draws `figure` as `camera` sees it, fitted into the image by `framing`.
+    ///
+    /// `jitter` moves the points at which pixels are sampled, x to the right and y down, each
+    /// within half a pixel: `Vec2::ZERO` samples their centres. A template of frames of
+    /// different jitter is closer to exact coverage.
+    ///
+    /// - [`Framing::Height`] fills the rows, and puts the centroid (of the sampled points,
+    ///   rounded half up) on the middle column's left side: x = 15 of 30.
+    /// - [`Framing::Box`] fills rows and columns.
+    /// - [`Framing::Fixed`] draws an empty frame of a figure that is wholly outside.
     ///
     /// # Errors
     /// For figures without an image; see [`DrawError`].
-    pub fn draw(&mut self, figure: &PosedHulls, camera: &Camera) -> Result<Drawing, DrawError> {
-        if figure.points().is_empty() {
+    pub fn draw(
+        &mut self,
+        figure: &Figure<'_>,
+        camera: &Camera,
+        framing: Framing,
+        jitter: Vec2,
+    ) -> Result<Drawing<'_>, DrawError> {
+        check_jitter(jitter)?;
+        if figure.is_empty() {
             return Err(DrawError::Empty);
         }
-        let image_points = figure.points().iter().map(|&point| camera.project(point));
-        let extent = Extent::of(image_points).ok_or(DrawError::NotFinite)?;
-        let (placement, windows) = place_by_height(&extent)?;
-
-        let mut moments = Moments::default();
-        for index in 0..windows {
-            let left = index * WINDOW_COLUMNS;
-            self.fill(figure, camera, &placement.shifted(as_pixels(left)));
-            moments.add(self.window.pixels(), left);
-        }
-        if moments.sum == 0 {
-            return Err(DrawError::Vanished);
-        }
-        let mut left = moments.centroid_column() - as_signed(COLUMNS / 2);
-        if windows > 1 {
-            #[expect(clippy::cast_precision_loss, reason = "a few thousand columns")]
-            let shift = left as f32;
-            self.fill(figure, camera, &placement.shifted(shift));
-            left = 0;
-        }
-        let coverage = cut_columns(self.window.pixels(), left);
-        let kept: u64 = coverage.pixels.iter().map(|&pixel| u64::from(pixel)).sum();
-        #[expect(clippy::cast_precision_loss, reason = "a share")]
-        let clipped_share = 1.0 - (kept as f32 / moments.sum as f32).min(1.0);
-        let frame = match self.rasterizer {
-            Rasterizer::Skia => Frame::Binary(coverage.to_silhouette()),
-            Rasterizer::SkiaAa => Frame::Grey(coverage),
+        // What is wrong with a figure is found out one point after another.
+        let extent = self.points.project(figure, camera, self.simd);
+        let extent = extent.map_or_else(|| extent_by_point(figure, camera), Ok)?;
+        let seen = Seen {
+            figure,
+            camera,
+            points: &self.points,
         };
+        let clipped_share = self.sheet.draw(&seen, &extent, framing, jitter)?;
         Ok(Drawing {
-            frame,
+            frame: &self.sheet.frame,
             clipped_share,
         })
     }
+}
 
-    /// Draws the figure's hulls into the window.
-    fn fill(&mut self, figure: &PosedHulls, camera: &Camera, placement: &Placement) {
-        // One pixel of margin, so that the cut itself is never seen.
-        let min = Vec2::splat(-1.0);
-        let max = Vec2::new(as_pixels(WINDOW_COLUMNS + 1), as_pixels(ROWS + 1));
-        self.window.clear();
-        for hull in figure.hulls() {
-            let pixels = hull
-                .iter()
-                .map(|&point| placement.place(camera.project(point)));
-            self.window.fill(&clipped(&convex(pixels), min, max));
+impl Sheet {
+    /// Draws a figure of this extent; the share of it that does not show.
+    fn draw(
+        &mut self,
+        seen: &Seen<'_>,
+        extent: &Extent,
+        framing: Framing,
+        jitter: Vec2,
+    ) -> Result<f32, DrawError> {
+        match framing {
+            Framing::Height => self.by_height(seen, extent, jitter),
+            Framing::Box => {
+                let placement = place::stretched(extent, self.image())?.moved(jitter);
+                self.window.draw(seen, &placement, self.size.columns());
+                if self.window.cut(0, &mut self.frame) == 0 {
+                    return Err(DrawError::Vanished);
+                }
+                Ok(0.0)
+            }
+            Framing::Fixed {
+                centre,
+                pixels_per_metre,
+            } => {
+                let centre = projected(seen.camera, centre)?;
+                let placement = place::fixed(centre, pixels_per_metre, self.image())?;
+                self.at(seen, extent, placement, jitter)
+            }
         }
     }
+
+    /// Draws a figure that fills the rows; the share of it that is cut off.
+    fn by_height(
+        &mut self,
+        seen: &Seen<'_>,
+        extent: &Extent,
+        jitter: Vec2,
+    ) -> Result<f32, DrawError> {
+        let columns = |columns| self.window.columns(columns);
+        let (placement, windows, columns) = place::by_height(extent, self.size, columns)?;
+        let placement = placement.moved(jitter);
+        let mut whole = Moments::default();
+        for index in 0..windows {
+            let left = index * WINDOW_COLUMNS;
+            let shifted = placement.moved(Vec2::new(as_pixels(left), 0.0));
+            self.window.draw(seen, &shifted, columns);
+            whole.add(self.window.moments(), left);
+        }
+        if whole.area == 0 {
+            return Err(DrawError::Vanished);
+        }
+        let middle = (self.size.columns() / 2).cast_signed();
+        let mut left = whole.centroid_column(jitter.x) - middle;
+        if windows > 1 {
+            #[expect(clippy::cast_precision_loss, reason = "a few thousand columns")]
+            let shifted = placement.moved(Vec2::new(left as f32, 0.0));
+            self.window.draw(seen, &shifted, columns);
+            left = 0;
+        }
+        let area = self.window.cut(left, &mut self.frame);
+        #[expect(clippy::cast_precision_loss, reason = "a share")]
+        let clipped_share = 1.0 - (area as f32 / whole.area as f32).min(1.0);
+        Ok(clipped_share)
+    }
+
+    /// Draws a figure where `placement` says, whatever of it that shows; the share that does
+    /// not.
+    fn at(
+        &mut self,
+        seen: &Seen<'_>,
+        extent: &Extent,
+        placement: Placement,
+        jitter: Vec2,
+    ) -> Result<f32, DrawError> {
+        let spread = place::spread(extent, &placement, self.image())?;
+        if spread == Spread::Outside {
+            self.window.clear();
+            self.window.cut(0, &mut self.frame);
+            return Ok(1.0);
+        }
+        let columns = self.size.columns();
+        self.window.draw(seen, &placement.moved(jitter), columns);
+        self.window.cut(0, &mut self.frame);
+        if spread == Spread::Inside {
+            return Ok(0.0);
+        }
+        let whole = self.area(seen, extent, &placement);
+        if whole == 0.0 {
+            return Err(DrawError::Vanished);
+        }
+        let shown = placement.shown(extent, self.image());
+        let inside = self.area(seen, &shown, &placement);
+        Ok(1.0 - (inside / whole).min(1.0))
+    }
+
+    /// The area of a placed figure within a part of the image: the part is stretched to the
+    /// whole window, so that small ones are measured with as many samples.
+    fn area(&mut self, seen: &Seen<'_>, part: &Extent, placement: &Placement) -> f32 {
+        let window = Vec2::new(as_pixels(WINDOW_COLUMNS), self.image().y);
+        let stretched = place::enlarged(part, placement, window);
+        self.window.draw(seen, &stretched, WINDOW_COLUMNS);
+        let growth = stretched.scale / placement.scale;
+        #[expect(clippy::cast_precision_loss, reason = "an area")]
+        let area = self.window.moments().area as f32;
+        area / growth.x / growth.y
+    }
+
+    /// Columns and rows of the image, pixels.
+    fn image(&self) -> Vec2 {
+        Vec2::new(as_pixels(self.size.columns()), as_pixels(self.size.rows()))
+    }
 }
 
-/// The placement that makes a figure of this extent 50 rows high and centres it
-/// in a row of windows, and how many windows that takes.
-fn place_by_height(extent: &Extent) -> Result<(Placement, usize), DrawError> {
-    let scale = as_pixels(ROWS) / extent.height();
-    if !scale.is_finite() {
-        return Err(DrawError::Flat);
+/// Refuses samples outside of their pixel.
+fn check_jitter(jitter: Vec2) -> Result<(), DrawError> {
+    // A NaN fails the comparison.
+    if jitter.abs().cmple(Vec2::splat(0.5)).all() {
+        Ok(())
+    } else {
+        Err(DrawError::Jitter(jitter))
     }
-    let columns = extent.width() * scale;
-    let limit = as_pixels(WINDOW_COLUMNS);
-    if columns.is_nan() || columns > limit * as_pixels(MAX_WINDOWS) {
-        return Err(DrawError::TooWide(columns));
+}
+
+/// Refuses what is no scale.
+fn check_scale(pixels_per_metre: f32) -> Result<(), DrawError> {
+    // A NaN fails the comparison.
+    if pixels_per_metre > 0.0 && pixels_per_metre.is_finite() {
+        Ok(())
+    } else {
+        Err(DrawError::Scale(pixels_per_metre))
     }
-    let mut windows = 1;
-    while as_pixels(windows) * limit < columns {
-        windows += 1;
+}
+
+/// Where a point appears, if it is far enough in front of the camera.
+fn projected(camera: &Camera, point: Vec3) -> Result<Vec2, DrawError> {
+    let depth_m = camera.depth_m(point);
+    if !point.is_finite() || depth_m.is_nan() {
+        return Err(DrawError::NotFinite);
     }
-    let placement = Placement {
-        scale,
-        origin: Vec2::new(0.5 * (extent.min.x + extent.max.x), extent.max.y),
-        column: 0.5 * limit * as_pixels(windows),
+    if depth_m < NEAR_M {
+        return Err(DrawError::TooNear(depth_m));
+    }
+    let image = camera.project(point);
+    if image.is_finite() {
+        Ok(image)
+    } else {
+        Err(DrawError::NotFinite)
+    }
+}
+
+/// The rectangle that a figure takes in the image.
+fn extent_by_point(figure: &Figure<'_>, camera: &Camera) -> Result<Extent, DrawError> {
+    let mut points = figure.points();
+    let first = projected(camera, points.next().ok_or(DrawError::Empty)?)?;
+    let mut extent = Extent {
+        min: first,
+        max: first,
     };
-    Ok((placement, windows))
+    for point in points {
+        let image = projected(camera, point)?;
+        extent.min = extent.min.min(image);
+        extent.max = extent.max.max(image);
+    }
+    Ok(extent)
 }
 
-/// Area and first moment of a figure over its windows' columns.
-#[derive(Default)]
+/// Area and first moment of a figure over columns.
+#[derive(Clone, Copy, Default)]
 struct Moments {
-    sum: u64,
-    /// Sum of coverage times (2 * column + 1): twice the pixel centres, in integers.
+    /// The sum of all pixels, in a unit that the window chooses.
+    area: u64,
+    /// The sum of pixels times (2 * column + 1): twice the pixel centres, in integers.
     doubled: u64,
 }
 
 impl Moments {
-    /// Adds a window whose first column is column `left` of the row of windows.
-    fn add(&mut self, pixels: &[u8], left: usize) {
-        // Sums of columns first: additions of whole rows vectorise.
-        let mut columns = [0u32; WINDOW_COLUMNS];
-        for row in pixels.chunks_exact(WINDOW_COLUMNS) {
-            for (sum, &pixel) in columns.iter_mut().zip(row) {
-                *sum += u32::from(pixel);
-            }
-        }
-        for (column, &sum) in columns.iter().enumerate() {
-            self.sum += u64::from(sum);
-            self.doubled += u64::from(sum) * (2 * (left + column) + 1) as u64;
-        }
+    /// Adds those of a window whose first column is column `left` of the row of windows.
+    fn add(&mut self, window: Self, left: usize) {
+        self.area += window.area;
+        self.doubled += window.doubled + 2 * left as u64 * window.area;
     }
 
-    /// The centroid's x, rounded half up.
-    fn centroid_column(&self) -> isize {
-        let rounded = (self.doubled + self.sum) / (2 * self.sum);
-        isize::try_from(rounded).unwrap_or(0)
-    }
-}
-
-/// The 30 columns from `left` on; columns outside of the window are empty.
-fn cut_columns(window: &[u8], left: isize) -> Coverage {
-    let mut coverage = Coverage {
-        pixels: [0; PIXELS],
-    };
-    let rows = window.chunks_exact(WINDOW_COLUMNS);
-    for (row, out) in rows.zip(coverage.pixels.chunks_exact_mut(COLUMNS)) {
-        for (column, pixel) in out.iter_mut().enumerate() {
-            let source = usize::try_from(left + as_signed(column)).ok();
-            *pixel = source.and_then(|at| row.get(at)).copied().unwrap_or(0);
-        }
-    }
-    coverage
-}
-
-/// A small count as pixels.
-const fn as_pixels(count: usize) -> f32 {
-    #[expect(clippy::cast_precision_loss, reason = "at most a few thousand")]
-    let pixels = count as f32;
-    pixels
-}
-
-/// A small count as a signed number.
-const fn as_signed(count: usize) -> isize {
-    count.cast_signed()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::camera::Viewpoint;
-    use glam::Vec3;
-
-    fn front() -> Camera {
-        Camera::orthographic(Viewpoint::from_degrees(0.0, 0.0).expect("a viewpoint"))
-    }
-
-    /// An axis-parallel box, metres.
-    fn slab(min: [f32; 3], max: [f32; 3]) -> [Vec3; 8] {
-        core::array::from_fn(|corner| {
-            Vec3::from_array(core::array::from_fn(|axis| {
-                if corner >> axis & 1 == 1 {
-                    max[axis]
-                } else {
-                    min[axis]
-                }
-            }))
-        })
-    }
-
-    fn figure(hulls: &[[Vec3; 8]]) -> PosedHulls {
-        let mut figure = PosedHulls::default();
-        for hull in hulls {
-            figure.push(*hull).expect("within the budget");
-        }
-        figure
-    }
-
-    fn silhouette(figure: &PosedHulls) -> crate::silhouette::Silhouette {
-        let drawing = Renderer::new(Rasterizer::Skia).draw(figure, &front());
-        drawing.expect("a figure").frame.silhouette()
-    }
-
-    #[test]
-    fn a_box_fills_its_rows_and_is_centred() {
-        // 0.4 m by 2 m: 25 px a metre, so 10 columns, 10..20.
-        let row = silhouette(&figure(&[slab([3.0, 0.0, 0.0], [3.4, 2.0, 0.3])]));
-        assert!(row.rows().iter().all(|&bits| bits == 0b11_1111_1111 << 10));
-    }
-
-    #[test]
-    fn the_picture_does_not_depend_on_where_the_figure_stands_or_how_large_it_is() {
-        let at_origin = figure(&[
-            slab([-0.2, 0.0, 0.0], [0.2, 2.0, 0.3]),
-            slab([0.2, 1.0, 0.0], [0.5, 1.2, 0.3]),
-        ]);
-        let mut elsewhere = PosedHulls::default();
-        for hull in at_origin.hulls() {
-            elsewhere
-                .push(hull.iter().map(|&p| p * 0.5 + Vec3::new(64.0, 8.0, -4.0)))
-                .expect("within the budget");
-        }
-        assert_eq!(silhouette(&at_origin), silhouette(&elsewhere));
-    }
-
-    #[test]
-    fn what_is_cut_away_is_reported() {
-        // 60 columns wide: half of it lies outside of the 30.
-        let wide = figure(&[slab([0.0, 0.0, 0.0], [2.4, 2.0, 0.3])]);
-        let drawing = Renderer::new(Rasterizer::Skia).draw(&wide, &front());
-        let drawing = drawing.expect("a figure");
-        assert!((drawing.clipped_share - 0.5).abs() < 1e-6);
-        assert_eq!(drawing.frame.silhouette().area(), 1_500);
-    }
-
-    #[test]
-    fn a_figure_wider_than_the_window_is_measured_in_several() {
-        // 40 m by 2 m: 1,000 columns, of which 30 are kept.
-        let wide = figure(&[slab([0.0, 0.0, 0.0], [40.0, 2.0, 0.3])]);
-        let drawing = Renderer::new(Rasterizer::Skia).draw(&wide, &front());
-        let drawing = drawing.expect("a figure");
-        assert!((drawing.clipped_share - 0.97).abs() < 1e-3);
-        assert_eq!(drawing.frame.silhouette().area(), 1_500);
-        let wider = figure(&[slab([0.0, 0.0, 0.0], [90.0, 2.0, 0.3])]);
-        let refused = Renderer::new(Rasterizer::Skia).draw(&wider, &front());
-        assert_eq!(refused, Err(DrawError::TooWide(2_250.0)));
-    }
-
-    #[test]
-    fn overlapping_hulls_do_not_cancel() {
-        let body = slab([-0.2, 0.0, 0.0], [0.2, 2.0, 0.3]);
-        let mirrored = body.map(|p| Vec3::new(-p.x, p.y, p.z));
-        assert_eq!(
-            silhouette(&figure(&[body, mirrored])),
-            silhouette(&figure(&[body]))
-        );
-    }
-
-    #[test]
-    fn anti_aliasing_tells_how_much_is_covered() {
-        // 10.5 columns: centred, the outer columns are covered by a quarter.
-        let body = figure(&[slab([0.0, 0.0, 0.0], [0.42, 2.0, 0.3])]);
-        let drawing = Renderer::new(Rasterizer::SkiaAa).draw(&body, &front());
-        let Frame::Grey(coverage) = drawing.expect("a figure").frame else {
-            panic!("anti-aliasing draws grey");
-        };
-        let total: u32 = coverage.pixels.iter().map(|&p| u32::from(p)).sum();
-        let columns = f64::from(total) / 255.0 / 50.0;
-        assert!((columns - 10.5).abs() < 0.05, "{columns}");
-    }
-
-    #[test]
-    fn what_has_no_image_is_a_typed_error() {
-        let mut renderer = Renderer::new(Rasterizer::Skia);
-        let mut draw = |figure: &PosedHulls| renderer.draw(figure, &front());
-        assert_eq!(draw(&PosedHulls::default()), Err(DrawError::Empty));
-        assert_eq!(draw(&figure(&[[Vec3::ONE; 8]])), Err(DrawError::Flat));
-        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-            for axis in 0..3 {
-                let mut hull = slab([0.0; 3], [1.0; 3]);
-                hull[5][axis] = bad;
-                assert_eq!(draw(&figure(&[hull])), Err(DrawError::NotFinite));
-            }
-        }
-        let huge = figure(&[slab([-1e38; 3], [1e38; 3])]);
-        assert!(draw(&huge).is_ok_and(|d| d.frame.silhouette().area() == 1_500));
-        let overflowing = figure(&[slab([-3e38; 3], [3e38; 3])]);
-        assert!(draw(&overflowing).is_err());
-        let needle = figure(&[slab([0.0; 3], [1e-6, 1.0, 0.0])]);
-        assert_eq!(draw(&needle), Err(DrawError::Vanished));
+    /// The x of the centroid of sampled points, `jitter` right of the pixel centres, rounded
+    /// half up.
+    fn centroid_column(&self, jitter: f32) -> isize {
+        // Both are whole numbers below 2^40, so that a tie is exact and nothing else is.
+        #[expect(clippy::cast_precision_loss, reason = "exact below 2^53")]
+        let (area, doubled) = (self.area as f64, self.doubled as f64);
+        let rounded =
+            libm::floor((doubled + area * (1.0 + 2.0 * f64::from(jitter))) / (2.0 * area));
+        #[expect(clippy::cast_possible_truncation, reason = "a few thousand columns")]
+        let column = rounded as isize;
+        column
     }
 }

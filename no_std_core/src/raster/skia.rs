@@ -3,35 +3,38 @@
 //! Hulls are filled one by one, so that what tiny-skia allocates for a fill is a
 //! constant; [`crate::budget::SKIA_TRANSIENT_BYTES`] sums it.
 
-use crate::budget::{MAX_OUTLINE, ROWS, WINDOW_COLUMNS};
-use crate::outline::Outline;
+use super::Moments;
+use super::place::{Placement, as_pixels};
+use super::seen::Seen;
+use crate::budget::{MAX_OUTLINE, WINDOW_COLUMNS};
+use crate::outline::{Outline, clipped, convex};
+use crate::silhouette::{Coverage, Frame, Silhouette, Size};
+use glam::Vec2;
 use tiny_skia::{FillRule, Mask, PathBuilder, Transform};
 
-/// A window of 128 by 50 pixels to draw into.
+/// A window of 128 columns to draw into.
 #[derive(Debug)]
 pub struct Window {
     mask: Mask,
+    size: Size,
     /// Kept between fills, so that paths reuse one buffer.
     path: Option<PathBuilder>,
     anti_alias: bool,
 }
 
 impl Window {
-    /// An empty window; `anti_alias` takes 4x4 samples a pixel instead of one.
-    pub fn new(anti_alias: bool) -> Self {
-        #[expect(clippy::cast_possible_truncation, reason = "128 by 50")]
-        let mask = Mask::new(WINDOW_COLUMNS as u32, ROWS as u32);
+    /// An empty window with the rows of `size`; `anti_alias` takes 4x4 samples a pixel
+    /// instead of one.
+    pub fn new(size: Size, anti_alias: bool) -> Self {
+        #[expect(clippy::cast_possible_truncation, reason = "128 by at most 64")]
+        let mask = Mask::new(WINDOW_COLUMNS as u32, size.rows() as u32);
         Self {
             // tiny-skia refuses only sizes of zero and above 2^31.
-            mask: mask.expect("128 by 50 pixels"),
+            mask: mask.expect("128 by at most 64 pixels"),
+            size,
             path: None,
             anti_alias,
         }
-    }
-
-    /// Coverage row by row from the top, 128 columns a row.
-    pub fn pixels(&self) -> &[u8] {
-        self.mask.data()
     }
 
     /// Empties the window.
@@ -39,9 +42,79 @@ impl Window {
         self.mask.data_mut().fill(0);
     }
 
+    /// Draws a figure's hulls, and nothing else.
+    pub fn draw(&mut self, seen: &Seen<'_>, placement: &Placement) {
+        // One pixel of margin, so that the cut itself is never seen.
+        let min = Vec2::splat(-1.0);
+        let max = Vec2::new(
+            as_pixels(WINDOW_COLUMNS + 1),
+            as_pixels(self.size.rows() + 1),
+        );
+        self.clear();
+        for hull in seen.figure.hull_parts() {
+            let x = seen.points.x.get(hull.points.clone()).unwrap_or_default();
+            let y = seen.points.y.get(hull.points).unwrap_or_default();
+            let points = x.iter().zip(y).map(|(&x, &y)| Vec2::new(x, y));
+            let pixels = points.map(|point| placement.place(point));
+            self.fill(&clipped(&convex(pixels), min, max));
+        }
+    }
+
+    /// Area and first moment of what was drawn.
+    pub fn moments(&self) -> Moments {
+        // Sums of columns first: additions of whole rows vectorise.
+        let mut columns = [0u32; WINDOW_COLUMNS];
+        for row in self.mask.data().chunks_exact(WINDOW_COLUMNS) {
+            for (sum, &pixel) in columns.iter_mut().zip(row) {
+                *sum += u32::from(pixel);
+            }
+        }
+        let mut moments = Moments::default();
+        for (column, &sum) in columns.iter().enumerate() {
+            moments.area += u64::from(sum);
+            moments.doubled += u64::from(sum) * (2 * column + 1) as u64;
+        }
+        moments
+    }
+
+    /// Makes a frame of the columns from `left` on, those outside of the window being empty;
+    /// their area in the unit of [`Self::moments`].
+    pub fn cut(&self, left: isize, frame: &mut Frame) -> u64 {
+        let columns = self.size.columns();
+        let shown = |row: &[u8], column: usize| {
+            let source = left.checked_add_unsigned(column);
+            let source = source.and_then(|at| row.get(usize::try_from(at).ok()?));
+            source.copied().unwrap_or(0)
+        };
+        let rows = self.mask.data().chunks_exact(WINDOW_COLUMNS);
+        let mut area = 0;
+        if self.anti_alias {
+            let mut coverage = Coverage::empty(self.size);
+            let out = coverage.pixels_mut().chunks_exact_mut(columns);
+            for (row, out) in rows.zip(out) {
+                for (column, pixel) in out.iter_mut().enumerate() {
+                    *pixel = shown(row, column);
+                    area += u64::from(*pixel);
+                }
+            }
+            *frame = Frame::Grey(coverage);
+        } else {
+            let mut silhouette = Silhouette::empty(self.size);
+            for (row, out) in rows.zip(silhouette.all_rows_mut()) {
+                for column in 0..columns {
+                    let pixel = shown(row, column);
+                    *out |= u64::from(pixel >= 128) << column;
+                    area += u64::from(pixel);
+                }
+            }
+            *frame = Frame::Binary(silhouette);
+        }
+        area
+    }
+
     /// Adds a convex outline in pixel coordinates, which must lie within a pixel of
     /// the window. An outline of fewer than three corners covers nothing.
-    pub fn fill(&mut self, outline: &Outline) {
+    fn fill(&mut self, outline: &Outline) {
         let [first, rest @ ..] = outline.as_slice() else {
             return;
         };

@@ -4,7 +4,7 @@
 
 #![no_main]
 
-use edgegait_core::avatar::PosedHulls;
+use edgegait_core::body::{Body, Figure};
 use edgegait_core::format::{CRC_AT, HEADER_BYTES, LENGTH_AT, MAGIC, crc32};
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::{ModelPose, Pose};
@@ -27,8 +27,9 @@ fuzz_target!(|data: &[u8]| {
     for subject in pack.subjects() {
         let avatar = pack.avatar(subject.avatar).expect("a checked avatar");
         let rest = ModelPose::new(&avatar.skeleton(), &Pose::REST);
-        let figure = PosedHulls::new(&avatar, &rest);
-        assert!(figure.points().iter().all(|point| point.is_finite()));
+        let body = Body::new(&avatar);
+        let figure = Figure::new(&body, &rest);
+        assert!(figure.points().all(|point| point.is_finite()));
     }
     let mut buffer = vec![0.0; 63 * 60];
     for walk in pack.walks() {

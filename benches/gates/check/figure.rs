@@ -1,0 +1,65 @@
+//! Numbers of bytes that do not vary from run to run.
+
+use super::heap::rows_heap_bytes;
+use edgegait::encode::{MAX_ERROR_MM, encode_subjects};
+use edgegait::error::{Error, Result};
+use edgegait::scene::cohort::{CohortOptions, subjects};
+use edgegait_core::avatar::Avatar;
+use edgegait_core::body;
+use edgegait_core::budget::SKIA_HEAP_BYTES;
+use edgegait_core::camera::Camera;
+use edgegait_core::clip::Loop;
+use edgegait_core::pack::Pack;
+use edgegait_core::pose::{ModelPose, Pose};
+use edgegait_core::raster::{Drawing, Renderer};
+use edgegait_core::skeleton::Skeleton;
+use edgegait_core::template::{Gei, GeiBuilder};
+use serde::Deserialize;
+
+/// A number of bytes, made from the library each time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Figure {
+    /// Heap bound of drawing with tiny-skia.
+    SkiaHeap,
+    /// What drawing with bit rows asks of the heap.
+    RowsHeap,
+    /// One of each type that making a GEI with bit rows holds, where they stand.
+    GeiTypes,
+    /// The built-in study, encoded within 5 mm: 26 people at 10 speeds, and their bodies.
+    StudyPack,
+}
+
+impl Figure {
+    /// The number. The pack takes about 13 s on one core, everything else nothing.
+    pub fn bytes(self) -> Result<u32> {
+        let bytes = match self {
+            Self::SkiaHeap => SKIA_HEAP_BYTES,
+            Self::RowsHeap => rows_heap_bytes()?,
+            Self::GeiTypes => GEI_TYPES_BYTES,
+            Self::StudyPack => {
+                let people = subjects(&CohortOptions::default())?;
+                encode_subjects(&people, MAX_ERROR_MM, &|| {})?.len()
+            }
+        };
+        u32::try_from(bytes).map_err(|_| {
+            Error::Failed(format!(
+                "{self:?}: expected less than 4 GiB, found {bytes} bytes"
+            ))
+        })
+    }
+}
+
+const GEI_TYPES_BYTES: usize = size_of::<Pack<'_>>()
+    + size_of::<Avatar<'_>>()
+    + size_of::<Loop<'_>>()
+    + size_of::<Skeleton>()
+    + size_of::<Pose>()
+    + size_of::<ModelPose>()
+    + size_of::<body::Body>()
+    + size_of::<body::Figure<'_>>()
+    + size_of::<Camera>()
+    + size_of::<Renderer>()
+    + size_of::<Drawing<'_>>()
+    + size_of::<GeiBuilder>()
+    + size_of::<Gei>();

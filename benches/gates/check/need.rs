@@ -1,0 +1,40 @@
+//! What a gate asks of the machine.
+
+use edgegait_core::raster::Simd;
+use serde::Deserialize;
+use std::fmt;
+use std::thread::available_parallelism;
+
+/// Without it, a gate says nothing and is skipped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Need {
+    /// A processor with AVX2.
+    Avx2,
+    /// A processor with those parts of AVX-512 that bit rows are drawn with.
+    Avx512f,
+    /// Two threads at once, and nothing else to do for them.
+    TwoThreads,
+}
+
+impl Need {
+    /// Whether this machine has it.
+    pub fn is_met(self) -> bool {
+        let has = |name| Simd::available().any(|simd| simd.name() == name);
+        match self {
+            Self::Avx2 => has("avx2"),
+            Self::Avx512f => has("avx512"),
+            Self::TwoThreads => available_parallelism().is_ok_and(|threads| threads.get() >= 2),
+        }
+    }
+}
+
+impl fmt::Display for Need {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Avx2 => "AVX2",
+            Self::Avx512f => "AVX-512",
+            Self::TwoThreads => "idle second thread",
+        })
+    }
+}

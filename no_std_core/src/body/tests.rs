@@ -1,0 +1,136 @@
+use super::*;
+use glam::{Mat3, Vec3};
+
+/// A pyramid: a square and an apex above its middle.
+const PYRAMID: [[f32; 3]; 5] = [
+    [1.0, 0.0, 1.0],
+    [-1.0, 0.0, 1.0],
+    [-1.0, 0.0, -1.0],
+    [1.0, 0.0, -1.0],
+    [0.0, 2.0, 0.0],
+];
+
+/// Each joint `j` is at (j, 10, 0), turned by a quarter about the vertical.
+fn quarter_turns() -> ModelPose {
+    let mut pose = ModelPose::new(
+        &crate::skeleton::Skeleton {
+            offsets: [Vec3::ZERO; JOINTS],
+        },
+        &crate::pose::Pose::REST,
+    );
+    for (index, (at, turn)) in (0u8..).zip(pose.positions.iter_mut().zip(&mut pose.orientations)) {
+        *at = Vec3::new(f32::from(index), 10.0, 0.0);
+        *turn = Mat3::from_cols(-Vec3::Z, Vec3::Y, Vec3::X);
+    }
+    pose
+}
+
+fn body(hulls: &[(Joint, &[[f32; 3]])]) -> Body {
+    let mut body = Body::default();
+    for &(joint, points) in hulls {
+        body.push(joint, points.iter().copied().map(Vec3::from))
+            .expect("within the budget");
+    }
+    body
+}
+
+#[test]
+fn hulls_are_carried_by_their_joints() {
+    // LeftThigh is joint 13, Head 4; the quarter takes (x, y, z) to (z, y, -x).
+    let body = body(&[
+        (Joint::LeftThigh, &[[0.0, -0.5, 0.25]]),
+        (Joint::Head, &[[1.0, 2.0, 3.0], [0.0; 3]]),
+    ]);
+    let at_rest = Figure::at_rest(&body);
+    assert!(
+        at_rest
+            .points()
+            .eq([[0.0, -0.5, 0.25], [1.0, 2.0, 3.0], [0.0; 3]].map(Vec3::from))
+    );
+    let figure = Figure::new(&body, &quarter_turns());
+    let expected = [[13.25, 9.5, 0.0], [7.0, 12.0, -1.0], [4.0, 10.0, 0.0]].map(Vec3::from);
+    assert!(figure.points().eq(expected));
+    let mut hulls = figure.hulls();
+    assert!(hulls.next().is_some_and(|hull| hull.eq([expected[0]])));
+    assert!(
+        hulls
+            .next()
+            .is_some_and(|hull| hull.eq([expected[1], expected[2]]))
+    );
+    assert!(hulls.next().is_none());
+    let mut updated = at_rest;
+    updated.update(&quarter_turns());
+    assert!(updated.points().eq(expected));
+}
+
+#[test]
+fn facets_are_carried_with_their_points() {
+    let body = body(&[(Joint::Pelvis, &[[0.5; 3]]), (Joint::RightFoot, &PYRAMID)]);
+    let figure = Figure::new(&body, &quarter_turns());
+    let parts: heapless::Vec<_, 2> = figure.hull_parts().collect();
+    assert_eq!(parts[0].facets.len(), 0);
+    // Six triangles, and lanes without a normal.
+    let mut facets = 0;
+    for facet in parts[1].facets.clone() {
+        let normal = figure.normals.get(facet).expect("a facet");
+        let distances = parts[1].points.clone().map(|point| {
+            normal.dot(figure.points.get(point).expect("a point")) - figure.offsets[facet]
+        });
+        let on_it = distances
+            .clone()
+            .filter(|distance| distance.abs() < 1e-4)
+            .count();
+        assert!(distances.clone().all(|distance| distance < 1e-4));
+        if normal != Vec3::ZERO {
+            facets += 1;
+            assert!(on_it >= 3, "{normal}");
+        }
+    }
+    assert_eq!(facets, 6);
+}
+
+#[test]
+fn facets_look_the_same_way_whatever_their_size() {
+    let normals = |size: f32| {
+        let hull = PYRAMID.map(|point| point.map(|c| c * size));
+        let body = body(&[(Joint::Pelvis, &hull)]);
+        let figure = Figure::at_rest(&body);
+        let facets = 0..6;
+        facets.map(move |facet| figure.normals.get(facet).expect("a facet").normalize())
+    };
+    for size in [1e-38, 1e-30, 1e-10, 1e10, 1e30, 1.5e38] {
+        for (found, expected) in normals(size).zip(normals(1.0)) {
+            assert!((found - expected).length() < 1e-5, "{size:e}: {found}");
+        }
+    }
+}
+
+#[test]
+fn an_empty_body_is_an_empty_figure() {
+    let body = Body::default();
+    let figure = Figure::new(&body, &quarter_turns());
+    assert!(
+        figure.is_empty() && figure.points().next().is_none() && figure.hulls().next().is_none()
+    );
+}
+
+#[test]
+fn what_exceeds_the_budget_is_refused_whole() {
+    let len = |body: &Body| Figure::at_rest(body).len();
+    let mut body = Body::default();
+    let too_many = [Vec3::ZERO; MAX_HULL_POINTS + 1];
+    assert_eq!(body.push(Joint::Pelvis, too_many), Err(OverBudget));
+    assert_eq!(len(&body), 0);
+    for _ in 0..MAX_POINTS / MAX_HULL_POINTS {
+        let hull = [Vec3::ZERO; MAX_HULL_POINTS];
+        assert_eq!(body.push(Joint::Pelvis, hull), Ok(()));
+    }
+    assert_eq!(body.push(Joint::Pelvis, [Vec3::ZERO]), Err(OverBudget));
+    assert_eq!(len(&body), MAX_POINTS);
+    let mut many = Body::default();
+    for _ in 0..MAX_HULLS {
+        assert_eq!(many.push(Joint::Pelvis, [Vec3::ZERO]), Ok(()));
+    }
+    assert_eq!(many.push(Joint::Pelvis, [Vec3::ZERO]), Err(OverBudget));
+    assert_eq!(len(&many), MAX_HULLS);
+}

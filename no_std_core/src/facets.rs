@@ -1,0 +1,221 @@
+//! The facets and edges of a convex hull: which of its lines can be its outline.
+//!
+//! Points that a joint carries keep their facets in every pose, so that these are found
+//! once for a body and never again for a frame. Seen from anywhere, the outline of the hull
+//! is the edges between a facet that is seen and one that is not.
+
+#[cfg(test)]
+mod tests;
+
+use crate::budget::{MAX_HULL_EDGES, MAX_HULL_FACETS, MAX_HULL_POINTS};
+use glam::Vec3;
+
+/// A triangle of a hull's surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Facet {
+    /// Numbers of its corners among the hull's points.
+    pub corners: [u8; 3],
+    /// Numbers of its sides among the hull's edges.
+    pub edges: [u8; 3],
+}
+
+/// The surface of one convex hull.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Facets {
+    /// Triangles; none of a hull that is flat.
+    pub facets: heapless::Vec<Facet, MAX_HULL_FACETS>,
+    /// The triangles' sides as pairs of points, the smaller number first; of a flat hull its
+    /// border, which is its outline from everywhere. None of a hull that is a line or a point.
+    pub edges: heapless::Vec<[u8; 2], MAX_HULL_EDGES>,
+}
+
+/// A point on a grid of [`GRID`] cells along each axis.
+type Cell = [i64; 3];
+
+/// Cells along the box of a hull: 2^20, so that halves and quarters of it are not rounded. Six
+/// times a tetrahedron's volume then stays below 2^63, so that every decision about the
+/// rounded points is exact.
+const GRID: f64 = 1_048_576.0;
+
+/// A triangle whose corners turn counterclockwise for a viewer outside.
+type Triangle = [u8; 3];
+type Triangles = heapless::Vec<Triangle, MAX_HULL_FACETS>;
+
+impl Facets {
+    /// The surface of the convex hull of at most the first 32 `points`, which are rounded to
+    /// a 1,048,576th of the hull's size along each axis: a point that stands out by less may
+    /// be left out. Points that are not finite have no surface.
+    ///
+    /// Incremental construction (Preparata & Hong 1977; de Berg et al. 2008, chapter 11) in
+    /// integers: at most 32 x 60 determinants, about 20 us for 25 points.
+    #[must_use]
+    pub fn of(points: &[Vec3]) -> Self {
+        let cells = cells(points);
+        let mut facets = Self::default();
+        let Some(triangle) = first_triangle(&cells) else {
+            return facets;
+        };
+        let outside = (0..).zip(&cells);
+        let apex = outside
+            .map(|(apex, cell)| (apex, volume(&cells, triangle, *cell)))
+            .find(|&(_, volume)| volume != 0);
+        let Some((apex, side)) = apex else {
+            facets.edges = border(&cells, triangle);
+            return facets;
+        };
+        let [a, b, c] = if side > 0 { turned(triangle) } else { triangle };
+        let mut surface = Triangles::new();
+        surface.extend([[a, b, c], [b, a, apex], [c, b, apex], [a, c, apex]]);
+        for (point, cell) in (0..).zip(&cells) {
+            surface = grown(&cells, surface, (point, *cell));
+        }
+        for corners in surface {
+            let [a, b, c] = corners;
+            let edges = [[a, b], [b, c], [c, a]].map(|side| facets.edge(side));
+            // As many as triangles, which the capacity allows.
+            let _ = facets.facets.push(Facet { corners, edges });
+        }
+        facets
+    }
+
+    /// The number of an edge, which is added if it is new.
+    fn edge(&mut self, [a, b]: [u8; 2]) -> u8 {
+        let edge = [a.min(b), a.max(b)];
+        let known = self.edges.iter().position(|&known| known == edge);
+        let number = known.unwrap_or_else(|| {
+            // Three for two triangles, which the capacity allows.
+            let _ = self.edges.push(edge);
+            self.edges.len() - 1
+        });
+        u8::try_from(number).unwrap_or(u8::MAX)
+    }
+}
+
+/// The points on their grid; none if one is not finite.
+fn cells(points: &[Vec3]) -> heapless::Vec<Cell, MAX_HULL_POINTS> {
+    let points = points.get(..MAX_HULL_POINTS).unwrap_or(points);
+    let mut cells = heapless::Vec::new();
+    let Some(&first) = points.first() else {
+        return cells;
+    };
+    if !points.iter().all(|point| point.is_finite()) {
+        return cells;
+    }
+    let min = points.iter().fold(first, |min, &point| min.min(point));
+    let max = points.iter().fold(first, |max, &point| max.max(point));
+    cells.extend(points.iter().map(|point| {
+        core::array::from_fn(|axis| {
+            let width = f64::from(max[axis]) - f64::from(min[axis]);
+            let share = (f64::from(point[axis]) - f64::from(min[axis])) / width;
+            #[expect(clippy::cast_possible_truncation, reason = "0 to GRID; 0 for no width")]
+            let cell = libm::round(share * GRID) as i64;
+            cell
+        })
+    }));
+    cells
+}
+
+/// The first three points that are not on one line.
+fn first_triangle(cells: &[Cell]) -> Option<Triangle> {
+    let first = cells.first()?;
+    let (b, second) = (0..).zip(cells).find(|(_, cell)| *cell != first)?;
+    let along = difference(*second, *first);
+    let (c, _) = (0..)
+        .zip(cells)
+        .find(|(_, cell)| cross(along, difference(**cell, *first)) != [0; 3])?;
+    Some([0, b, c])
+}
+
+/// The surface with one more point: triangles that it sees go, and it is joined to the
+/// border of what is left. A triangle in whose plane the point lies stays.
+fn grown(cells: &[Cell], surface: Triangles, (point, cell): (u8, Cell)) -> Triangles {
+    let sees = |triangle: &Triangle| volume(cells, *triangle, cell) > 0;
+    let (mut kept, mut seen) = (Triangles::new(), Triangles::new());
+    for triangle in surface {
+        let side = if sees(&triangle) {
+            &mut seen
+        } else {
+            &mut kept
+        };
+        let _ = side.push(triangle);
+    }
+    let sides = |&[a, b, c]: &Triangle| [[a, b], [b, c], [c, a]];
+    for side in seen.iter().flat_map(sides) {
+        let is_inner = seen
+            .iter()
+            .flat_map(sides)
+            .any(|[from, to]| [to, from] == side);
+        if !is_inner {
+            // A closed surface of at most 32 points has at most 60 triangles (Euler).
+            let _ = kept.push([side[0], side[1], point]);
+        }
+    }
+    kept
+}
+
+/// The border of points in one plane, of which `triangle` is a part: their convex hull seen
+/// along the axis that is nearest to the plane's normal (Andrew 1979).
+fn border(cells: &[Cell], [a, b, c]: Triangle) -> heapless::Vec<[u8; 2], MAX_HULL_EDGES> {
+    let [a, b, c] = [a, b, c].map(|corner| cell_of(cells, corner));
+    let normal = cross(difference(b, a), difference(c, a)).map(i64::abs);
+    let [u, v] = match normal {
+        [x, y, z] if x >= y && x >= z => [1, 2],
+        [_, y, z] if y >= z => [0, 2],
+        _ => [0, 1],
+    };
+    let flat = |point: u8| {
+        let cell = cell_of(cells, point);
+        [cell[u], cell[v]]
+    };
+    let mut sorted: heapless::Vec<u8, MAX_HULL_POINTS> =
+        (0..).zip(cells).map(|(point, _)| point).collect();
+    sorted.sort_unstable_by_key(|&point| (flat(point), point));
+    let mut ring = heapless::Vec::<u8, { 2 * MAX_HULL_POINTS }>::new();
+    let mut half = |points: &mut dyn Iterator<Item = u8>| {
+        let base = ring.len().saturating_sub(1);
+        for point in points {
+            while let [.., before, last] = ring.as_slice() {
+                let [o, p, q] = [*before, *last, point].map(flat);
+                let turn = (p[0] - o[0]) * (q[1] - o[1]) - (p[1] - o[1]) * (q[0] - o[0]);
+                if ring.len() < base + 2 || turn > 0 {
+                    break;
+                }
+                ring.pop();
+            }
+            let _ = ring.push(point);
+        }
+    };
+    half(&mut sorted.iter().copied());
+    half(&mut sorted.iter().rev().copied().skip(1));
+    // The ring closes on its first point.
+    let sides = ring.iter().zip(ring.iter().skip(1));
+    sides.map(|(&p, &q)| [p.min(q), p.max(q)]).collect()
+}
+
+/// Six times the volume of the tetrahedron on a triangle; positive if `apex` sees it.
+fn volume(cells: &[Cell], [a, b, c]: Triangle, apex: Cell) -> i64 {
+    let [a, b, c] = [a, b, c].map(|corner| cell_of(cells, corner));
+    let [x, y, z] = cross(difference(b, a), difference(c, a));
+    let [u, v, w] = difference(apex, a);
+    x * u + y * v + z * w
+}
+
+fn turned([a, b, c]: Triangle) -> Triangle {
+    [a, c, b]
+}
+
+fn cell_of(cells: &[Cell], point: u8) -> Cell {
+    cells.get(usize::from(point)).copied().unwrap_or_default()
+}
+
+fn difference(a: Cell, b: Cell) -> Cell {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+fn cross(a: Cell, b: Cell) -> Cell {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}

@@ -1,0 +1,91 @@
+//! From where figures are seen by columns: one azimuth, and elevations.
+
+use crate::budget::{LANES, MAX_ELEVATIONS};
+use crate::camera::Viewpoint;
+use core::fmt;
+use glam::Vec3;
+
+/// Viewpoints that differ by their elevations alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Azimuth {
+    pub(super) right: Vec3,
+    /// Of the first sixteen elevations, a lane each.
+    pub(super) cos: [f32; LANES],
+    pub(super) sin: [f32; LANES],
+    /// Of the others, and once more with the opposite sign.
+    pub(super) cos_rest: [f32; LANES],
+    pub(super) sin_rest: [f32; LANES],
+    /// Whether none is below the horizon.
+    pub(super) is_above: bool,
+    count: usize,
+}
+
+/// Why viewpoints cannot be drawn at once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AzimuthError {
+    /// There are this many.
+    Elevations(usize),
+    /// The viewpoint of this number has another azimuth than the first one.
+    Differs(usize),
+}
+
+impl fmt::Display for AzimuthError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Elevations(found) => write!(
+                f,
+                "expected 1 to {MAX_ELEVATIONS} viewpoints of one azimuth, found {found}"
+            ),
+            Self::Differs(at) => write!(
+                f,
+                "viewpoint {at}: expected the azimuth of the first one (draw it by itself)"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for AzimuthError {}
+
+impl Azimuth {
+    /// Viewpoints whose images have the same right, in the order of the images.
+    ///
+    /// # Errors
+    /// For none, more than [`MAX_ELEVATIONS`], or different azimuths.
+    pub fn new(viewpoints: &[Viewpoint]) -> Result<Self, AzimuthError> {
+        let count = viewpoints.len();
+        let Some(first) = viewpoints.first().filter(|_| count <= MAX_ELEVATIONS) else {
+            return Err(AzimuthError::Elevations(count));
+        };
+        let right = first.right();
+        if let Some(at) = viewpoints.iter().position(|other| other.right() != right) {
+            return Err(AzimuthError::Differs(at));
+        }
+        let mut azimuth = Self {
+            right,
+            cos: [1.0; LANES],
+            sin: [0.0; LANES],
+            cos_rest: [1.0; LANES],
+            sin_rest: [0.0; LANES],
+            is_above: viewpoints.iter().all(|it| it.toward().y >= 0.0),
+            count,
+        };
+        let first = azimuth.cos.iter_mut().zip(&mut azimuth.sin);
+        let rest = azimuth.cos_rest.iter_mut().zip(&mut azimuth.sin_rest);
+        for (viewpoint, (cos, sin)) in viewpoints.iter().zip(first.chain(rest)) {
+            (*cos, *sin) = (viewpoint.up().y, viewpoint.toward().y);
+        }
+        for rest in [&mut azimuth.cos_rest, &mut azimuth.sin_rest] {
+            let (rest, opposite) = rest.split_at_mut(LANES / 2);
+            for (opposite, rest) in opposite.iter_mut().zip(rest) {
+                *opposite = -*rest;
+            }
+        }
+        Ok(azimuth)
+    }
+
+    /// How many viewpoints there are.
+    #[must_use]
+    pub const fn count(&self) -> usize {
+        self.count
+    }
+}

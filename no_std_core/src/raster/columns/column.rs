@@ -1,0 +1,142 @@
+//! Filling columns: what of a plane lies in hulls, at all elevations at once, one a lane.
+
+use super::Azimuth;
+use crate::budget::LANES;
+use crate::raster::place::as_pixels;
+use crate::raster::simd::Lanes;
+
+const HALF: usize = LANES / 2;
+
+/// One column of the images of all elevations: 24 times 64 rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(C, align(64))]
+pub(crate) struct Column {
+    /// Of the first sixteen elevations. Bit `r` is row `r`.
+    pub low: [u32; LANES],
+    /// Bit `r` is row 32 + `r`.
+    pub high: [u32; LANES],
+    /// Of the other elevations: `low`, and behind it `high`.
+    pub rest: [u32; LANES],
+}
+
+impl Column {
+    pub const EMPTY: Self = Self {
+        low: [0; LANES],
+        high: [0; LANES],
+        rest: [0; LANES],
+    };
+
+    /// The rows at one elevation; bit `r` is row `r`.
+    pub fn rows(&self, elevation: usize) -> u64 {
+        let of = |words: &[u32]| words.get(elevation % LANES).copied().map_or(0, u64::from);
+        let (low_rest, high_rest) = self.rest.split_at(HALF);
+        let (low, high) = if elevation < LANES {
+            (of(&self.low), of(&self.high))
+        } else {
+            (of(low_rest), of(high_rest))
+        };
+        low | high << 32
+    }
+}
+
+/// What of one plane lies in a hull: the greatest and the least height that corners of a
+/// cross-section reach, pixels upwards of the image's centre.
+#[derive(Clone, Copy)]
+pub struct Section<L: Lanes> {
+    top: L::Floats,
+    bottom: L::Floats,
+    /// The top at the other elevations, and the opposite of the bottom.
+    rest: L::Floats,
+}
+
+/// Lower than any row.
+const LOWEST: f32 = -64.0;
+
+impl<L: Lanes> Section<L> {
+    /// Nothing yet: the top is below the last row, and the bottom above the first.
+    #[inline(always)]
+    pub fn empty(l: L) -> Self {
+        Self {
+            top: l.splat(LOWEST),
+            bottom: l.splat(-LOWEST),
+            rest: l.splat(LOWEST),
+        }
+    }
+
+    /// Reaches corners: `y` and `w` of those that can be uppermost in the first eight lanes, and
+    /// of those that can be lowest in the others, so many of each. A NaN reaches nothing.
+    #[inline(always)]
+    pub fn reach(&mut self, l: L, azimuth: &Azimuth, [y, w]: [&[f32; LANES]; 2], count: usize) {
+        // Four without asking how many there are: a branch on that is hard to predict.
+        for at in 0..4 {
+            self.reach_pair(l, azimuth, [y, w], at);
+        }
+        for at in 4..count.min(HALF) {
+            self.reach_pair(l, azimuth, [y, w], at);
+        }
+    }
+
+    /// Reaches one of each.
+    #[inline(always)]
+    fn reach_pair(&mut self, l: L, azimuth: &Azimuth, [y, w]: [&[f32; LANES]; 2], at: usize) {
+        let first = (&azimuth.cos, &azimuth.sin);
+        let rest = (&azimuth.cos_rest, &azimuth.sin_rest);
+        let upper = height(l, (l.splat(y[at]), l.splat(w[at])), first);
+        let lower = height(l, (l.splat(y[HALF + at]), l.splat(w[HALF + at])), first);
+        let others = height(l, (l.pair(l.load(y), at), l.pair(l.load(w), at)), rest);
+        self.top = l.max(upper, self.top);
+        self.bottom = l.min(lower, self.bottom);
+        self.rest = l.max(others, self.rest);
+    }
+
+    /// Turns the rows on whose centres are below the top and not below the bottom, the top
+    /// itself excluded: from the first centre below the top to the last that is not below the
+    /// bottom. A point at height v has passed floor(`offset` - v) centres.
+    #[inline(always)]
+    pub fn paint(&self, l: L, (offset, rows): (f32, usize), column: &mut Column) {
+        let (offset, rows) = (l.splat(offset), l.splat(as_pixels(rows)));
+        let all = l.splat_word(64);
+        let from = passed(l, l.sub(offset, self.top), rows);
+        let to = passed(l, l.sub(offset, self.bottom), rows);
+        l.merge(
+            l.without(l.bits_from(from), l.bits_from(to)),
+            &mut column.low,
+        );
+        let (from, to) = (l.sub_words(all, from), l.sub_words(all, to));
+        l.merge(
+            l.without(l.bits_but(to), l.bits_but(from)),
+            &mut column.high,
+        );
+        let rest = l.mul(self.rest, l.load(&OPPOSITE));
+        let both = passed(l, l.sub(offset, rest), rows);
+        let (mut low, mut high) = ([0; LANES], [0; LANES]);
+        l.store_words(l.bits_from(both), &mut low);
+        l.store_words(l.bits_but(l.sub_words(all, both)), &mut high);
+        let (low_rest, high_rest) = column.rest.split_at_mut(HALF);
+        for lane in 0..HALF {
+            low_rest[lane] |= low[lane] & !low[HALF + lane];
+            high_rest[lane] |= high[HALF + lane] & !high[lane];
+        }
+    }
+}
+
+/// How high corners appear.
+#[inline(always)]
+fn height<L: Lanes>(
+    l: L,
+    (y, w): (L::Floats, L::Floats),
+    (cos, sin): (&[f32; LANES], &[f32; LANES]),
+) -> L::Floats {
+    l.sub(l.mul(y, l.load(cos)), l.mul(w, l.load(sin)))
+}
+
+/// Whole numbers of rows.
+#[inline(always)]
+fn passed<L: Lanes>(l: L, count: L::Floats, rows: L::Floats) -> L::Words {
+    l.truncate(l.min(l.max(count, l.splat(0.0)), rows))
+}
+
+/// The signs of [`Section::rest`].
+const OPPOSITE: [f32; LANES] = [
+    1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0, -1.0, -1.0, -1.0, -1.0,
+];

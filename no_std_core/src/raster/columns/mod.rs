@@ -1,0 +1,265 @@
+//! Silhouettes from many elevations at once, column by column.
+//!
+//! With parallel rays, one azimuth and one scale, the image x of every point is the same at
+//! all elevations. A hull is therefore cut once by the vertical plane through each column's
+//! centre. The cut is a convex polygon; its corners lie where hull edges cross the plane, at
+//! a height y and a depth w towards the camera. At elevation e a corner appears at
+//! v = y cos e - w sin e, and the column's pixels that are on are those with centres between
+//! the least and the greatest v: all elevations are computed at once, one a lane.
+//!
+//! Of a hull's edges only those are cut that can be outermost (about 4 above and 4 below,
+//! of 10), only by planes that they cross, and without a branch on which these are.
+//!
+//! Same conventions as the other rasterisers: a sample is on where `left < x <= right` and
+//! `top < y <= bottom`. It does not work for perspective, roll, or a scale that changes with
+//! the elevation. The idea is ours, found by comparing ways to draw.
+//!
+//! # Cost
+//!
+//! 19 hulls of 16 points, 48 rows tall, 19 elevations, drawn and counted: 192 ns a silhouette
+//! with AVX-512, 263 with AVX2, 858 with SSE2, where bit rows take 1,110 and tiny-skia 26,800
+//! (the least of 40 cycles, one core of a shared AMD EPYC; `cargo bench --bench columns` has
+//! medians).
+//!
+//! # Guarantees
+//!
+//! The same bytes with any [`Simd`], and at one elevation whatever others are drawn with it:
+//! single-precision arithmetic, lane by lane, without fused operations. A hull of one point or
+//! line draws nothing.
+//!
+//! ```
+//! use edgegait_core::body::{Body, Figure};
+//! use edgegait_core::camera::Viewpoint;
+//! use edgegait_core::raster::columns::{Azimuth, Images, Place, Renderer};
+//! use edgegait_core::silhouette::Size;
+//! use edgegait_core::skeleton::Joint;
+//! use glam::{Vec2, Vec3};
+//!
+//! // A tetrahedron, 1 m wide, seen from the front: level, and from above.
+//! let mut body = Body::default();
+//! body.push(Joint::Pelvis, [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z]).expect("within the budget");
+//! let figure = Figure::at_rest(&body);
+//! let elevations = [0.0, 90.0].map(|deg| Viewpoint::from_degrees(0.0, deg).expect("in range"));
+//! let azimuth = Azimuth::new(&elevations).expect("one azimuth");
+//! let place = Place {
+//!     centre: Vec3::ZERO,
+//!     pixels_per_metre: 10.25,
+//!     jitter: Vec2::ZERO,
+//! };
+//! let mut images = Images::empty(Size::S50x30);
+//! Renderer::new().draw(&figure, &azimuth, &place, &mut images).expect("a finite figure");
+//! assert_eq!(images.rows(0, 15), 0b11_1111_1111 << 15); // 10 rows above the centre
+//! assert_eq!(images.rows(1, 15), 0b11_1111_1111 << 25); // 10 below
+//! ```
+
+mod azimuth;
+mod column;
+mod section;
+
+pub use azimuth::{Azimuth, AzimuthError};
+pub(crate) use column::Column;
+
+use super::place::as_pixels;
+use super::simd::{Lanes, Simd, compiled, dispatch};
+use super::{DrawError, check_jitter, check_scale};
+use crate::body::Figure;
+use crate::budget::{MAX_COLUMNS, MAX_REACH_PIXELS};
+use crate::silhouette::{Silhouette, Size};
+use glam::{Vec2, Vec3};
+use section::{Reach, Seen};
+
+/// Where figures are put into images.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// The point that appears in the middle of the image, metres.
+    pub centre: Vec3,
+    /// Above 0.
+    pub pixels_per_metre: f32,
+    /// How far from the pixels' centres they are sampled, to the right and down, each within
+    /// half a pixel.
+    pub jitter: Vec2,
+}
+
+/// The images of one frame and azimuth at all elevations. 12 kB.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Images {
+    size: Size,
+    columns: [Column; MAX_COLUMNS],
+    is_whole: bool,
+}
+
+impl Images {
+    /// Nothing drawn.
+    #[must_use]
+    pub const fn empty(size: Size) -> Self {
+        Self {
+            size,
+            columns: [Column::EMPTY; MAX_COLUMNS],
+            is_whole: true,
+        }
+    }
+
+    /// Rows and columns of each.
+    #[must_use]
+    pub const fn size(&self) -> Size {
+        self.size
+    }
+
+    /// Whether all of the figure is inside of the images, as far as the sphere around it tells.
+    #[must_use]
+    pub const fn is_whole(&self) -> bool {
+        self.is_whole
+    }
+
+    /// The pixels of one column at one elevation: bit `r` is row `r`, row 0 on top.
+    #[must_use]
+    pub fn rows(&self, elevation: usize, column: usize) -> u64 {
+        self.columns()
+            .get(column)
+            .map_or(0, |it| it.rows(elevation))
+    }
+
+    /// The silhouette at one elevation.
+    #[must_use]
+    pub fn silhouette(&self, elevation: usize) -> Silhouette {
+        let mut silhouette = Silhouette::empty(self.size);
+        for (column, it) in self.columns().iter().enumerate() {
+            let bits = it.rows(elevation);
+            for (row, out) in silhouette.all_rows_mut().iter_mut().enumerate() {
+                *out |= (bits >> row & 1) << column;
+            }
+        }
+        silhouette
+    }
+
+    /// One column, of which there are as many as in the largest size.
+    pub(crate) fn column(&self, column: usize) -> &Column {
+        &self.columns[column % MAX_COLUMNS]
+    }
+
+    fn columns(&self) -> &[Column] {
+        self.columns.get(..self.size.columns()).unwrap_or_default()
+    }
+}
+
+/// Draws figures column by column, reusing its memory: 25 kB, and no heap.
+#[derive(Clone, Debug)]
+pub struct Renderer {
+    simd: Simd,
+    seen: Seen,
+}
+
+impl Default for Renderer {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Renderer {
+    /// A renderer that uses the widest registers that the processor has.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::with_simd(Simd::widest())
+    }
+
+    /// A renderer that uses these registers. Pictures do not depend on it.
+    #[must_use]
+    pub const fn with_simd(simd: Simd) -> Self {
+        Self {
+            simd,
+            seen: Seen::NOTHING,
+        }
+    }
+
+    /// Draws `figure` into `images`, in place of what they held.
+    ///
+    /// # Errors
+    /// For figures without an image, and for such that reach farther than
+    /// [`MAX_REACH_PIXELS`] from the image's centre; see [`DrawError`].
+    pub fn draw(
+        &mut self,
+        figure: &Figure<'_>,
+        azimuth: &Azimuth,
+        place: &Place,
+        images: &mut Images,
+    ) -> Result<(), DrawError> {
+        check_jitter(place.jitter)?;
+        check_scale(place.pixels_per_metre)?;
+        if figure.is_empty() {
+            return Err(DrawError::Empty);
+        }
+        let view = View::new(azimuth, place, images.size);
+        let reach = dispatch!(self.simd, project(self, figure, &view));
+        let reach = reach.ok_or(DrawError::NotFinite)?;
+        let farthest = reach.across.max(reach.along);
+        if farthest > MAX_REACH_PIXELS {
+            return Err(DrawError::TooLarge(farthest));
+        }
+        images.is_whole = reach.across <= 0.5 * as_pixels(view.columns)
+            && reach.along <= 0.5 * as_pixels(view.rows);
+        dispatch!(self.simd, fill(self, figure, &view, images));
+        Ok(())
+    }
+}
+
+/// What does not depend on the figure.
+struct View<'a> {
+    azimuth: &'a Azimuth,
+    place: &'a Place,
+    /// Pixels to the right, and towards the camera, for each metre along x and z.
+    right: Vec3,
+    toward: Vec3,
+    /// Where the image's centre is, pixels to the right of its left side.
+    left: f32,
+    /// How many row centres the point in the middle has passed, with a fraction.
+    offset: f32,
+    columns: usize,
+    rows: usize,
+}
+
+impl<'a> View<'a> {
+    fn new(azimuth: &'a Azimuth, place: &'a Place, size: Size) -> Self {
+        let right = azimuth.right * place.pixels_per_metre;
+        Self {
+            azimuth,
+            place,
+            right,
+            toward: section::toward(right),
+            left: 0.5 * as_pixels(size.columns()) - place.jitter.x,
+            offset: 0.5 * as_pixels(size.rows()) - place.jitter.y + 0.5,
+            columns: size.columns(),
+            rows: size.rows(),
+        }
+    }
+}
+
+compiled!(fn project(renderer: &mut Renderer, figure: &Figure<'_>, view: &View<'_>) -> Option<Reach>);
+compiled!(fn fill(renderer: &mut Renderer, figure: &Figure<'_>, view: &View<'_>, images: &mut Images));
+
+#[inline(always)]
+fn project<L: Lanes>(
+    l: L,
+    renderer: &mut Renderer,
+    figure: &Figure<'_>,
+    view: &View<'_>,
+) -> Option<Reach> {
+    renderer.seen.project(l, figure, view)
+}
+
+#[inline(always)]
+fn fill<L: Lanes>(
+    l: L,
+    renderer: &mut Renderer,
+    figure: &Figure<'_>,
+    view: &View<'_>,
+    images: &mut Images,
+) {
+    for column in images.columns.iter_mut().take(view.columns) {
+        *column = Column::EMPTY;
+    }
+    for hull in figure.hull_parts() {
+        renderer
+            .seen
+            .fill(l, figure, &hull, view, &mut images.columns);
+    }
+}

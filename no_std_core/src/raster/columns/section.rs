@@ -1,0 +1,271 @@
+//! Cross-sections: where the planes of the image's columns cut the edges of hulls.
+
+use super::column::{Column, Section};
+use super::{Azimuth, Place, View};
+use crate::body::{Figure, FigureHull};
+use crate::budget::{LANES, MAX_COLUMNS, MAX_HULL_POINTS, MAX_POINTS};
+use crate::raster::place::as_pixels;
+use crate::raster::simd::{Lanes, Solid};
+use glam::Vec3;
+
+/// Points of a figure, and behind them what is read together with a hull's last one.
+const POINTS: usize = MAX_POINTS + MAX_HULL_POINTS;
+
+/// A figure's points as one azimuth sees them, pixels. 25 kB.
+#[derive(Clone, Debug)]
+pub struct Seen {
+    /// To the right of the image's left side.
+    u: [f32; POINTS],
+    /// Upwards of the image's centre, and towards the camera, at elevation 0.
+    y: [f32; POINTS],
+    w: [f32; POINTS],
+    /// Half columns left of each point, the last one rounded off: two a column.
+    halves: [u32; POINTS],
+    /// For each number of column centres that points of one hull have passed, the edges that
+    /// end at those points an odd number of times. All are 0 between hulls.
+    turning: [[u64; 2]; MAX_COLUMNS + 1],
+    /// Cut and not yet drawn.
+    queue: [Corners; QUEUE],
+}
+
+/// Corners of a cross-section, as [`Section::reach`] takes them.
+#[derive(Clone, Copy, Debug)]
+struct Corners {
+    y: [f32; LANES],
+    w: [f32; LANES],
+    count: usize,
+    /// In which column, when these are the last ones there.
+    column: Option<usize>,
+}
+
+/// Corners are computed for many columns before any is drawn: a processor that waits for the
+/// ones works on the others.
+const QUEUE: usize = MAX_COLUMNS;
+/// Most entries of one column: its 90 edges in two words, eight at once.
+const MOST: usize = 64 / 8 + 32 / 8;
+
+/// How far from the image's centre a figure reaches, pixels.
+pub struct Reach {
+    /// To the right or to the left.
+    pub across: f32,
+    /// Upwards, downwards or towards the camera: as much as that at some elevation.
+    pub along: f32,
+}
+
+impl Seen {
+    pub const NOTHING: Self = Self {
+        u: [0.0; POINTS],
+        y: [0.0; POINTS],
+        w: [0.0; POINTS],
+        halves: [0; POINTS],
+        turning: [[0; 2]; MAX_COLUMNS + 1],
+        queue: [Corners {
+            y: [0.0; LANES],
+            w: [0.0; LANES],
+            count: 0,
+            column: None,
+        }; QUEUE],
+    };
+
+    /// Projects a figure's points; none if one of them has no place.
+    #[inline(always)]
+    pub fn project<L: Lanes>(
+        &mut self,
+        l: L,
+        figure: &Figure<'_>,
+        view: &View<'_>,
+    ) -> Option<Reach> {
+        let Place {
+            centre,
+            pixels_per_metre,
+            ..
+        } = *view.place;
+        let (centre, scale) = (splat(l, centre), l.splat(pixels_per_metre));
+        let (right, toward) = (splat(l, view.right), splat(l, view.toward));
+        let (left, columns) = (l.splat(view.left), l.splat(as_pixels(view.columns)));
+        let zero = l.splat(0.0);
+        let (mut across, mut along, mut wild) = (zero, zero, zero);
+        let from = figure.points.x.as_chunks::<LANES>().0.iter();
+        let from = from.zip(figure.points.y.as_chunks::<LANES>().0);
+        let from = from.zip(figure.points.z.as_chunks::<LANES>().0);
+        let to = self.u.as_chunks_mut::<LANES>().0.iter_mut();
+        let to = to.zip(self.y.as_chunks_mut::<LANES>().0);
+        let to = to.zip(self.w.as_chunks_mut::<LANES>().0);
+        let to = to.zip(self.halves.as_chunks_mut::<LANES>().0);
+        let chunks = figure.len().div_ceil(LANES);
+        for (((x, y), z), (((us, ys), ws), halves)) in from.zip(to).take(chunks) {
+            let x = l.sub(l.load(x), centre[0]);
+            let z = l.sub(l.load(z), centre[2]);
+            let u = l.add(l.mul(x, right[0]), l.mul(z, right[2]));
+            let y = l.mul(l.sub(l.load(y), centre[1]), scale);
+            let w = l.add(l.mul(x, toward[0]), l.mul(z, toward[2]));
+            let radius = l.add(l.mul(y, y), l.mul(w, w));
+            across = l.max(l.max(u, l.sub(zero, u)), across);
+            along = l.max(radius, along);
+            // What is not finite differs from itself by what is no number.
+            let both = l.add(u, radius);
+            wild = l.add(wild, l.sub(both, both));
+            let u = l.add(u, left);
+            let shown = l.min(l.max(u, zero), columns);
+            l.store(u, us);
+            l.store(y, ys);
+            l.store(w, ws);
+            l.store_words(l.truncate(l.add(shown, shown)), halves);
+        }
+        let (_, across) = l.bounds(zero, across);
+        let (_, along) = l.bounds(zero, along);
+        l.all(l.not_less(wild, zero)).then_some(Reach {
+            across,
+            along: libm::sqrtf(along),
+        })
+    }
+
+    /// Cuts a hull by all columns that cross it.
+    #[inline(always)]
+    pub fn fill<L: Lanes>(
+        &mut self,
+        l: L,
+        figure: &Figure<'_>,
+        hull: &FigureHull<'_>,
+        view: &View<'_>,
+        columns: &mut [Column; MAX_COLUMNS],
+    ) {
+        let start = hull.points.start;
+        let points = [&self.u, &self.y, &self.w]
+            .map(|axis| axis.get(start..).and_then(<[f32]>::first_chunk));
+        let ([Some(u), Some(y), Some(w)], Some(halves)) =
+            (points, self.halves.get(hull.points.clone()))
+        else {
+            return;
+        };
+        // Left of a plane, an edge with both ends counts twice and one that is cut once: the
+        // exclusive or of these up to the plane are the edges that it cuts.
+        let (mut first, mut end) = (MAX_COLUMNS, 0);
+        for (&halves, spokes) in halves.iter().zip(hull.spokes) {
+            let passed = (halves as usize).div_ceil(2) % (MAX_COLUMNS + 1);
+            let turning = &mut self.turning[passed];
+            *turning = [turning[0] ^ spokes[0], turning[1] ^ spokes[1]];
+            (first, end) = (first.min(passed), end.max(passed));
+        }
+        if hull.from.is_empty() {
+            end = first;
+        }
+        let [above, below] = outermost(l, figure, hull, view.azimuth);
+        let mut cut = [0; 2];
+        let mut queued = 0;
+        for column in first..end {
+            let turned = core::mem::take(&mut self.turning[column]);
+            cut = [cut[0] ^ turned[0], cut[1] ^ turned[1]];
+            let plane = as_pixels(column) + 0.5;
+            for (half, (from, to)) in hull.from.chunks(64).zip(hull.to.chunks(64)).enumerate() {
+                let solid = Solid {
+                    points: [u, y, w],
+                    from,
+                    to,
+                };
+                let mut masks = [cut[half] & above[half], cut[half] & below[half]];
+                loop {
+                    let count = masks.map(u64::count_ones);
+                    let count = count[0].max(count[1]) as usize;
+                    let [y, w] = l.corners(solid, masks, plane);
+                    let corners = &mut self.queue[queued % QUEUE];
+                    l.store(y, &mut corners.y);
+                    l.store(w, &mut corners.w);
+                    (corners.count, corners.column) = (count, None);
+                    queued += 1;
+                    if count <= LANES / 2 {
+                        break;
+                    }
+                    masks = masks.map(without_eight);
+                }
+            }
+            self.queue[(queued - 1) % QUEUE].column = Some(column);
+            if queued > QUEUE - MOST {
+                draw(l, &self.queue[..queued], view, columns);
+                queued = 0;
+            }
+        }
+        draw(l, &self.queue[..queued], view, columns);
+        self.turning[end] = [0; 2];
+    }
+}
+
+/// Draws what was cut.
+#[inline(always)]
+fn draw<L: Lanes>(l: L, queue: &[Corners], view: &View<'_>, columns: &mut [Column; MAX_COLUMNS]) {
+    let mut section = Section::empty(l);
+    for corners in queue {
+        section.reach(l, view.azimuth, [&corners.y, &corners.w], corners.count);
+        if let Some(column) = corners.column {
+            section.paint(l, (view.offset, view.rows), &mut columns[column]);
+            section = Section::empty(l);
+        }
+    }
+}
+
+/// The horizontal direction to the camera.
+pub const fn toward(right: Vec3) -> Vec3 {
+    Vec3::new(-right.z, 0.0, right.x)
+}
+
+/// A vector in all lanes.
+#[inline(always)]
+fn splat<L: Lanes>(l: L, vector: Vec3) -> [L::Floats; 3] {
+    [l.splat(vector.x), l.splat(vector.y), l.splat(vector.z)]
+}
+
+/// Without the lowest eight bits that are set.
+fn without_eight(mask: u64) -> u64 {
+    (0..8).fold(mask, |mask, _| mask & mask.wrapping_sub(1))
+}
+
+/// The edges that can be uppermost, and those that can be lowest, from any elevation.
+///
+/// A cut's corner is uppermost in the directions between the normals of the facets beside
+/// it. From elevation 0 to 90 the image's up is between the vertical and away from the
+/// camera: one of the two has to turn upwards, and one away, or no direction between them
+/// does both. Below the horizon only the first holds. Facets that are edge on turn both ways.
+#[inline(always)]
+fn outermost<L: Lanes>(
+    l: L,
+    figure: &Figure<'_>,
+    hull: &FigureHull<'_>,
+    azimuth: &Azimuth,
+) -> [[u64; 2]; 2] {
+    let [x, y, z] = [&figure.normals.x, &figure.normals.y, &figure.normals.z]
+        .map(|axis| axis.get(hull.facets.clone()).unwrap_or_default());
+    let facing = splat(l, toward(azimuth.right));
+    let zero = l.splat(0.0);
+    let mut edges = [hull.border; 2];
+    let halves = hull.sides.iter().take(hull.from.len().div_ceil(64));
+    for (half, sides) in halves.enumerate() {
+        let [mut up, mut down, mut near, mut far] = [l.no_parity(); 4];
+        let facets = x
+            .as_chunks()
+            .0
+            .iter()
+            .zip(y.as_chunks().0)
+            .zip(z.as_chunks().0);
+        let facets = facets
+            .zip(hull.tolerances.as_chunks().0)
+            .zip(sides.as_chunks().0);
+        for ((((x, y), z), tolerance), sides) in facets {
+            let tolerance = l.load(tolerance);
+            let opposite = l.sub(zero, tolerance);
+            let height = l.load(y);
+            up = l.unite(up, l.less(opposite, height), sides);
+            down = l.unite(down, l.less(height, tolerance), sides);
+            let depth = l.add(l.mul(l.load(x), facing[0]), l.mul(l.load(z), facing[2]));
+            near = l.unite(near, l.less(opposite, depth), sides);
+            far = l.unite(far, l.less(depth, tolerance), sides);
+        }
+        let (mut upper, mut lower) = (l.union(up), l.union(down));
+        if azimuth.is_above {
+            upper &= l.union(far);
+            lower &= l.union(near);
+        }
+        edges[0][half] |= upper;
+        edges[1][half] |= lower;
+    }
+    edges
+}

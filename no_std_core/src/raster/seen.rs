@@ -1,0 +1,112 @@
+//! A figure as a camera sees it: its points in the image, before anything is framed.
+
+use super::place::Extent;
+use super::simd::{LANES, Lanes, Simd, compiled, dispatch};
+use crate::body::Figure;
+use crate::budget::MAX_POINTS;
+use crate::camera::{Camera, NEAR_M};
+use glam::{Vec2, Vec3};
+
+/// Points in the image, metres to the right and up. 6 kB.
+#[derive(Clone, Debug)]
+pub(super) struct Points {
+    pub x: [f32; MAX_POINTS],
+    pub y: [f32; MAX_POINTS],
+}
+
+/// A figure and where its points appear.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seen<'a> {
+    pub figure: &'a Figure<'a>,
+    pub camera: &'a Camera,
+    pub points: &'a Points,
+}
+
+/// What points span in the image, and whether all of them can be seen there.
+struct Sight {
+    extent: Extent,
+    is_whole: bool,
+}
+
+impl Points {
+    pub const ZERO: Self = Self {
+        x: [0.0; MAX_POINTS],
+        y: [0.0; MAX_POINTS],
+    };
+
+    /// Projects a figure's points, of which there is at least one: the rectangle that they
+    /// span; none if a point has no place in the image.
+    pub fn project(&mut self, figure: &Figure<'_>, camera: &Camera, simd: Simd) -> Option<Extent> {
+        let sight = dispatch!(simd, project(self, figure, camera));
+        sight.is_whole.then_some(sight.extent)
+    }
+}
+
+compiled!(fn project(points: &mut Points, figure: &Figure<'_>, camera: &Camera) -> Sight);
+
+/// [`Camera::project`] of all points.
+#[inline(always)]
+fn project<L: Lanes>(l: L, points: &mut Points, figure: &Figure<'_>, camera: &Camera) -> Sight {
+    let viewpoint = camera.viewpoint();
+    let right = splat(l, viewpoint.right());
+    let up = splat(l, viewpoint.up());
+    let toward = splat(l, viewpoint.toward());
+    let eye = camera.eye();
+    let (zero, near) = (l.splat(0.0), l.splat(NEAR_M));
+    let (mut min, mut max) = ([l.splat(f32::INFINITY); 2], [l.splat(f32::NEG_INFINITY); 2]);
+    let mut wild = zero;
+    let mut is_whole = l.not_less(zero, zero);
+    let (px, _) = figure.points.x.as_chunks::<LANES>();
+    let (py, _) = figure.points.y.as_chunks::<LANES>();
+    let (pz, _) = figure.points.z.as_chunks::<LANES>();
+    let (xs, _) = points.x.as_chunks_mut::<LANES>();
+    let (ys, _) = points.y.as_chunks_mut::<LANES>();
+    let each = px.iter().zip(py).zip(pz).zip(xs).zip(ys);
+    for ((((px, py), pz), xs), ys) in each.take(figure.len().div_ceil(LANES)) {
+        let mut point = [l.load(px), l.load(py), l.load(pz)];
+        let (x, y) = if let Some((aim, distance_m)) = eye {
+            let aim = splat(l, aim);
+            let [x, y, z] = point;
+            point = [l.sub(x, aim[0]), l.sub(y, aim[1]), l.sub(z, aim[2])];
+            let distance = l.splat(distance_m);
+            let depth = l.sub(distance, dot(l, toward, point));
+            is_whole = l.and(is_whole, l.not_less(depth, near));
+            let growth = l.div(distance, depth);
+            let (x, y) = (dot(l, right, point), dot(l, up, point));
+            (l.mul(x, growth), l.mul(y, growth))
+        } else {
+            (dot(l, right, point), dot(l, up, point))
+        };
+        // What is not finite, in any axis, differs from itself by what is no number.
+        let both = l.add(x, y);
+        wild = l.add(wild, l.sub(both, both));
+        l.store(x, xs);
+        l.store(y, ys);
+        min = [l.min(x, min[0]), l.min(y, min[1])];
+        max = [l.max(x, max[0]), l.max(y, max[1])];
+    }
+    let (min_x, max_x) = l.bounds(min[0], max[0]);
+    let (min_y, max_y) = l.bounds(min[1], max[1]);
+    Sight {
+        extent: Extent {
+            min: Vec2::new(min_x, min_y),
+            max: Vec2::new(max_x, max_y),
+        },
+        is_whole: l.all(l.and(is_whole, l.not_less(wild, zero))),
+    }
+}
+
+/// A vector in all lanes.
+#[inline(always)]
+pub(super) fn splat<L: Lanes>(l: L, vector: Vec3) -> [L::Floats; 3] {
+    [l.splat(vector.x), l.splat(vector.y), l.splat(vector.z)]
+}
+
+/// The scalar product, in the order of [`Vec3::dot`].
+#[inline(always)]
+pub(super) fn dot<L: Lanes>(l: L, a: [L::Floats; 3], b: [L::Floats; 3]) -> L::Floats {
+    l.add(
+        l.add(l.mul(a[0], b[0]), l.mul(a[1], b[1])),
+        l.mul(a[2], b[2]),
+    )
+}

@@ -1,0 +1,159 @@
+//! Pictures do not depend on the registers that draw them: all instruction sets of this
+//! processor draw the same bits of random and of hostile hulls.
+#![expect(dead_code, reason = "`plain` is shared with other tests")]
+
+mod plain;
+mod random;
+
+use edgegait_core::body::{Body, Figure};
+use edgegait_core::camera::{Camera, Framing, Viewpoint};
+use edgegait_core::raster::{Rasterizer, Renderer, Simd};
+use edgegait_core::silhouette::Size;
+use edgegait_core::skeleton::Joint;
+use glam::{Vec2, Vec3};
+use plain::random_angles;
+use random::Random;
+
+/// Kinds of hulls.
+const KINDS: usize = 9;
+
+/// A hull of one of the kinds, about where `centre` is.
+fn hull(random: &mut Random, kind: usize, centre: Vec3) -> Vec<Vec3> {
+    let points = 1 + random.below(32);
+    let between = |random: &mut Random, reach: f64| random.between(-reach, reach) as f32;
+    let size = 10f64.powf(random.between(-3.0, 0.3));
+    let (a, b) = (
+        Vec3::from([0; 3].map(|_| between(random, size))),
+        Vec3::from([0; 3].map(|_| between(random, size))),
+    );
+    let mut all: Vec<Vec3> = (0..points)
+        .map(|index| {
+            let cell = |random: &mut Random, cells: usize| random.below(cells) as f32;
+            match kind {
+                // Anywhere.
+                0 => centre + Vec3::from([0; 3].map(|_| between(random, size))),
+                // A grid of sixteenths and of halves: at 16 pixels a metre on pixels' edges and
+                // centres.
+                1 => Vec3::from([0; 3].map(|_| cell(random, 33) / 16.0 - 1.0)),
+                2 => Vec3::from([0; 3].map(|_| cell(random, 65) / 32.0 - 1.0)),
+                // The corners of a box.
+                3 => {
+                    let corner = [0, 1, 2].map(|axis| (index >> axis & 1) as f32);
+                    centre + Vec3::from(corner) * a
+                }
+                // On one plane, and on one line.
+                4 => centre + a * between(random, 1.0) + b * between(random, 1.0),
+                5 => centre + a * between(random, 1.0),
+                // A needle.
+                6 => {
+                    let thick = Vec3::from([0; 3].map(|_| between(random, 1e-4)));
+                    centre + 10.0 * a * between(random, 1.0) + thick
+                }
+                // Far outside.
+                7 => 1e3 * a + Vec3::from([0; 3].map(|_| between(random, size))),
+                // Of any size.
+                _ => {
+                    let sizes = [0; 3].map(|_| 10f64.powf(random.between(-30.0, 30.0)));
+                    Vec3::from(sizes.map(|size| between(random, size)))
+                }
+            }
+        })
+        .collect();
+    // Some of the points twice.
+    for _ in 0..random.below(4) {
+        let (from, to) = (random.below(points), random.below(points));
+        all[to] = all[from];
+    }
+    all
+}
+
+/// Draws figures until they have had so many hulls.
+fn compare(seed: u64, hulls: usize) {
+    let mut random = Random(seed);
+    let samplings = [Rasterizer::Rows, Rasterizer::Rows3x3];
+    let mut renderers: Vec<Vec<Renderer>> = samplings
+        .into_iter()
+        .flat_map(|sampling| Size::ALL.map(|size| (sampling, size)))
+        .map(|(sampling, size)| {
+            Simd::available()
+                .map(|simd| Renderer::with_simd(sampling, size, simd))
+                .collect()
+        })
+        .collect();
+    let (mut had, mut drawn, mut refused) = (0, 0, 0);
+    for turn in 0.. {
+        if had >= hulls {
+            break;
+        }
+        let mut body = Body::default();
+        // All of one kind, or of any.
+        let kind = random.below(2 * KINDS);
+        let centre = Vec3::from([0; 3].map(|_| random.between(-1.0, 1.0) as f32));
+        for _ in 0..=random.below(24) {
+            let kind = if kind < KINDS {
+                kind
+            } else {
+                random.below(KINDS - 2)
+            };
+            let hull = hull(&mut random, kind, centre);
+            had += 1;
+            if body.push(Joint::Pelvis, hull).is_err() {
+                break;
+            }
+        }
+        let [azimuth, elevation] = match turn % 3 {
+            0 => [90.0 * random.below(5) as f64, 90.0 * random.below(2) as f64],
+            _ => random_angles(&mut random, turn),
+        };
+        let viewpoint = Viewpoint::from_degrees(azimuth as f32, elevation as f32);
+        let viewpoint = viewpoint.expect("a viewpoint");
+        let distance_m = 10f64.powf(random.between(0.0, 3.0)) as f32;
+        let camera = match random.below(2) {
+            0 => Camera::orthographic(viewpoint),
+            _ => Camera::perspective(viewpoint, centre, distance_m).expect("a camera"),
+        };
+        let framing = match random.below(4) {
+            0 => Framing::Height,
+            1 => Framing::Box,
+            2 => Framing::Fixed {
+                centre: Vec3::ZERO,
+                pixels_per_metre: 16.0,
+            },
+            _ => Framing::Fixed {
+                centre,
+                pixels_per_metre: 10f64.powf(random.between(0.0, 3.0)) as f32,
+            },
+        };
+        let jitter = match turn % 2 {
+            0 => Vec2::ZERO,
+            _ => Vec2::from([0; 2].map(|_| random.between(-0.5, 0.5) as f32)),
+        };
+        let figure = Figure::at_rest(&body);
+        let at = random.below(renderers.len());
+        let [portable, wider @ ..] = &mut renderers[at][..] else {
+            panic!("no registers at all");
+        };
+        let expected = portable.draw(&figure, &camera, framing, jitter);
+        for wider in wider {
+            let found = wider.draw(&figure, &camera, framing, jitter);
+            assert!(found == expected, "turn {turn} of kind {kind}: {found:?}");
+        }
+        match expected {
+            Ok(_) => drawn += 1,
+            Err(_) => refused += 1,
+        }
+    }
+    println!("{drawn} figures of {had} hulls drawn and {refused} refused");
+    assert!(drawn > refused, "{drawn} drawn, {refused} refused");
+}
+
+#[test]
+fn all_instruction_sets_draw_the_same_bits() {
+    compare(51, 150_000);
+}
+
+#[test]
+#[ignore = "two minutes"]
+fn all_instruction_sets_draw_the_same_bits_of_ten_million_hulls() {
+    compare(52, 10_000_000);
+}

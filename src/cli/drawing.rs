@@ -1,0 +1,246 @@
+//! Flags that say how silhouettes are drawn, and how results state them.
+
+use super::args::ViewArgs;
+use crate::dataset::{Dataset, Header};
+use crate::error::{Error, Result};
+use crate::sweep::{Aim, Framing, Jitter, Lens, Raster, Sensor, Settings};
+use clap::ValueEnum;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use edgegait_core::silhouette::Size;
+use glam::Vec3;
+use std::path::Path;
+
+/// Names under which results state how silhouettes were drawn.
+pub const STATED: [&str; 10] = [
+    "raster",
+    "framing",
+    "lens",
+    "distance_m",
+    "fov_deg",
+    "camera",
+    "aim_m",
+    "size",
+    "jitter",
+    "frames_per_cycle",
+];
+
+/// How silhouettes are drawn.
+#[derive(Clone, Debug, clap::Args)]
+pub struct DrawArgs {
+    /// Rasteriser: tiny-skia, or bit rows; anti-aliased, or 3x3 samples a pixel; or all elevations
+    /// at once, for --framing cycle and camera [default: skia]
+    #[arg(long, value_name = "NAME", value_parser = raster())]
+    raster: Option<Raster>,
+    /// How figures are fitted into the image [default: height]
+    #[arg(long, value_name = "NAME")]
+    framing: Option<Framing>,
+    /// How rays run [default: ortho]
+    #[arg(long, value_name = "NAME")]
+    lens: Option<Lens>,
+    /// Metres from the aim to the camera's eye [default: 4]
+    #[arg(long, value_name = "D")]
+    distance_m: Option<f64>,
+    /// Vertical field of view in degrees, for --framing camera [default: 45]
+    #[arg(long, value_name = "F")]
+    fov_deg: Option<f64>,
+    /// Whether the camera follows the pelvis or stands still [default: follow]
+    #[arg(long, value_name = "NAME")]
+    camera: Option<CameraArg>,
+    /// Where a camera that stands still aims at [default: the pelvis' mean over the frames]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
+    aim_m: Option<Vec3>,
+    /// Rows and columns: 50x30, 64x44 or 64x64 [default: 50x30]
+    #[arg(long, value_name = "ROWSxCOLUMNS", value_parser = size)]
+    size: Option<Size>,
+    /// Where in its pixels each frame is sampled [default: none]
+    #[arg(long, value_name = "NAME")]
+    jitter: Option<Jitter>,
+    /// Silhouettes in each gait cycle [default: 32]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    frames_per_cycle: Option<u32>,
+}
+
+impl DrawArgs {
+    /// The settings of a sweep.
+    ///
+    /// # Errors
+    /// For flags that do not apply to the others, and numbers out of range.
+    pub fn settings(&self, seed: u64) -> Result<Settings> {
+        let default = Settings::default();
+        let sensor = Sensor::default();
+        let settings = Settings {
+            rasterizer: self.raster.unwrap_or(default.rasterizer),
+            size: self.size.unwrap_or_default(),
+            framing: self.framing.unwrap_or_default(),
+            lens: self.lens.unwrap_or_default(),
+            sensor: Sensor {
+                distance_m: self.distance_m.unwrap_or(sensor.distance_m),
+                fov_deg: self.fov_deg.unwrap_or(sensor.fov_deg),
+                aim: match (self.camera, self.aim_m) {
+                    (Some(CameraArg::Static), None) => Aim::Mean,
+                    (_, Some(point)) => Aim::Point(point),
+                    (_, None) => Aim::Pelvis,
+                },
+            },
+            jitter: self.jitter.unwrap_or_default(),
+            frames_per_cycle: self.frames_per_cycle.unwrap_or(default.frames_per_cycle),
+            seed,
+        };
+        settings.check()?;
+        self.refuse_idle(&settings)?;
+        Ok(settings)
+    }
+
+    /// Refuses flags that would change nothing.
+    fn refuse_idle(&self, settings: &Settings) -> Result<()> {
+        let refuse = |flag: &str, why: String| Err(Error::Usage(format!("{flag}: {why}")));
+        let framing = settings.framing.name();
+        let of_sensor = [
+            ("--distance-m", self.distance_m.is_some()),
+            ("--camera", self.camera.is_some()),
+            ("--aim-m", self.aim_m.is_some()),
+            ("--fov-deg", self.fov_deg.is_some()),
+        ];
+        let given = of_sensor.iter().find(|(_, given)| *given);
+        if let (false, Some((flag, _))) = (settings.uses_sensor(), given) {
+            return refuse(
+                flag,
+                format!(
+                    "with --lens ortho and --framing {framing} it does not matter where a camera stands (use --lens persp or --framing camera)"
+                ),
+            );
+        }
+        if self.fov_deg.is_some() && settings.framing != Framing::Camera {
+            return refuse(
+                "--fov-deg",
+                format!(
+                    "--framing {framing} fits figures into the image whatever the field of view is (use --framing camera)"
+                ),
+            );
+        }
+        if self.aim_m.is_some() && self.camera != Some(CameraArg::Static) {
+            return refuse(
+                "--aim-m",
+                "a camera that follows aims at the pelvis (use --camera static)".into(),
+            );
+        }
+        Ok(())
+    }
+
+    /// Refuses flags that choose walks (`subjects`, `walks`) and say how they are drawn, where
+    /// a dataset's GEIs are used as they are.
+    ///
+    /// # Errors
+    /// Naming the first such flag that was given.
+    pub fn refuse_for_datasets(
+        &self,
+        [subjects, walks]: [&[String]; 2],
+        cycles: Option<u32>,
+        views: &ViewArgs,
+    ) -> Result<()> {
+        let flags = [
+            ("--subjects", !subjects.is_empty()),
+            ("--walks", !walks.is_empty()),
+            ("--cycles", cycles.is_some()),
+            ("--views, --azimuth-deg, --elevation-deg", views.is_given()),
+            ("--raster", self.raster.is_some()),
+            ("--framing", self.framing.is_some()),
+            ("--lens", self.lens.is_some()),
+            ("--distance-m", self.distance_m.is_some()),
+            ("--fov-deg", self.fov_deg.is_some()),
+            ("--camera", self.camera.is_some()),
+            ("--aim-m", self.aim_m.is_some()),
+            ("--size", self.size.is_some()),
+            ("--jitter", self.jitter.is_some()),
+            ("--frames-per-cycle", self.frames_per_cycle.is_some()),
+        ];
+        match flags.iter().find(|(_, given)| *given) {
+            Some((flag, _)) => Err(Error::Usage(format!(
+                "{flag}: a dataset is used whole and as it was drawn (use a pack, or sweep another dataset)"
+            ))),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A result's header with how its silhouettes are drawn, by the names of [`STATED`].
+#[must_use]
+pub fn stated(header: Header, settings: &Settings) -> Header {
+    let Sensor {
+        distance_m,
+        fov_deg,
+        aim,
+    } = settings.sensor;
+    let mut header = header
+        .with("raster", settings.rasterizer.name())
+        .with("framing", settings.framing.name())
+        .with("lens", settings.lens.name())
+        .with("size", settings.size.name())
+        .with("jitter", settings.jitter.name())
+        .with("frames_per_cycle", settings.frames_per_cycle);
+    if settings.uses_sensor() {
+        let (camera, aim) = match aim {
+            Aim::Pelvis => ("follow", "pelvis".to_owned()),
+            Aim::Mean => ("static", "mean pelvis".to_owned()),
+            Aim::Point(Vec3 { x, y, z }) => ("static", format!("{x},{y},{z}")),
+        };
+        header = header
+            .with("distance_m", distance_m)
+            .with("camera", camera)
+            .with("aim_m", aim);
+    }
+    if settings.framing == Framing::Camera {
+        header = header.with("fov_deg", fov_deg);
+    }
+    header
+}
+
+/// The framing that a dataset in `folder` says it was drawn with; `None` if it does not say.
+///
+/// # Errors
+/// When what it says is no framing.
+pub fn framing_of(dataset: &Dataset, folder: &Path) -> Result<Option<Framing>> {
+    let Some(stated) = dataset.manifest().header.settings.get("framing") else {
+        return Ok(None);
+    };
+    let framing = serde_json::from_value(stated.clone());
+    framing
+        .map(Some)
+        .map_err(|error| Error::input(folder.join("manifest.json"), format!("framing: {error}")))
+}
+
+/// A rasteriser by its name.
+fn raster() -> impl TypedValueParser<Value = Raster> {
+    let names = Raster::all().map(Raster::name);
+    PossibleValuesParser::new(names).try_map(|name| {
+        let known = Raster::all().find(|raster| raster.name() == name);
+        known.ok_or("no such rasteriser")
+    })
+}
+
+/// Whether a camera moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum CameraArg {
+    /// It keeps its distance to the pelvis, which stays in the middle
+    Follow,
+    /// It stands still
+    Static,
+}
+
+/// A size by its name.
+fn size(name: &str) -> std::result::Result<Size, String> {
+    let known = Size::ALL.into_iter().find(|size| size.name() == name);
+    known.ok_or_else(|| "expected 50x30, 64x44 or 64x64".to_owned())
+}
+
+/// A point from `X,Y,Z`.
+fn point(text: &str) -> std::result::Result<Vec3, String> {
+    let numbers: std::result::Result<Vec<f32>, _> = text
+        .split(',')
+        .map(|number| number.trim().parse())
+        .collect();
+    match numbers.as_deref() {
+        Ok(&[x, y, z]) => Ok(Vec3::new(x, y, z)),
+        _ => Err("expected three numbers of metres, as in 0,0.9,0".to_owned()),
+    }
+}

@@ -1,0 +1,218 @@
+//! `edgegait frontier`: speed against error.
+
+use super::args::Common;
+use super::progress::Progress;
+use super::source::{Source, SourceArgs};
+use crate::dataset::{Header, write_atomically};
+use crate::error::{Error, Result};
+use crate::frontier::reference::REFERENCE_FRAMES;
+use crate::frontier::{Point, Scene, Study, plot};
+use crate::sweep::jobs;
+use edgegait_core::pack::Pack;
+use serde::Serialize;
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+/// Measure speed, bytes and error of every configuration, and mark those that no other beats
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Examples:\n  edgegait frontier                       # people of the built-in cohort, encoded in every way\n  edgegait frontier cmu.egp --json -      # a pack's walks as they are stored\n\nErrors are against exact coverage (16x16 samples a pixel, f64) of the finest motion: of the\nbuilt-in people their finest encoding in 128 frames a cycle, of a pack its own. Rank-1 is that\nof the shipped models on the built-in cohort. Times differ between runs, and with them\nthe set of those that no other beats; all else is the same on every run."
+)]
+pub struct Args {
+    /// A pack [default: people of the built-in cohort]
+    #[arg(value_name = "PACK")]
+    pack: Option<PathBuf>,
+    /// Folder to write (frontier.json, .csv, .svg and .png)
+    #[arg(long, value_name = "PATH", default_value = "edgegait-frontier")]
+    out: PathBuf,
+    /// Measure roughly: two people, four viewpoints, one round
+    #[arg(long)]
+    quick: bool,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// The results.
+#[derive(Serialize)]
+struct Results {
+    #[serde(flatten)]
+    header: Header,
+    points: Vec<Point>,
+}
+
+/// Runs the subcommand.
+pub fn run(args: &Args) -> Result<()> {
+    if args.out.exists() && !args.out.is_dir() {
+        return Err(Error::Usage(format!(
+            "--out {}: expected a folder, found a file",
+            args.out.display()
+        )));
+    }
+    let source = match &args.pack {
+        Some(path) => Some(read(path)?),
+        None => None,
+    };
+    let scene = match &source {
+        Some((source, walks)) => Scene::Pack {
+            bytes: &source.bytes,
+            walks,
+        },
+        None => Scene::BuiltIn,
+    };
+    let study = Study {
+        scene,
+        seed: args.common.seed,
+        is_quick: args.quick,
+    };
+    let views = study.views()?;
+    let mut header = Header::new("frontier", args.common.seed)
+        .with("quick", args.quick)
+        .with("views", views.name)
+        .with("viewpoints", views.list.len())
+        .with("reference", "exact coverage, 16x16 samples a pixel, f64")
+        .with("reference_frames_per_cycle", REFERENCE_FRAMES)
+        .with("framing", "height")
+        .with("size", "50x30");
+    header.warnings.push(
+        "times differ between runs, and with them the Pareto set; everything else does not".into(),
+    );
+    header = match &source {
+        Some((source, walks)) => {
+            header.inputs.clone_from(&source.inputs);
+            header.warnings.push(
+                "a pack has no finer model than itself: its own motion is the reference, its track error and hull points are as stored, and Rank-1 is that of the built-in cohort".into(),
+            );
+            header
+                .with("pack", source.name.as_str())
+                .with("walks", walks.len())
+        }
+        None => header.with("pack", "built-in cohort"),
+    };
+    let progress = Progress::new("frontier", study.steps());
+    let points = study.run(&|| progress.step())?;
+    drop(progress);
+    let results = Results { header, points };
+    std::fs::create_dir_all(&args.out).map_err(|error| Error::io(&args.out, error))?;
+    let json = serde_json::to_string_pretty(&results)
+        .map_err(|error| Error::Failed(format!("cannot write the results as JSON: {error}")))?;
+    for (name, bytes) in [
+        ("frontier.json", format!("{json}\n").into_bytes()),
+        ("frontier.csv", csv(&results.points)?),
+        ("frontier.svg", plot::svg(&results.points)?.into_bytes()),
+        ("frontier.png", plot::png(&results.points)?),
+    ] {
+        let path = args.out.join(name);
+        write_atomically(&path, |file| {
+            file.write_all(&bytes)
+                .map_err(|error| Error::io(&path, error))
+        })?;
+    }
+    args.common.say(table(&results.points));
+    for warning in &results.header.warnings {
+        args.common.say(format_args!("warning: {warning}"));
+    }
+    args.common.say(format_args!(
+        "wrote {}: frontier.json, frontier.csv, frontier.svg, frontier.png",
+        args.out.display()
+    ));
+    args.common.write_json(&results)
+}
+
+/// A pack and the numbers of its walks, which have to be cycles.
+fn read(path: &Path) -> Result<(Source, Vec<usize>)> {
+    let of_pack = SourceArgs {
+        pack: Some(path.to_path_buf()),
+        subjects: Vec::new(),
+        walks: Vec::new(),
+    };
+    let source = of_pack.load()?;
+    let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
+    let walks = of_pack.choose(&pack)?;
+    jobs(&pack, &walks, 0..1)?;
+    Ok((source, walks))
+}
+
+/// One row a point.
+fn csv(points: &[Point]) -> Result<Vec<u8>> {
+    let failed = |error: &dyn std::fmt::Display| {
+        Error::Failed(format!("cannot write the results as CSV: {error}"))
+    };
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer
+        .write_record([
+            "name",
+            "raster",
+            "jitter",
+            "hull_points",
+            "frames_per_cycle",
+            "track_error_mm",
+            "ns_per_silhouette",
+            "ns_per_gei",
+            "time_ratio",
+            "jaccard",
+            "gei_rmse",
+            "rank1_delta",
+            "pack_bytes",
+            "heap_bytes",
+            "stack_bytes",
+            "is_default",
+            "pareto",
+        ])
+        .map_err(|error| failed(&error))?;
+    for point in points {
+        writer
+            .write_record([
+                point.name.clone(),
+                point.raster.to_owned(),
+                point.jitter.to_owned(),
+                point.hull_points.to_string(),
+                point.frames_per_cycle.to_string(),
+                point.track_error_mm.to_string(),
+                point.ns_per_silhouette.to_string(),
+                point.ns_per_gei.to_string(),
+                point.time_ratio.to_string(),
+                point.jaccard.to_string(),
+                point.gei_rmse.to_string(),
+                point.rank1_delta.to_string(),
+                point.pack_bytes.to_string(),
+                point.heap_bytes.to_string(),
+                point.stack_bytes.to_string(),
+                point.is_default.to_string(),
+                point.pareto.to_string(),
+            ])
+            .map_err(|error| failed(&error))?;
+    }
+    writer.into_inner().map_err(|error| failed(&error))
+}
+
+/// The same for a terminal; `*` marks the Pareto set.
+fn table(points: &[Point]) -> String {
+    let width = points.iter().map(|point| point.name.len()).max();
+    let width = width.unwrap_or(0);
+    let mut text = format!(
+        "   {:<width$} {:>9} {:>7} {:>9} {:>8} {:>8} {:>8} {:>8} {:>8}\n",
+        "", "ns", "us/GEI", "x default", "Jaccard", "GEI RMSE", "rank-1 %", "pack B", "heap B"
+    );
+    for (number, point) in points.iter().enumerate() {
+        let _ = writeln!(
+            text,
+            "{:>2}{}{:<width$} {:>9.0} {:>7.0} {:>9.3} {:>8.4} {:>8.2} {:>+8.1} {:>8} {:>8}",
+            number + 1,
+            if point.pareto { '*' } else { ' ' },
+            point.name,
+            point.ns_per_silhouette,
+            1e-3 * point.ns_per_gei,
+            point.time_ratio,
+            point.jaccard,
+            point.gei_rmse,
+            100.0 * point.rank1_delta,
+            point.pack_bytes,
+            point.heap_bytes,
+        );
+    }
+    text.push_str(
+        "(*: no other is better in time of a GEI, bytes or error, and not worse in the others)",
+    );
+    text
+}

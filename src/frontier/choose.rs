@@ -1,0 +1,216 @@
+//! The cheapest choice whose error is small enough.
+//!
+//! Candidates are ordered by costs that do not depend on the clock, and the first is taken
+//! that meets the error on a sample of the very walks and viewpoints in use.
+
+use super::configuration::{Drawing, Encoding, drawings};
+use super::cost::gei_cost;
+use super::reference::{Reference, Sample, exact_geis, rmse, spread};
+use super::{parse, spread_views};
+use crate::encode::encode_subjects;
+use crate::error::{Error, Result};
+use crate::scene::thin::with_thinner_bodies;
+use crate::scene::{Subject, Track};
+use crate::sweep::{Framing, Lens, Settings, View};
+use edgegait_core::pack::Pack;
+use std::fmt::{self, Display};
+
+/// Most walks and viewpoints of the sample. Ours: it is measured in seconds.
+const SAMPLE: (usize, usize) = (6, 12);
+/// Errors of walks, mm, and hull points that are tried.
+const ERRORS_MM: [f64; 6] = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0];
+const HULL_POINTS: [usize; 5] = [8, 12, 16, 24, 32];
+
+/// What was chosen, and why.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choice<T> {
+    /// The cheapest that meets the error.
+    pub chosen: T,
+    /// Its error: root mean square of the GEIs' pixels, of 255.
+    pub gei_rmse: f64,
+    /// The next cheaper one and its error, unless it is the cheapest of all.
+    pub cheaper: Option<(T, f64)>,
+    /// Walks and viewpoints that it was measured on.
+    pub measured_on: (usize, usize),
+}
+
+impl<T: Display> Display for Choice<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (walks, views) = self.measured_on;
+        write!(
+            f,
+            "{}: GEI error {:.2} of 255 (root mean square against exact coverage, walks: {walks}, viewpoints: {views}); ",
+            self.chosen, self.gei_rmse
+        )?;
+        match &self.cheaper {
+            Some((cheaper, error)) => write!(f, "the next cheaper, {cheaper}: {error:.2}"),
+            None => f.write_str("the cheapest there is"),
+        }
+    }
+}
+
+/// The cheapest way to draw these walks from these views with a GEI error of at most `most`, against exact coverage of
+/// the pack's own motion.
+///
+/// # Errors
+/// When none meets it, naming the best, and for framings and lenses that exact coverage is not
+/// defined for.
+pub fn drawing(
+    pack: &Pack<'_>,
+    (walks, views): (&[usize], &[View]),
+    settings: Settings,
+    most: f64,
+) -> Result<Choice<Drawing>> {
+    if settings.framing != Framing::Height || settings.lens != Lens::Ortho {
+        return Err(Error::Usage(format!(
+            "--max-gei-rmse: errors are measured with --framing height and --lens ortho, found {} and {} (choose --raster, --jitter and --frames-per-cycle yourself)",
+            settings.framing.name(),
+            settings.lens.name()
+        )));
+    }
+    let sample = Sample::spread(walks, views, SAMPLE);
+    let reference = Reference::new(pack, &sample, settings, &|| {})?;
+    let mut candidates: Vec<Drawing> = drawings().collect();
+    candidates.sort_by_key(|&drawing| gei_cost(drawing));
+    let measured_on = (sample.jobs.len(), sample.views.len());
+    first_within(most, candidates, measured_on, |drawing| {
+        let settings = drawing.applied_to(settings);
+        Ok(reference.deviation(pack, &sample, settings)?.gei_rmse)
+    })
+}
+
+/// The encoding of fewest bytes of these people with a GEI error of at most `most`: exact coverage of what was
+/// encoded against exact coverage of the finest encoding, over 20 viewpoints.
+///
+/// # Errors
+/// When none meets it, naming the best; for takes, which have no GEI; and as
+/// [`encode_subjects`].
+pub fn encoding(people: &[Subject], most: f64) -> Result<Choice<Encoding>> {
+    let some = some_walks(people)?;
+    let finest = encode_subjects(&some, Encoding::FINEST.track_error_mm, &|| {})?;
+    let finest = parse(&finest)?;
+    let walks: Vec<usize> = (0..finest.walks().len()).collect();
+    let sample = Sample::spread(&walks, &spread_views()?.list, SAMPLE);
+    let settings = Settings::default();
+    let expected = exact_geis(&finest, &sample, settings, &|| {})?;
+    let mut candidates = Vec::new();
+    for hull_points in HULL_POINTS {
+        let thinner = with_thinner_bodies(&some, hull_points)?;
+        for track_error_mm in ERRORS_MM {
+            let encoding = Encoding {
+                track_error_mm,
+                hull_points,
+            };
+            candidates.push((encoding, encode_subjects(&thinner, track_error_mm, &|| {})?));
+        }
+    }
+    // Of as many bytes the finest first.
+    candidates.sort_by(|(a, a_bytes), (b, b_bytes)| {
+        let by_error = a.track_error_mm.total_cmp(&b.track_error_mm);
+        a_bytes.len().cmp(&b_bytes.len()).then(by_error)
+    });
+    let measured_on = (sample.jobs.len(), sample.views.len());
+    let choice = first_within(most, candidates, measured_on, |(_, bytes)| {
+        let found = exact_geis(&parse(bytes)?, &sample, settings, &|| {})?;
+        Ok(rmse(&found, &expected))
+    })?;
+    Ok(Choice {
+        chosen: choice.chosen.0,
+        gei_rmse: choice.gei_rmse,
+        cheaper: choice.cheaper.map(|((cheaper, _), error)| (cheaper, error)),
+        measured_on,
+    })
+}
+
+/// People with as many of their cycles as the sample has.
+fn some_walks(people: &[Subject]) -> Result<Vec<Subject>> {
+    let mut places = Vec::new();
+    for (person, subject) in people.iter().enumerate() {
+        for (walk, found) in subject.walks.iter().enumerate() {
+            if matches!(found.motion, Track::Take(_)) {
+                return Err(Error::Usage(format!(
+                    "--max-gei-rmse: {} {} is a whole take, which has no GEI (leave out --track clip, or use --max-error-mm)",
+                    subject.name, found.name
+                )));
+            }
+            places.push((person, walk));
+        }
+    }
+    let kept = spread(&places, SAMPLE.0);
+    let some = people.iter().enumerate().filter_map(|(person, subject)| {
+        let own = kept.iter().filter(|place| place.0 == person);
+        let walks: Vec<_> = own.map(|&(_, walk)| subject.walks[walk].clone()).collect();
+        (!walks.is_empty()).then(|| Subject {
+            walks,
+            name: subject.name.clone(),
+            body: subject.body.clone(),
+            ..*subject
+        })
+    });
+    Ok(some.collect())
+}
+
+/// The first candidate whose error is at most this.
+fn first_within<T: Clone>(
+    most: f64,
+    candidates: Vec<T>,
+    measured_on: (usize, usize),
+    error: impl Fn(&T) -> Result<f64>,
+) -> Result<Choice<T>> {
+    let mut cheaper: Option<(T, f64)> = None;
+    let mut best = f64::INFINITY;
+    for chosen in candidates {
+        let gei_rmse = error(&chosen)?;
+        if gei_rmse <= most {
+            return Ok(Choice {
+                chosen,
+                gei_rmse,
+                cheaper,
+                measured_on,
+            });
+        }
+        best = best.min(gei_rmse);
+        cheaper = Some((chosen, gei_rmse));
+    }
+    Err(Error::Failed(format!(
+        "--max-gei-rmse {most}: the best that can be reached here is {best:.3}"
+    )))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chosen(most: f64) -> Result<Choice<char>> {
+        let errors = [('a', 9.0), ('b', 11.0), ('c', 4.0), ('d', 6.0)];
+        let choice = first_within(most, errors.to_vec(), (6, 12), |&(_, error)| Ok(error))?;
+        Ok(Choice {
+            chosen: choice.chosen.0,
+            gei_rmse: choice.gei_rmse,
+            cheaper: choice.cheaper.map(|((name, _), error)| (name, error)),
+            measured_on: choice.measured_on,
+        })
+    }
+
+    #[test]
+    fn the_first_that_meets_the_error_is_chosen_and_the_one_before_it_told() {
+        let found = chosen(7.0).expect("c meets it");
+        assert_eq!((found.chosen, found.gei_rmse), ('c', 4.0));
+        assert_eq!(found.cheaper, Some(('b', 11.0)));
+        assert_eq!(
+            found.to_string(),
+            "c: GEI error 4.00 of 255 (root mean square against exact coverage, walks: 6, viewpoints: 12); the next cheaper, b: 11.00"
+        );
+        let found = chosen(9.0).expect("a meets it");
+        assert_eq!((found.chosen, found.cheaper), ('a', None));
+    }
+
+    #[test]
+    fn an_error_that_none_meets_is_told_with_the_best() {
+        let error = chosen(3.0).expect_err("none").to_string();
+        assert_eq!(
+            error,
+            "--max-gei-rmse 3: the best that can be reached here is 4.000"
+        );
+    }
+}

@@ -1,0 +1,243 @@
+//! What can be chosen between speed and error.
+
+use super::cost::fastest;
+use crate::encode::MAX_ERROR_MM;
+use crate::sweep::{FRAMES_PER_CYCLE, Jitter, Raster, Settings};
+use edgegait_core::budget::{MAX_HULL_POINTS, SKIA_HEAP_BYTES};
+use edgegait_core::raster::Rasterizer;
+use std::fmt;
+
+/// How people are encoded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Encoding {
+    /// Greatest error of a walk, mm.
+    pub track_error_mm: f64,
+    /// Most points of a hull.
+    pub hull_points: usize,
+}
+
+impl Encoding {
+    /// What `cohort` and `import` take unless a user says otherwise.
+    pub const DEFAULT: Self = Self {
+        track_error_mm: MAX_ERROR_MM,
+        hull_points: MAX_HULL_POINTS,
+    };
+    /// As close as the format can be.
+    pub const FINEST: Self = Self {
+        track_error_mm: 0.0,
+        hull_points: MAX_HULL_POINTS,
+    };
+}
+
+impl fmt::Display for Encoding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} mm, {} points", self.track_error_mm, self.hull_points)
+    }
+}
+
+/// How cycles are drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drawing {
+    /// Which rasteriser.
+    pub rasterizer: Rasterizer,
+    /// Where in its pixels each frame is sampled.
+    pub jitter: Jitter,
+    /// Frames of each cycle.
+    pub frames_per_cycle: u32,
+}
+
+impl Drawing {
+    /// What a sweep takes unless a user says otherwise.
+    pub const DEFAULT: Self = Self {
+        rasterizer: Rasterizer::Skia,
+        jitter: Jitter::None,
+        frames_per_cycle: FRAMES_PER_CYCLE,
+    };
+
+    /// `settings` with these in place of their own.
+    #[must_use]
+    pub const fn applied_to(self, settings: Settings) -> Settings {
+        Settings {
+            rasterizer: Raster::Each(self.rasterizer),
+            jitter: self.jitter,
+            frames_per_cycle: self.frames_per_cycle,
+            ..settings
+        }
+    }
+
+    /// Most bytes of heap that the rasteriser holds while it draws.
+    #[must_use]
+    pub const fn heap_bytes(self) -> usize {
+        if matches!(self.rasterizer, Rasterizer::Skia | Rasterizer::SkiaAa) {
+            SKIA_HEAP_BYTES
+        } else {
+            0
+        }
+    }
+}
+
+impl fmt::Display for Drawing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.rasterizer)?;
+        if self.jitter != Jitter::None {
+            write!(f, " {}", self.jitter.name())?;
+        }
+        write!(f, ", {} frames", self.frames_per_cycle)
+    }
+}
+
+/// One point of the frontier.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Configuration {
+    /// How cycles are drawn.
+    pub drawing: Drawing,
+    /// How people are encoded; `None` where they are used as a pack has them.
+    pub encoding: Option<Encoding>,
+}
+
+impl Configuration {
+    /// Whether this is what a user gets who chooses nothing.
+    #[must_use]
+    pub fn is_default(&self) -> bool {
+        self.drawing == Drawing::DEFAULT
+            && self
+                .encoding
+                .is_none_or(|encoding| encoding == Encoding::DEFAULT)
+    }
+}
+
+impl fmt::Display for Configuration {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.drawing)?;
+        match self.encoding {
+            Some(encoding) => write!(f, ", {encoding}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The ways of drawing that a pack is measured with: every rasteriser with and without
+/// jitter, and with as many frames as are common.
+pub fn drawings() -> impl Iterator<Item = Drawing> {
+    let jitters = [Jitter::None, Jitter::R2];
+    let all = Rasterizer::ALL.iter().flat_map(move |&rasterizer| {
+        jitters.map(|jitter| {
+            [8, 16, 32, 64].map(|frames_per_cycle| Drawing {
+                rasterizer,
+                jitter,
+                frames_per_cycle,
+            })
+        })
+    });
+    all.flatten()
+}
+
+/// The configurations of people who can be encoded anew: the default, and what differs from
+/// it in one respect; other encodings also with the fastest rasteriser; and for each
+/// rasteriser a fine, a middling and a coarse combination.
+#[must_use]
+pub fn configurations() -> Vec<Configuration> {
+    let (drawing, encoding) = (Drawing::DEFAULT, Encoding::DEFAULT);
+    let is_as_long = |other: &Drawing| other.frames_per_cycle == drawing.frames_per_cycle;
+    let mut all = vec![(drawing, encoding)];
+    all.extend(drawings().filter(is_as_long).map(|d| (d, encoding)));
+    all.extend([8, 16, 64].map(|frames_per_cycle| {
+        let drawing = Drawing {
+            frames_per_cycle,
+            ..drawing
+        };
+        (drawing, encoding)
+    }));
+    let fastest = Drawing {
+        rasterizer: fastest(),
+        ..drawing
+    };
+    for drawing in [drawing, fastest] {
+        all.extend(other_encodings().map(|encoding| (drawing, encoding)));
+    }
+    for &rasterizer in Rasterizer::ALL {
+        let combined = [(64, 1.0, 32), (64, 5.0, 32), (16, 10.0, 16)];
+        all.extend(
+            combined.map(|(frames_per_cycle, track_error_mm, hull_points)| {
+                let drawing = Drawing {
+                    rasterizer,
+                    jitter: Jitter::R2,
+                    frames_per_cycle,
+                };
+                let encoding = Encoding {
+                    track_error_mm,
+                    hull_points,
+                };
+                (drawing, encoding)
+            }),
+        );
+    }
+    let mut distinct: Vec<Configuration> = Vec::new();
+    for (drawing, encoding) in all {
+        let configuration = Configuration {
+            drawing,
+            encoding: Some(encoding),
+        };
+        if !distinct.contains(&configuration) {
+            distinct.push(configuration);
+        }
+    }
+    distinct
+}
+
+/// What differs from the default encoding in its error or in its hull points.
+fn other_encodings() -> impl Iterator<Item = Encoding> {
+    let errors = [1.0, 10.0, 20.0].map(|track_error_mm| Encoding {
+        track_error_mm,
+        ..Encoding::DEFAULT
+    });
+    let points = [8, 12, 16, 24].map(|hull_points| Encoding {
+        hull_points,
+        ..Encoding::DEFAULT
+    });
+    errors.into_iter().chain(points)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_comes_first_and_each_axis_is_walked_along() {
+        let all = configurations();
+        assert!(all.len() >= 12, "{}", all.len());
+        assert!(all[0].is_default() && !all[1..].iter().any(Configuration::is_default));
+        let differs =
+            |count: &dyn Fn(&Configuration) -> bool| all.iter().filter(|c| count(c)).count();
+        let encoding = |c: &Configuration| c.encoding.expect("an encoding");
+        for frames in [8, 16, 64] {
+            assert!(differs(&|c| c.drawing.frames_per_cycle == frames) > 0);
+        }
+        for error in [1.0, 10.0, 20.0] {
+            assert!(differs(&|c| encoding(c).track_error_mm == error) > 0);
+        }
+        for points in [8, 12, 16, 24] {
+            assert!(differs(&|c| encoding(c).hull_points == points) > 0);
+        }
+        for &rasterizer in Rasterizer::ALL {
+            assert!(differs(&|c| c.drawing.rasterizer == rasterizer) >= 2);
+        }
+    }
+
+    #[test]
+    fn a_configuration_is_named_by_what_it_is() {
+        let default = Configuration {
+            drawing: Drawing::DEFAULT,
+            encoding: Some(Encoding::DEFAULT),
+        };
+        assert_eq!(default.to_string(), "skia, 32 frames, 5 mm, 32 points");
+        let jittered = Configuration {
+            drawing: Drawing {
+                jitter: Jitter::R2,
+                ..Drawing::DEFAULT
+            },
+            encoding: None,
+        };
+        assert_eq!(jittered.to_string(), "skia r2, 32 frames");
+    }
+}

@@ -1,0 +1,37 @@
+//! Speed against error: what each choice of rasteriser, frames, hull points and encoding
+//! costs, and what it gets wrong.
+//!
+//! Errors are those against [`exact`] coverage of the finest motion. [`Study`] measures a
+//! list of [`configuration`]s and marks those that no other beats ([`pareto`]); [`choose`] picks the
+//! cheapest that meets an error. Nothing but times differs between two runs.
+
+pub mod choose;
+pub mod configuration;
+mod cost;
+pub mod exact;
+pub mod pareto;
+pub mod plot;
+mod recognition;
+pub mod reference;
+mod study;
+mod timing;
+
+pub use study::{Point, Scene, Study};
+
+use crate::error::{Error, Result};
+use crate::sweep::Views;
+use edgegait_core::pack::Pack;
+
+/// Viewpoints that errors are averaged over: 20, from the front to behind, level to above. Ours.
+///
+/// # Errors
+/// Never.
+pub fn spread_views() -> Result<Views> {
+    let azimuths = [0.0, 45.0, 90.0, 135.0, 180.0];
+    Views::grid("spread", azimuths, [0.0, 30.0, 60.0, 90.0])
+}
+
+/// Bytes that this program has made or checked, as a pack.
+fn parse(bytes: &[u8]) -> Result<Pack<'_>> {
+    Pack::parse(bytes).map_err(|error| Error::Failed(error.to_string()))
+}

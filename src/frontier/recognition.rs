@@ -1,0 +1,102 @@
+//! What a configuration changes for the shipped recognizers.
+
+use super::reference::{Geis, Sample};
+use crate::error::Result;
+use crate::evaluate::contest::Contest;
+use crate::score::{Recognizer, Runtime, shipped};
+use crate::sweep::{Job, Settings, Swept, sweep};
+use edgegait_core::pack::Pack;
+use edgegait_core::template::Gei;
+
+/// Rank-1 of a recognizer, 0..=1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rank1 {
+    /// The recognizer.
+    pub name: String,
+    /// Share of the probes that it recognizes.
+    pub rank1: f64,
+}
+
+/// The shipped recognizers, ready to be shown people whom they know.
+pub struct Recognition {
+    recognizers: Vec<Box<dyn Recognizer>>,
+}
+
+impl Recognition {
+    /// Loads them.
+    ///
+    /// # Errors
+    /// Never, for the models shipped.
+    pub fn shipped() -> Result<Self> {
+        let runtime = Runtime::rten();
+        let models = shipped::models()?;
+        let recognizers = models.iter().map(|model| runtime.load(model));
+        Ok(Self {
+            recognizers: recognizers.collect::<Result<_>>()?,
+        })
+    }
+
+    /// Rank-1 of each on a sample drawn as `settings` say.
+    ///
+    /// # Errors
+    /// When a figure cannot be drawn, or a recognizer fails.
+    pub fn of_drawn(
+        &self,
+        pack: &Pack<'_>,
+        sample: &Sample,
+        settings: Settings,
+    ) -> Result<Vec<Rank1>> {
+        let mut geis = Vec::with_capacity(sample.jobs.len());
+        let pixels = |_: Job, swept: Swept| {
+            let pixels = swept.geis.iter().map(|gei: &Gei| gei.pixels().to_vec());
+            Ok(pixels.collect::<Vec<_>>())
+        };
+        sweep(
+            pack,
+            &sample.jobs,
+            &sample.views,
+            settings,
+            pixels,
+            |_, found| {
+                geis.push(found);
+                Ok(())
+            },
+        )?;
+        self.rank1(pack, sample, &geis)
+    }
+
+    /// Rank-1 of each on exact GEIs of a sample.
+    ///
+    /// # Errors
+    /// When a recognizer fails.
+    pub fn of_exact(&self, pack: &Pack<'_>, sample: &Sample, geis: &Geis) -> Result<Vec<Rank1>> {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "0 to 255"
+        )]
+        let byte = |pixel: &f64| pixel.round() as u8;
+        let bytes = |gei: &Vec<f64>| gei.iter().map(byte).collect();
+        let geis = geis.iter().map(|geis| geis.iter().map(bytes).collect());
+        self.rank1(pack, sample, &geis.collect::<Vec<_>>())
+    }
+
+    /// Rank-1 on GEIs in bytes, `[job][view][pixel]`.
+    fn rank1(&self, pack: &Pack<'_>, sample: &Sample, geis: &[Vec<Vec<u8>>]) -> Result<Vec<Rank1>> {
+        let subjects: Vec<&str> = pack.subjects().map(|subject| subject.name).collect();
+        let walks: Vec<_> = pack.walks().collect();
+        let person = |job: &Job| subjects[walks[job.walk].subject];
+        let mut contest = Contest::new(&self.recognizers, sample.jobs.iter().map(person));
+        for (job, geis) in sample.jobs.iter().zip(geis) {
+            let views = sample.views.iter();
+            let angles = views.map(|v| (f64::from(v.azimuth_deg), f64::from(v.elevation_deg)));
+            contest.probe(person(job), angles, geis.iter().map(Vec::as_slice))?;
+        }
+        let results = contest.results(0).into_iter();
+        let rank1 = results.map(|result| Rank1 {
+            name: result.name,
+            rank1: result.rank1,
+        });
+        Ok(rank1.collect())
+    }
+}

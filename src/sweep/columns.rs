@@ -1,0 +1,82 @@
+//! Sweeps by columns: all elevations of an azimuth at once.
+
+use super::film::{Film, Sight};
+use super::views::{View, by_azimuth};
+use crate::error::{Error, Result};
+use edgegait_core::raster::columns::{self, Azimuth, Images};
+use edgegait_core::raster::{Rasterizer, Renderer};
+use edgegait_core::silhouette::{Frame, Size};
+use edgegait_core::template::{Gei, GeiTally};
+
+/// What draws and sums by columns. 310 kB.
+pub struct Columns {
+    renderer: ColumnRenderer,
+    tally: GeiTally,
+}
+
+/// What draws by columns.
+pub struct ColumnRenderer {
+    pub(super) columns: columns::Renderer,
+    /// Tells which share of a figure lies outside of an image.
+    pub(super) measure: Renderer,
+}
+
+impl Columns {
+    pub fn new(size: Size) -> Self {
+        Self {
+            renderer: ColumnRenderer {
+                columns: columns::Renderer::new(),
+                measure: Renderer::new(Rasterizer::Rows, size),
+            },
+            tally: GeiTally::new(size),
+        }
+    }
+
+    /// The GEIs of the views of these numbers, and for each the sum over the frames of the
+    /// share that lay outside of the image; none of the other views.
+    pub fn see(
+        &mut self,
+        film: &mut Film<'_>,
+        views: &[View],
+        numbers: &[usize],
+    ) -> Result<Vec<Option<(Gei, f64)>>> {
+        let mut seen = vec![None; views.len()];
+        for group in by_azimuth(views, numbers)? {
+            let sights: Vec<Sight<'_>> = group
+                .views
+                .iter()
+                .map(|&at| film.sight(&views[at]))
+                .collect();
+            let mut clipped = vec![0.0; sights.len()];
+            self.tally.clear();
+            for frame in 0..film.len() {
+                let images = self.tally.next_frame().ok_or_else(too_many)?;
+                let together = (sights.as_slice(), &group.azimuth);
+                let shares = film.draw_elevations(frame, together, &mut self.renderer, images)?;
+                for (sum, share) in clipped.iter_mut().zip(shares) {
+                    *sum += share;
+                }
+            }
+            for (elevation, (&at, clipped)) in group.views.iter().zip(clipped).enumerate() {
+                seen[at] = Some((self.tally.gei(elevation), clipped));
+            }
+        }
+        Ok(seen)
+    }
+
+    /// One frame from one view.
+    pub fn frame(&mut self, film: &Film<'_>, frame: usize, sight: Sight<'_>) -> Result<Frame> {
+        let azimuth =
+            Azimuth::new(&[sight.viewpoint()]).map_err(|error| Error::Failed(error.to_string()))?;
+        let mut images = Images::empty(self.renderer.measure.size());
+        film.draw_elevations(frame, (&[sight], &azimuth), &mut self.renderer, &mut images)?;
+        Ok(Frame::Binary(images.silhouette(0)))
+    }
+}
+
+fn too_many() -> Error {
+    Error::Usage(format!(
+        "--frames-per-cycle: expected at most {} with --raster columns",
+        GeiTally::MAX_FRAMES
+    ))
+}

@@ -1,0 +1,361 @@
+//! How silhouettes are drawn: everything of which a result depends, but for who walks.
+
+use crate::error::{Error, Result};
+use clap::ValueEnum;
+use edgegait_core::raster::Rasterizer;
+use edgegait_core::silhouette::Size;
+use glam::{Vec2, Vec3};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// Frames of a cycle, unless a user says otherwise. Ours: a GEI of 32 frames is 4.2 of 255
+/// (root mean square) off one of 512, of 64 frames 2.2, of 16 frames 7.8 (two people, 20
+/// viewpoints, `render --template gei --frames-per-cycle N`).
+pub const FRAMES_PER_CYCLE: u32 = 32;
+
+/// How a sweep draws.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Which rasteriser.
+    pub rasterizer: Raster,
+    /// Rows and columns.
+    pub size: Size,
+    /// How figures are fitted into the image.
+    pub framing: Framing,
+    /// How rays run.
+    pub lens: Lens,
+    /// Where the sensor stands, for a perspective lens or the framing of a camera.
+    pub sensor: Sensor,
+    /// Where in its pixel each frame is sampled.
+    pub jitter: Jitter,
+    /// Frames of each cycle.
+    pub frames_per_cycle: u32,
+    /// Seed of the cycles' variations.
+    pub seed: u64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            rasterizer: Rasterizer::Skia.into(),
+            size: Size::default(),
+            framing: Framing::default(),
+            lens: Lens::default(),
+            sensor: Sensor::default(),
+            jitter: Jitter::default(),
+            frames_per_cycle: FRAMES_PER_CYCLE,
+            seed: 1,
+        }
+    }
+}
+
+impl Settings {
+    /// Whether it matters where the sensor stands.
+    #[must_use]
+    pub fn uses_sensor(&self) -> bool {
+        self.lens == Lens::Persp || self.framing == Framing::Camera
+    }
+
+    /// Whether a frame's place depends on the other frames.
+    pub(super) fn needs_all_frames(&self) -> bool {
+        self.framing == Framing::Cycle || (self.uses_sensor() && self.sensor.aim == Aim::Mean)
+    }
+
+    /// Refuses what cannot be drawn.
+    ///
+    /// # Errors
+    /// When a number is out of its range, or the lens does not go with the framing.
+    pub fn check(&self) -> Result<()> {
+        if self.framing == Framing::Cycle && self.lens == Lens::Persp {
+            return Err(Error::Usage(
+                "framing cycle fits one scale for all elevations, which only parallel rays have (use --lens ortho, or --framing camera)".into(),
+            ));
+        }
+        self.check_columns()?;
+        let Sensor {
+            distance_m,
+            fov_deg,
+            aim,
+        } = self.sensor;
+        // A NaN is in no range.
+        if !(0.1..=1e6).contains(&distance_m) {
+            return Err(Error::Usage(format!(
+                "--distance-m {distance_m}: expected 0.1 to 1,000,000 metres"
+            )));
+        }
+        if !(0.1..=170.0).contains(&fov_deg) {
+            return Err(Error::Usage(format!(
+                "--fov-deg {fov_deg}: expected 0.1 to 170 degrees"
+            )));
+        }
+        match aim {
+            Aim::Point(aim) if !(aim.is_finite() && aim.abs().max_element() <= 1e6) => {
+                Err(Error::Usage(format!(
+                    "--aim-m {aim}: expected three metres within a million"
+                )))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Refuses what has no scale that all elevations share.
+    fn check_columns(&self) -> Result<()> {
+        let refuse = |flag: &str, has: &str| {
+            Err(Error::Usage(format!(
+                "--raster columns: it draws all elevations of an azimuth at once, for which they have to share one scale and parallel rays, but {flag} has {has} (use --raster rows)"
+            )))
+        };
+        match (self.rasterizer, self.framing, self.lens) {
+            (Raster::Columns, Framing::Height | Framing::Box, _) => refuse(
+                &format!("--framing {}", self.framing.name()),
+                "a scale for each frame",
+            ),
+            (Raster::Columns, _, Lens::Persp) => refuse("--lens persp", "an eye"),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// What fills pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Raster {
+    /// One of the core's rasterisers, viewpoint by viewpoint.
+    Each(Rasterizer),
+    /// All elevations of an azimuth at once, column by column.
+    Columns,
+}
+
+impl Raster {
+    /// The name under which flags and results state it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Each(rasterizer) => rasterizer.name(),
+            Self::Columns => "columns",
+        }
+    }
+
+    /// How far apart the samples are, pixels.
+    #[must_use]
+    pub const fn spacing(self) -> f32 {
+        match self {
+            Self::Each(rasterizer) => rasterizer.spacing(),
+            Self::Columns => 1.0,
+        }
+    }
+
+    /// All of them.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let each = Rasterizer::ALL.iter().map(|&rasterizer| rasterizer.into());
+        each.chain([Self::Columns])
+    }
+}
+
+impl From<Rasterizer> for Raster {
+    fn from(rasterizer: Rasterizer) -> Self {
+        Self::Each(rasterizer)
+    }
+}
+
+impl fmt::Display for Raster {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// How a figure is fitted into the image. GEIs of different framings cannot be compared.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum Framing {
+    /// Each frame fills the rows, centred on its centroid
+    #[default]
+    Height,
+    /// Each frame is stretched to its bounding box
+    Box,
+    /// One scale and centre for a whole cycle and all elevations
+    Cycle,
+    /// What a sensor there sees
+    Camera,
+}
+
+impl Framing {
+    /// The name under which flags, contracts and results state it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Height => "height",
+            Self::Box => "box",
+            Self::Cycle => "cycle",
+            Self::Camera => "camera",
+        }
+    }
+}
+
+/// How rays run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Lens {
+    /// In parallel
+    #[default]
+    Ortho,
+    /// From one eye
+    Persp,
+}
+
+impl Lens {
+    /// The name under which flags and results state it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ortho => "ortho",
+            Self::Persp => "persp",
+        }
+    }
+}
+
+/// Where a sensor stands and what it sees of the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensor {
+    /// Metres from the aim to the eye, in the direction of the viewpoint.
+    pub distance_m: f64,
+    /// Vertical field of view, degrees.
+    pub fov_deg: f64,
+    /// What it looks at.
+    pub aim: Aim,
+}
+
+impl Default for Sensor {
+    /// 4 m and 45 degrees: a person of 1.7 m takes half of the rows. Ours.
+    fn default() -> Self {
+        Self {
+            distance_m: 4.0,
+            fov_deg: 45.0,
+            aim: Aim::Pelvis,
+        }
+    }
+}
+
+impl Sensor {
+    /// Pixels for each metre at the aim, in an image of `size`.
+    #[must_use]
+    pub fn pixels_per_metre(&self, size: Size) -> f32 {
+        let half = libm::tan(0.5 * self.fov_deg.to_radians());
+        (size.rows() as f64 / (2.0 * self.distance_m * half)) as f32
+    }
+}
+
+/// What a sensor looks at. Cycles are walked on the spot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Aim {
+    /// The pelvis of each frame: the sensor follows the walker.
+    Pelvis,
+    /// The mean of the pelvis over all frames: the sensor stands still.
+    Mean,
+    /// A point, metres: the sensor stands still.
+    Point(Vec3),
+}
+
+/// Where in its pixel each frame is sampled.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Jitter {
+    /// At the centre
+    #[default]
+    None,
+    /// At a point of the R2 sequence, another for each frame (Roberts 2018)
+    R2,
+}
+
+impl Jitter {
+    /// The name under which flags and results state it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::R2 => "r2",
+        }
+    }
+
+    /// How far from its samples' places a frame is sampled, to the right and down, in
+    /// [`Rasterizer::spacing`] of them.
+    ///
+    /// R2 steps by the inverses of the plastic number and of its square: Roberts, "The
+    /// Unreasonable Effectiveness of Quasirandom Sequences" (2018).
+    #[must_use]
+    pub fn of_frame(self, frame: u32) -> Vec2 {
+        let along = |step: f64| ((0.5 + f64::from(frame) * step).fract() - 0.5) as f32;
+        match self {
+            Self::None => Vec2::ZERO,
+            Self::R2 => Vec2::new(
+                along(0.754_877_666_246_692_7),
+                along(0.569_840_290_998_053_2),
+            ),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn r2_begins_at_the_centre_and_steps_by_the_plastic_number() {
+        let close = |found: Vec2, x, y| assert!((found - Vec2::new(x, y)).length() < 1e-6);
+        close(Jitter::R2.of_frame(0), 0.0, 0.0);
+        // 1.25488 and 1.06984 less 1, less a half.
+        close(Jitter::R2.of_frame(1), -0.245_122_33, -0.430_159_7);
+        // 2.00976 and 1.63968.
+        close(Jitter::R2.of_frame(2), -0.490_244_66, 0.139_680_58);
+        assert_eq!(Jitter::None.of_frame(7), Vec2::ZERO);
+        // The plastic number is the root of x^3 = x + 1.
+        let plastic = 1.0 / 0.754_877_666_246_692_7_f64;
+        assert!((plastic.powi(3) - plastic - 1.0).abs() < 1e-12);
+        assert!((0.569_840_290_998_053_2 - plastic.powi(-2)).abs() < 1e-12);
+        for frame in 0..100_000 {
+            assert!(Jitter::R2.of_frame(frame).abs().max_element() <= 0.5);
+        }
+    }
+
+    #[test]
+    fn a_field_of_view_of_90_degrees_shows_as_many_metres_as_twice_the_distance() {
+        let sensor = Sensor {
+            distance_m: 5.0,
+            fov_deg: 90.0,
+            aim: Aim::Pelvis,
+        };
+        // 50 rows for 10 m.
+        assert!((sensor.pixels_per_metre(Size::S50x30) - 5.0).abs() < 1e-5);
+        assert!((sensor.pixels_per_metre(Size::S64x44) - 6.4).abs() < 1e-5);
+    }
+
+    #[test]
+    fn what_cannot_be_drawn_is_refused() {
+        let refusal = |change: &dyn Fn(&mut Settings)| {
+            let mut settings = Settings::default();
+            change(&mut settings);
+            settings.check().map_err(|error| error.to_string())
+        };
+        assert_eq!(refusal(&|_| ()), Ok(()));
+        let cycle = refusal(&|s| (s.framing, s.lens) = (Framing::Cycle, Lens::Persp));
+        assert!(cycle.is_err_and(|text| text.contains("--lens ortho")));
+        for (framing, lens, is_drawn) in [
+            (Framing::Cycle, Lens::Ortho, true),
+            (Framing::Camera, Lens::Ortho, true),
+            (Framing::Camera, Lens::Persp, false),
+            (Framing::Height, Lens::Ortho, false),
+            (Framing::Box, Lens::Ortho, false),
+        ] {
+            let columns = refusal(&|s| {
+                (s.rasterizer, s.framing, s.lens) = (Raster::Columns, framing, lens);
+            });
+            assert_eq!(columns.is_ok(), is_drawn);
+            assert!(is_drawn || columns.is_err_and(|text| text.contains("--raster rows")));
+        }
+        for bad in [0.0, f64::NAN, 2e6] {
+            assert!(refusal(&|s| s.sensor.distance_m = bad).is_err(), "{bad}");
+        }
+        for bad in [0.0, f64::NAN, 180.0] {
+            assert!(refusal(&|s| s.sensor.fov_deg = bad).is_err(), "{bad}");
+        }
+        let nowhere = Aim::Point(Vec3::new(0.0, f32::INFINITY, 0.0));
+        assert!(refusal(&|s| s.sensor.aim = nowhere).is_err());
+    }
+}
