@@ -58,6 +58,7 @@
 #![deny(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::panic))]
 
+mod adder;
 pub mod avatar;
 pub mod bits;
 pub mod body;

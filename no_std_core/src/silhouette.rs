@@ -1,5 +1,6 @@
 //! Silhouettes: bits, or grey coverage, in one of three sizes.
 
+use crate::adder::full_add;
 use crate::budget::{COLUMNS, MAX_COLUMNS, MAX_PIXELS, MAX_ROWS, ROWS};
 use core::fmt;
 
@@ -303,12 +304,6 @@ impl Ninths {
         }
         coverage
     }
-}
-
-/// The sum of three bits, and what it carries.
-pub(crate) const fn full_add(a: u64, b: u64, c: u64) -> (u64, u64) {
-    let half = a ^ b;
-    (half ^ c, (a & b) | (half & c))
 }
 
 /// What a rasteriser draws: bits where it samples once a pixel, grey otherwise.

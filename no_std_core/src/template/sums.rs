@@ -4,9 +4,10 @@
 //! so that one operation counts 64 pixels. Eight frames at a time go through carry-save
 //! adders (Harley & Seal; Warren 2013, "Hacker's Delight", section 5-1).
 
+use crate::adder::add_eight;
 use crate::budget::{MAX_PIXELS, MAX_ROWS};
 use crate::raster::simd::{Lanes, Simd, compiled, dispatch};
-use crate::silhouette::{Frame, Size, full_add};
+use crate::silhouette::{Frame, Size};
 use core::ops::Range;
 
 /// Rows of bits.
@@ -248,14 +249,12 @@ fn count<L: Lanes>(_: L, counter: &mut Counter) {
     let [ones, twos, fours, ..] = &mut counter.planes;
     let [a, b, c, d, e, f, g, h] = &counter.waiting;
     for (row, eight) in eights.iter_mut().enumerate() {
-        let (one, two_a) = full_add(ones[row], a[row], b[row]);
-        let (one, two_b) = full_add(one, c[row], d[row]);
-        let (two, four_a) = full_add(twos[row], two_a, two_b);
-        let (one, two_a) = full_add(one, e[row], f[row]);
-        let (one, two_b) = full_add(one, g[row], h[row]);
-        let (two, four_b) = full_add(two, two_a, two_b);
-        let (four, carry) = full_add(fours[row], four_a, four_b);
-        (ones[row], twos[row], fours[row], *eight) = (one, two, four, carry);
+        let bits = [
+            a[row], b[row], c[row], d[row], e[row], f[row], g[row], h[row],
+        ];
+        let (digits, carry) = add_eight([ones[row], twos[row], fours[row]], bits);
+        [ones[row], twos[row], fours[row]] = digits;
+        *eight = carry;
     }
     counter.ripple(&eights, 3);
 }

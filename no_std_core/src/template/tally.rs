@@ -6,6 +6,7 @@
 
 use super::Gei;
 use super::sums::Scale;
+use crate::adder;
 use crate::budget::{LANES, MAX_COLUMNS, MAX_PIXELS, TALLY_DIGITS};
 use crate::raster::columns::{Column, Images};
 use crate::raster::simd::{Lanes, Simd, compiled, dispatch};
@@ -169,22 +170,14 @@ fn add_eight(
     let [a, b, c, d, e, f, g, h] = frames.map(part);
     let mut eights = [0; LANES];
     for lane in 0..LANES {
-        let (ones, two_a) = full_add(one[lane], a[lane], b[lane]);
-        let (ones, two_b) = full_add(ones, c[lane], d[lane]);
-        let (twos, four_a) = full_add(two[lane], two_a, two_b);
-        let (ones, two_a) = full_add(ones, e[lane], f[lane]);
-        let (ones, two_b) = full_add(ones, g[lane], h[lane]);
-        let (twos, four_b) = full_add(twos, two_a, two_b);
-        (four[lane], eights[lane]) = full_add(four[lane], four_a, four_b);
-        (one[lane], two[lane]) = (ones, twos);
+        let bits = [
+            a[lane], b[lane], c[lane], d[lane], e[lane], f[lane], g[lane], h[lane],
+        ];
+        let (digits, carry) = adder::add_eight([one[lane], two[lane], four[lane]], bits);
+        [one[lane], two[lane], four[lane]] = digits;
+        eights[lane] = carry;
     }
     eights
-}
-
-/// Sum and carry of three bits, 32 times.
-#[inline(always)]
-const fn full_add(a: u32, b: u32, c: u32) -> (u32, u32) {
-    (a ^ b ^ c, (a & b) | (c & (a | b)))
 }
 
 /// `digit + carry` as `digit + 2 carry`, bit by bit.
