@@ -3,7 +3,7 @@
 use crate::bits::BitReader;
 use crate::budget::{MAX_HULLS, MAX_POINTS};
 use crate::format::{
-    AVATAR_HEADER_BYTES, AVATAR_RESERVED, FormatError, HULL_COUNT_MASK, MAX_OFFSET_WIDTH,
+    AVATAR_HEADER_BYTES, FITTED, FITTED_BYTES, FormatError, HULL_COUNT_MASK, MAX_OFFSET_WIDTH,
     OFFSET_STEP_M, OFFSET_WIDTH_BITS, SYMMETRIC_SKELETON, u16_at,
 };
 pub use crate::hull::Hull;
@@ -35,14 +35,20 @@ impl<'a> Avatar<'a> {
         if avatar.step_um() == 0 {
             return Err(FormatError::new(2, "a step above 0 micrometres"));
         }
-        if avatar.flags() & AVATAR_RESERVED != 0 {
-            return Err(FormatError::new(4, "a reserved bit of 0"));
+        if avatar.header_bytes() > bytes.len() {
+            return Err(FormatError::new(bytes.len(), "a Jaccard index of 2 bytes"));
+        }
+        if avatar.jaccard().is_some_and(|jaccard| jaccard > 1.0) {
+            return Err(FormatError::new(
+                AVATAR_HEADER_BYTES,
+                "a Jaccard index of at most 10,000",
+            ));
         }
         avatar.offsets_bits = avatar.check_offsets()?;
         let used = avatar.check_hulls()?;
         if used.div_ceil(8) != avatar.stream().len() {
             return Err(FormatError::new(
-                AVATAR_HEADER_BYTES + used.div_ceil(8),
+                avatar.header_bytes() + used.div_ceil(8),
                 "the end of the avatar behind its last hull",
             ));
         }
@@ -62,7 +68,7 @@ impl<'a> Avatar<'a> {
         let width = BitReader::new(self.stream()).unsigned(OFFSET_WIDTH_BITS);
         if width > MAX_OFFSET_WIDTH {
             return Err(FormatError::new(
-                AVATAR_HEADER_BYTES,
+                self.header_bytes(),
                 "joint offsets of at most 16 bits",
             ));
         }
@@ -81,13 +87,13 @@ impl<'a> Avatar<'a> {
         let mut bits = self.hull_bits();
         let (mut hulls, mut points) = (0, 0);
         for _ in 0..self.stored_hulls() {
-            let at = AVATAR_HEADER_BYTES + bits.position() / 8;
+            let at = self.header_bytes() + bits.position() / 8;
             let hull = Hull::read(&mut bits, self.step_um());
             // First: past the end it read zeros, and found fault with them.
             if bits.is_overrun() {
                 return Err(FormatError::new(self.bytes.len(), "the rest of a hull"));
             }
-            let hull = hull.map_err(|error| error.behind(AVATAR_HEADER_BYTES))?;
+            let hull = hull.map_err(|error| error.behind(self.header_bytes()))?;
             let copies = 1 + usize::from(hull.image().is_some());
             hulls += copies;
             points += copies * hull.len();
@@ -151,6 +157,15 @@ impl<'a> Avatar<'a> {
         f32::from(u16_at(self.bytes, 0)) * 0.01
     }
 
+    /// How well hulls that were fitted to a mesh match it: the mean Jaccard index of their
+    /// silhouettes and the mesh's, in poses and from places that the fit had not seen. `None` for
+    /// a body that was made.
+    #[must_use]
+    pub fn jaccard(&self) -> Option<f32> {
+        let is_fitted = self.flags() & FITTED != 0;
+        is_fitted.then(|| f32::from(u16_at(self.bytes, AVATAR_HEADER_BYTES)) * 1e-4)
+    }
+
     /// Bytes that the avatar takes in its pack.
     #[must_use]
     pub fn len_bytes(&self) -> usize {
@@ -178,8 +193,17 @@ impl<'a> Avatar<'a> {
         bits
     }
 
+    fn header_bytes(&self) -> usize {
+        AVATAR_HEADER_BYTES
+            + if self.flags() & FITTED == 0 {
+                0
+            } else {
+                FITTED_BYTES
+            }
+    }
+
     fn stream(&self) -> &'a [u8] {
-        self.bytes.get(AVATAR_HEADER_BYTES..).unwrap_or_default()
+        self.bytes.get(self.header_bytes()..).unwrap_or_default()
     }
 }
 
@@ -226,6 +250,21 @@ mod tests {
             hull.points(),
             &[[0.0, -0.42, 0.06], [0.05, 0.005, 0.0], [-0.05, 0.005, 0.0]],
         );
+    }
+
+    #[test]
+    fn a_fitted_body_states_its_jaccard_index_before_its_offsets() {
+        // 9,696 of 10,000.
+        let fitted = [&BY_HAND[..4], &[0x81, 0xe0, 0x25], &BY_HAND[5..]].concat();
+        let avatar = Avatar::parse(&fitted).expect("a whole avatar");
+        let jaccard = avatar.jaccard().expect("a fitted body");
+        assert!((jaccard - 0.9696).abs() < 1e-6, "{jaccard}");
+        let plain = Avatar::parse(&BY_HAND).expect("a whole avatar");
+        assert_eq!(plain.jaccard(), None);
+        assert_eq!(avatar.skeleton(), plain.skeleton());
+        for length in 0..fitted.len() {
+            assert!(error(&fitted[..length]).byte <= length);
+        }
     }
 
     #[test]
@@ -307,8 +346,11 @@ mod tests {
         let mut bytes = BY_HAND;
         bytes[2..4].fill(0);
         assert_eq!(error(&bytes).byte, 2);
-        // The reserved bit.
-        assert_eq!(with(4, 0x81).byte, 4);
+        // A Jaccard index of 0x120e = 4,622 that leads to offsets of 8 bits.
+        assert!(Avatar::parse(&[&BY_HAND[..4], &[0x81], &BY_HAND[5..]].concat()).is_err());
+        // One of 10,001.
+        let fitted = [&BY_HAND[..4], &[0x81, 0x11, 0x27], &BY_HAND[5..]].concat();
+        assert_eq!(error(&fitted).byte, 5);
         // Offsets of 17 bits.
         assert_eq!(with(5, 17).byte, 5);
         // A hull more or less than there are.

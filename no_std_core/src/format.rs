@@ -58,8 +58,11 @@ pub const AVATAR_HEADER_BYTES: usize = 5;
 pub const HULL_COUNT_MASK: u8 = 0x3f;
 /// Flag of an avatar: the skeleton is symmetric, and its right side is not stored.
 pub const SYMMETRIC_SKELETON: u8 = 0x40;
-/// Bit of an avatar's flags that must be 0.
-pub const AVATAR_RESERVED: u8 = 0x80;
+/// Flag of an avatar: its hulls were fitted to a mesh, and the header is longer by
+/// [`FITTED_BYTES`]: the Jaccard index that they reach, `u16`, in 1/10,000.
+pub const FITTED: u8 = 0x80;
+/// Bytes of a Jaccard index behind an avatar's header.
+pub const FITTED_BYTES: usize = 2;
 /// Unit of joint offsets: 0.1 mm.
 pub const OFFSET_STEP_M: f32 = 1e-4;
 /// Unit of an avatar's quantisation step: 1 micrometre.
