@@ -70,12 +70,12 @@ fn a_frontier_has_at_least_12_points_and_comes_as_json_csv_and_pictures() {
     };
     for finer_first in [
         [
-            "skia, 32 frames, 1 mm, 32 points",
-            "skia, 32 frames, 20 mm, 32 points",
+            "skia, 32 frames, 1 mm, all points",
+            "skia, 32 frames, 20 mm, all points",
         ],
         [
-            "skia, 32 frames, 5 mm, 32 points",
-            "skia, 32 frames, 5 mm, 12 points",
+            "skia, 32 frames, 5 mm, all points",
+            "skia, 32 frames, 5 mm, 240 points",
         ],
     ] {
         let [finer, coarser] = finer_first.map(of);
@@ -142,7 +142,7 @@ fn a_packs_walks_are_measured_as_they_are_stored() {
     for point in all {
         assert_eq!(number(point, "pack_bytes"), bytes as f64);
         assert!((0.1..=5.0).contains(&number(point, "track_error_mm")));
-        assert!(number(point, "hull_points") > 8.0);
+        assert!((300.0..=768.0).contains(&number(point, "hull_points")));
     }
     let warnings = results["warnings"].to_string();
     assert!(
@@ -265,10 +265,10 @@ fn a_cohort_takes_the_encoding_of_fewest_bytes_that_meets_an_error() {
     for flags in [
         ["--max-error-mm", "5"],
         ["--budget-bytes", "9000"],
-        ["--hull-points", "12"],
+        ["--hull-points", "160"],
     ] {
         let all = [&["--max-gei-rmse", "8"][..], &flags].concat();
         with(&all, 2, &[flags[0], "cannot be used"]);
     }
-    with(&["--hull-points", "7"], 2, &["--hull-points"]);
+    with(&["--hull-points", "63"], 2, &["--hull-points"]);
 }

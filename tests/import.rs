@@ -1,51 +1,21 @@
 //! Real recordings and broken ones, from file to gait cycles.
 
-use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+mod clips;
 
+use std::collections::HashMap;
+
+use clips::{Row, manifest, number, shared};
 use edgegait::import::{Motion, Options};
 use edgegait::scene::events::{self, Cut};
 use edgegait::scene::retarget::{DEFAULT_CUT_OFF_HZ, Take};
 use edgegait_core::skeleton::Joint;
 use glam::{DMat4, DVec3};
 
-/// A folder of real data, if it is there.
-fn shared(folder: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../shared")
-        .join(folder);
-    if path.is_dir() {
-        return Some(path);
-    }
-    eprintln!("skipped: {} is not there", path.display());
-    None
-}
-
-type Row = HashMap<String, String>;
-
-/// The rows of the manifest whose BVH or AMC is there, as column name to value.
-fn manifest() -> Vec<Row> {
-    let Some(folder) = shared("mocap") else {
-        return Vec::new();
-    };
-    let mut reader = csv::Reader::from_path(folder.join("manifest.csv")).unwrap();
-    reader
-        .deserialize()
-        .map(|row| row.unwrap())
-        .filter(|row: &Row| row["file"].ends_with(".bvh") || row["file"].ends_with(".amc"))
-        .filter(|row| folder.join(&row["file"]).is_file())
-        .collect()
-}
-
-fn number(row: &Row, column: &str) -> f64 {
-    row[column].parse().unwrap()
-}
-
 fn take_of(row: &Row) -> Take {
     let path = shared("mocap").unwrap().join(&row["file"]);
     let options = Options {
         sample_rate_hz: row["file"].ends_with(".amc").then(|| number(row, "fps")),
-        asf: None,
+        ..Options::default()
     };
     let motion = Motion::read_with(path, &options).unwrap();
     Take::from_motion(&motion, Some(DEFAULT_CUT_OFF_HZ)).unwrap()
@@ -53,7 +23,7 @@ fn take_of(row: &Row) -> Take {
 
 #[test]
 fn every_clip_of_the_manifest_gives_a_gait_cycle() {
-    let rows = manifest();
+    let rows = manifest(&[".bvh", ".amc"]);
     for row in &rows {
         let cut = events::cut(&take_of(row)).unwrap_or_else(|e| panic!("{}: {e}", row["file"]));
         for one in &cut.cycles {
@@ -88,7 +58,7 @@ fn misses(take: &Take) -> Vec<(Joint, f64)> {
 #[test]
 fn canonical_joints_lie_within_25_mm_of_the_sources_in_every_clip() {
     let mut worst = (0.0, String::new());
-    for row in manifest() {
+    for row in manifest(&[".bvh", ".amc"]) {
         for (joint, miss) in misses(&take_of(&row)) {
             assert!(miss < 0.025, "{} {joint:?}: {miss}", row["file"]);
             if miss > worst.0 {
@@ -101,7 +71,7 @@ fn canonical_joints_lie_within_25_mm_of_the_sources_in_every_clip() {
 
 #[test]
 fn cadence_and_speed_agree_with_the_manifest_within_5_percent() {
-    let rows: Vec<Row> = manifest()
+    let rows: Vec<Row> = manifest(&[".bvh", ".amc"])
         .into_iter()
         .filter(|row| row["dataset"] == "cmu_amc")
         .filter(|row| ["s02", "s07", "s08", "s09", "s35"].contains(&row["subject"].as_str()))
@@ -178,267 +148,6 @@ fn the_left_ankle_of_cmu_02_01_is_where_matrices_put_it() {
         }
     }
     assert_eq!(checked, motion.frames.len());
-}
-
-/// Reads an odd file up to its cycles: the warnings on the way and where it ended.
-fn outcome(name: &str, asf: Option<&str>) -> (Vec<String>, Option<String>) {
-    let folder = shared("hard").unwrap();
-    let options = Options {
-        sample_rate_hz: None,
-        asf: asf.map(|name| folder.join(name)),
-    };
-    let motion = match Motion::read_with(folder.join(name), &options) {
-        Ok(motion) => motion,
-        Err(e) => return (Vec::new(), Some(e.to_string())),
-    };
-    match Take::from_motion(&motion, Some(DEFAULT_CUT_OFF_HZ)) {
-        Ok(take) => match events::cut(&take) {
-            Ok(cut) => ([take.warnings, cut.warnings].concat(), None),
-            Err(end) => (take.warnings, Some(end)),
-        },
-        Err(e) => (motion.warnings, Some(e.to_string())),
-    }
-}
-
-#[test]
-fn broken_files_are_refused_in_a_sentence_that_names_the_place() {
-    if shared("hard").is_none() {
-        return;
-    }
-    for (name, asf, expected) in [
-        (
-            "01_truncated_motion.bvh",
-            None,
-            ":172: frame 52: expected 60 values in the row, found 11",
-        ),
-        (
-            "02_frames_declared_too_many.bvh",
-            None,
-            "expected 500 frames, found 60",
-        ),
-        (
-            "04_nan_inf_values.bvh",
-            None,
-            ":130: frame 10, Yrotation of RightUpLeg",
-        ),
-        (
-            "15_frame_time_zero.bvh",
-            None,
-            ":119: expected a frame time",
-        ),
-        (
-            "15b_frame_time_negative.bvh",
-            None,
-            ":119: expected a frame time",
-        ),
-        (
-            "15c_frame_time_nan.bvh",
-            None,
-            ":119: expected a frame time",
-        ),
-        ("16_deep_hierarchy_500.bvh", None, "no thigh joints"),
-        ("17_duplicate_joint_names.bvh", None, "no right thigh joint"),
-        ("18_empty.bvh", None, "the file is empty"),
-        ("23_utf16.bvh", None, "UTF-16"),
-        ("24_no_motion_section.bvh", None, "expected MOTION"),
-        (
-            "29_missing_closing_brace.bvh",
-            None,
-            ":116: MOTION inside of 1 open braces",
-        ),
-        ("30_two_roots.bvh", None, ":117: a second ROOT"),
-        ("31_one_frame.bvh", None, "no gait cycle"),
-        ("32_zero_frames.bvh", None, "no frames"),
-        (
-            "33_frame_count_4e9.bvh",
-            None,
-            "expected 4000000000 frames, found 5",
-        ),
-        ("34_frame_count_negative.bvh", None, "found `-5`"),
-        (
-            "35_channels_count_mismatch.bvh",
-            None,
-            ":9: expected 3 channel names, found 2",
-        ),
-        ("36_decimal_comma.bvh", None, "decimal commas"),
-        (
-            "38_frames_wrapped_over_lines.bvh",
-            None,
-            ":120: frame 0: expected 60 values",
-        ),
-        ("39_overflow_1e400.bvh", None, ":127: frame 7"),
-        (
-            "40_extra_column.bvh",
-            None,
-            ":120: frame 0: expected 60 values in the row, found 61",
-        ),
-        (
-            "41_short_row_in_middle.bvh",
-            None,
-            ":150: frame 30: expected 60",
-        ),
-        ("42_non_numeric_token.bvh", None, "found `abc`"),
-        ("45_standing_still_no_gait.bvh", None, "no gait cycle"),
-        ("46_binary_garbage.bvh", None, ":1: expected HIERARCHY"),
-        ("47_nul_bytes.bvh", None, ":58: a NUL byte"),
-        (
-            "48_unknown_channel.bvh",
-            None,
-            ":9: unknown channel `Wscale`",
-        ),
-        ("51_no_legs.bvh", None, "no thigh joints"),
-        (
-            "63_amc_frame_numbers_skip.amc",
-            Some("60_ok.asf"),
-            "expected frame 50, found 53",
-        ),
-        (
-            "64_amc_bone_missing_in_one_frame.amc",
-            Some("60_ok.asf"),
-            "lacks the bone",
-        ),
-        (
-            "65_amc_bone_not_in_asf.amc",
-            Some("60_ok.asf"),
-            "no bone `tail`",
-        ),
-        (
-            "68_amc_truncated.amc",
-            Some("60_ok.asf"),
-            "frame 120 lacks the bone",
-        ),
-        (
-            "70_amc_duplicate_frame_number.amc",
-            Some("60_ok.asf"),
-            "expected frame",
-        ),
-        (
-            "60_ok.amc",
-            Some("67_asf_hierarchy_cycle.asf"),
-            "a second parent (a cycle?)",
-        ),
-        (
-            "60_ok.amc",
-            Some("69_asf_direction_zero.asf"),
-            "direction is zero",
-        ),
-    ] {
-        let (_, end) = outcome(name, asf);
-        let end = end.unwrap_or_else(|| panic!("{name} was accepted"));
-        assert!(end.contains(expected), "{name}: {end}");
-        assert_eq!(end.lines().count(), 1, "{name}: {end}");
-    }
-}
-
-#[test]
-fn odd_spellings_of_one_motion_give_one_motion() {
-    let Some(folder) = shared("hard") else { return };
-    let read = |name: &str| Motion::read(folder.join(name)).unwrap();
-    let reference = read("00_reference_ok.bvh");
-    for name in [
-        "06_rotation_order_YXZ.bvh",
-        "07_rotation_order_mixed_per_joint.bvh",
-        "10_crlf.bvh",
-        "11_tabs.bvh",
-        "12_exponent_notation.bvh",
-        "20_non_utf8_names_latin1.bvh",
-        "20b_shift_jis_names.bvh",
-        "21_cr_only_line_endings.bvh",
-        "22_utf8_bom.bvh",
-        "25_lowercase_keywords.bvh",
-        "26_positions_on_all_joints.bvh",
-        "27_rotation_channels_before_position.bvh",
-        "28_spaces_and_namespace_in_names.bvh",
-    ] {
-        let motion = read(name);
-        assert_eq!(motion.frames.len(), reference.frames.len(), "{name}");
-        for frame in 0..motion.frames.len() {
-            let (a, b) = (motion.globals(frame).0, reference.globals(frame).0);
-            for (a, b) in a.iter().zip(&b) {
-                assert!(a.distance(*b) < 1e-3, "{name} frame {frame}: {a} {b}");
-            }
-        }
-    }
-}
-
-#[test]
-fn odd_worlds_of_one_motion_give_one_take() {
-    let Some(folder) = shared("hard") else { return };
-    let take =
-        |name: &str| Take::from_motion(&Motion::read(folder.join(name)).unwrap(), None).unwrap();
-    let reference = take("00_reference_ok.bvh");
-    for name in [
-        "13_no_end_sites.bvh",
-        "14_huge_coordinates_1e6.bvh",
-        "28_spaces_and_namespace_in_names.bvh",
-        "37_metres.bvh",
-        "44_tpose_first_frame.bvh",
-        "50_left_right_swapped_names.bvh",
-        "52_orientation_z_up.bvh",
-    ] {
-        let other = take(name);
-        assert_eq!(other.len(), reference.len(), "{name}");
-        for (a, b) in other.rotations.iter().zip(&reference.rotations) {
-            for joint in Joint::ALL {
-                let turn = a[joint.index()].angle_between(b[joint.index()]);
-                assert!(turn < 1e-3, "{name} {joint:?}: {turn}");
-            }
-        }
-    }
-}
-
-#[test]
-fn repairs_are_announced() {
-    if shared("hard").is_none() {
-        return;
-    }
-    for (name, asf, expected) in [
-        (
-            "03_frames_declared_too_few.bvh",
-            None,
-            "20 frames declared, 60 present",
-        ),
-        ("05_zero_length_bones.bvh", None, "a segment has no length"),
-        (
-            "17_duplicate_joint_names.bvh",
-            None,
-            "several joints share a name",
-        ),
-        (
-            "43_root_teleport_frame.bvh",
-            None,
-            "the root jumps 3.00 m at frame 30",
-        ),
-        ("44_tpose_first_frame.bvh", None, "frame 0 is a T-pose"),
-        (
-            "49_fps_halved_walks_double_speed.bvh",
-            None,
-            "implausible: is the frame rate of 120.0 Hz right?",
-        ),
-        (
-            "50_left_right_swapped_names.bvh",
-            None,
-            "legs were named the wrong way round",
-        ),
-        (
-            "60_ok.amc",
-            Some("61_asf_no_units.asf"),
-            "no unit of length",
-        ),
-        (
-            "66_amc_no_degrees_keyword.amc",
-            Some("60_ok.asf"),
-            "no unit of angle",
-        ),
-        ("real/cmu_03_02_root_glitch.amc", None, "are used"),
-        ("real/cmu_09_10_root_teleport.amc", None, "the root jumps"),
-    ] {
-        let (warnings, end) = outcome(name, asf);
-        assert!(
-            warnings.iter().any(|w| w.contains(expected)),
-            "{name}: {warnings:?} {end:?}"
-        );
-    }
 }
 
 #[test]

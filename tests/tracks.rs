@@ -436,23 +436,24 @@ fn how_far_a_loop_did_not_close_is_stated_apart_from_the_error_of_encoding() {
         let number = |field: &str| json["clips"][0][field].as_f64().expect("a number");
         println!(
             "{name}: {} and {} mm",
-            number("residual_mm"),
+            number("closure_mm"),
             number("max_error_mm")
         );
-        assert!(closure_mm.contains(&number("residual_mm")), "{json}");
+        assert!(closure_mm.contains(&number("closure_mm")), "{json}");
         assert!(number("max_error_mm") <= 5.0);
-        // In a row of the table: file, format, Hz, frames, cycles, steps/min, m/s, mm.
+        // In a row of the table: file, format, Hz, frames, cycles, steps/min, m/s, stride, duty,
+        // fit, loop.
         let row = table
             .lines()
             .find(|line| line.starts_with(&file))
             .expect("a row");
-        let shown = row.split_whitespace().nth(7).expect("eight columns");
-        assert_eq!(shown, format!("{:.0}", number("residual_mm")), "{table}");
+        let shown = row.split_whitespace().nth(10).expect("eleven columns");
+        assert_eq!(shown, format!("{:.0}", number("closure_mm")), "{table}");
         let bytes = std::fs::read(at.join("one.egp")).expect("a pack");
         let pack = parsed(&bytes);
         let stored = (0..pack.clip_count()).filter_map(|index| pack.clip(index)?.as_loop());
         let most = stored.map(|clip| clip.closure_mm()).fold(0.0, f32::max);
-        let off = f64::from(most) - number("residual_mm");
+        let off = f64::from(most) - number("closure_mm");
         // Rounded up to tenths.
         assert!((-1e-3..0.101).contains(&off), "{off}");
     }

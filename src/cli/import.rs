@@ -1,25 +1,30 @@
 //! `edgegait import`: recorded walks as a pack.
 
 use super::args::Common;
+use super::body::BodyArgs;
 use super::encoding::EncodingArgs;
 use super::inspect::{optional, summary};
 use super::progress::Progress;
 use crate::dataset::{Header, InputFile, write_atomically};
 use crate::error::{Error, Result};
-use crate::scene::recorded::{BodyOptions, Keep, ReadOptions, Recording, SubjectName, subjects};
+use crate::import::EXTENSIONS;
+use crate::scene::Subject;
+use crate::scene::recorded::{Keep, ReadOptions, Recording, Smoothing, SubjectName, subjects};
+use crate::scene::stance::Skate;
 use clap::ValueEnum;
 use edgegait_core::clip::Clip;
-use edgegait_core::pack::{Pack, Sex};
+use edgegait_core::pack::Pack;
+use rayon::prelude::*;
 use serde::Serialize;
-use std::fmt::Write as _;
+use std::fmt::{self, Write as _};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Import recorded motions (BVH, ASF/AMC): retarget, cut into gait cycles or keep whole, encode
-/// as a pack
+/// Import recorded motions (BVH, ASF/AMC, C3D, TRC, glTF): retarget, cut into gait cycles or keep
+/// whole, encode as a pack
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait import clips/cmu_amc/s07/*.amc --out s07.egp\n  edgegait import turn.bvh --track clip --out turn.egp\n  edgegait import walk.bvh --subject anna --stature-m 1.68 --mass-kg 61 --sex female --out anna.egp\n\nA take is named after its file, and its subject after what stands before the last \"_\" of\nthat name (07_01.amc is take 07_01 of subject 07). An .amc file is read with the .asf file\nbeside it."
+    after_help = "Examples:\n  edgegait import clips/cmu_amc/s07/*.amc --out s07.egp\n  edgegait import turn.bvh --track clip --out turn.egp\n  edgegait import walk.bvh --subject anna --stature-m 1.68 --mass-kg 61 --sex female --out anna.egp\n  edgegait import walks --bodies people.csv --out walks.egp\n  edgegait import anna.glb --clip walk --track clip --out anna.egp\n  edgegait import walks --body anna.glb --hull-points 256 --out as-anna.egp\n\nA take is named after its file, and its subject after what stands before the last \"_\" of\nthat name (07_01.amc is take 07_01 of subject 07). An .amc file is read with the .asf file\nbeside it. A .glb or .gltf file is a body: its subject has the file's name, its take the clip's,\nand kept as it is (--track clip) it stays where the file places it."
 )]
 pub struct Args {
     /// Files, or folders of them
@@ -31,6 +36,9 @@ pub struct Args {
     /// What to store of each file: its gait cycles, each closed, or the take as it is
     #[arg(long, value_name = "TRACK", default_value = "loop")]
     track: Track,
+    /// Which gait cycles to store of each file: all, their mean, or the first
+    #[arg(long, value_name = "WHICH", default_value = "all")]
+    cycles: Cycles,
     /// Name of the subject of all files
     #[arg(long, value_name = "NAME", conflicts_with = "subject_from")]
     subject: Option<String>,
@@ -40,18 +48,15 @@ pub struct Args {
     /// Skeleton of the .amc files [default: the .asf file beside each]
     #[arg(long, value_name = "FILE")]
     asf: Option<PathBuf>,
-    /// Stature of the body that walks [default: from the skeleton's own segment lengths]
-    #[arg(long, value_name = "M")]
-    stature_m: Option<f64>,
-    /// Mass of the body that walks [default: the mean body mass index of ANSUR II]
-    #[arg(long, value_name = "KG")]
-    mass_kg: Option<f64>,
-    /// Sex of the body that walks [default: between both]
-    #[arg(long, value_name = "SEX")]
-    sex: Option<SexArg>,
+    /// Animation of the .glb and .gltf files [default: the only one in each]
+    #[arg(long, value_name = "NAME")]
+    clip: Option<String>,
+    #[command(flatten)]
+    body: BodyArgs,
     /// Cut-off of the zero-lag low-pass in Hz; 0 leaves the motion as recorded
-    #[arg(long, value_name = "HZ", default_value_t = 10.0)]
-    low_pass_hz: f64,
+    /// [default: 10 for captured motion, none for glTF]
+    #[arg(long, value_name = "HZ")]
+    low_pass_hz: Option<f64>,
     /// Frames a second of the files, where they do not say (AMC) or say it wrongly
     #[arg(long, value_name = "HZ")]
     fps: Option<f64>,
@@ -89,11 +94,15 @@ impl Track {
     }
 }
 
-/// Sexes on the command line.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum SexArg {
-    Female,
-    Male,
+/// Which cycles of a file are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Cycles {
+    /// Each for itself
+    All,
+    /// One with the mean pose at each phase
+    Mean,
+    /// The first
+    First,
 }
 
 /// What was imported.
@@ -103,7 +112,20 @@ struct Results {
     header: Header,
     bytes: usize,
     subjects: usize,
+    /// Of bodies that were fitted to a mesh.
+    fits: Vec<FitResult>,
     clips: Vec<ClipResult>,
+}
+
+/// How well a body's hulls match its mesh.
+#[derive(Serialize)]
+struct FitResult {
+    subject: String,
+    hulls: usize,
+    points: usize,
+    jaccard: f64,
+    /// Points and Jaccard index, most points first.
+    frontier: Vec<(usize, f64)>,
 }
 
 /// What became of one file.
@@ -113,11 +135,21 @@ struct ClipResult {
     format: String,
     fps: f64,
     frames: usize,
+    /// Cut-off of the low-pass that the motion went through.
+    low_pass_hz: Option<f64>,
     cycles: usize,
-    /// Of cycles, as is the residual; a take has neither.
+    /// Of cycles, as are stride, duty factor and closure; a take has none of them.
     cadence_spm: Option<f64>,
     speed_mps: f64,
-    residual_mm: Option<f64>,
+    stride_m: Option<f64>,
+    duty_factor: Option<f64>,
+    /// Distance between the source's joints and the canonical ones, root mean square.
+    residual_mm: f64,
+    /// How far closing moved a joint of any cycle at most.
+    closure_mm: Option<f64>,
+    /// How far a standing foot slides on the body that walks: mean over the stances, and most.
+    skate_mm: Option<f64>,
+    skate_max_mm: Option<f64>,
     bytes: usize,
     max_error_mm: f64,
     mean_error_mm: f64,
@@ -126,20 +158,25 @@ struct ClipResult {
 
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<()> {
-    for (flag, value) in [
-        ("--low-pass-hz", Some(args.low_pass_hz)),
-        ("--fps", args.fps),
-    ] {
+    for (flag, value) in [("--low-pass-hz", args.low_pass_hz), ("--fps", args.fps)] {
         if value.is_some_and(|value| !(0.0..=1e6).contains(&value)) {
             return Err(Error::Usage(format!("{flag}: expected 0 or more")));
         }
     }
     args.encoding.check()?;
+    let measured = args.body.measured()?;
     let files = expand(&args.files)?;
     let options = ReadOptions {
-        keep: match args.track {
-            Track::Loop => Keep::Cycles,
-            Track::Clip => Keep::Take,
+        keep: match (args.track, args.cycles) {
+            (Track::Loop, Cycles::All) => Keep::Cycles,
+            (Track::Loop, Cycles::Mean) => Keep::MeanCycle,
+            (Track::Loop, Cycles::First) => Keep::FirstCycle,
+            (Track::Clip, Cycles::All) => Keep::Take,
+            (Track::Clip, _) => {
+                return Err(Error::Usage(
+                    "--cycles chooses among gait cycles: --track clip stores none".into(),
+                ));
+            }
         },
         subject: match (&args.subject, args.subject_from) {
             (Some(name), _) => SubjectName::Given(name.clone()),
@@ -147,14 +184,22 @@ pub fn run(args: &Args) -> Result<()> {
             (None, SubjectFrom::Folder) => SubjectName::Folder,
         },
         asf: args.asf.clone(),
+        clip: args.clip.clone(),
         sample_rate_hz: args.fps,
-        low_pass_hz: (args.low_pass_hz > 0.0).then_some(args.low_pass_hz),
+        smoothing: match args.low_pass_hz {
+            None => Smoothing::Usual,
+            Some(hz) if hz > 0.0 => Smoothing::At(hz),
+            Some(_) => Smoothing::Off,
+        },
     };
-    let (recordings, refused) = read_all(&files, &options);
+    let (recordings, mut refused) = read_all(&files, &options);
     let mut header = Header::new("import", args.common.seed)
         .with("track", args.track.name())
         .with("low_pass_hz", args.low_pass_hz);
     if !refused.is_empty() && (!args.keep_going || recordings.is_empty()) {
+        if files.len() == 1 {
+            return Err(refused.swap_remove(0));
+        }
         let list: Vec<String> = refused.iter().map(ToString::to_string).collect();
         return Err(Error::Failed(format!(
             "{} of {} files cannot be imported (--keep-going leaves them out):\n{}",
@@ -170,14 +215,13 @@ pub fn run(args: &Args) -> Result<()> {
     for recording in &recordings {
         header.inputs.push(InputFile::of(&recording.path)?);
     }
-    let body = BodyOptions {
-        stature_m: args.stature_m,
-        mass_kg: args.mass_kg,
-        sex: args.sex.map(|sex| match sex {
-            SexArg::Female => Sex::Female,
-            SexArg::Male => Sex::Male,
-        }),
-    };
+    let points = args.encoding.hull_points.map(usize::from);
+    let body = args.body.options(
+        &recordings,
+        measured,
+        (points, args.common.seed),
+        &mut header,
+    )?;
     let people = subjects(&recordings, &body)?;
     let encoded = args.encoding.encode("encoding", &people)?;
     let bytes = &encoded.bytes;
@@ -187,14 +231,19 @@ pub fn run(args: &Args) -> Result<()> {
         file.write_all(bytes)
             .map_err(|error| Error::io(&args.out, error))
     })?;
+    let fits = fits(&people);
     let mut results = Results {
-        clips: clip_results(&recordings, bytes)?,
+        fits,
+        clips: clip_results(&recordings, &people, bytes)?,
         header,
         bytes: bytes.len(),
         subjects: people.len(),
     };
     encoded.say_choice(&args.common);
     args.common.say(table(&results));
+    for fit in &results.fits {
+        args.common.say(fit);
+    }
     for clip in &results.clips {
         let named = |warning: &String| format!("{}: {warning}", clip.file);
         results
@@ -212,7 +261,37 @@ pub fn run(args: &Args) -> Result<()> {
     args.common.write_json(&results)
 }
 
-/// The files to import: folders stand for the .bvh and .amc files in them and in the folders
+/// The bodies that were fitted to a mesh.
+fn fits(people: &[Subject]) -> Vec<FitResult> {
+    let fitted = people.iter().filter_map(|subject| {
+        let fit = subject.body.fit.as_ref()?;
+        let hulls = &subject.body.hulls;
+        Some(FitResult {
+            subject: subject.name.clone(),
+            hulls: hulls.len(),
+            points: hulls.iter().map(|hull| hull.points.len()).sum(),
+            jaccard: fit.jaccard,
+            frontier: fit.frontier.clone(),
+        })
+    });
+    fitted.collect()
+}
+
+impl fmt::Display for FitResult {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{}: {} hulls of {} points match the mesh to a Jaccard index of {:.4} (unseen poses and views; points: index",
+            self.subject, self.hulls, self.points, self.jaccard
+        )?;
+        for (points, jaccard) in &self.frontier {
+            write!(f, ", {points}: {jaccard:.4}")?;
+        }
+        f.write_str(")")
+    }
+}
+
+/// The files to import: folders stand for the files of known formats in them and in the folders
 /// below, by name. Links to folders are not followed.
 fn expand(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
@@ -237,7 +316,7 @@ fn expand(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
                     .to_ascii_lowercase();
                 if kind.is_dir() {
                     folders.push(entry.path());
-                } else if extension == "bvh" || extension == "amc" {
+                } else if EXTENSIONS.iter().any(|known| extension == *known) {
                     files.push(entry.path());
                 }
             }
@@ -245,7 +324,10 @@ fn expand(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
         if files.len() == before {
             return Err(Error::input(
                 path,
-                "no .bvh or .amc file in this folder or below",
+                format!(
+                    "no .{} file in this folder or below",
+                    EXTENSIONS.join(", .")
+                ),
             ));
         }
         files[before..].sort();
@@ -253,22 +335,34 @@ fn expand(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// Reads every file, and collects those that cannot be used.
+/// Reads every file, on all cores, and collects those that cannot be used; both in the files'
+/// order.
 fn read_all(files: &[PathBuf], options: &ReadOptions) -> (Vec<Recording>, Vec<Error>) {
     let progress = Progress::new("files", files.len());
+    let read: Vec<Result<Recording>> = files
+        .par_iter()
+        .map(|file| {
+            let recording = Recording::read(file, options);
+            progress.step();
+            recording
+        })
+        .collect();
     let (mut recordings, mut refused) = (Vec::new(), Vec::new());
-    for file in files {
-        match Recording::read(file, options) {
+    for result in read {
+        match result {
             Ok(recording) => recordings.push(recording),
             Err(error) => refused.push(error),
         }
-        progress.step();
     }
     (recordings, refused)
 }
 
 /// One row a file, with the bytes and errors of its cycles.
-fn clip_results(recordings: &[Recording], bytes: &[u8]) -> Result<Vec<ClipResult>> {
+fn clip_results(
+    recordings: &[Recording],
+    people: &[Subject],
+    bytes: &[u8],
+) -> Result<Vec<ClipResult>> {
     let pack = Pack::parse(bytes).map_err(|error| Error::Failed(error.to_string()))?;
     let names: Vec<&str> = pack.subjects().map(|subject| subject.name).collect();
     let rows = recordings.iter().map(|recording| {
@@ -280,15 +374,33 @@ fn clip_results(recordings: &[Recording], bytes: &[u8]) -> Result<Vec<ClipResult
         let most = |errors: &mut dyn Iterator<Item = f32>| f64::from(errors.fold(0.0, f32::max));
         let cut = recording.cut.as_ref();
         let closures = cut.map(|cut| cut.cycles.iter().map(|cut| cut.cycle.closure_mm));
+        let subject = people.iter().find(|one| one.name == recording.subject);
+        let skates: Vec<Skate> = subject.map_or_else(Vec::new, |subject| {
+            let walks = subject.walks.iter();
+            let own = walks.filter(|walk| walk.name == recording.name);
+            own.filter_map(|walk| walk.skate(&subject.body)).collect()
+        });
+        let skates = (!skates.is_empty()).then_some(skates);
         ClipResult {
             file: recording.path.display().to_string(),
             format: recording.format.to_string(),
             fps: recording.take.sample_rate_hz,
             frames: recording.take.len(),
-            cycles: cut.map_or(0, |cut| cut.cycles.len()),
+            low_pass_hz: recording.take.cut_off_hz,
+            cycles: cut.map_or(0, |cut| cut.found),
             cadence_spm: cut.map(|cut| cut.cadence_spm),
             speed_mps: recording.speed_mps(),
-            residual_mm: closures.map(|closures| closures.fold(0.0, f64::max)),
+            stride_m: cut.map(|cut| cut.stride_m),
+            duty_factor: cut.map(|cut| cut.duty_factor),
+            residual_mm: recording.take.residual_mm,
+            closure_mm: closures.map(|closures| closures.fold(0.0, f64::max)),
+            skate_mm: skates.as_ref().map(|skates| {
+                skates.iter().map(|skate| skate.mean_mm).sum::<f64>() / skates.len() as f64
+            }),
+            skate_max_mm: skates.map(|skates| {
+                let most = skates.iter().map(|skate| skate.max_mm);
+                most.fold(0.0, f64::max)
+            }),
             bytes: clips.iter().map(Clip::len_bytes).sum(),
             max_error_mm: most(&mut clips.iter().map(Clip::max_error_mm)),
             mean_error_mm: most(&mut clips.iter().map(Clip::mean_error_mm)),
@@ -301,22 +413,36 @@ fn clip_results(recordings: &[Recording], bytes: &[u8]) -> Result<Vec<ClipResult
 /// The same for a terminal.
 fn table(results: &Results) -> String {
     let mut text = format!(
-        "{:<18} {:<8} {:>6} {:>6} {:>6} {:>9} {:>6} {:>9}\n",
-        "file", "format", "fps", "frames", "cycles", "steps/min", "m/s", "loop mm"
+        "{:<32} {:<8} {:>6} {:>6} {:>6} {:>9} {:>6} {:>6} {:>5} {:>6} {:>7} {:>8}\n",
+        "file",
+        "format",
+        "fps",
+        "frames",
+        "cycles",
+        "steps/min",
+        "m/s",
+        "stride",
+        "duty",
+        "fit mm",
+        "loop mm",
+        "skate mm"
     );
     for clip in &results.clips {
-        let name = Path::new(&clip.file).file_name().unwrap_or_default();
         let _ = writeln!(
             text,
-            "{:<18} {:<8} {:>6.1} {:>6} {:>6} {:>9} {:>6.2} {:>9}",
-            name.to_string_lossy(),
+            "{:<32} {:<8} {:>6.1} {:>6} {:>6} {:>9} {:>6.2} {:>6} {:>5} {:>6.1} {:>7} {:>8}",
+            with_folder(&clip.file),
             clip.format,
             clip.fps,
             clip.frames,
             clip.cycles,
             optional(clip.cadence_spm, 1),
             clip.speed_mps,
-            optional(clip.residual_mm, 0)
+            optional(clip.stride_m, 2),
+            optional(clip.duty_factor, 2),
+            clip.residual_mm,
+            optional(clip.closure_mm, 0),
+            optional(clip.skate_mm, 0)
         );
         for warning in &clip.warnings {
             let _ = writeln!(text, "    warning: {warning}");
@@ -325,6 +451,19 @@ fn table(results: &Results) -> String {
     for warning in &results.header.warnings {
         let _ = writeln!(text, "warning: {warning}");
     }
-    text.push_str("(loop mm: how far joints were moved to close the cycle)\n");
+    text.push_str(
+        "(fit mm: from the file's joints to ours; loop mm: how far joints were moved to close the cycle;\n\
+         skate mm: how far a standing foot slides, mean)\n",
+    );
     text
+}
+
+/// A file's name after that of its folder, which takes of several people need.
+fn with_folder(file: &str) -> String {
+    let path = Path::new(file);
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    match path.parent().and_then(Path::file_name) {
+        Some(folder) => format!("{}/{name}", folder.to_string_lossy()),
+        None => name.into_owned(),
+    }
 }

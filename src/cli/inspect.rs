@@ -75,6 +75,8 @@ struct SubjectSummary {
     points: usize,
     avatar_bytes: usize,
     avatar_max_error_mm: f64,
+    /// How well hulls match the mesh that they were fitted to.
+    jaccard: Option<f64>,
     walks: usize,
     clip_bytes: usize,
 }
@@ -122,6 +124,9 @@ pub fn summary(header: Header, path: &Path, bytes: &[u8]) -> Result<Summary> {
                 points: avatar.hulls().map(|hull| hull.len()).sum(),
                 avatar_bytes: avatar.len_bytes(),
                 avatar_max_error_mm: rounded(f64::from(avatar.max_error_mm()), 2),
+                jaccard: avatar
+                    .jaccard()
+                    .map(|jaccard| rounded(f64::from(jaccard), 4)),
                 walks: own().count(),
                 clip_bytes: own().map(clip_bytes).sum(),
             })
@@ -265,7 +270,7 @@ impl Summary {
     fn write_people(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "\n{:<10} {:>6} {:>6} {:>6} {:>6} {:>10} {:>8} {:>6} {:>10}",
+            "\n{:<10} {:>6} {:>6} {:>6} {:>6} {:>10} {:>8} {:>7} {:>6} {:>10}",
             "subject",
             "m",
             "kg",
@@ -273,13 +278,14 @@ impl Summary {
             "points",
             "body bytes",
             "error mm",
+            "jaccard",
             "walks",
             "clip bytes"
         )?;
         for subject in self.subjects.iter().take(SHOWN) {
             writeln!(
                 f,
-                "{:<10} {:>6.2} {:>6.1} {:>6} {:>6} {:>10} {:>8.2} {:>6} {:>10}",
+                "{:<10} {:>6.2} {:>6.1} {:>6} {:>6} {:>10} {:>8.2} {:>7} {:>6} {:>10}",
                 subject.name,
                 subject.stature_m,
                 subject.mass_kg,
@@ -287,6 +293,7 @@ impl Summary {
                 subject.points,
                 subject.avatar_bytes,
                 subject.avatar_max_error_mm,
+                optional(subject.jaccard, 4),
                 subject.walks,
                 subject.clip_bytes
             )?;

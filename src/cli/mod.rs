@@ -1,13 +1,16 @@
 //! The command line: one module a subcommand.
 
 mod args;
+mod body;
 mod cohort;
 mod drawing;
 mod encoding;
 mod frontier;
 mod import;
 mod inspect;
+mod leave_out;
 mod progress;
+mod recognizers;
 mod render;
 mod score;
 mod source;

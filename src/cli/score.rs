@@ -2,16 +2,18 @@
 
 use super::args::{Common, ViewArgs};
 use super::drawing::{DrawArgs, STATED, framing_of, stated};
+use super::leave_out::{self, Probes};
 use super::progress::Progress;
-use super::source::{SourceArgs, is_pack_or_dataset};
+use super::recognizers::{load, sort_inputs};
+use super::source::SourceArgs;
 use super::sweep::peak_rss_bytes;
-use crate::dataset::{Dataset, Header, IndexRow, InputFile, sha256_of_bytes};
+use crate::dataset::{Dataset, Header, IndexRow, InputFile};
 use crate::error::{Error, Result};
 use crate::evaluate::contest::Contest;
 use crate::evaluate::results::{Latency, RunTime, ScoreResults};
 use crate::report::{Sample, table, write_page};
-use crate::score::{Model, Recognizer, Runtime, shipped};
-use crate::sweep::{Job, View, jobs, sweep};
+use crate::score::{Recognizer, Runtime};
+use crate::sweep::{Job, Settings, View, jobs, sweep};
 use clap::ValueEnum;
 use edgegait_core::pack::Pack;
 use edgegait_core::template::Gei;
@@ -43,7 +45,8 @@ const SHOWN_PEOPLE: usize = 3;
     after_help = "Examples:\n  edgegait score                                # the shipped models, 26 people, 703 viewpoints\n  edgegait score mine.onnx cohort.egp --walks walk-5kmh --views side --json -\n  edgegait score --runtime ort --ort-lib /path/to/libonnxruntime.so\n\nPeople whom a model has classes for are probed with cycles that training has not seen, and\nthe highest class score decides. Others are enrolled by their first take at the model's\ntraining viewpoints, probed with their other takes, and the nearest embedding decides."
 )]
 pub struct Args {
-    /// ONNX models, and a pack or a dataset [default: the shipped models, the built-in cohort]
+    /// ONNX models or "pixels" (the GEI itself), and a pack or a dataset [default: the shipped
+    /// models, the built-in cohort]
     #[arg(value_name = "MODEL|PACK|DATASET")]
     inputs: Vec<PathBuf>,
     /// Only these people, by name
@@ -52,6 +55,10 @@ pub struct Args {
     /// Only these walks, by name [default: walk-5kmh of the built-in cohort, all of a pack]
     #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
     walks: Vec<String>,
+    /// How people are looked for: among their first takes (or by the model's classes), or each
+    /// take among all others at the same viewpoint
+    #[arg(long, value_name = "NAME", default_value = "first-take")]
+    protocol: ProtocolArg,
     /// Folder of the report
     #[arg(long, value_name = "PATH", default_value = "edgegait-report")]
     out: PathBuf,
@@ -70,6 +77,13 @@ pub struct Args {
     draw: DrawArgs,
     #[command(flatten)]
     pub common: Common,
+}
+
+/// Names of the protocols.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum ProtocolArg {
+    FirstTake,
+    LeaveOneTakeOut,
 }
 
 /// Names of the runtimes.
@@ -109,10 +123,11 @@ pub fn run(args: &Args) -> Result<()> {
     let runtime = args.runtime()?;
     let (models, data) = sort_inputs(&args.inputs)?;
     let mut header = Header::new("score", args.common.seed).with("runtime", runtime.name().name);
-    let recognizers = load(&models, &runtime, &mut header)?;
+    let settings = args.draw.settings(args.common.seed)?;
+    let recognizers = load(&models, &runtime, &settings, &mut header)?;
     let (mut results, samples) = match data {
         Some(path) if path.is_dir() => score_dataset(args, &path, &recognizers, header)?,
-        pack => score_walks(args, pack, &recognizers, header)?,
+        pack => score_walks(args, pack, &recognizers, settings, header)?,
     };
     for (result, recognizer) in results.recognizers.iter_mut().zip(&recognizers) {
         result.latency = latency(recognizer.as_ref(), &samples)?;
@@ -134,63 +149,15 @@ pub fn run(args: &Args) -> Result<()> {
     args.common.write_json(&results)
 }
 
-/// Models, and at most one pack or dataset, told apart by what they are.
-fn sort_inputs(inputs: &[PathBuf]) -> Result<(Vec<PathBuf>, Option<PathBuf>)> {
-    let (mut models, mut data) = (Vec::new(), None);
-    for path in inputs {
-        if !is_pack_or_dataset(path)? {
-            models.push(path.clone());
-        } else if data.replace(path.clone()).is_some() {
-            return Err(Error::Usage(format!(
-                "{}: expected one pack or dataset, found another before it",
-                path.display()
-            )));
-        }
-    }
-    Ok((models, data))
-}
-
-/// Loads the named models, or the shipped ones.
-fn load(
-    paths: &[PathBuf],
-    runtime: &Runtime,
-    header: &mut Header,
-) -> Result<Vec<Box<dyn Recognizer>>> {
-    let models: Vec<Model> = if paths.is_empty() {
-        shipped::models()?
-    } else {
-        paths.iter().map(Model::open).collect::<Result<_>>()?
-    };
-    let mut recognizers = Vec::new();
-    for model in &models {
-        let contract = model.contract();
-        if contract.template != "gei" {
-            return Err(Error::input(
-                model.path(),
-                format!(
-                    "the contract asks for template {:?}: expected \"gei\", the one that is drawn so far",
-                    contract.template
-                ),
-            ));
-        }
-        header.inputs.push(InputFile {
-            path: model.path().display().to_string(),
-            sha256: sha256_of_bytes(model.bytes()),
-        });
-        recognizers.push(runtime.load(model)?);
-    }
-    Ok(recognizers)
-}
-
 /// Scores on walks that are drawn here.
 fn score_walks(
     args: &Args,
     pack: Option<PathBuf>,
     recognizers: &[Box<dyn Recognizer>],
+    settings: Settings,
     mut header: Header,
 ) -> Result<(ScoreResults, Vec<Sample>)> {
     let views = args.views.views("paper")?;
-    let settings = args.draw.settings(args.common.seed)?;
     header = stated(header, &settings);
     for recognizer in recognizers {
         let framing = Some(settings.framing);
@@ -207,6 +174,24 @@ fn score_walks(
     header.inputs.extend(source.inputs.iter().cloned());
     let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
     let walks = source_args.choose(&pack)?;
+    header = header
+        .with("pack", source.name.as_str())
+        .with("views", views.name.as_str())
+        .with("viewpoints", views.list.len());
+    if args.protocol == ProtocolArg::LeaveOneTakeOut {
+        if args.cycles.is_some() {
+            return Err(Error::Usage(
+                "--cycles: --protocol leave-one-take-out probes with recorded cycles only".into(),
+            ));
+        }
+        let probes = Probes {
+            pack: &pack,
+            walks: &walks,
+            views: &views,
+            settings,
+        };
+        return leave_out::score(&probes, recognizers, header, SHOWN_PEOPLE * SHOWN.len());
+    }
     let cycles = args.cycles.unwrap_or(1);
     let all: Vec<_> = pack.walks().collect();
     let names: Vec<&str> = pack.subjects().map(|subject| subject.name).collect();
@@ -280,19 +265,14 @@ fn score_walks(
     drop(progress);
     let geis = (probes.len() * views.list.len()) as u64;
     let silhouettes = geis * u64::from(settings.frames_per_cycle);
-    header = header
-        .with("pack", source.name.as_str())
-        .with("views", views.name.as_str())
-        .with("viewpoints", views.list.len())
-        .with("walks", walk_names(&walks, &all))
-        .with(
-            "probes",
-            if variations {
-                format!("variations {PROBES_FROM} to {}", PROBES_FROM + cycles - 1)
-            } else {
-                "recorded cycles of all takes but the first".into()
-            },
-        );
+    header = header.with("walks", walk_names(&walks, &all)).with(
+        "probes",
+        if variations {
+            format!("variations {PROBES_FROM} to {}", PROBES_FROM + cycles - 1)
+        } else {
+            "recorded cycles of all takes but the first".into()
+        },
+    );
     Ok((
         ScoreResults {
             header,
@@ -306,12 +286,12 @@ fn score_walks(
     ))
 }
 
-fn angles_of(view: &View) -> (f64, f64) {
+pub fn angles_of(view: &View) -> (f64, f64) {
     (f64::from(view.azimuth_deg), f64::from(view.elevation_deg))
 }
 
 /// The walks' names, each once, at most a dozen.
-fn walk_names(walks: &[usize], all: &[edgegait_core::pack::Walk<'_>]) -> String {
+pub fn walk_names(walks: &[usize], all: &[edgegait_core::pack::Walk<'_>]) -> String {
     let mut names: Vec<&str> = walks.iter().map(|&walk| all[walk].name).collect();
     names.sort_unstable();
     names.dedup();
@@ -322,7 +302,7 @@ fn walk_names(walks: &[usize], all: &[edgegait_core::pack::Walk<'_>]) -> String 
 }
 
 /// The GEIs of one person that the report shows.
-fn shown<'a>(
+pub fn shown<'a>(
     subject: &'a str,
     views: &'a [View],
     geis: &'a [Gei],
@@ -348,6 +328,12 @@ fn score_dataset(
     let names = [args.subjects.as_slice(), &args.walks];
     args.draw
         .refuse_for_datasets(names, args.cycles, &args.views)?;
+    if args.protocol == ProtocolArg::LeaveOneTakeOut {
+        return Err(Error::Usage(
+            "--protocol leave-one-take-out draws the takes itself: expected a pack, found a dataset"
+                .into(),
+        ));
+    }
     let dataset = Dataset::open(path)?;
     header
         .inputs

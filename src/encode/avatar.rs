@@ -9,7 +9,7 @@ use crate::scene::Body;
 use edgegait_core::avatar::Avatar;
 use edgegait_core::budget::{MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
 use edgegait_core::format::{
-    HULL_STEP_M, OFFSET_STEP_M, OFFSET_WIDTH_BITS, SYMMETRIC_SKELETON, WIDTH_BITS,
+    FITTED, HULL_STEP_M, OFFSET_STEP_M, OFFSET_WIDTH_BITS, SYMMETRIC_SKELETON, WIDTH_BITS,
 };
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DVec3, Vec3};
@@ -157,7 +157,17 @@ fn encode(
     let hull_count = u8::try_from(stored.len()).map_err(|e| Error::Failed(e.to_string()))?;
     let mut bytes = vec![0, 0];
     bytes.extend(step_um.to_le_bytes());
-    bytes.push(skeleton | hull_count);
+    let is_fitted = if body.fit.is_some() { FITTED } else { 0 };
+    bytes.push(is_fitted | skeleton | hull_count);
+    if let Some(fit) = &body.fit {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a share of 10,000"
+        )]
+        let jaccard = (fit.jaccard.clamp(0.0, 1.0) * 1e4).round() as u16;
+        bytes.extend(jaccard.to_le_bytes());
+    }
     bytes.extend(writer.into_bytes());
 
     let avatar = Avatar::parse(&bytes)
@@ -229,6 +239,7 @@ mod tests {
         Body {
             offsets: [DVec3::ZERO; JOINTS],
             hulls: vec![BodyHull { joint, points }],
+            fit: None,
         }
     }
 

@@ -193,7 +193,7 @@ impl<'a> Contest<'a> {
                 protocol: self.protocol,
                 classes: match self.protocol {
                     Protocol::ClassScore => contract.classes.len(),
-                    Protocol::NearestEmbedding => self.people.len(),
+                    _ => self.people.len(),
                 },
                 trained_at: contract
                     .training
@@ -257,7 +257,10 @@ impl Entrant<'_> {
 }
 
 /// Runs a recognizer on bytes.
-fn run(recognizer: &dyn Recognizer, geis: &[&[u8]]) -> Result<Outputs> {
+///
+/// # Errors
+/// When the recognizer fails.
+pub fn run(recognizer: &dyn Recognizer, geis: &[&[u8]]) -> Result<Outputs> {
     let range = recognizer.contract().input_range;
     let mut input = Vec::with_capacity(geis.len() * recognizer.contract().pixels());
     for gei in geis {

@@ -95,6 +95,9 @@ pub enum Protocol {
     /// The nearest embedding of the gallery is the right person's.
     #[serde(rename = "nearest gallery embedding")]
     NearestEmbedding,
+    /// The nearest embedding of all other takes at the same viewpoint is the right person's.
+    #[serde(rename = "leave one take out, nearest embedding")]
+    LeaveOneTakeOut,
 }
 
 impl Protocol {
@@ -104,6 +107,7 @@ impl Protocol {
         match self {
             Self::ClassScore => "closed set by class score",
             Self::NearestEmbedding => "nearest gallery embedding",
+            Self::LeaveOneTakeOut => "leave one take out, nearest embedding",
         }
     }
 }

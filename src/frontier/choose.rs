@@ -12,14 +12,15 @@ use crate::error::{Error, Result};
 use crate::scene::thin::with_thinner_bodies;
 use crate::scene::{Subject, Track};
 use crate::sweep::{Framing, Lens, Settings, View};
+use edgegait_core::budget::MAX_POINTS;
 use edgegait_core::pack::Pack;
 use std::fmt::{self, Display};
 
 /// Most walks and viewpoints of the sample. Ours: it is measured in seconds.
 const SAMPLE: (usize, usize) = (6, 12);
-/// Errors of walks, mm, and hull points that are tried.
+/// Errors of walks, mm, and points of a body that are tried.
 const ERRORS_MM: [f64; 6] = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0];
-const HULL_POINTS: [usize; 5] = [8, 12, 16, 24, 32];
+const HULL_POINTS: [usize; 5] = [160, 240, 320, 400, MAX_POINTS];
 
 /// What was chosen, and why.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,7 +3,7 @@
 use super::cost::fastest;
 use crate::encode::MAX_ERROR_MM;
 use crate::sweep::{FRAMES_PER_CYCLE, Jitter, Raster, Settings};
-use edgegait_core::budget::{MAX_HULL_POINTS, SKIA_HEAP_BYTES};
+use edgegait_core::budget::{MAX_POINTS, SKIA_HEAP_BYTES};
 use edgegait_core::raster::Rasterizer;
 use std::fmt;
 
@@ -12,7 +12,7 @@ use std::fmt;
 pub struct Encoding {
     /// Greatest error of a walk, mm.
     pub track_error_mm: f64,
-    /// Most points of a hull.
+    /// Most points of a body, those of all hulls together.
     pub hull_points: usize,
 }
 
@@ -20,18 +20,22 @@ impl Encoding {
     /// What `cohort` and `import` take unless a user says otherwise.
     pub const DEFAULT: Self = Self {
         track_error_mm: MAX_ERROR_MM,
-        hull_points: MAX_HULL_POINTS,
+        hull_points: MAX_POINTS,
     };
     /// As close as the format can be.
     pub const FINEST: Self = Self {
         track_error_mm: 0.0,
-        hull_points: MAX_HULL_POINTS,
+        hull_points: MAX_POINTS,
     };
 }
 
 impl fmt::Display for Encoding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} mm, {} points", self.track_error_mm, self.hull_points)
+        write!(f, "{} mm, ", self.track_error_mm)?;
+        match self.hull_points {
+            MAX_POINTS => f.write_str("all points"),
+            points => write!(f, "{points} points"),
+        }
     }
 }
 
@@ -156,7 +160,11 @@ pub fn configurations() -> Vec<Configuration> {
         all.extend(other_encodings().map(|encoding| (drawing, encoding)));
     }
     for &rasterizer in Rasterizer::ALL {
-        let combined = [(64, 1.0, 32), (64, 5.0, 32), (16, 10.0, 16)];
+        let combined = [
+            (64, 1.0, MAX_POINTS),
+            (64, 5.0, MAX_POINTS),
+            (16, 10.0, 240),
+        ];
         all.extend(
             combined.map(|(frames_per_cycle, track_error_mm, hull_points)| {
                 let drawing = Drawing {
@@ -191,7 +199,7 @@ fn other_encodings() -> impl Iterator<Item = Encoding> {
         track_error_mm,
         ..Encoding::DEFAULT
     });
-    let points = [8, 12, 16, 24].map(|hull_points| Encoding {
+    let points = [160, 240, 320, 400].map(|hull_points| Encoding {
         hull_points,
         ..Encoding::DEFAULT
     });
@@ -216,7 +224,7 @@ mod tests {
         for error in [1.0, 10.0, 20.0] {
             assert!(differs(&|c| encoding(c).track_error_mm == error) > 0);
         }
-        for points in [8, 12, 16, 24] {
+        for points in [160, 240, 320, 400] {
             assert!(differs(&|c| encoding(c).hull_points == points) > 0);
         }
         for &rasterizer in Rasterizer::ALL {
@@ -230,7 +238,7 @@ mod tests {
             drawing: Drawing::DEFAULT,
             encoding: Some(Encoding::DEFAULT),
         };
-        assert_eq!(default.to_string(), "skia, 32 frames, 5 mm, 32 points");
+        assert_eq!(default.to_string(), "skia, 32 frames, 5 mm, all points");
         let jittered = Configuration {
             drawing: Drawing {
                 jitter: Jitter::R2,

@@ -61,7 +61,7 @@ pub struct Point {
     pub raster: &'static str,
     /// Where in its pixels each frame is sampled.
     pub jitter: &'static str,
-    /// Most points of a hull.
+    /// Points of the largest body, those of all hulls together.
     pub hull_points: usize,
     /// Frames of each cycle.
     pub frames_per_cycle: u32,
@@ -237,8 +237,8 @@ impl Study<'_> {
         let mut points = Vec::new();
         for (index, configuration) in configurations.iter().enumerate() {
             let bytes = packs.of(configuration)?;
-            let encoding = configuration.encoding;
-            let stored = encoding.map_or_else(|| stored(bytes), Ok)?;
+            let stored = stored(bytes)?;
+            let asked_mm = configuration.encoding.map(|asked| asked.track_error_mm);
             let drawing = configuration.drawing;
             let deltas: Vec<f64> = rank1[index].values().copied().collect();
             points.push(Point {
@@ -247,7 +247,7 @@ impl Study<'_> {
                 jitter: drawing.jitter.name(),
                 hull_points: stored.hull_points,
                 frames_per_cycle: drawing.frames_per_cycle,
-                track_error_mm: stored.track_error_mm,
+                track_error_mm: asked_mm.unwrap_or(stored.track_error_mm),
                 ns_per_silhouette: times[index],
                 ns_per_gei: times[index] * f64::from(drawing.frames_per_cycle),
                 // The default comes first.
@@ -380,16 +380,16 @@ fn of_walkers(pack: &Pack<'_>) -> Vec<usize> {
     (0..subjects.len()).filter(has_several).collect()
 }
 
-/// How closely a pack says that it is encoded.
+/// How closely a pack says that it is encoded, and the points of its largest body.
 fn stored(bytes: &[u8]) -> Result<Encoding> {
     let pack = parse(bytes)?;
     let clips = (0..pack.clip_count()).filter_map(|index| pack.clip(index));
     let errors = clips.map(|clip| f64::from(clip.max_error_mm()));
     let avatars = (0..pack.avatar_count()).filter_map(|index| pack.avatar(index));
-    let hulls = avatars.flat_map(|avatar| avatar.hulls().map(|hull| hull.len()));
+    let points = avatars.map(|avatar| avatar.hulls().map(|hull| hull.len()).sum());
     Ok(Encoding {
         track_error_mm: errors.fold(0.0, f64::max),
-        hull_points: hulls.max().unwrap_or(0),
+        hull_points: points.max().unwrap_or(0),
     })
 }
 

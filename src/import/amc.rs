@@ -122,6 +122,7 @@ pub(super) fn read(mut lines: Lines, skeleton: Skeleton) -> Result<Motion> {
         sample_rate_hz: DEFAULT_RATE_HZ,
         frames,
         unit_m,
+        skin: None,
         warnings,
     })
 }

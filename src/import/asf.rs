@@ -5,6 +5,7 @@
 //! axes it is C M C^-1. Bones become joints at the bones' starts.
 
 use std::collections::HashMap;
+use std::f64::consts::TAU;
 
 use glam::{DQuat, DVec3};
 
@@ -313,6 +314,20 @@ fn build(lines: &Lines, mut sections: Sections) -> Result<Skeleton> {
             .push("the ASF states no unit of angle: degrees assumed".into());
         1f64.to_radians()
     });
+    let axes = |bone: &Bone| bone.axis.map_or([0.0; 3], |(angles, _)| angles);
+    let widest = sections
+        .bones
+        .iter()
+        .flat_map(axes)
+        .map(f64::abs)
+        .fold(0.0, f64::max);
+    let axis_angle = if widest * angle > TAU {
+        let warning = format!("bones' axes are turned by up to {widest}: taken as degrees");
+        sections.warnings.push(warning);
+        1f64.to_radians()
+    } else {
+        angle
+    };
     if sections.root.freedoms.is_empty() {
         return Err(Error::input(
             lines.path(),
@@ -371,7 +386,7 @@ fn build(lines: &Lines, mut sections: Sections) -> Result<Skeleton> {
             end: children[bone].is_empty().then(|| vector(bone)),
         });
         drives.push(Drive {
-            axes: fixed_axes(angles.map(|value| value * angle), order),
+            axes: fixed_axes(angles.map(|value| value * axis_angle), order),
             freedoms: stated.freedoms.clone(),
         });
         bone_of.push(bone);

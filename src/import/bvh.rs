@@ -102,6 +102,7 @@ pub(super) fn read(mut lines: Lines) -> Result<Motion> {
         sample_rate_hz: 1.0 / frame_time_s,
         frames,
         unit_m: None,
+        skin: None,
         warnings,
     })
 }

@@ -67,6 +67,15 @@ impl Lines {
     /// # Errors
     /// A line or file over the limits, a NUL byte, UTF-16, or a failed read.
     pub(super) fn next_line(&mut self) -> Result<Option<String>> {
+        let line = self.next_row()?;
+        Ok(line.map(|line| line.trim().to_owned()))
+    }
+
+    /// Like [`Lines::next_line`], with the white space around: empty cells of a table.
+    ///
+    /// # Errors
+    /// Those of [`Lines::next_line`].
+    pub(super) fn next_row(&mut self) -> Result<Option<String>> {
         while self.fill()? {
             if self.number == 1 {
                 if self.raw.starts_with(&[0xFF, 0xFE]) || self.raw.starts_with(&[0xFE, 0xFF]) {
@@ -80,9 +89,8 @@ impl Lines {
                 return Err(self.error("a NUL byte: this is not a text file"));
             }
             let text = String::from_utf8_lossy(&self.raw);
-            let text = text.trim();
-            if !text.is_empty() {
-                return Ok(Some(text.to_owned()));
+            if !text.trim().is_empty() {
+                return Ok(Some(text.into_owned()));
             }
         }
         Ok(None)

@@ -3,6 +3,7 @@
 //! Readers state what a file says and change nothing: finding the up axis, the
 //! unit and the joints' roles is the work of [`crate::scene::retarget`].
 
+use std::collections::HashSet;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -13,7 +14,61 @@ use crate::error::{Error, Result};
 mod amc;
 mod asf;
 mod bvh;
+mod c3d;
+mod files;
+mod gltf;
 mod lines;
+pub mod obj;
+mod trc;
+
+/// Extensions of the files that hold motions, lower case.
+pub const EXTENSIONS: [&str; 6] = ["bvh", "amc", "c3d", "trc", "glb", "gltf"];
+
+/// Frame rates accepted, Hz.
+const RATE_HZ: std::ops::RangeInclusive<f64> = 1.0..=10_000.0;
+
+/// Most marker positions of a file. Ours: 29 minutes of 40 markers at 120 Hz, 270 MB in memory.
+const MAX_POSITIONS: usize = 1 << 23;
+
+/// What a file holds.
+#[derive(Clone, Debug)]
+pub enum Source {
+    /// A skeleton that moves.
+    Motion(Motion),
+    /// Markers on a body.
+    Markers(Markers),
+}
+
+/// Trajectories of markers as their file states them: source names, units and axes.
+#[derive(Clone, Debug)]
+pub struct Markers {
+    /// The format that they were read from.
+    pub format: Format,
+    /// As the file spells them, prefixes included.
+    pub names: Vec<String>,
+    /// Frames a second.
+    pub sample_rate_hz: f64,
+    /// At least one; a position for each name, source units and axes, where the marker was seen.
+    pub frames: Vec<Vec<Option<DVec3>>>,
+    /// Metres in one source unit, where the file states it.
+    pub unit_m: Option<f64>,
+    /// What was assumed or repaired.
+    pub warnings: Vec<String>,
+}
+
+/// A mesh that joints move by linear blending.
+#[derive(Clone, Debug)]
+pub struct Skin {
+    /// In the rest pose (all rotations identity, the root at [`Skin::root`]), source units, world
+    /// axes.
+    pub vertices: Vec<DVec3>,
+    /// Corners by number of the vertex.
+    pub triangles: Vec<[u32; 3]>,
+    /// For each vertex the joints that move it, and their shares, which sum to 1.
+    pub weights: Vec<Vec<(usize, f64)>>,
+    /// Where joint 0 is in that pose.
+    pub root: DVec3,
+}
 
 /// A motion as its file states it: source names, units and axes.
 #[derive(Clone, Debug)]
@@ -28,6 +83,8 @@ pub struct Motion {
     pub frames: Vec<SourceFrame>,
     /// Metres in one source unit, where the file states it (ASF does, BVH cannot).
     pub unit_m: Option<f64>,
+    /// The mesh that the joints move, if the file has one.
+    pub skin: Option<Skin>,
     /// What was assumed or repaired.
     pub warnings: Vec<String>,
 }
@@ -39,6 +96,28 @@ pub enum Format {
     Bvh,
     /// Acclaim skeleton and motion: two files.
     AsfAmc,
+    /// Coordinate 3D: markers, binary.
+    C3d,
+    /// Track row column: markers, text.
+    Trc,
+    /// glTF 2.0, text or binary: metres, Y up, facing +Z.
+    Gltf,
+    /// Wavefront OBJ: a mesh.
+    Obj,
+}
+
+impl Format {
+    /// Whether its files state their axes: a floor at y = 0, Y up, people who face +Z.
+    #[must_use]
+    pub const fn states_axes(self) -> bool {
+        matches!(self, Self::Gltf)
+    }
+
+    /// Whether its motions were made or cleaned by hand, not measured.
+    #[must_use]
+    pub const fn is_authored(self) -> bool {
+        matches!(self, Self::Gltf)
+    }
 }
 
 impl fmt::Display for Format {
@@ -46,6 +125,10 @@ impl fmt::Display for Format {
         f.write_str(match self {
             Self::Bvh => "bvh",
             Self::AsfAmc => "asf/amc",
+            Self::C3d => "c3d",
+            Self::Trc => "trc",
+            Self::Gltf => "gltf",
+            Self::Obj => "obj",
         })
     }
 }
@@ -83,12 +166,46 @@ pub struct Options {
     pub sample_rate_hz: Option<f64>,
     /// The skeleton of an AMC, instead of the one found beside it.
     pub asf: Option<PathBuf>,
+    /// The animation of a glTF, which may hold several.
+    pub clip: Option<String>,
 }
 
-impl Motion {
-    /// Reads a `.bvh`, or an `.amc` with the `.asf` found beside it: the file of the
-    /// same name, else of the name before the last `_` (`02_01.amc`: `02.asf`), else
-    /// the only one in the folder.
+impl Skin {
+    /// The vertices in a frame of the motion that the skin came with, by linear blending; source
+    /// units.
+    ///
+    /// # Panics
+    /// If there is no such frame, or the motion has other joints.
+    #[must_use]
+    pub fn posed(&self, motion: &Motion, frame: usize) -> Vec<DVec3> {
+        let (positions, rotations) = motion.globals(frame);
+        let mut rest: Vec<DVec3> = Vec::with_capacity(motion.joints.len());
+        for joint in &motion.joints {
+            rest.push(
+                joint
+                    .parent
+                    .map_or(self.root, |parent| rest[parent] + joint.offset),
+            );
+        }
+        let vertices = self.vertices.iter().zip(&self.weights);
+        vertices
+            .map(|(vertex, weights)| {
+                weights
+                    .iter()
+                    .map(|&(joint, weight)| {
+                        let moved = positions[joint] + rotations[joint] * (*vertex - rest[joint]);
+                        weight * moved
+                    })
+                    .sum()
+            })
+            .collect()
+    }
+}
+
+impl Source {
+    /// Reads a `.bvh`, `.c3d`, `.trc`, `.glb` or `.gltf`, or an `.amc` with the `.asf` found
+    /// beside it: the file of the same name, else of the name before the last `_`
+    /// (`02_01.amc`: `02.asf`), else the only one in the folder.
     ///
     /// # Errors
     /// The file cannot be read or is not a complete, finite motion.
@@ -96,7 +213,7 @@ impl Motion {
         Self::read_with(path, &Options::default())
     }
 
-    /// Reads like [`Motion::read`], with what the user knows better.
+    /// Reads like [`Source::read`], with what the user knows better.
     ///
     /// # Errors
     /// The file cannot be read or is not a complete, finite motion, or an option is
@@ -104,7 +221,7 @@ impl Motion {
     pub fn read_with(path: impl AsRef<Path>, options: &Options) -> Result<Self> {
         let path = path.as_ref();
         if let Some(rate) = options.sample_rate_hz
-            && !(1.0..=10_000.0).contains(&rate)
+            && !RATE_HZ.contains(&rate)
         {
             return Err(Error::Usage(format!(
                 "the sample rate must be 1 to 10000 Hz, not {rate}"
@@ -114,15 +231,27 @@ impl Motion {
             .extension()
             .map(|e| e.to_string_lossy().to_ascii_lowercase())
             .unwrap_or_default();
-        let mut motion = match extension.as_str() {
-            "bvh" => bvh::read(lines::Lines::open(path)?)?,
+        let is_gltf = matches!(extension.as_str(), "glb" | "gltf");
+        if let (Some(clip), false) = (&options.clip, is_gltf) {
+            return Err(Error::input(
+                path,
+                format!("no clip {clip}: only .glb and .gltf hold named animations"),
+            ));
+        }
+        let mut source = match extension.as_str() {
+            "glb" | "gltf" => {
+                let clip = options.clip.as_deref();
+                let clip = clip.map_or(gltf::Wanted::Only, gltf::Wanted::Named);
+                Self::Motion(gltf::read(path, clip)?)
+            }
+            "bvh" => Self::Motion(bvh::read(lines::Lines::open(path)?)?),
             "amc" => {
                 let asf = match &options.asf {
                     Some(asf) => asf.clone(),
                     None => find_asf(path)?,
                 };
                 let skeleton = asf::read(lines::Lines::open(&asf)?)?;
-                amc::read(lines::Lines::open(path)?, skeleton)?
+                Self::Motion(amc::read(lines::Lines::open(path)?, skeleton)?)
             }
             "asf" => {
                 return Err(Error::input(
@@ -130,21 +259,69 @@ impl Motion {
                     "a skeleton without motion; give the .amc",
                 ));
             }
+            "c3d" => Self::Markers(c3d::read(path)?),
+            "trc" => Self::Markers(trc::read(lines::Lines::open(path)?)?),
             _ => {
                 return Err(Error::input(
                     path,
-                    "unknown kind of motion; expected .bvh or .amc",
+                    format!(
+                        "unknown kind of motion; expected .{}",
+                        EXTENSIONS.join(", .")
+                    ),
                 ));
             }
         };
-        if let Some(rate) = options.sample_rate_hz {
-            motion.sample_rate_hz = rate;
-        } else if motion.format == Format::AsfAmc {
-            motion
-                .warnings
-                .push("an AMC states no frame rate: 120 Hz assumed".into());
+        if let Self::Markers(markers) = &mut source {
+            let distinct: HashSet<&String> = markers.names.iter().collect();
+            let repeated = markers.names.len() - distinct.len();
+            if repeated > 0 {
+                // Not which: a prefix may be a person's name.
+                let warning = format!("{repeated} markers share their name with another");
+                markers.warnings.push(warning);
+            }
         }
-        Ok(motion)
+        let (stated_hz, format, warnings) = match &mut source {
+            Self::Motion(motion) => (
+                &mut motion.sample_rate_hz,
+                motion.format,
+                &mut motion.warnings,
+            ),
+            Self::Markers(markers) => (
+                &mut markers.sample_rate_hz,
+                markers.format,
+                &mut markers.warnings,
+            ),
+        };
+        if let Some(rate) = options.sample_rate_hz {
+            *stated_hz = rate;
+        } else if format == Format::AsfAmc {
+            warnings.push("an AMC states no frame rate: 120 Hz assumed".into());
+        }
+        Ok(source)
+    }
+}
+
+impl Motion {
+    /// Reads a file that holds a skeleton, like [`Source::read`].
+    ///
+    /// # Errors
+    /// Those of [`Source::read`]; a file of markers.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self> {
+        Self::read_with(path, &Options::default())
+    }
+
+    /// Reads like [`Motion::read`], with what the user knows better.
+    ///
+    /// # Errors
+    /// Those of [`Source::read_with`]; a file of markers.
+    pub fn read_with(path: impl AsRef<Path>, options: &Options) -> Result<Self> {
+        match Source::read_with(&path, options)? {
+            Source::Motion(motion) => Ok(motion),
+            Source::Markers(_) => Err(Error::input(
+                path,
+                "expected a skeleton that moves, found markers",
+            )),
+        }
     }
 
     /// Positions (source units) and global rotations of all joints in a frame, by
@@ -171,6 +348,18 @@ impl Motion {
             rotations.push((rotations[parent] * *local).normalize());
         }
         (positions, rotations)
+    }
+}
+
+/// The skeleton and the mesh of a `.glb` or `.gltf` at rest: a motion of one frame.
+///
+/// # Errors
+/// The file cannot be read or holds no skinned mesh.
+pub fn skinned_body(path: &Path) -> Result<Motion> {
+    let motion = gltf::read(path, gltf::Wanted::Nothing)?;
+    match motion.skin {
+        Some(_) => Ok(motion),
+        None => Err(Error::input(path, "no mesh that its joints move")),
     }
 }
 
@@ -212,4 +401,21 @@ fn find_asf(amc: &Path) -> Result<PathBuf> {
             format!("no {subject}.asf beside it; name the skeleton"),
         )),
     }
+}
+
+/// Metres in a unit of length as marker files name it; none, with a warning, if unknown.
+fn metres(unit: &str, warnings: &mut Vec<String>) -> Option<f64> {
+    let metres = match unit.to_ascii_lowercase().as_str() {
+        "m" | "meter" | "meters" | "metre" | "metres" => 1.0,
+        "dm" => 0.1,
+        "cm" => 0.01,
+        "mm" => 0.001,
+        "in" | "inch" | "inches" => 0.0254,
+        "ft" | "feet" => 0.3048,
+        _ => {
+            warnings.push(format!("unknown unit of length `{}`", lines::shown(unit)));
+            return None;
+        }
+    };
+    Some(metres)
 }

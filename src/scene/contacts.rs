@@ -6,10 +6,11 @@
 //! the pelvis, the toe leaves when it is farthest behind. A turning walker is measured
 //! along the direction that the pelvis faces, averaged over about a stride.
 
-use edgegait_core::skeleton::Joint;
-use glam::DVec3;
+use edgegait_core::skeleton::{JOINTS, Joint};
+use glam::{DQuat, DVec3};
 
 use super::retarget::Take;
+use super::stance::Steps;
 
 /// A stride lasts this long, seconds: from a sprint to a slow patient's walk.
 pub(super) const STRIDE_S: std::ops::RangeInclusive<f64> = 0.35..=3.0;
@@ -23,6 +24,9 @@ const PROMINENCE: f64 = 0.35;
 
 /// The same on a side that the recording cuts off. Ours.
 const EDGE_PROMINENCE: f64 = 0.05;
+
+/// A foot that reaches the floor is below the pelvis by this share of its usual most. Ours.
+const LEAST_BELOW: f64 = 0.75;
 
 /// Gait events of one foot, in frames (fractions too), ascending.
 #[derive(Clone, Debug)]
@@ -47,7 +51,8 @@ pub fn foot_events(take: &Take) -> [FootEvents; 2] {
             })
             .collect();
         let apart = STRIDE_S.start() * take.sample_rate_hz;
-        let contacts = peaks(&ahead, apart);
+        let mut contacts = peaks(&ahead, apart);
+        contacts.retain(|at| is_low(take, foot, *at));
         for value in &mut ahead {
             *value = -*value;
         }
@@ -56,6 +61,15 @@ pub fn foot_events(take: &Take) -> [FootEvents; 2] {
             lifts: peaks(&ahead, apart),
         }
     })
+}
+
+/// Whether a foot is as far below the pelvis as one that reaches the floor: not so in a kick.
+fn is_low(take: &Take, foot: Joint, at: f64) -> bool {
+    let below = |points: &[DVec3; JOINTS]| points[Joint::Pelvis.index()].y - points[foot.index()].y;
+    let mut all: Vec<f64> = take.positions.iter().map(below).collect();
+    let here = all[(at.round() as usize).min(all.len() - 1)];
+    all.sort_by(f64::total_cmp);
+    here > LEAST_BELOW * all[all.len() * 9 / 10]
 }
 
 /// Pairs of successive events a stride apart.
@@ -119,21 +133,60 @@ pub(super) fn recurrence(take: &Take, stride_s: f64) -> Option<(f64, f64)> {
 
 /// Horizontal unit vector that the pelvis faces, averaged over about a stride.
 pub(super) fn facing(take: &Take) -> Vec<DVec3> {
-    let ahead: Vec<DVec3> = take
+    let pelvis: Vec<DQuat> = take
         .rotations
         .iter()
-        .map(|pose| {
-            let z = pose[Joint::Pelvis.index()] * DVec3::Z;
+        .map(|pose| pose[Joint::Pelvis.index()])
+        .collect();
+    averaged_heading(&pelvis, take.sample_rate_hz)
+}
+
+/// The same of the pelvis's orientations.
+pub(super) fn averaged_heading(pelvis: &[DQuat], sample_rate_hz: f64) -> Vec<DVec3> {
+    let ahead: Vec<DVec3> = pelvis
+        .iter()
+        .map(|turn| {
+            let z = *turn * DVec3::Z;
             DVec3::new(z.x, 0.0, z.z).normalize_or(DVec3::Z)
         })
         .collect();
-    let reach = (0.5 * take.sample_rate_hz) as usize;
+    let reach = (0.5 * sample_rate_hz) as usize;
     (0..ahead.len())
         .map(|i| {
             let around = &ahead[i.saturating_sub(reach)..(i + reach + 1).min(ahead.len())];
             around.iter().sum::<DVec3>().normalize_or(DVec3::Z)
         })
         .collect()
+}
+
+/// Speed of the floor under a walker who stays in place, m/s: that of the lowest point of the
+/// soles backwards, where it is clearly one.
+pub(super) fn belt_mps(take: &Take) -> Option<f64> {
+    /// Slower belts are none. Ours.
+    const SLOWEST_M_S: f64 = 0.2;
+    let mut backwards: Vec<f64> = Steps::of_take(take)
+        .lowest_slides()
+        .iter()
+        .zip(facing(take))
+        .map(|(slide, ahead)| -slide.dot(ahead) * take.sample_rate_hz)
+        .collect();
+    backwards.sort_by(f64::total_cmp);
+    let median = backwards.get(backwards.len() / 2).copied();
+    median.filter(|speed| *speed > SLOWEST_M_S)
+}
+
+/// A take on a belt of this speed, as it would be over ground.
+pub(super) fn over_ground(take: &Take, belt_mps: f64) -> Take {
+    let ahead = facing(take).iter().sum::<DVec3>().normalize_or(DVec3::Z);
+    let mut moved = take.clone();
+    for (frame, (root, points)) in moved.roots.iter_mut().zip(&mut moved.positions).enumerate() {
+        let along = ahead * belt_mps * frame as f64 / take.sample_rate_hz;
+        *root += along;
+        for point in points {
+            *point += along;
+        }
+    }
+    moved
 }
 
 /// Prominent local maxima at least `apart` samples apart, refined by a parabola. A
@@ -197,7 +250,6 @@ fn peaks(signal: &[f64], apart: f64) -> Vec<f64> {
 pub(super) mod tests {
     use std::f64::consts::TAU;
 
-    use edgegait_core::skeleton::JOINTS;
     use glam::DQuat;
 
     use super::super::forward_kinematics;
@@ -226,10 +278,14 @@ pub(super) mod tests {
             start_s: 0.0,
             cut_off_hz: None,
             unit_m: 1.0,
+            is_placed: false,
             offsets,
             roots: Vec::new(),
             rotations: Vec::new(),
             positions: Vec::new(),
+            residual_mm: 0.0,
+            largest_residual_mm: 0.0,
+            rigidity_mm: None,
             warnings: Vec::new(),
         };
         for i in 0..(seconds * rate) as usize {

@@ -1,16 +1,15 @@
 //! Gait cycles out of a recorded take: cut at the foot contacts, closed, straight ahead.
 
-use edgegait_core::skeleton::{JOINTS, Joint};
-use glam::{DQuat, DVec3};
+use std::borrow::Cow;
 
-use super::Cycle;
-use super::contacts::{STRIDE_S, facing, foot_events, recurrence, step_s, strides};
-use super::filter::LowPass;
-use super::forward_kinematics;
+use glam::DVec3;
+
+pub use super::closing::CYCLE_FRAMES;
+use super::closing::{close, mean_cycle, rise_m, travels};
+use super::contacts::{belt_mps, facing, foot_events, over_ground, recurrence, step_s, strides};
 use super::retarget::Take;
-
-/// Frames that every cycle is resampled to. Ours.
-pub const CYCLE_FRAMES: usize = 96;
+use super::stance::Steps;
+use super::{Cycle, forward_kinematics};
 
 /// A cycle that turns more is not straight walking, degrees.
 const LARGEST_TURN_DEG: f64 = 20.0;
@@ -26,22 +25,26 @@ const SPRINT_M_S: f64 = 4.5;
 /// Share of a stride that must be recorded for the rest to be interpolated. Ours.
 const LEAST_RECORDED: f64 = 0.85;
 
-/// Slower than this the walker is taken to be on a treadmill. Ours.
-const SLOWEST_TRAVEL_M_S: f64 = 0.1;
-
-/// Cut-off of the low-pass that takes out the kink of a closed cycle, over that of the take:
-/// high enough to leave what the take's own left. Ours.
-const KINK_CUT_OFF: f64 = 1.5;
+/// A walker whose pelvis rises or sinks more than this in a cycle is on stairs or a slope, metres.
+/// Ours: a level cycle's ends differ by less than 0.05.
+const LEVEL_M: f64 = 0.1;
 
 /// The cycles of one take.
 #[derive(Clone, Debug)]
 pub struct Cut {
     /// In order of time; at least one.
     pub cycles: Vec<CutCycle>,
-    /// Steps a minute, median over the strides of both feet.
+    /// How many were cut.
+    pub found: usize,
+    /// Steps a minute, median over the straight strides of both feet.
     pub cadence_spm: f64,
-    /// Horizontal travel over time, mean over the cycles, m/s; 0 on a treadmill.
+    /// Horizontal travel over time, mean over the cycles, m/s; on a treadmill, over its belt; 0
+    /// on the spot.
     pub speed_mps: f64,
+    /// Travel in a cycle, mean over the cycles, metres.
+    pub stride_m: f64,
+    /// Share of a cycle that a foot stands, mean over both feet and the cycles.
+    pub duty_factor: f64,
     /// What was assumed or dropped.
     pub warnings: Vec<String>,
 }
@@ -68,110 +71,166 @@ pub struct CutCycle {
 /// # Errors
 /// A sentence, if there is no full gait cycle that is straight.
 pub fn cut(take: &Take) -> Result<Cut, String> {
-    let mut take = take;
-    let extended;
+    let mut warnings = Vec::new();
     let [left, right] = foot_events(take);
     let rate = take.sample_rate_hz;
-    let mut warnings = Vec::new();
-    let kinds = [
+    let mut kinds = vec![
         (strides(&left.contacts, rate), "left contacts"),
         (strides(&right.contacts, rate), "right contacts"),
         (strides(&left.lifts, rate), "left lifts"),
         (strides(&right.lifts, rate), "right lifts"),
     ];
-    let mut kinds = kinds.to_vec();
+    let mut take = Cow::Borrowed(take);
     if kinds.iter().all(|(spans, _)| spans.is_empty()) {
-        let step_s = step_s(&left, &right, rate);
-        let Some(stride_s) = step_s.map(|step_s| 2.0 * step_s) else {
+        let Some(step_s) = step_s(&left, &right, rate) else {
             return Err("no gait cycle: no foot contacts are recorded".into());
         };
-        if let Some(span) = recurrence(take, stride_s) {
-            kinds.push((vec![span], "like poses"));
-        } else if let Some(longer) = completed(take, stride_s * rate) {
-            let percent = 100.0 * take.len() as f64 / (stride_s * rate);
-            warnings.push(format!(
-                "only {percent:.0} % of a stride is recorded: the rest is interpolated"
-            ));
-            extended = longer;
-            take = &extended;
-            kinds.push((
-                vec![(0.0, stride_s * rate)],
-                "its first frame and a stride later",
-            ));
-        } else {
-            let cadence = 120.0 / stride_s;
-            return Err(format!(
-                "no gait cycle: no full stride is recorded ({cadence:.0} steps/min at {rate:.1} Hz)"
-            ));
-        }
+        let (longer, span, kind) = only_stride(&take, 2.0 * step_s, &mut warnings)?;
+        kinds.push((vec![span], kind));
+        take = longer.map_or(take, Cow::Owned);
     }
-    // Contacts are sharper events than the others, which count only without any.
-    let measured = if kinds[..2].iter().any(|(spans, _)| !spans.is_empty()) {
-        2
-    } else {
-        kinds.len()
+    let facing = facing(&take);
+    let turn_deg = |&(from, to): &(f64, f64)| {
+        let end = (to.ceil() as usize).min(take.len() - 1);
+        facing[from as usize]
+            .angle_between(facing[end])
+            .to_degrees()
     };
-    let mut periods: Vec<f64> = kinds[..measured]
+    let is_straight = |span: &(f64, f64)| turn_deg(span) <= LARGEST_TURN_DEG;
+    let Some((spans, kind)) = kinds
         .iter()
-        .flat_map(|(spans, _)| spans)
-        .map(|(from, to)| (to - from) / rate)
-        .collect();
-    periods.sort_by(f64::total_cmp);
-    let period_s = periods
-        .get(periods.len() / 2)
-        .copied()
-        .unwrap_or(*STRIDE_S.end());
-    let (spans, kind) = kinds
-        .into_iter()
-        .find(|(spans, _)| !spans.is_empty())
-        .unwrap_or_default();
-    if kind != "left contacts" {
+        .find(|(spans, _)| spans.iter().any(is_straight))
+    else {
+        return Err("no gait cycle: every cycle turns".into());
+    };
+    if *kind != "left contacts" {
         warnings.push(format!(
             "no full left cycle: cut between {kind}, phase 0 moved to the left contact"
         ));
     }
-    let facing = facing(take);
+    for span in spans.iter().filter(|span| !is_straight(span)) {
+        warnings.push(format!(
+            "the cycle at {:.2} s turns {:.0} degrees: dropped",
+            take.start_s + span.0 / rate,
+            turn_deg(span)
+        ));
+    }
+    let spans: Vec<_> = spans.iter().copied().filter(is_straight).collect();
+    // Contacts are sharper events than the others, which count only without any.
+    let straight = |kinds: &[(Vec<(f64, f64)>, &str)]| -> Vec<f64> {
+        let spans = kinds.iter().flat_map(|(spans, _)| spans);
+        let straight = spans.filter(|span| is_straight(span));
+        straight.map(|(from, to)| (to - from) / rate).collect()
+    };
+    let mut periods = straight(&kinds[..2]);
+    if periods.is_empty() {
+        periods = straight(&kinds);
+    }
+    periods.sort_by(f64::total_cmp);
+    let count = periods.len();
+    let cadence_spm = 240.0 / (periods[(count - 1) / 2] + periods[count / 2]);
+    if spans.iter().all(|&(from, to)| !travels(&take, from, to)) {
+        warnings.push(match belt_mps(&take) {
+            Some(belt_mps) => {
+                take = Cow::Owned(over_ground(&take, belt_mps));
+                "the walker does not travel (a treadmill?): the speed is that of the standing foot"
+                    .into()
+            }
+            None => {
+                "the walker does not travel, and no foot slides back: the speed is unknown".into()
+            }
+        });
+    }
     let mut cycles = Vec::new();
     for (from, to) in spans {
-        let turn_deg = facing[from as usize]
-            .angle_between(facing[(to.ceil() as usize).min(take.len() - 1)])
-            .to_degrees();
-        let start_s = take.start_s + from / rate;
-        if turn_deg > LARGEST_TURN_DEG {
+        let rise_m = rise_m(&take, from, to);
+        if rise_m.abs() > LEVEL_M {
             warnings.push(format!(
-                "the cycle at {start_s:.2} s turns {turn_deg:.0} degrees: dropped"
+                "the cycle at {:.2} s ends {rise_m:+.2} m higher than it began (stairs, a slope?): closing takes that out, so that standing feet slide",
+                take.start_s + from / rate
             ));
-            continue;
         }
         let phase = left_contact_phase(&left.contacts, &right.contacts, from, to);
-        let cycle = close(take, from, to, phase);
+        let cycle = close(&take, from, to, phase);
         cycles.push(CutCycle {
-            start_s,
+            start_s: take.start_s + from / rate,
             cadence_spm: 120.0 / cycle.period_s,
             speed_mps: cycle.drift_m / cycle.period_s,
             cycle,
         });
     }
-    if cycles.is_empty() {
-        return Err("no gait cycle: every cycle turns".into());
-    }
-    let cadence_spm = 120.0 / period_s;
     let seconds: f64 = cycles.iter().map(|cut| cut.cycle.period_s).sum();
-    let speed_mps = cycles.iter().map(|cut| cut.cycle.drift_m).sum::<f64>() / seconds;
-    if cadence_spm > HIGHEST_CADENCE || (cadence_spm > QUICK_CADENCE && speed_mps < SPRINT_M_S) {
-        warnings.push(format!(
-            "a cadence of {cadence_spm:.0} steps/min is implausible: is the frame rate of {rate:.1} Hz right?"
-        ));
-    }
-    if speed_mps == 0.0 {
-        warnings.push("the walker does not travel (a treadmill?): the speed is unknown".into());
-    }
-    Ok(Cut {
-        cycles,
+    let travel_m: f64 = cycles.iter().map(|cut| cut.cycle.drift_m).sum();
+    let duty_factors = cycles
+        .iter()
+        .map(|cut| Steps::of_cycle(&cut.cycle, &take.offsets).duty_factor());
+    let cut = Cut {
+        found: cycles.len(),
         cadence_spm,
-        speed_mps,
+        speed_mps: travel_m / seconds,
+        stride_m: travel_m / cycles.len() as f64,
+        duty_factor: duty_factors.sum::<f64>() / cycles.len() as f64,
+        cycles,
         warnings,
-    })
+    };
+    Ok(cut.doubted(rate))
+}
+
+impl Cut {
+    /// With a warning if nobody walks or runs like that.
+    fn doubted(mut self, rate: f64) -> Self {
+        let cadence = self.cadence_spm;
+        if cadence > HIGHEST_CADENCE || (cadence > QUICK_CADENCE && self.speed_mps < SPRINT_M_S) {
+            self.warnings.push(format!(
+                "a cadence of {cadence:.0} steps/min is implausible: is the frame rate of {rate:.1} Hz right? (--fps {:.0} makes it {:.0})",
+                0.5 * rate,
+                0.5 * cadence
+            ));
+        }
+        self
+    }
+
+    /// All cycles as one: at each phase the mean pose.
+    #[must_use]
+    pub fn mean(&self) -> CutCycle {
+        let cycle = mean_cycle(self.cycles.iter().map(|cut| &cut.cycle));
+        CutCycle {
+            start_s: self.cycles.first().map_or(0.0, |cut| cut.start_s),
+            cadence_spm: 120.0 / cycle.period_s,
+            speed_mps: cycle.drift_m / cycle.period_s,
+            cycle,
+        }
+    }
+}
+
+/// The only stride of a take in which no event comes twice: the take, where it had to be made
+/// longer, the stride's frames, and what they are cut at.
+#[expect(
+    clippy::type_complexity,
+    reason = "three things found at once, used once"
+)]
+fn only_stride(
+    take: &Take,
+    stride_s: f64,
+    warnings: &mut Vec<String>,
+) -> Result<(Option<Take>, (f64, f64), &'static str), String> {
+    let stride = stride_s * take.sample_rate_hz;
+    if let Some(span) = recurrence(take, stride_s) {
+        return Ok((None, span, "like poses"));
+    }
+    let Some(longer) = completed(take, stride) else {
+        return Err(format!(
+            "no gait cycle: no full stride is recorded ({:.0} steps/min at {:.1} Hz)",
+            120.0 / stride_s,
+            take.sample_rate_hz
+        ));
+    };
+    warnings.push(format!(
+        "only {:.0} % of a stride is recorded: the rest is interpolated",
+        100.0 * take.len() as f64 / stride
+    ));
+    let kind = "its first frame and a stride later";
+    Ok((Some(longer), (0.0, stride), kind))
 }
 
 /// Phase of the left contact in a stride: seen in it, or half a stride from the right.
@@ -211,112 +270,12 @@ fn completed(take: &Take, stride: f64) -> Option<Take> {
     Some(longer)
 }
 
-/// The pose at a fraction of a frame.
-fn sample(take: &Take, at: f64) -> (DVec3, [DQuat; JOINTS]) {
-    let last = take.len() - 1;
-    let low = (at.max(0.0) as usize).min(last);
-    let high = (low + 1).min(last);
-    let t = at - low as f64;
-    let root = take.roots[low].lerp(take.roots[high], t);
-    let rotations = std::array::from_fn(|joint| {
-        take.rotations[low][joint].slerp(take.rotations[high][joint], t)
-    });
-    (root, rotations)
-}
-
-/// One stride as a closed cycle along +Z.
-///
-/// The pose at the end differs from the one at the start. Each joint's and the root
-/// height's difference is spread linearly over the cycle, half of it to either end, so
-/// that nothing moves by more than half the gap. Speeds differ as well, which leaves a kink
-/// where the ends meet: a low-pass that runs round the cycle takes it out.
-fn close(take: &Take, from: f64, to: f64, phase: f64) -> Cycle {
-    let period_s = (to - from) / take.sample_rate_hz;
-    let (first_root, first) = sample(take, from);
-    let (last_root, last) = sample(take, to);
-    let travel = DVec3::new(last_root.x - first_root.x, 0.0, last_root.z - first_root.z);
-    let moves = travel.length() > SLOWEST_TRAVEL_M_S * period_s;
-    let frames: Vec<(DVec3, [DQuat; JOINTS])> = (0..CYCLE_FRAMES)
-        .map(|i| sample(take, from + (to - from) * i as f64 / CYCLE_FRAMES as f64))
-        .collect();
-    let ahead = if moves {
-        travel
-    } else {
-        frames
-            .iter()
-            .map(|(_, pose)| pose[Joint::Pelvis.index()] * DVec3::Z)
-            .sum()
-    };
-    let heading = DQuat::from_rotation_y(-libm::atan2(ahead.x, ahead.z));
-    let gap: [DQuat; JOINTS] = std::array::from_fn(|joint| {
-        let gap = first[joint] * last[joint].inverse();
-        if gap.w < 0.0 { -gap } else { gap }
-    });
-    let rise = first_root.y - last_root.y;
-    let (mut root, mut rotations, mut before) = (Vec::new(), Vec::new(), Vec::new());
-    for (i, (at, pose)) in frames.iter().enumerate() {
-        let u = i as f64 / CYCLE_FRAMES as f64;
-        let share = u - 0.5;
-        let at = *at - travel * u;
-        let closed_at = at + DVec3::Y * rise * share;
-        let closed: [DQuat; JOINTS] = std::array::from_fn(|joint| {
-            let part = DQuat::from_scaled_axis(gap[joint].to_scaled_axis() * share);
-            (part * pose[joint]).normalize()
-        });
-        before.push(forward_kinematics(&take.offsets, at, pose).0);
-        root.push(closed_at);
-        rotations.push(closed);
-    }
-    let rate = CYCLE_FRAMES as f64 / period_s;
-    let cut_off_hz = take.cut_off_hz.map(|hz| KINK_CUT_OFF * hz);
-    if let Some(filter) = cut_off_hz.and_then(|hz| LowPass::new(hz, rate)) {
-        smooth_round(&filter, &mut root, &mut rotations);
-    }
-    let mut moved_m: f64 = 0.0;
-    for ((before, at), pose) in before.iter().zip(&mut root).zip(&mut rotations) {
-        let after = forward_kinematics(&take.offsets, *at, pose).0;
-        for (a, b) in before.iter().zip(&after) {
-            moved_m = moved_m.max(a.distance(*b));
-        }
-        *at = heading * *at;
-        pose[0] = (heading * pose[0]).normalize();
-    }
-    let centre = root.iter().sum::<DVec3>() / CYCLE_FRAMES as f64;
-    for at in &mut root {
-        at.x -= centre.x;
-        at.z -= centre.z;
-    }
-    let shift = (phase * CYCLE_FRAMES as f64).round() as usize % CYCLE_FRAMES;
-    root.rotate_left(shift);
-    rotations.rotate_left(shift);
-    let drift_m = if moves { travel.length() } else { 0.0 };
-    Cycle {
-        period_s,
-        drift_m,
-        closure_mm: moved_m * 1e3,
-        root,
-        rotations,
-    }
-}
-
-/// Filters a closed cycle as if it had gone on for ever.
-fn smooth_round(filter: &LowPass, root: &mut [DVec3], rotations: &mut [[DQuat; JOINTS]]) {
-    let frames = root.len();
-    let mut thrice = root.repeat(3);
-    filter.positions(&mut thrice);
-    root.copy_from_slice(&thrice[frames..2 * frames]);
-    for joint in 0..JOINTS {
-        let once: Vec<DQuat> = rotations.iter().map(|pose| pose[joint]).collect();
-        let mut thrice = once.repeat(3);
-        filter.rotations(&mut thrice);
-        for (pose, rotation) in rotations.iter_mut().zip(&thrice[frames..]) {
-            pose[joint] = *rotation;
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use edgegait_core::pack::Sex;
+    use edgegait_core::skeleton::Joint;
+
+    use super::super::cohort::Person;
     use super::super::contacts::tests::walker;
     use super::*;
 
@@ -344,10 +303,46 @@ mod tests {
     }
 
     #[test]
-    fn a_treadmill_has_no_speed_and_says_so() {
+    fn marching_on_the_spot_has_no_speed_and_says_so() {
         let cut = cut(&walker(1.0, 0.0, 0.5, 3.0)).unwrap();
         assert_eq!(cut.speed_mps, 0.0);
-        assert!(cut.warnings[0].contains("treadmill"), "{:?}", cut.warnings);
+        assert!(cut.warnings[0].contains("unknown"), "{:?}", cut.warnings);
+    }
+
+    #[test]
+    fn a_treadmill_is_as_fast_as_the_standing_foot() {
+        let person = Person::average(Sex::Female);
+        for speed_kmh in [4.0, 6.0] {
+            let made = person.cycle(speed_kmh);
+            let mut take = walker(1.0, 0.0, 0.0, 0.01);
+            take.sample_rate_hz = made.root.len() as f64 / made.period_s;
+            take.offsets = person.body.offsets;
+            take.roots = made.root.repeat(3);
+            take.rotations = made.rotations.repeat(3);
+            let poses = take.roots.iter().zip(&take.rotations);
+            take.positions = poses
+                .map(|(root, pose)| forward_kinematics(&take.offsets, *root, pose).0)
+                .collect();
+            let cut = cut(&take).unwrap();
+            let off = cut.speed_mps / (speed_kmh / 3.6) - 1.0;
+            // Made feet slide; recorded ones come within 5 % (`tests/manifest.rs`).
+            assert!(off.abs() < 0.15, "{speed_kmh}: {}", cut.speed_mps);
+            assert!(cut.warnings[0].contains("treadmill"), "{:?}", cut.warnings);
+        }
+    }
+
+    #[test]
+    fn a_walker_on_a_slope_is_warned_of() {
+        let mut take = walker(1.0, 1.0, 0.0, 3.0);
+        for (i, root) in take.roots.iter_mut().enumerate() {
+            root.y -= 0.3 * i as f64 / 100.0;
+        }
+        let cut = cut(&take).unwrap();
+        assert!(
+            cut.warnings[0].contains("-0.30 m higher"),
+            "{:?}",
+            cut.warnings
+        );
     }
 
     #[test]

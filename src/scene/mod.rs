@@ -4,18 +4,27 @@
 //! types of this module, and the encoder begins with them.
 
 mod clean;
+mod closing;
 pub mod cohort;
+mod complete;
 pub mod contacts;
 pub mod events;
+pub mod figure;
 pub mod filter;
+pub mod fit;
 mod follow;
+mod markers;
+pub mod measured;
 pub mod recorded;
+mod residual;
 mod rest;
 pub mod retarget;
 mod roles;
 mod span;
+pub mod stance;
 pub mod thin;
 mod transfer;
+mod unit;
 pub mod variation;
 
 use edgegait_core::pack::{Gait, Sex};
@@ -87,7 +96,7 @@ pub struct Cycle {
 /// A motion of one walker that need not repeat, sampled evenly over time.
 ///
 /// Frame `i` is at `i / sample_rate_hz` seconds. The walker travels as recorded: along +Z
-/// on the whole, from x = z = 0.
+/// on the whole, from x = z = 0, or as in the file's own world where its axes are stated.
 #[derive(Clone, Debug)]
 pub struct Span {
     /// Frames a second.
@@ -106,6 +115,8 @@ pub struct Body {
     pub offsets: [DVec3; JOINTS],
     /// Convex hulls, each rigid with one joint.
     pub hulls: Vec<BodyHull>,
+    /// How well they match the mesh that they were fitted to, if they were.
+    pub fit: Option<fit::Fit>,
 }
 
 /// A convex hull given by points in its joint's frame, metres.

@@ -3,18 +3,20 @@
 use super::cohort::anthropometry::{DIMENSIONS, Dimensions, Population};
 use super::cohort::body;
 use super::events::{Cut, cut};
+use super::measured::{Measured, MeasuredPeople};
 use super::retarget::{DEFAULT_CUT_OFF_HZ, Take, leg_length_m};
-use super::{Span, Subject, Track, Walk};
+use super::{Body, Span, Subject, Track, Walk};
 use crate::error::{Error, Result};
-use crate::import::{Format, Motion, Options};
+use crate::import::{Format, Motion, Options, Source};
 use edgegait_core::pack::{Gait, Sex};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::DVec3;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Hip-to-ankle length over stature: (trochanter - malleolus) of ANSUR II's means,
 /// (0.513 - 0.042) for men and (0.519 - 0.039) for women.
-const LEG_SHARE: f64 = 0.4755;
+pub(super) const LEG_SHARE: f64 = 0.4755;
 /// Froude number v^2 / (g L) from which people run (Alexander 1989, Physiol. Rev.
 /// 69:1199-1227: walking changes to running near 0.5).
 const RUNNING_FROUDE: f64 = 0.5;
@@ -22,7 +24,8 @@ const RUNNING_FROUDE: f64 = 0.5;
 /// Where a subject's name is read from.
 #[derive(Clone, Debug)]
 pub enum SubjectName {
-    /// What stands before the last `_` of the file's name, or the whole name.
+    /// What stands before the last `_` of the file's name, or the whole name, as it is of files
+    /// that hold a body.
     File,
     /// The folder that the file is in.
     Folder,
@@ -33,10 +36,37 @@ pub enum SubjectName {
 /// What of a take is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Keep {
-    /// Its gait cycles, each closed.
+    /// All its gait cycles, each closed.
     Cycles,
+    /// The mean of its gait cycles.
+    MeanCycle,
+    /// The first of its gait cycles.
+    FirstCycle,
     /// The take as it is.
     Take,
+}
+
+/// The low-pass that motions go through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Smoothing {
+    /// At [`DEFAULT_CUT_OFF_HZ`] where motion was measured, none where it was authored.
+    Usual,
+    /// At this cut-off, Hz.
+    At(f64),
+    /// None: the motion stays as it is in the file.
+    Off,
+}
+
+impl Smoothing {
+    /// The cut-off for motions of a format, Hz.
+    const fn cut_off_hz(self, format: Format) -> Option<f64> {
+        match self {
+            Self::Usual if format.is_authored() => None,
+            Self::Usual => Some(DEFAULT_CUT_OFF_HZ),
+            Self::At(cut_off_hz) => Some(cut_off_hz),
+            Self::Off => None,
+        }
+    }
 }
 
 /// How files are read.
@@ -48,10 +78,12 @@ pub struct ReadOptions {
     pub subject: SubjectName,
     /// The skeleton of an AMC file; otherwise the one beside it.
     pub asf: Option<PathBuf>,
+    /// The animation of a glTF file.
+    pub clip: Option<String>,
     /// Frames a second, over what the file says.
     pub sample_rate_hz: Option<f64>,
-    /// Cut-off of the low-pass; `None` leaves the motion as recorded.
-    pub low_pass_hz: Option<f64>,
+    /// The low-pass that motions go through.
+    pub smoothing: Smoothing,
 }
 
 impl Default for ReadOptions {
@@ -60,8 +92,9 @@ impl Default for ReadOptions {
             keep: Keep::Cycles,
             subject: SubjectName::File,
             asf: None,
+            clip: None,
             sample_rate_hz: None,
-            low_pass_hz: Some(DEFAULT_CUT_OFF_HZ),
+            smoothing: Smoothing::Usual,
         }
     }
 }
@@ -75,55 +108,77 @@ pub struct Recording {
     pub format: Format,
     /// Who walks.
     pub subject: String,
-    /// Name of the take: the file's name without its extension.
+    /// Name of the take: of its clip, or else the file's name without its extension.
     pub name: String,
     /// The motion.
     pub take: Take,
     /// Its gait cycles; `None` for a take that is kept as it is.
     pub cut: Option<Cut>,
+    /// The skeleton with the mesh on it, where the file has one.
+    pub mesh: Option<Motion>,
 }
 
 impl Recording {
     /// Reads, retargets and cuts one file.
     ///
     /// # Errors
-    /// When the file cannot be read, lacks joints, or holds no gait cycle where those are
+    /// When the file cannot be read, lacks joints or markers, or holds no gait cycle where those are
     /// kept.
     pub fn read(path: &Path, options: &ReadOptions) -> Result<Self> {
-        let motion = Motion::read_with(
+        let source = Source::read_with(
             path,
             &Options {
                 sample_rate_hz: options.sample_rate_hz,
                 asf: options.asf.clone(),
+                clip: options.clip.clone(),
             },
         )?;
-        let take = Take::from_motion(&motion, options.low_pass_hz)
-            .map_err(|problem| Error::input(path, problem))?;
-        let cut = match options.keep {
-            Keep::Cycles => Some(cut(&take).map_err(|problem| Error::input(path, problem))?),
-            Keep::Take => None,
+        let (format, has_skin, read_warnings) = match &source {
+            Source::Motion(motion) => (motion.format, motion.skin.is_some(), &motion.warnings),
+            Source::Markers(markers) => (markers.format, false, &markers.warnings),
         };
-        let name = path
+        let cut_off_hz = options.smoothing.cut_off_hz(format);
+        let take = match &source {
+            Source::Motion(motion) => Take::from_motion(motion, cut_off_hz),
+            Source::Markers(markers) => Take::from_markers(markers, cut_off_hz),
+        };
+        let take = take.map_err(|problem| refusal(path, &problem, read_warnings))?;
+        let mut cut = match options.keep {
+            Keep::Take => None,
+            _ => Some(cut(&take).map_err(|problem| refusal(path, &problem, &take.warnings))?),
+        };
+        match (&mut cut, options.keep) {
+            (Some(cut), Keep::MeanCycle) => cut.cycles = vec![cut.mean()],
+            (Some(cut), Keep::FirstCycle) => cut.cycles.truncate(1),
+            _ => {}
+        }
+        let stem = path
             .file_stem()
             .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         let subject = match &options.subject {
             SubjectName::Given(subject) => subject.clone(),
-            SubjectName::File => match name.rsplit_once('_') {
-                Some((before, _)) if !before.is_empty() => before.to_owned(),
-                _ => name.clone(),
+            SubjectName::File => match stem.rsplit_once('_') {
+                // A file with a skin is a body, not one of its takes.
+                Some((before, _)) if !before.is_empty() && !has_skin => before.to_owned(),
+                _ => stem.clone(),
             },
             SubjectName::Folder => path.parent().and_then(Path::file_name).map_or_else(
-                || name.clone(),
+                || stem.clone(),
                 |folder| folder.to_string_lossy().into_owned(),
             ),
         };
+        let name = options.clip.clone().unwrap_or(stem);
         Ok(Self {
             path: path.to_path_buf(),
-            format: motion.format,
+            format,
             subject,
             name,
             take,
             cut,
+            mesh: match source {
+                Source::Motion(motion) if has_skin => Some(motion),
+                _ => None,
+            },
         })
     }
 
@@ -145,8 +200,22 @@ impl Recording {
     }
 }
 
+/// Why a file gives no walk, with the first of what was found on the way: a recording cut short,
+/// doubtful names.
+fn refusal(path: &Path, problem: &str, warnings: &[String]) -> Error {
+    const SHOWN: usize = 2;
+    let more = match warnings.len().saturating_sub(SHOWN) {
+        0 => String::new(),
+        more => format!("; and {more} more"),
+    };
+    match &warnings[..warnings.len().min(SHOWN)] {
+        [] => Error::input(path, problem),
+        shown => Error::input(path, format!("{problem} ({}{more})", shown.join("; "))),
+    }
+}
+
 /// The body that recordings are put onto.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct BodyOptions {
     /// Stature, metres; otherwise the skeleton's own segments are kept.
     pub stature_m: Option<f64>,
@@ -154,6 +223,10 @@ pub struct BodyOptions {
     pub mass_kg: Option<f64>,
     /// Sex; otherwise dimensions between both.
     pub sex: Option<Sex>,
+    /// Those who were measured; what they have goes before all of the above.
+    pub measured: MeasuredPeople,
+    /// Bodies that need not be made, by subject: those that were fitted to a mesh.
+    pub given: BTreeMap<String, Body>,
 }
 
 /// One subject for each name among the recordings, with the cycles of all their takes or the
@@ -161,7 +234,9 @@ pub struct BodyOptions {
 /// Subjects and takes are in order of their names, whatever the order of the files.
 ///
 /// Without a stature a subject keeps the segment lengths of their first take but the
-/// neck's, and the hulls are those of a person whose legs are as long.
+/// neck's, and the hulls are those of a person whose legs are as long. With one, measured or
+/// given, the joints lie where its dimensions put them. Measured dimensions of hulls count in
+/// either case.
 ///
 /// # Errors
 /// For implausible bodies, and two takes of one name of one subject.
@@ -226,22 +301,37 @@ pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<S
 /// A subject with a body and no walks yet.
 fn new_subject(recording: &Recording, options: &BodyOptions) -> Result<Subject> {
     let own = recording.take.offsets;
-    let stature_m = options
-        .stature_m
-        .unwrap_or_else(|| leg_length_m(&own) / LEG_SHARE);
-    let mass_kg = options.mass_kg.unwrap_or_else(|| {
+    let row = options.measured.of(&recording.subject);
+    let measured = row.unwrap_or(&Measured::NOTHING);
+    let known_stature_m = measured.stature_m.or(options.stature_m);
+    let known_mass_kg = measured.mass_kg.or(options.mass_kg);
+    let sex = measured.sex.or(options.sex);
+    if let Some(body) = options.given.get(&recording.subject) {
+        return Ok(Subject {
+            name: recording.subject.clone(),
+            sex,
+            stature_m: known_stature_m.unwrap_or(0.0),
+            mass_kg: known_mass_kg.unwrap_or(0.0),
+            body: body.clone(),
+            walks: Vec::new(),
+        });
+    }
+    let stature_m = known_stature_m.unwrap_or_else(|| leg_length_m(&own) / LEG_SHARE);
+    let mass_kg = known_mass_kg.unwrap_or_else(|| {
         let bmi = |sex| Population::of(sex).bmi.0;
         let mean = 0.5 * (bmi(Sex::Female) + bmi(Sex::Male));
-        options.sex.map_or(mean, bmi) * stature_m * stature_m
+        sex.map_or(mean, bmi) * stature_m * stature_m
     });
-    let dimensions = Dimensions::expected(stature_m, mass_kg, options.sex, &[0.0; DIMENSIONS])?;
-    let offsets = match options.stature_m {
+    let dimensions = Dimensions::expected(stature_m, mass_kg, sex, &[0.0; DIMENSIONS])
+        .map_err(|error| Error::Usage(format!("subject {:?}: {error}", recording.subject)))?
+        .with(&measured.dimensions_m);
+    let offsets = match known_stature_m {
         Some(_) => body::offsets(&dimensions),
         None => with_head_at_its_height(own, &dimensions),
     };
     Ok(Subject {
         name: recording.subject.clone(),
-        sex: options.sex,
+        sex,
         stature_m,
         mass_kg,
         body: body::body(&dimensions, offsets),

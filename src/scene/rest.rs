@@ -8,8 +8,13 @@
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DMat3, DQuat, DVec3};
 
+use super::follow::source_points;
 use super::roles::Roles;
+use super::unit::{choose_unit, leg_of};
 use crate::import::Motion;
+
+/// Turning less than this over a whole motion is not turning, radians.
+const STILL_RAD: f64 = 0.005;
 
 /// A pose of the source, all joints.
 pub(super) struct Globals {
@@ -61,8 +66,23 @@ pub(super) fn nearest_axis(direction: DVec3) -> DVec3 {
     DVec3::AXES[axis] * direction[axis].signum()
 }
 
+/// Leaves out the trunk joints of a fine trunk that never turn: they are part of what is below.
+fn keep_bending(motion: &Motion, roles: &mut Roles) {
+    let turns = |joint: usize| {
+        let first = motion.frames[0].rotations[joint];
+        let mut others = motion.frames.iter().map(|frame| frame.rotations[joint]);
+        others.any(|rotation| rotation.angle_between(first) > STILL_RAD)
+    };
+    if roles.is_fine_trunk && roles.trunk.iter().any(|&joint| turns(joint)) {
+        let head = roles.trunk.last().copied();
+        roles
+            .trunk
+            .retain(|&joint| Some(joint) == head || turns(joint));
+    }
+}
+
 /// The file's own rest pose.
-fn identity_pose(motion: &Motion) -> Globals {
+pub(super) fn identity_pose(motion: &Motion) -> Globals {
     let mut positions: Vec<DVec3> = Vec::with_capacity(motion.joints.len());
     for joint in &motion.joints {
         positions.push(
@@ -83,17 +103,27 @@ fn trunk_of(positions: &[DVec3], roles: &Roles) -> DVec3 {
     middle(positions, roles.upper_arm) - middle(positions, roles.thigh)
 }
 
+/// From the right hip to the left one, or between the knees of a figure without a pelvis.
+pub(super) fn across(positions: &[DVec3], thigh: [usize; 2], shank: [usize; 2]) -> DVec3 {
+    let hips = positions[thigh[0]] - positions[thigh[1]];
+    if hips == DVec3::ZERO {
+        positions[shank[0]] - positions[shank[1]]
+    } else {
+        hips
+    }
+}
+
 /// Whether the legs continue the trunk downwards, hips across.
 fn stands(positions: &[DVec3], roles: &Roles) -> bool {
     let up = trunk_of(positions, roles).normalize_or_zero();
-    let across = (positions[roles.thigh[0]] - positions[roles.thigh[1]]).normalize_or_zero();
+    let left = across(positions, roles.thigh, roles.shank).normalize_or_zero();
     (0..2).all(|side| {
         let chain = [roles.thigh[side], roles.shank[side], roles.foot[side]].map(|j| positions[j]);
         // A segment of no length (an ankle put on the knee) says nothing.
         chain.windows(2).all(|pair| {
             pair[0] == pair[1] || (pair[1] - pair[0]).normalize_or_zero().dot(up) < -0.8
         })
-    }) && across.dot(up).abs() < 0.5
+    }) && left.dot(up).abs() < 0.5
 }
 
 /// The frame whose legs are straightest under the trunk, with `up` of the world.
@@ -109,6 +139,28 @@ fn best_standing(frames: &[Globals], roles: &Roles, up: DVec3) -> usize {
     (0..frames.len())
         .max_by(|&a, &b| score(&frames[a]).total_cmp(&score(&frames[b])))
         .unwrap_or(0)
+}
+
+/// Where the canonical joints are in a file's own rest pose, if it stands: metres, Y up.
+///
+/// # Errors
+/// A joint that gait needs is missing, or the rest pose does not stand.
+pub(super) fn standing_points(motion: &Motion) -> Result<[DVec3; JOINTS], String> {
+    let mut roles = Roles::find(&motion.joints)?;
+    let unit_m = choose_unit(leg_of(motion, &roles), motion.unit_m, &mut Vec::new())?;
+    let mut own = identity_pose(motion);
+    if let Some(skin) = &motion.skin {
+        for position in &mut own.positions {
+            *position += skin.root;
+        }
+    }
+    if !stands(&own.positions, &roles) {
+        return Err("the skeleton's rest pose does not stand".into());
+    }
+    let up = nearest_axis(trunk_of(&own.positions, &roles));
+    let rest = Rest::calibrate(motion, &mut roles, &[], None, up)?;
+    let world = DQuat::from_rotation_arc(up, DVec3::Y);
+    Ok(source_points(&rest, &own).map(|point| world * point * unit_m))
 }
 
 /// The frame in which a foot is flat: its ankle and toe move least.
@@ -135,6 +187,7 @@ impl Rest {
         t_pose: Option<&Globals>,
         up: DVec3,
     ) -> Result<Self, String> {
+        keep_bending(motion, roles);
         let own = identity_pose(motion);
         let mut warnings = Vec::new();
         let own_stands = stands(&own.positions, roles);
@@ -250,7 +303,7 @@ fn yaw_towards(toe: DVec3) -> DQuat {
 }
 
 /// From canonical to source axes with +X to the left hip; none if degenerate.
-fn base_of(left: DVec3, up: DVec3) -> Option<DQuat> {
+pub(super) fn base_of(left: DVec3, up: DVec3) -> Option<DQuat> {
     let y = up.try_normalize()?;
     let x = left.reject_from_normalized(y).try_normalize()?;
     Some(DQuat::from_mat3(&DMat3::from_cols(x, y, x.cross(y))).normalize())
@@ -265,7 +318,7 @@ fn swap_sides_if_needed(
     warnings: &mut Vec<String>,
 ) -> Result<DQuat, String> {
     let degenerate = || "the skeleton is degenerate: no left or no up".to_owned();
-    let mut left = p[roles.thigh[0]] - p[roles.thigh[1]];
+    let mut left = across(p, roles.thigh, roles.shank);
     let base = base_of(left, up).ok_or_else(degenerate)?;
     let toes: DVec3 = (0..2)
         .filter_map(|side| Some(p[roles.toe[side]?] - p[roles.foot[side]]))
@@ -354,8 +407,14 @@ fn place(p: &[DVec3], roles: &Roles, base: DQuat, up: DVec3) -> [Part; JOINTS] {
             axes: base,
         };
     };
+    // The ribs of a fine trunk turn as their base does: on MakeHuman's skin that fits best.
+    let thorax_turns = if roles.is_fine_trunk {
+        thorax.joint
+    } else {
+        ribs
+    };
     set(Joint::Spine, spine_turns, spine);
-    set(Joint::Thorax, ribs, thorax);
+    set(Joint::Thorax, thorax_turns, thorax);
     set(Joint::Neck, neck_turns, neck);
     set(Joint::Head, head, on(head));
     use Joint as J;

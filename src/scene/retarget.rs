@@ -7,33 +7,23 @@ use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
 use super::clean::longest_clean_stretch;
+use super::complete::completed;
 use super::filter::LowPass;
 use super::follow::{local_rotations, main_child, source_points};
 use super::forward_kinematics;
+use super::residual::Residual;
 use super::rest::{Globals, Rest, nearest_axis};
 use super::roles::Roles;
+use super::unit::{choose_unit, leg_of};
 use crate::import::Motion;
 
 /// Ankle height over hip-to-ankle length: 0.039 / 0.491 (Winter 2009, figure 4.1, after
 /// Drillis & Contini 1966).
 pub const ANKLE_HEIGHT: f64 = 0.0794;
 
-/// Hip-to-ankle lengths that a walker can have, metres: a small child to a giant
-/// (measured clips: 0.59 to 0.99 from the pelvis).
-const LEG_M: std::ops::RangeInclusive<f64> = 0.42..=1.15;
-
-/// Hip-to-ankle length that a unit is chosen by when several fit, metres.
-const USUAL_LEG_M: f64 = 0.8;
-
-/// Units that motion files count in: metres in one of them, and its name.
-const UNITS: [(f64, &str); 6] = [
-    (1.0, "metre"),
-    (0.01, "centimetre"),
-    (0.001, "millimetre"),
-    (0.0254, "inch"),
-    (0.0254 / 0.45, "0.45-inch ASF unit"),
-    (0.3048, "foot"),
-];
+/// A floor so near to a file's stated y = 0 is that one, metres: what a sole is thicker or
+/// thinner than [`ANKLE_HEIGHT`] says, or sinks in. Ours.
+const NEAR_FLOOR_M: f64 = 0.1;
 
 /// The low-pass cut-off used by default, Hz (DESIGN.md, section 4).
 pub const DEFAULT_CUT_OFF_HZ: f64 = 10.0;
@@ -51,13 +41,24 @@ pub struct Take {
     pub unit_m: f64,
     /// The walker's own joint offsets in the canonical rest pose, metres.
     pub offsets: [DVec3; JOINTS],
-    /// Pelvis position by frame, metres, Y up, the lowest stance on y = 0; heading as
-    /// in the file.
+    /// Whether heading and position are those of a world whose axes the file states; otherwise
+    /// they mean nothing.
+    pub is_placed: bool,
+    /// Pelvis position by frame, metres, Y up, the lowest stance on y = 0 (of a placed take
+    /// the file's own floor); heading as in the file.
     pub roots: Vec<DVec3>,
     /// Local rotations about the canonical rest pose, by frame.
     pub rotations: Vec<[DQuat; JOINTS]>,
     /// Where the source's own joints are, metres, the same axes as `roots`.
     pub positions: Vec<[DVec3; JOINTS]>,
+    /// How far forward kinematics with constant segment lengths is from the joints that were
+    /// measured, root mean square over joints and frames, mm.
+    pub residual_mm: f64,
+    /// The same at its largest.
+    pub largest_residual_mm: f64,
+    /// How far the markers of a segment are from a rigid body, root mean square, mm; of markers
+    /// only, where a segment has four or more.
+    pub rigidity_mm: Option<f64>,
     /// What was assumed, repaired or dropped.
     pub warnings: Vec<String>,
 }
@@ -84,15 +85,17 @@ impl Take {
     /// A T-pose in frame 0 is dropped. Where the root moves faster than 15 m/s or a joint
     /// turns faster than 3,600 degrees a second (30 a frame at 120 Hz; never more than 75 a
     /// frame), the recording is cut there and its longest clean stretch used. The
-    /// warnings say so.
+    /// warnings say so. A skeleton without feet, arms, hands or head gets those of an average
+    /// adult, which turn with what carries them.
     ///
     /// # Errors
-    /// A sentence, without the file's name: a joint that gait needs is missing, or no
-    /// known unit gives a human leg.
+    /// A sentence, without the file's name: leg joints are missing, or no known unit gives a
+    /// human leg.
     pub fn from_motion(motion: &Motion, cut_off_hz: Option<f64>) -> Result<Self, String> {
+        let motion = &*completed(motion)?;
         let mut warnings = motion.warnings.clone();
         let mut roles = Roles::find(&motion.joints)?;
-        let unit_m = choose_unit(motion, &roles, &mut warnings)?;
+        let unit_m = choose_unit(leg_of(motion, &roles), motion.unit_m, &mut warnings)?;
         let roots: Vec<DVec3> = (0..motion.frames.len())
             .map(|i| motion.globals(i).0[roles.pelvis])
             .collect();
@@ -115,6 +118,13 @@ impl Take {
             .collect();
 
         let up = up_axis(&frames, &roles);
+        let is_placed = motion.format.states_axes() && up == DVec3::Y;
+        if motion.format.states_axes() && !is_placed {
+            warnings.push(format!(
+                "up is {up}, not Y as a {} states: heading and position are not kept",
+                motion.format
+            ));
+        }
         let rest = Rest::calibrate(motion, &mut roles, &frames, t_pose.as_ref(), up)?;
         warnings.extend(rest.warnings.iter().cloned());
         let world = DQuat::from_rotation_arc(up, DVec3::Y);
@@ -132,27 +142,43 @@ impl Take {
                 ));
             }
         }
-        let floor_m = floor(&positions, leg_length_m(&offsets));
+        let mut floor_m = floor(&positions, leg_length_m(&offsets));
+        if is_placed && floor_m.abs() <= NEAR_FLOOR_M {
+            floor_m = 0.0;
+        } else if is_placed {
+            warnings.push(format!(
+                "the feet stand on y = {floor_m:.2} m, not 0: moved to the floor"
+            ));
+        }
         for point in positions.iter_mut().flatten() {
             point.y -= floor_m;
         }
-        let rotations = frames
+        let rotations: Vec<[DQuat; JOINTS]> = frames
             .iter()
             .zip(&positions)
             .map(|(frame, points)| local_rotations(&rest, world, frame, points, &offsets))
             .collect();
+        let mut residual = Residual::default();
+        for (pose, points) in rotations.iter().zip(&positions) {
+            let (reached, _) = forward_kinematics(&offsets, points[Joint::Pelvis.index()], pose);
+            residual.add_all(&reached, points);
+        }
         Ok(Self {
             sample_rate_hz: motion.sample_rate_hz,
             start_s: clean.frames.start as f64 / motion.sample_rate_hz,
             cut_off_hz: filtered_at,
             unit_m,
             offsets,
+            is_placed,
             roots: positions
                 .iter()
                 .map(|points| points[Joint::Pelvis.index()])
                 .collect(),
             rotations,
             positions,
+            residual_mm: residual.rms_mm(),
+            largest_residual_mm: residual.largest_mm(),
+            rigidity_mm: None,
             warnings,
         })
     }
@@ -179,44 +205,6 @@ impl Take {
     }
 }
 
-/// Metres in one source unit: the one that gives a human leg, the stated one first.
-fn choose_unit(motion: &Motion, roles: &Roles, warnings: &mut Vec<String>) -> Result<f64, String> {
-    let (points, _) = motion.globals(motion.frames.len() / 2);
-    let leg = (0..2)
-        .map(|side| {
-            let (hip, knee, ankle) = (roles.thigh[side], roles.shank[side], roles.foot[side]);
-            points[hip].distance(points[knee]) + points[knee].distance(points[ankle])
-        })
-        .fold(0.0, f64::max);
-    if let Some(unit) = motion.unit_m {
-        if LEG_M.contains(&(leg * unit)) {
-            return Ok(unit);
-        }
-        warnings.push(format!(
-            "the stated unit makes the legs {:.2} m long: it is not used",
-            leg * unit
-        ));
-    }
-    let mut fitting: Vec<(f64, &str)> = UNITS
-        .into_iter()
-        .filter(|(unit, _)| LEG_M.contains(&(leg * unit)))
-        .collect();
-    let misfit = |unit: f64| libm::log(leg * unit / USUAL_LEG_M).abs();
-    fitting.sort_by(|a, b| misfit(a.0).total_cmp(&misfit(b.0)));
-    match fitting.as_slice() {
-        [] => Err(format!(
-            "no known unit makes the legs ({leg:.3} units) human"
-        )),
-        [(unit, _)] => Ok(*unit),
-        [(unit, name), (_, other), ..] => {
-            warnings.push(format!(
-                "the unit is the {name} or the {other}: {name} assumed"
-            ));
-            Ok(*unit)
-        }
-    }
-}
-
 /// The frames of a stretch, low-passed.
 fn filtered(
     motion: &Motion,
@@ -228,6 +216,7 @@ fn filtered(
         frames: motion.frames[range.clone()].to_vec(),
         joints: motion.joints.clone(),
         warnings: Vec::new(),
+        skin: None,
         ..*motion
     };
     let Some(cut_off_hz) = cut_off_hz else {
@@ -255,7 +244,7 @@ fn filtered(
 }
 
 /// The signed axis next to the median of ankles-to-hips over the motion.
-fn up_axis(frames: &[Globals], roles: &Roles) -> DVec3 {
+pub(super) fn up_axis(frames: &[Globals], roles: &Roles) -> DVec3 {
     let mut along: [Vec<f64>; 3] = Default::default();
     for Globals { positions: p, .. } in frames {
         let hips = p[roles.thigh[0]].midpoint(p[roles.thigh[1]]);
@@ -273,7 +262,7 @@ fn up_axis(frames: &[Globals], roles: &Roles) -> DVec3 {
 
 /// Height of the floor: a low quantile of the lower ankle's height, less the ankle's
 /// own height above its sole. One frame in twenty may be a glitch.
-fn floor(positions: &[[DVec3; JOINTS]], leg_m: f64) -> f64 {
+pub(super) fn floor(positions: &[[DVec3; JOINTS]], leg_m: f64) -> f64 {
     let mut heights: Vec<f64> = positions
         .iter()
         .map(|p| {
@@ -347,6 +336,7 @@ mod tests {
             sample_rate_hz: 100.0,
             frames,
             unit_m: None,
+            skin: None,
             warnings: Vec::new(),
         }
     }

@@ -1,9 +1,10 @@
 //! Which joint of a source skeleton plays which part of the canonical one.
 //!
 //! Limbs are found by name, in the spellings of CMU's ASF files, cgspeed's and
-//! 3dsMax's BVH conversions, MotionBuilder and Mixamo, Character Creator, Xsens, Biped
-//! and Shum et al.; the trunk, whose joints no two programs name alike, by its place
-//! between the hips, the shoulders and the head.
+//! 3dsMax's BVH conversions, MotionBuilder and Mixamo, Character Creator, Xsens, Biped,
+//! Shum et al., MakeHuman, Rigify, Unreal's mannequin, VRM, SMPL and Daz; the trunk, whose
+//! joints no two programs name alike, by its place between the hips, the shoulders and the
+//! head.
 
 use crate::import::SourceJoint;
 
@@ -16,6 +17,8 @@ pub(super) struct Roles {
     pub(super) pelvis: usize,
     /// From the joint after the pelvis to the head, both included.
     pub(super) trunk: Vec<usize>,
+    /// Whether the source has more trunk joints than programs bend.
+    pub(super) is_fine_trunk: bool,
     /// The trunk joint that carries both arms (or the pelvis).
     pub(super) chest: usize,
     pub(super) thigh: Pair,
@@ -29,29 +32,104 @@ pub(super) struct Roles {
     pub(super) hand: Pair,
 }
 
-const THIGH: &[&str] = &["upleg", "femur", "thigh", "upperleg", "hip"];
-const SHANK: &[&str] = &["leg", "tibia", "calf", "shin", "shank", "lowerleg", "knee"];
+/// Joints by name alone, left and right; what is not there is added before the roles are found.
+pub(super) struct Named {
+    pub(super) thigh: [Option<usize>; 2],
+    pub(super) shank: [Option<usize>; 2],
+    pub(super) foot: [Option<usize>; 2],
+    pub(super) upper_arm: [Option<usize>; 2],
+    pub(super) forearm: [Option<usize>; 2],
+    pub(super) hand: [Option<usize>; 2],
+    pub(super) head: Option<usize>,
+}
+
+impl Named {
+    pub(super) fn find(joints: &[SourceJoint]) -> Self {
+        let names: Vec<String> = joints.iter().map(|joint| normalised(&joint.name)).collect();
+        let pair = |parts: &[&str]| {
+            [0, 1].map(|side| parts.iter().find_map(|part| position(&names, side, part)))
+        };
+        // SMPL names joints, not segments: a foot begins at its ankle, and its foot is the ball.
+        let after = |before: &str, ours, usual| match position(&names, 0, before) {
+            Some(_) => ours,
+            None => usual,
+        };
+        Self {
+            thigh: pair(THIGH),
+            shank: pair(SHANK),
+            foot: pair(after("knee", ANKLE, FOOT)),
+            upper_arm: pair(UPPER_ARM),
+            forearm: pair(FOREARM),
+            hand: pair(after("elbow", WRIST, HAND)),
+            head: HEAD
+                .iter()
+                .find_map(|part| names.iter().position(|name| name == part)),
+        }
+    }
+}
+
+const THIGH: &[&str] = &[
+    "upleg",
+    "femur",
+    "thigh",
+    "thighbend",
+    "upperleg",
+    "upperleg01",
+    "hip",
+];
+const SHANK: &[&str] = &[
+    "leg",
+    "tibia",
+    "calf",
+    "shin",
+    "shank",
+    "lowerleg",
+    "lowerleg01",
+    "knee",
+];
 const FOOT: &[&str] = &["foot", "ankle"];
-const TOE: &[&str] = &["toebase", "toes", "toe", "toe0"];
-const UPPER_ARM: &[&str] = &["arm", "humerus", "upperarm", "uparm", "shoulder"];
-const FOREARM: &[&str] = &["forearm", "radius", "lowerarm", "elbow"];
+const ANKLE: &[&str] = &["ankle", "foot"];
+const TOE: &[&str] = &["toebase", "toes", "toe", "toe0", "ball", "toe21", "foot"];
+const UPPER_ARM: &[&str] = &[
+    "arm",
+    "humerus",
+    "upperarm",
+    "uparm",
+    "upperarm01",
+    "shldrbend",
+    "shldr",
+    "shoulder",
+];
+const FOREARM: &[&str] = &[
+    "forearm",
+    "radius",
+    "lowerarm",
+    "lowerarm01",
+    "forearmbend",
+    "elbow",
+];
 const HAND: &[&str] = &["hand", "wrist"];
+const WRIST: &[&str] = &["wrist", "hand"];
 const CLAVICLE: &[&str] = &["clavicle", "collar", "shoulder", "shoulder1"];
+/// More trunk joints than these, the head's too, are a fine trunk: MakeHuman has nine, Rigify
+/// and Xsens have six. Ours.
+const COARSE_TRUNK: usize = 7;
+
+/// Rigify numbers its trunk up to the head.
+const HEAD: &[&str] = &["head", "spine006"];
 
 impl Roles {
     /// Finds the parts, or says which one is missing.
     pub(super) fn find(joints: &[SourceJoint]) -> Result<Self, String> {
         let names: Vec<String> = joints.iter().map(|joint| normalised(&joint.name)).collect();
-        let thigh = pair(&names, "thigh", THIGH)?;
-        let shank = pair(&names, "shank", SHANK)?;
-        let foot = pair(&names, "foot", FOOT)?;
-        let upper_arm = pair(&names, "upper arm", UPPER_ARM)?;
-        let forearm = pair(&names, "forearm", FOREARM)?;
-        let hand = pair(&names, "hand", HAND)?;
-        let head = names
-            .iter()
-            .position(|name| name == "head")
-            .ok_or("no head joint")?;
+        let named = Named::find(joints);
+        let thigh = pair("thigh", named.thigh)?;
+        let shank = pair("shank", named.shank)?;
+        let foot = pair("foot", named.foot)?;
+        let upper_arm = pair("upper arm", named.upper_arm)?;
+        let forearm = pair("forearm", named.forearm)?;
+        let hand = pair("hand", named.hand)?;
+        let head = named.head.ok_or("no head joint")?;
         for (upper, lower, what) in [
             (thigh, shank, "shank"),
             (shank, foot, "foot"),
@@ -90,6 +168,7 @@ impl Roles {
         Ok(Self {
             pelvis,
             chest: if trunk.contains(&arms) { arms } else { pelvis },
+            is_fine_trunk: trunk.len() > COARSE_TRUNK,
             trunk,
             thigh,
             shank,
@@ -139,7 +218,15 @@ fn normalised(name: &str) -> String {
         .filter(|c| c.is_alphanumeric())
         .flat_map(char::to_lowercase)
         .collect();
-    for prefix in ["mixamorig", "ccbase", "bip001", "bip01"] {
+    for prefix in [
+        "mixamorig",
+        "ccbase",
+        "bip001",
+        "bip01",
+        "jbipc",
+        "jbip",
+        "def",
+    ] {
         if let Some(rest) = plain.strip_prefix(prefix) {
             return rest.to_owned();
         }
@@ -147,23 +234,23 @@ fn normalised(name: &str) -> String {
     plain
 }
 
+/// The joint whose name is a part's, with the side before or after it.
 fn position(names: &[String], side: usize, part: &str) -> Option<usize> {
     [["left", "l"], ["right", "r"]][side]
         .iter()
-        .find_map(|prefix| {
-            names
-                .iter()
-                .position(|n| n.strip_prefix(prefix) == Some(part))
+        .find_map(|mark| {
+            names.iter().position(|n| {
+                n.strip_prefix(mark) == Some(part) || n.strip_suffix(mark) == Some(part)
+            })
         })
 }
 
-fn pair(names: &[String], what: &str, parts: &[&str]) -> Result<Pair, String> {
-    let find = |side| parts.iter().find_map(|part| position(names, side, part));
-    match (find(0), find(1)) {
-        (Some(left), Some(right)) => Ok([left, right]),
-        (None, None) => Err(format!("no {what} joints")),
-        (None, _) => Err(format!("no left {what} joint")),
-        (_, None) => Err(format!("no right {what} joint")),
+fn pair(what: &str, found: [Option<usize>; 2]) -> Result<Pair, String> {
+    match found {
+        [Some(left), Some(right)] => Ok([left, right]),
+        [None, None] => Err(format!("no {what} joints")),
+        [None, _] => Err(format!("no left {what} joint")),
+        [_, None] => Err(format!("no right {what} joint")),
     }
 }
 
@@ -173,7 +260,7 @@ fn path_to_root(joints: &[SourceJoint], joint: usize) -> Vec<usize> {
 }
 
 /// The lowest joint that carries both.
-fn common(joints: &[SourceJoint], a: usize, b: usize) -> usize {
+pub(super) fn common(joints: &[SourceJoint], a: usize, b: usize) -> usize {
     let above = path_to_root(joints, a);
     path_to_root(joints, b)
         .into_iter()
@@ -235,6 +322,154 @@ mod tests {
         let roles = Roles::find(&joints).unwrap();
         assert_eq!(joints[roles.upper_arm[0]].name, "LeftArm");
         assert_eq!(joints[roles.clavicle[0].unwrap()].name, "LeftShoulder");
+    }
+
+    /// A figure in a rig's own spelling, `{}` for the side. Limbs: thigh, shank, foot, toe,
+    /// clavicle, upper arm, forearm, hand.
+    fn rig(trunk: &str, chest: &str, limbs: [&str; 8], sides: [&str; 2]) -> String {
+        let pelvis = trunk.split_whitespace().next().unwrap();
+        let mut spec = trunk.to_owned();
+        for side in sides {
+            let [thigh, shank, foot, toe, clavicle, arm, forearm, hand] =
+                limbs.map(|name| name.replace("{}", side));
+            spec += &format!(
+                " {thigh}<{pelvis} {shank}<{thigh} {foot}<{shank} {toe}<{foot} \
+                 {clavicle}<{chest} {arm}<{clavicle} {forearm}<{arm} {hand}<{forearm}"
+            );
+        }
+        spec
+    }
+
+    #[test]
+    fn rigs_of_many_makers_are_understood() {
+        let rigs = [
+            rig(
+                "root spine05<root spine04<spine05 spine03<spine04 spine02<spine03 spine01<spine02 neck01<spine01 head<neck01",
+                "spine01",
+                [
+                    "upperleg01{}",
+                    "lowerleg01{}",
+                    "foot{}",
+                    "toe2-1{}",
+                    "clavicle{}",
+                    "upperarm01{}",
+                    "lowerarm01{}",
+                    "wrist{}",
+                ],
+                [".L", ".R"],
+            ),
+            rig(
+                "DEF-spine DEF-spine.001<DEF-spine DEF-spine.003<DEF-spine.001 DEF-spine.004<DEF-spine.003 DEF-spine.006<DEF-spine.004",
+                "DEF-spine.003",
+                [
+                    "DEF-thigh{}",
+                    "DEF-shin{}",
+                    "DEF-foot{}",
+                    "DEF-toe{}",
+                    "DEF-shoulder{}",
+                    "DEF-upper_arm{}",
+                    "DEF-forearm{}",
+                    "DEF-hand{}",
+                ],
+                [".L", ".R"],
+            ),
+            rig(
+                "pelvis spine_01<pelvis spine_02<spine_01 spine_03<spine_02 neck_01<spine_03 head<neck_01",
+                "spine_03",
+                [
+                    "thigh{}",
+                    "calf{}",
+                    "foot{}",
+                    "ball{}",
+                    "clavicle{}",
+                    "upperarm{}",
+                    "lowerarm{}",
+                    "hand{}",
+                ],
+                ["_l", "_r"],
+            ),
+            rig(
+                "J_Bip_C_Hips J_Bip_C_Spine<J_Bip_C_Hips J_Bip_C_Neck<J_Bip_C_Spine J_Bip_C_Head<J_Bip_C_Neck",
+                "J_Bip_C_Spine",
+                [
+                    "J_Bip_{}_UpperLeg",
+                    "J_Bip_{}_LowerLeg",
+                    "J_Bip_{}_Foot",
+                    "J_Bip_{}_ToeBase",
+                    "J_Bip_{}_Shoulder",
+                    "J_Bip_{}_UpperArm",
+                    "J_Bip_{}_LowerArm",
+                    "J_Bip_{}_Hand",
+                ],
+                ["L", "R"],
+            ),
+            rig(
+                "Pelvis Spine1<Pelvis Spine2<Spine1 Spine3<Spine2 Neck<Spine3 Head<Neck",
+                "Spine3",
+                [
+                    "{}_Hip",
+                    "{}_Knee",
+                    "{}_Ankle",
+                    "{}_Foot",
+                    "{}_Collar",
+                    "{}_Shoulder",
+                    "{}_Elbow",
+                    "{}_Wrist",
+                ],
+                ["L", "R"],
+            ),
+            rig(
+                "mixamorig:Hips mixamorig:Spine<mixamorig:Hips mixamorig:Neck<mixamorig:Spine mixamorig:Head<mixamorig:Neck",
+                "mixamorig:Spine",
+                [
+                    "mixamorig:{}UpLeg",
+                    "mixamorig:{}Leg",
+                    "mixamorig:{}Foot",
+                    "mixamorig:{}ToeBase",
+                    "mixamorig:{}Shoulder",
+                    "mixamorig:{}Arm",
+                    "mixamorig:{}ForeArm",
+                    "mixamorig:{}Hand",
+                ],
+                ["Left", "Right"],
+            ),
+            rig(
+                "hip spine<hip chest<spine neck<chest head<neck",
+                "chest",
+                [
+                    "thigh-{}",
+                    "shin-{}",
+                    "foot-{}",
+                    "toe-{}",
+                    "clavicle-{}",
+                    "upper-arm-{}",
+                    "forearm-{}",
+                    "hand-{}",
+                ],
+                ["left", "right"],
+            ),
+        ];
+        for spec in rigs {
+            let joints = skeleton(&spec);
+            let roles = Roles::find(&joints).unwrap_or_else(|e| panic!("{e}: {spec}"));
+            let first = joints.len() - 16;
+            for side in 0..2 {
+                let limb = [
+                    roles.thigh[side],
+                    roles.shank[side],
+                    roles.foot[side],
+                    roles.toe[side].unwrap(),
+                    roles.clavicle[side].unwrap(),
+                    roles.upper_arm[side],
+                    roles.forearm[side],
+                    roles.hand[side],
+                ];
+                let expected: Vec<usize> = (0..8).map(|i| first + 8 * side + i).collect();
+                assert_eq!(limb.to_vec(), expected, "{spec}");
+            }
+            assert_eq!(roles.trunk.last(), Some(&(first - 1)), "{spec}");
+            assert_eq!(roles.pelvis, 0);
+        }
     }
 
     #[test]

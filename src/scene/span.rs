@@ -1,8 +1,10 @@
-//! A recorded take as it is: turned to travel along +Z from the origin.
+//! A recorded take as it is: turned to travel along +Z from the origin, unless its file
+//! states axes.
 //!
 //! Files begin anywhere in a laboratory and head anywhere. Viewpoints are told from the
 //! walker's direction, so a take gets one for the whole: where it leads, or, where it leads
-//! nowhere, where the walker first looks.
+//! nowhere, where the walker first looks. A file that states which way people face (glTF) is
+//! a scene in which cameras have their places: there the take keeps its own.
 
 use super::Span;
 use super::retarget::Take;
@@ -17,6 +19,13 @@ impl Span {
     /// The whole take on its walker's own skeleton.
     #[must_use]
     pub fn of(take: &Take) -> Self {
+        if take.is_placed {
+            return Self {
+                sample_rate_hz: take.sample_rate_hz,
+                roots: take.roots.clone(),
+                rotations: take.rotations.clone(),
+            };
+        }
         let travel = match (take.roots.first(), take.roots.last()) {
             (Some(first), Some(last)) => DVec3::new(last.x - first.x, 0.0, last.z - first.z),
             _ => DVec3::ZERO,
@@ -77,10 +86,14 @@ mod tests {
             sample_rate_hz: 10.0,
             start_s: 0.0,
             unit_m: 1.0,
+            is_placed: false,
             offsets: [DVec3::ZERO; JOINTS],
             rotations: vec![pose; roots.len()],
             positions: vec![[DVec3::ZERO; JOINTS]; roots.len()],
             roots,
+            residual_mm: 0.0,
+            largest_residual_mm: 0.0,
+            rigidity_mm: None,
             warnings: Vec::new(),
         }
     }
@@ -98,6 +111,15 @@ mod tests {
         let ahead = span.rotations[1][0] * DVec3::Z;
         assert!(ahead.distance(-DVec3::Z) < 1e-12, "{ahead}");
         assert!((span.speed_mps() - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_take_of_stated_axes_stays_where_it_is() {
+        let mut placed = take(vec![DVec3::new(5.0, 0.9, 3.0), DVec3::new(4.8, 0.91, 3.0)]);
+        placed.is_placed = true;
+        let span = Span::of(&placed);
+        assert_eq!(span.roots, placed.roots);
+        assert_eq!(span.rotations, placed.rotations);
     }
 
     #[test]

@@ -5,6 +5,7 @@ use glam::{DQuat, DVec3};
 
 use super::forward_kinematics;
 use super::retarget::{ANKLE_HEIGHT, leg_length_m};
+use super::stance::{Steps, soles_of_legs};
 use super::{Cycle, Span};
 
 /// Toe tip ahead of the ankle over hip-to-ankle length: three quarters of a foot of
@@ -16,18 +17,34 @@ impl Cycle {
     ///
     /// Rotations stay. Root and travel scale with the hip-to-ankle length, and in each
     /// frame the root's height is set so that the lowest point of the soles (toe tips and
-    /// below the ankles) has its own clearance of the floor, scaled alike: a foot that
-    /// stands still stands.
+    /// below the ankles) has its own clearance of the floor, scaled alike. Where other shares of
+    /// thigh, shank and hips would make standing feet slide more than they did, the root gives
+    /// way along the floor, and with it the travel.
     #[must_use]
     pub fn onto(&self, own: &[DVec3; JOINTS], target: &[DVec3; JOINTS]) -> Self {
         let (root, ratio) = roots_onto(&self.root, &self.rotations, own, target);
-        Self {
-            period_s: self.period_s,
+        let mut moved = Self {
             drift_m: self.drift_m * ratio,
-            closure_mm: self.closure_mm,
             root,
-            rotations: self.rotations.clone(),
+            ..self.clone()
+        };
+        let ways = plant(
+            &Steps::of_cycle(self, own),
+            &Steps::of_cycle(&moved, target),
+            ratio,
+        );
+        let frames = moved.root.len() as f64;
+        let travel = ways.last().copied().unwrap_or_default();
+        for (frame, (root, way)) in moved.root.iter_mut().zip(&ways).enumerate() {
+            *root += *way - travel * (frame as f64 / frames);
         }
+        let shift =
+            (self.root.iter().sum::<DVec3>() * ratio - moved.root.iter().sum::<DVec3>()) / frames;
+        for root in &mut moved.root {
+            *root += DVec3::new(shift.x, 0.0, shift.z);
+        }
+        moved.drift_m += travel.z;
+        moved
     }
 }
 
@@ -36,12 +53,40 @@ impl Span {
     /// as [`Cycle::onto`], the travel scaled like the legs.
     #[must_use]
     pub fn onto(&self, own: &[DVec3; JOINTS], target: &[DVec3; JOINTS]) -> Self {
-        Self {
-            sample_rate_hz: self.sample_rate_hz,
-            roots: roots_onto(&self.roots, &self.rotations, own, target).0,
-            rotations: self.rotations.clone(),
+        let (roots, ratio) = roots_onto(&self.roots, &self.rotations, own, target);
+        let mut moved = Self {
+            roots,
+            ..self.clone()
+        };
+        let ways = plant(
+            &Steps::of_span(self, own),
+            &Steps::of_span(&moved, target),
+            ratio,
+        );
+        for (root, way) in moved.roots.iter_mut().zip(&ways) {
+            *root += *way;
         }
+        moved
     }
+}
+
+/// How far the root has to give way along the floor by each frame (and after the last of a
+/// cycle) for standing feet to slide as they did on the walker's own legs, scaled; the mean of
+/// both where both stand.
+fn plant(own: &Steps<'_>, moved: &Steps<'_>, ratio: f64) -> Vec<DVec3> {
+    let stances = own.stances();
+    let slides = |steps: &Steps<'_>| steps.slides(&stances, &soles_of_legs(steps.leg_m()));
+    let mut way = DVec3::ZERO;
+    let mut ways = vec![way];
+    for (before, after) in slides(own).iter().zip(&slides(moved)) {
+        let pairs = before.iter().zip(after);
+        let more: Vec<DVec3> = pairs
+            .filter_map(|(before, after)| Some(before.as_ref()? * ratio - after.as_ref()?))
+            .collect();
+        way += more.iter().sum::<DVec3>() / more.len().max(1) as f64;
+        ways.push(way);
+    }
+    ways
 }
 
 /// The roots on the other body, and how much longer its legs are.
@@ -167,6 +212,58 @@ mod tests {
             })
         {
             assert!((after - before * target_leg / own_leg).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn feet_slide_no_more_on_legs_of_other_shares() {
+        use super::super::cohort::Person;
+        use super::super::{Track, Walk};
+        use edgegait_core::pack::{Gait, Sex};
+        let person = Person::average(Sex::Male);
+        for speed_kmh in [4.0, 6.0, 10.0] {
+            let cycle = person.cycle(speed_kmh);
+            let mut body = person.body.clone();
+            for (joint, factor) in [
+                (Joint::LeftShank, 0.85),
+                (Joint::RightShank, 0.85),
+                (Joint::LeftFoot, 1.2),
+                (Joint::RightFoot, 1.2),
+            ] {
+                body.offsets[joint.index()] *= factor;
+            }
+            let skate = |cycle: &Cycle, body: &super::super::Body| {
+                let walk = Walk {
+                    name: String::new(),
+                    cycle: 0,
+                    gait: Gait::Walk,
+                    speed_mps: 0.0,
+                    motion: Track::Loop(cycle.clone()),
+                };
+                walk.skate(body).unwrap().mean_mm
+            };
+            let own = skate(&cycle, &person.body);
+            let (root, ratio) = roots_onto(
+                &cycle.root,
+                &cycle.rotations,
+                &person.body.offsets,
+                &body.offsets,
+            );
+            let unplanted = Cycle {
+                root,
+                drift_m: cycle.drift_m * ratio,
+                ..cycle.clone()
+            };
+            let planted = cycle.onto(&person.body.offsets, &body.offsets);
+            let (unplanted, planted) = (skate(&unplanted, &body), skate(&planted, &body));
+            println!(
+                "{speed_kmh} km/h: own {own:.1}, unplanted {unplanted:.1}, planted {planted:.1} mm"
+            );
+            // Where both feet stand, one root cannot hold both.
+            assert!(
+                planted < 0.5 * (own + unplanted),
+                "{own} {unplanted} {planted}"
+            );
         }
     }
 }

@@ -9,6 +9,7 @@ mod graph;
 mod library;
 mod model;
 mod onnx;
+pub mod pixels;
 mod protobuf;
 mod rten;
 pub mod shipped;

@@ -19,6 +19,20 @@ struct Regression {
     residual: f64,
 }
 
+impl Regression {
+    /// Mean and standard deviation over a population, metres. Stature, mass index and what
+    /// they leave open are independent.
+    fn spread(&self, population: &Population) -> (f64, f64) {
+        let ((stature, stature_sd), (bmi, bmi_sd)) = (population.stature, population.bmi);
+        let mean = self.constant + self.stature * stature + self.bmi * bmi;
+        let variance = [self.stature * stature_sd, self.bmi * bmi_sd, self.residual]
+            .map(|sd| sd * sd)
+            .iter()
+            .sum();
+        (1e-3 * mean, 1e-3 * libm::sqrt(variance))
+    }
+}
+
 /// Shorthand for the table below.
 const fn fit(constant: f64, stature: f64, bmi: f64, residual: f64) -> Regression {
     Regression {
@@ -41,7 +55,10 @@ macro_rules! dimensions {
         }
 
         /// How many dimensions a person has beside the stature.
-        pub const DIMENSIONS: usize = [$(stringify!($name)),*].len();
+        pub const DIMENSIONS: usize = NAMES.len();
+
+        /// Names of the dimensions beside the stature, in the order of [`Dimensions`]' fields.
+        pub const NAMES: [&str; [$(stringify!($name)),*].len()] = [$(stringify!($name)),*];
 
         /// Each dimension for men and women, in the order of [`Dimensions`]' fields.
         const REGRESSIONS: [(Regression, Regression); DIMENSIONS] = [$(($male, $female)),*];
@@ -50,6 +67,12 @@ macro_rules! dimensions {
             fn new(stature: f64, values: [f64; DIMENSIONS]) -> Self {
                 let [$($name),*] = values;
                 Self { stature, $($name),* }
+            }
+
+            /// The dimensions beside the stature, metres, in the order of [`NAMES`].
+            #[must_use]
+            pub const fn values(&self) -> [f64; DIMENSIONS] {
+                [$(self.$name),*]
             }
         }
     };
@@ -154,6 +177,31 @@ impl Population {
             },
         }
     }
+
+    /// Statures within `PLAUSIBLE_SD` of the mean, metres; without a sex of either.
+    #[must_use]
+    pub fn plausible_stature(sex: Option<Sex>) -> (f64, f64) {
+        either(sex, |sex| Self::of(sex).stature)
+    }
+}
+
+/// How many standard deviations from the mean a measured person may be: only mistakes, such as
+/// of unit or column, are further out.
+const PLAUSIBLE_SD: f64 = 6.0;
+
+/// From the least to the greatest plausible value, by its mean and standard deviation.
+fn either(sex: Option<Sex>, of: impl Fn(Sex) -> (f64, f64)) -> (f64, f64) {
+    let range = |sex| {
+        let (mean, sd) = of(sex);
+        (mean - PLAUSIBLE_SD * sd, mean + PLAUSIBLE_SD * sd)
+    };
+    match sex {
+        Some(sex) => range(sex),
+        None => {
+            let (female, male) = (range(Sex::Female), range(Sex::Male));
+            (female.0.min(male.0), female.1.max(male.1))
+        }
+    }
 }
 
 impl Dimensions {
@@ -193,6 +241,36 @@ impl Dimensions {
         }
         Ok(Self::new(stature_m, values))
     }
+
+    /// The same person with these dimensions, metres, in the order of [`NAMES`]; the others
+    /// stay.
+    #[must_use]
+    pub fn with(&self, measured: &[Option<f64>; DIMENSIONS]) -> Self {
+        let mut values = self.values();
+        for (value, measured) in values.iter_mut().zip(measured) {
+            *value = measured.unwrap_or(*value);
+        }
+        Self::new(self.stature, values)
+    }
+
+    /// From the least to the greatest plausible value of each dimension in the order of
+    /// [`NAMES`], metres: within `PLAUSIBLE_SD` of the population's mean, without a sex of
+    /// either.
+    #[must_use]
+    pub fn plausible(sex: Option<Sex>) -> [(f64, f64); DIMENSIONS] {
+        std::array::from_fn(|index| {
+            let (least, most) = either(sex, |sex| {
+                let (male, female) = &REGRESSIONS[index];
+                let regression = match sex {
+                    Sex::Male => male,
+                    Sex::Female => female,
+                };
+                regression.spread(&Population::of(sex))
+            });
+            // No dimension is negative, however widely it spreads.
+            (least.max(1e-3), most)
+        })
+    }
 }
 
 #[cfg(test)]
@@ -223,6 +301,45 @@ mod tests {
         let (slim, heavy, tall) = (man(1.75, 60.0), man(1.75, 100.0), man(1.95, 74.5));
         assert!(heavy.waist_breadth > slim.waist_breadth + 0.05);
         assert!(tall.trochanterion_height > slim.trochanterion_height + 0.1);
+    }
+
+    #[test]
+    fn dimensions_within_six_published_deviations_are_plausible() {
+        // ANSUR II, mm: foot length 271.2 (13.1) of men and 246.3 (12.4) of women; waist
+        // breadth 326.4 (34.7) of men.
+        let of = |sex, name| {
+            let index = NAMES.iter().position(|known| *known == name);
+            Dimensions::plausible(sex)[index.expect("a dimension")]
+        };
+        let near = |found: (f64, f64), least: f64, most: f64| {
+            assert!((found.0 - least).abs() < 0.004, "{found:?} {least}");
+            assert!((found.1 - most).abs() < 0.004, "{found:?} {most}");
+        };
+        near(of(Some(Sex::Male), "foot_length"), 0.1926, 0.3498);
+        near(of(Some(Sex::Female), "foot_length"), 0.1719, 0.3207);
+        near(of(None, "foot_length"), 0.1719, 0.3498);
+        near(of(Some(Sex::Male), "waist_breadth"), 0.1182, 0.5346);
+        near(Population::plausible_stature(None), 1.2433, 2.1678);
+    }
+
+    #[test]
+    fn a_measured_dimension_replaces_its_regression_and_no_other() {
+        let expected = man(1.75, 75.0);
+        let mut measured = [None; DIMENSIONS];
+        measured[NAMES
+            .iter()
+            .position(|name| *name == "hip_breadth")
+            .unwrap()] = Some(0.4);
+        let person = expected.with(&measured);
+        assert!((person.hip_breadth - 0.4).abs() < 1e-12);
+        let hip_breadth = expected.hip_breadth;
+        assert_eq!(
+            Dimensions {
+                hip_breadth,
+                ..person
+            },
+            expected
+        );
     }
 
     #[test]

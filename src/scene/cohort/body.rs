@@ -5,20 +5,41 @@
 //! trunk's cross-section is) is ours, chosen by eye against photographs, and marked.
 
 use super::anthropometry::Dimensions;
+use super::rings::{ELLIPSE, around, half_depth, radius, ring, ring_across, round};
 use crate::scene::{Body, BodyHull};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::DVec3;
-use std::f64::consts::{PI, TAU};
 
-/// Points of a ring. Four of them lie on the axes, so that breadth and depth are exact.
-const RING: usize = 8;
 /// How far the diagonal points of a trunk's ring lie out, as a share of the half
 /// axes: 0.707 is an ellipse. Ours: trunks are a little square.
 const TRUNK_DIAGONAL: f64 = 0.77;
+/// The farthest point of the buttocks above the greater trochanter, metres: the mean
+/// difference of ANSUR II's buttock and trochanterion heights.
+const BUTTOCK: f64 = -0.012;
+/// The navel above the iliac crests, metres: ANSUR II's mean difference is -0.005 for men and
+/// -0.016 for women.
+const NAVEL: f64 = -0.010;
+/// How broad and deep the rib cage is at its lower end, as a share of the chest. Ours: it
+/// leaves room for the armpits.
+const FLANK: f64 = 0.96;
+/// Between the thighs under the crotch, metres. Ours: as little as keeps them apart when the
+/// body is rounded to its pack.
+const CROTCH_GAP: f64 = 0.004;
+/// The upper end of the patella above the epicondyles, whose height its middle has (ANSUR
+/// II): half of a patella of 4.4 cm.
+const SUPRAPATELLA: f64 = 0.022;
+/// Circumferences of hanging arms, as shares of those of flexed ones; and that of the elbow,
+/// as a share of the flexed forearm's. Ours.
+const RELAXED_BICEPS: f64 = 0.92;
+const RELAXED_FOREARM: f64 = 0.95;
+const ELBOW: f64 = 0.88;
 /// Shoulder centre below and inside of the acromion. Ours: about 3.5 cm, and a tenth
 /// of the half breadth.
-const SHOULDER_DROP: f64 = 0.020;
+pub(in crate::scene) const SHOULDER_DROP: f64 = 0.020;
 const SHOULDER_INSET: f64 = 0.90;
+/// The armpit below the shoulder centre, as a share of stature: ANSUR II's mean axilla heights
+/// are 0.064 (men) and 0.059 (women) below the acromia, whose drop is taken off.
+const AXILLA: f64 = 0.042;
 /// Ankle joint ahead of the heel, as a share of foot length. Ours.
 const HEEL: f64 = 0.22;
 /// Ball of the foot ahead of the heel, as a share of foot length (ANSUR ball of foot
@@ -86,64 +107,76 @@ pub fn body(d: &Dimensions, offsets: [DVec3; JOINTS]) -> Body {
         });
         hulls.push(BodyHull { joint, points });
     }
-    Body { offsets, hulls }
+    Body {
+        offsets,
+        hulls,
+        fit: None,
+    }
 }
 
 /// Pelvis, spine, thorax, neck and head.
 fn trunk(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<BodyHull> {
     let height = |joint: Joint| offsets[joint.index()].y;
     let crotch = d.crotch_height - d.trochanterion_height;
-    let (spine, thorax, neck) = (
-        height(Joint::Spine),
-        height(Joint::Thorax),
-        height(Joint::Neck),
-    );
+    let spine = offsets[Joint::Spine.index()];
+    let (thorax, neck) = (height(Joint::Thorax), height(Joint::Neck));
     let waist = (0.5 * d.waist_breadth, 0.5 * d.waist_depth);
     let chest = (0.5 * d.chest_breadth, 0.5 * d.chest_depth);
-    let between = (0.5 * (waist.0 + chest.0), 0.5 * (waist.1 + chest.1));
     let hips = (0.5 * d.hip_breadth, 0.5 * d.buttock_depth);
     let at = |y: f64, z: f64| DVec3::new(0.0, y, z);
     let square = |y: f64, z: f64, half: (f64, f64)| ring(at(y, z), half, TRUNK_DIAGONAL);
+    let share = |(x, z): (f64, f64), share: f64| (share * x, share * z);
 
+    // Its top lies within the abdomen, whose size the waist has.
     let pelvis = [
         square(crotch, -0.02, (0.80 * hips.0, 0.75 * hips.1)),
-        square(0.01, -0.02, hips),
-        square(spine, -0.01, (0.97 * waist.0, 0.97 * waist.1)),
+        square(BUTTOCK.max(crotch + 0.02), -0.02, hips),
+        square(spine.y, spine.z + 0.01, share(waist, 0.85)),
     ];
-    let abdomen = [
-        square(-0.03, 0.01, waist),
-        square(0.02, 0.01, waist),
-        square(thorax + 0.02, 0.015, between),
-    ];
-    // The rib cage reaches up to the shoulders and out to where the deltoids begin, so that
-    // no seam opens beside it, whatever skeleton carries it.
+    // The rib cage reaches up to the shoulders and out to where the deltoids begin, as far as
+    // the chest's own breadth allows it: a hull with wide shoulders is no narrower below.
     let shoulder = offsets[Joint::LeftClavicle.index()] + offsets[Joint::LeftUpperArm.index()];
-    let beside = (shoulder.x - 0.5 * deltoid(d, offsets)).max(0.8 * chest.0);
     let top = shoulder.y.min(neck);
-    let armpit = top - 0.05 * d.stature;
-    let nipples = (d.chest_height - d.iliocristale_height - thorax).clamp(0.02, armpit.max(0.03));
+    let nipples = (d.chest_height - d.iliocristale_height - thorax)
+        .min(top - 0.05)
+        .max(-0.08);
+    let armpit = (top - 0.05 * d.stature).max(nipples + 0.02);
+    let flank = (nipples - 0.045).min(-0.01);
+    let widening = (armpit - nipples) / (nipples - flank);
+    let widest = (1.0 + (1.0 - FLANK) * widening) * chest.0;
+    let beside = (shoulder.x - 0.5 * deltoid(d, offsets)).clamp(0.8 * chest.0, widest);
     let ribs = [
-        square(-0.01, 0.015, between),
+        square(flank, 0.005, share(chest, FLANK)),
         square(nipples, 0.005, chest),
         square(armpit, -0.005, (beside, 0.85 * chest.1)),
         square(top + 0.01, -0.015, (0.85 * beside, 0.55 * chest.1)),
     ];
-    // The neck begins as wide as the trapezius, well inside of the rib cage.
+    // As wide at its top as on the way from the waist to the chest, and no wider at its lower
+    // end than lets the waist be the slenderest part of slender people.
+    let under_chest = (nipples - 0.015).min(0.02);
+    // A recorded skeleton may have joints of no length.
+    let rise = (thorax + under_chest - NAVEL).max(0.05);
+    let along = rise / (rise + nipples - under_chest);
+    let between = |waist: f64, chest: f64| waist + along * (chest - waist);
+    let upper = (between(waist.0, chest.0), between(waist.1, chest.1));
+    let within = |waist: f64, upper: f64| waist - 0.035 / rise * (upper - waist).max(0.0);
+    let abdomen = [
+        square(
+            NAVEL - 0.035,
+            0.01,
+            (within(waist.0, upper.0), within(waist.1, upper.1)),
+        ),
+        square(NAVEL, 0.01, waist),
+        square(thorax + under_chest, 0.01, upper),
+    ];
+    // A column up to the seventh vertebra; above it tapers into the head.
     let throat = radius(d.neck_circumference);
     let skull = offsets[Joint::Head.index()];
-    let below = (top - neck).min(0.0);
+    let below = (top - neck).min(0.0) - 0.02;
     let neck_hull = [
-        ring(
-            at(below - 0.02, 0.01),
-            (0.75 * beside, 1.10 * throat),
-            0.707,
-        ),
-        ring(at(0.4 * below, 0.02), (1.25 * throat, throat), 0.707),
-        ring(
-            at(skull.y + 0.01, skull.z - 0.01),
-            (0.95 * throat, 0.95 * throat),
-            0.707,
-        ),
+        round(at(below, 0.005), throat),
+        round(at(0.0, 0.015), throat),
+        round(at(skull.y + 0.01, skull.z - 0.01), 0.92 * throat),
     ];
     [
         (Joint::Pelvis, pelvis.concat()),
@@ -184,72 +217,114 @@ fn head(d: &Dimensions) -> Vec<DVec3> {
 
 /// The left limbs.
 fn limbs(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<(Joint, Vec<DVec3>)> {
+    let [clavicle, upper_arm] = shoulder(d, offsets);
     let length = |joint: Joint| -offsets[joint.index()].y;
     let at = DVec3::new;
-    let shoulder = offsets[Joint::LeftUpperArm.index()];
-    let deltoid = deltoid(d, offsets);
-    // Relaxed, a biceps is about 0.92 of its flexed circumference (ours).
-    let (arm, elbow) = (
-        0.92 * radius(d.biceps_circumference),
-        radius(d.forearm_circumference),
-    );
-    // At least as thick as the arm, however far out the skeleton has its shoulders.
-    let cap = deltoid.max(1.15 * arm);
-    let clavicle = [
-        ring_across(shoulder + at(0.1 * deltoid, 0.0, 0.0), 0.85 * cap),
-        ring_across(shoulder + at(-0.55 * shoulder.x, 0.015, 0.0), 0.80 * cap),
-    ];
-    let upper = length(Joint::LeftForearm);
-    let upper_arm = [
-        round(at(0.0, 0.55 * deltoid, 0.0), 0.70 * cap),
-        ring(at(0.0, -0.10 * upper, 0.0), (deltoid, 1.15 * arm), 0.74),
-        round(at(0.0, -0.55 * upper, 0.0), arm),
-        round(at(0.0, -upper - 0.01, 0.0), 0.88 * elbow),
-    ];
+    let elbow = radius(d.forearm_circumference);
     let fore = length(Joint::LeftHand);
-    let wrist = radius(d.wrist_circumference);
+    let wrist = around(d.wrist_circumference, (0.85, 1.15), 0.74);
     let forearm = [
-        round(at(0.0, 0.02, 0.0), 0.88 * elbow),
-        round(at(0.0, -0.20 * fore, 0.0), 0.95 * elbow),
-        ring(at(0.0, -fore, 0.0), (0.85 * wrist, 1.15 * wrist), 0.74),
+        round(at(0.0, 0.02, 0.0), ELBOW * elbow),
+        round(at(0.0, -0.20 * fore, 0.0), RELAXED_FOREARM * elbow),
+        ring(at(0.0, -fore, 0.0), wrist, 0.74),
     ];
     // Half-closed, as walkers carry it: 0.85 of the stretched length (ours).
     let (hand, palm) = (0.85 * d.hand_length, 0.5 * d.hand_breadth);
     let hand_points = [
-        ring(at(0.0, 0.01, 0.0), (0.80 * wrist, 1.10 * wrist), 0.74),
+        ring(at(0.0, 0.01, 0.0), (0.90 * wrist.0, 0.90 * wrist.1), 0.74),
         ring(at(-0.005, -0.50 * hand, 0.0), (0.018, palm), 0.80),
         ring(at(-0.015, -hand, 0.005), (0.014, 0.60 * palm), 0.80),
     ];
     let thigh_length = length(Joint::LeftShank);
-    let (thigh, knee) = (
-        radius(d.thigh_circumference),
-        radius(d.lower_thigh_circumference),
-    );
+    let knee = radius(d.lower_thigh_circumference);
+    // Deeper than broad where round thighs would not fit beside each other.
+    let breadth = (0.25 * d.hip_breadth - 0.5 * CROTCH_GAP).min(radius(d.thigh_circumference));
+    let thigh = (breadth, half_depth(d.thigh_circumference, breadth));
     let crotch = d.crotch_height - d.trochanterion_height;
-    let groin = 0.5 * d.hip_breadth - thigh - offsets[Joint::LeftThigh.index()].x;
+    let groin = 0.5 * d.hip_breadth - thigh.0 - offsets[Joint::LeftThigh.index()].x;
     let thigh_hull = [
-        ring(at(groin, 0.5 * crotch, -0.01), (thigh, 1.02 * thigh), 0.707),
-        round(at(groin, crotch - 0.04, -0.005), thigh),
-        round(at(0.0, -0.82 * thigh_length, 0.0), knee),
-        round(at(0.0, -thigh_length - 0.015, 0.005), 0.92 * knee),
+        ring(
+            at(groin, 0.01, -0.015),
+            (0.90 * thigh.0, 0.90 * thigh.1),
+            ELLIPSE,
+        ),
+        ring(at(groin, crotch - 0.04, -0.01), thigh, ELLIPSE),
+        round(at(0.0, SUPRAPATELLA - thigh_length, 0.0), knee),
+        round(at(0.0, -thigh_length - 0.015, 0.0), 0.85 * knee),
     ];
     let shank_length = length(Joint::LeftFoot);
     let (calf, ankle) = (radius(d.calf_circumference), radius(d.ankle_circumference));
+    // The shin is straight: calves bulge to the back.
+    let under_knee = (0.93 * knee).min(calf);
+    let shin = under_knee + 0.30 / 0.94 * (ankle - under_knee);
     let shank = [
-        round(at(0.0, 0.025, 0.0), 0.92 * knee),
-        round(at(0.0, -0.28 * shank_length, -0.012), calf),
-        round(at(0.0, -0.80 * shank_length, -0.002), ankle),
-        round(at(0.0, -shank_length, 0.0), ankle),
+        round(at(0.0, 0.015, 0.0), under_knee),
+        round(at(0.0, -0.28 * shank_length, shin.min(calf) - calf), calf),
+        round(at(0.0, -0.92 * shank_length, 0.0), ankle),
+        round(at(0.0, -shank_length, 0.0), 0.86 * ankle),
     ];
     vec![
-        (Joint::LeftClavicle, clavicle.concat()),
-        (Joint::LeftUpperArm, upper_arm.concat()),
+        (Joint::LeftClavicle, clavicle),
+        (Joint::LeftUpperArm, upper_arm),
         (Joint::LeftForearm, forearm.concat()),
         (Joint::LeftHand, hand_points.concat()),
         (Joint::LeftThigh, thigh_hull.concat()),
         (Joint::LeftShank, shank.concat()),
         (Joint::LeftFoot, foot(d)),
     ]
+}
+
+/// The left clavicle, from within the neck along the trapezius to the acromion, and the left
+/// upper arm, whose topmost and outermost point is the acromion.
+fn shoulder(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> [Vec<DVec3>; 2] {
+    let at = DVec3::new;
+    let joint = offsets[Joint::LeftUpperArm.index()];
+    let upper = -offsets[Joint::LeftForearm.index()].y;
+    let deltoid = deltoid(d, offsets);
+    let arm = RELAXED_BICEPS * radius(d.biceps_circumference);
+    let elbow = (ELBOW * radius(d.forearm_circumference)).min(0.95 * arm);
+    // At least as thick as the arm, however far out the skeleton has its shoulders.
+    let cap = deltoid.max(1.15 * arm);
+    let (inset, drop) = (
+        0.5 * (1.0 - SHOULDER_INSET) * d.biacromial_breadth,
+        SHOULDER_DROP * d.stature,
+    );
+    let neck = offsets[Joint::Neck.index()].y - offsets[Joint::LeftClavicle.index()].y - joint.y;
+    let trapezius = (neck - 0.01 * d.stature).clamp(2.3 * drop, 3.0 * drop);
+    let within_neck = 0.5 * radius(d.neck_circumference) - offsets[Joint::LeftClavicle.index()].x;
+    let armpit = -AXILLA * d.stature;
+    let clavicle = [
+        ring_across(
+            joint + at(0.1 * deltoid, 0.0, 0.0),
+            (armpit.min(-0.85 * cap), drop),
+            0.85 * cap,
+        ),
+        ring_across(
+            at(within_neck, joint.y, joint.z),
+            (armpit.min(-0.80 * cap), trapezius),
+            0.80 * cap,
+        ),
+    ];
+    // A hull is at least as broad as straight from the deltoid to the elbow: where that is
+    // farther out than the arm, the arm lies farther out, and the deltoid not as far inside.
+    let straight = 0.5 * (deltoid + elbow);
+    let bulge = (straight - arm).clamp(0.0, 0.4 * arm);
+    let inside = (2.0 * (arm - bulge) - elbow).min(arm);
+    let upper_arm = [
+        ring(
+            at(inset - 0.4 * arm, drop, 0.0),
+            (0.4 * arm, 0.8 * arm),
+            ELLIPSE,
+        ),
+        ring(
+            at(0.5 * (deltoid - inside), -0.10 * upper, 0.0),
+            (0.5 * (deltoid + inside), 1.05 * arm),
+            ELLIPSE,
+        ),
+        round(at(bulge, -0.55 * upper, 0.0), arm),
+        round(at(0.0, -upper, 0.0), elbow),
+    ];
+    [clavicle.concat(), upper_arm.concat()]
 }
 
 /// How far the deltoid reaches out from the shoulder joint, metres: to half the bideltoid
@@ -279,36 +354,6 @@ fn foot(d: &Dimensions) -> Vec<DVec3> {
         }
     }
     points
-}
-
-/// A horizontal ring of eight points; `diagonal` is how far the four between the axes
-/// lie out, as a share of the half axes.
-fn ring(centre: DVec3, (half_x, half_z): (f64, f64), diagonal: f64) -> [DVec3; RING] {
-    std::array::from_fn(|index| {
-        let angle = TAU * index as f64 / RING as f64;
-        let stretch = if index % 2 == 1 {
-            diagonal / 0.5f64.sqrt()
-        } else {
-            1.0
-        };
-        let (x, z) = (libm::cos(angle) * stretch, libm::sin(angle) * stretch);
-        centre + DVec3::new(half_x * x, 0.0, half_z * z)
-    })
-}
-
-/// A round horizontal ring.
-fn round(centre: DVec3, radius: f64) -> [DVec3; RING] {
-    ring(centre, (radius, radius), 0.5f64.sqrt())
-}
-
-/// A round ring across the walker, in the sagittal plane.
-fn ring_across(centre: DVec3, radius: f64) -> [DVec3; RING] {
-    ring(DVec3::ZERO, (radius, radius), 0.5f64.sqrt()).map(|p| centre + DVec3::new(0.0, p.x, p.z))
-}
-
-/// The radius of a ring whose circumference, as a polygon, is `circumference`.
-fn radius(circumference: f64) -> f64 {
-    circumference / (2.0 * RING as f64 * libm::sin(PI / RING as f64))
 }
 
 #[cfg(test)]
@@ -350,7 +395,7 @@ mod tests {
     }
 
     #[test]
-    fn breadths_depths_and_circumferences_are_those_asked_for() {
+    fn breadths_and_depths_are_those_asked_for() {
         let d = man();
         let points = standing(&d);
         let span = |joint: Joint, axis: usize| {
@@ -366,11 +411,6 @@ mod tests {
         assert!((span(Joint::Spine, 0) - d.waist_breadth).abs() < 1e-9);
         assert!((span(Joint::Head, 0) - d.head_breadth).abs() < 1e-9);
         assert!((span(Joint::LeftFoot, 2) - d.foot_length).abs() < 1e-9);
-        let calf = ring(DVec3::ZERO, (radius(0.392), radius(0.392)), 0.5f64.sqrt());
-        let around: f64 = (0..RING)
-            .map(|i| calf[i].distance(calf[(i + 1) % RING]))
-            .sum();
-        assert!((around - 0.392).abs() < 1e-12);
     }
 
     #[test]

@@ -12,7 +12,7 @@ use glam::{DQuat, DVec3};
 const FRAMES: usize = 96;
 /// Standing anterior pelvic tilt, degrees: the mean at free walking speed (Schwartz
 /// et al. 2008). The canonical rest pose stands like this.
-const STANDING_TILT_DEG: f64 = 11.586;
+pub const STANDING_TILT_DEG: f64 = 11.586;
 /// What decides how one person moves.
 #[derive(Clone, Copy, Debug)]
 pub struct Walker<'a> {

@@ -10,14 +10,17 @@ pub mod anthropometry;
 pub mod body;
 mod gait;
 mod norms;
-mod style;
+mod rings;
+pub(in crate::scene) mod style;
 
 use crate::error::{Error, Result};
 use crate::scene::{Body, Cycle, Subject, Track, Walk};
 use angles::gait_at;
 use anthropometry::{DIMENSIONS, Dimensions, Population};
 use edgegait_core::pack::{Gait, Sex};
+pub(super) use gait::STANDING_TILT_DEG;
 use gait::Walker;
+pub(super) use norms::{Curve, ELBOW_FLEXION, SHOULDER_ABDUCTION, SHOULDER_FLEXION, WALKING};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use style::Style;

@@ -1,0 +1,148 @@
+//! Which bodies walk: made from measurements, or fitted to a mesh.
+
+use super::progress::Progress;
+use crate::dataset::{Header, InputFile};
+use crate::error::{Error, Result};
+use crate::import::{Motion, Source, skinned_body};
+use crate::scene::Body;
+use crate::scene::figure::from_obj;
+use crate::scene::fit::{STEPS, USUAL_POINTS, fitted_body};
+use crate::scene::measured::MeasuredPeople;
+use crate::scene::recorded::{BodyOptions, Recording};
+use clap::ValueEnum;
+use edgegait_core::pack::Sex;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// The flags.
+#[derive(Clone, Debug, clap::Args)]
+pub struct BodyArgs {
+    /// Stature of the body that walks [default: from the skeleton's own segment lengths]
+    #[arg(long, value_name = "M")]
+    stature_m: Option<f64>,
+    /// Mass of the body that walks [default: the mean body mass index of ANSUR II]
+    #[arg(long, value_name = "KG")]
+    mass_kg: Option<f64>,
+    /// Sex of the body that walks [default: between both]
+    #[arg(long, value_name = "SEX")]
+    sex: Option<SexArg>,
+    /// What was measured of the subjects: a row for each with "subject" and any of stature_m,
+    /// mass_kg, sex and body dimensions such as hip_breadth_mm, before the three options above
+    /// [default: dimensions that go with stature, mass and sex]
+    #[arg(long, value_name = "FILE.csv")]
+    bodies: Option<PathBuf>,
+    /// The body of all subjects: hulls fitted to a mesh, skinned (.glb, .gltf) or standing with the
+    /// arms away from the trunk (.obj) [default: the mesh of each file that has one]
+    #[arg(long, value_name = "MESH", conflicts_with_all = ["stature_m", "bodies"])]
+    body: Option<PathBuf>,
+    /// Skeleton of the .obj: a file whose rest pose is that of the mesh [default: found in the mesh]
+    #[arg(long, value_name = "FILE", requires = "body")]
+    skeleton: Option<PathBuf>,
+}
+
+/// Sexes on the command line.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum SexArg {
+    Female,
+    Male,
+}
+
+impl BodyArgs {
+    /// Those who were measured.
+    ///
+    /// # Errors
+    /// As [`MeasuredPeople::read`].
+    pub fn measured(&self) -> Result<MeasuredPeople> {
+        self.bodies.as_ref().map_or_else(
+            || Ok(MeasuredPeople::default()),
+            |path| MeasuredPeople::read(path),
+        )
+    }
+
+    /// The bodies of these recordings, with hulls fitted to meshes: of so many points if they are
+    /// stated, with this seed. Input files and warnings go into the header.
+    ///
+    /// # Errors
+    /// For meshes that cannot be read or have no figure.
+    pub fn options(
+        &self,
+        recordings: &[Recording],
+        measured: MeasuredPeople,
+        (points, seed): (Option<usize>, u64),
+        header: &mut Header,
+    ) -> Result<BodyOptions> {
+        if let Some(path) = &self.bodies {
+            header.inputs.push(InputFile::of(path)?);
+            let mut names: Vec<&str> = recordings.iter().map(|it| it.subject.as_str()).collect();
+            names.sort_unstable();
+            names.dedup();
+            let warnings = measured.warnings(&names, self.stature_m.is_some());
+            header.warnings.extend(warnings);
+        }
+        let fit = |path: &Path, mesh: &Motion| {
+            let progress = Progress::new("hulls", STEPS);
+            let points = points.unwrap_or(USUAL_POINTS);
+            let body = fitted_body(mesh, points, seed, &|| progress.step());
+            body.map_err(|error| match error {
+                Error::Failed(problem) => Error::input(path, problem),
+                other => other,
+            })
+        };
+        let mut given: BTreeMap<String, Body> = BTreeMap::new();
+        if let Some(path) = &self.body {
+            for path in [Some(path), self.skeleton.as_ref()].into_iter().flatten() {
+                header.inputs.push(InputFile::of(path)?);
+            }
+            let body = fit(path, &self.mesh(path)?)?;
+            for recording in recordings {
+                given.insert(recording.subject.clone(), body.clone());
+            }
+        } else {
+            for recording in recordings {
+                let Some(mesh) = &recording.mesh else {
+                    continue;
+                };
+                if self.stature_m.is_none() && !given.contains_key(&recording.subject) {
+                    given.insert(recording.subject.clone(), fit(&recording.path, mesh)?);
+                }
+            }
+        }
+        Ok(BodyOptions {
+            stature_m: self.stature_m,
+            mass_kg: self.mass_kg,
+            sex: self.sex.map(|sex| match sex {
+                SexArg::Female => Sex::Female,
+                SexArg::Male => Sex::Male,
+            }),
+            measured,
+            given,
+        })
+    }
+
+    /// The mesh of `--body`, with a skeleton.
+    fn mesh(&self, path: &Path) -> Result<Motion> {
+        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+        match (extension.to_str(), &self.skeleton) {
+            (Some("obj"), skeleton) => {
+                from_obj(path, skeleton.as_deref().map(rest).transpose()?.as_ref())
+            }
+            (Some("glb" | "gltf"), None) => skinned_body(path),
+            (Some("glb" | "gltf"), Some(_)) => Err(Error::Usage(
+                "--skeleton: a .glb or .gltf has its own".into(),
+            )),
+            _ => Err(Error::input(path, "expected a mesh: .glb, .gltf or .obj")),
+        }
+    }
+}
+
+/// A skeleton for a mesh.
+fn rest(path: &Path) -> Result<Motion> {
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    if matches!(extension.to_str(), Some("glb" | "gltf")) {
+        return skinned_body(path);
+    }
+    match Source::read(path)? {
+        Source::Motion(motion) => Ok(motion),
+        Source::Markers(_) => Err(Error::input(path, "markers, where a skeleton is expected")),
+    }
+}

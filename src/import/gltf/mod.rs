@@ -1,0 +1,476 @@
+//! glTF 2.0, as text (.gltf) or binary (.glb): a skinned mesh, its joints and an animation.
+//!
+//! The rest pose is the bind pose, which the inverse bind matrices state (nodes may hold any
+//! frame of any animation), stood upright in the scene. A joint's rotation is what its node's
+//! global transform does to that pose, so that joint frames are parallel to the world at rest.
+
+use std::path::Path;
+
+use glam::{DAffine3, DMat3, DQuat, DVec3, DVec4};
+use gltf::Document;
+use gltf::json::validation::Checked;
+use gltf::scene::Transform;
+
+use self::buffers::Buffers;
+use self::clip::{Clip, Moves};
+use self::skin::Joints;
+use super::files::read_file;
+use super::{Format, Motion, SourceFrame, SourceJoint};
+use crate::error::{Error, Result};
+
+mod buffers;
+mod clip;
+mod skin;
+#[cfg(test)]
+mod tests;
+
+/// Most nodes accepted. Ours: a scene with an avatar has some hundreds.
+const MAX_NODES: usize = 65_536;
+
+/// Most joints accepted, as of BVH.
+const MAX_JOINTS: usize = 4096;
+
+/// How far transforms may be from rotating only, after the scale that all share. Ours: noise
+/// of exporters is below 1e-4, and 1e-3 moves no point of a body by 2 mm.
+const RIGID: f64 = 1e-3;
+
+/// Joints that stray this far from their place on the parent are stored frame by frame, metres.
+const STRAY_M: f64 = 1e-5;
+
+/// Frames a second of a file without an animation, whose one frame is the rest pose.
+const STILL_RATE_HZ: f64 = 30.0;
+
+/// Which animation of a file is read.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Wanted<'a> {
+    /// The one of this name.
+    Named(&'a str),
+    /// The only one, or the rest pose of a file without any.
+    Only,
+    /// None: the rest pose.
+    Nothing,
+}
+
+/// Reads a file.
+///
+/// # Errors
+/// A file that is not a complete glTF with one skinned skeleton whose transforms rotate and
+/// move it, or has no such animation.
+pub(super) fn read(path: &Path, clip: Wanted<'_>) -> Result<Motion> {
+    let bytes = read_file(path).map_err(|error| Error::io(path, error))?;
+    let fail = |problem: String| Error::input(path, problem);
+    let incomplete = |error: gltf::Error| fail(format!("not a complete glTF 2.0 file: {error}"));
+    let gltf::Gltf { document, blob } =
+        gltf::Gltf::from_slice_without_validation(&bytes).map_err(incomplete)?;
+    drop(bytes);
+    let root = document.into_json();
+    check_targets(&root).map_err(fail)?;
+    let document = Document::from_json(root).map_err(incomplete)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    Buffers::load(&document, blob, folder)
+        .and_then(|buffers| motion(&document, &buffers, clip))
+        .map_err(fail)
+}
+
+/// What the crate's own check of a document panics on, or leaves to panic later.
+fn check_targets(root: &gltf::json::Root) -> std::result::Result<(), String> {
+    let count = root.accessors.len();
+    let parts = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    let mut used = parts.flat_map(|part| part.attributes.values());
+    if let Some(wrong) = used.find(|accessor| accessor.value() >= count) {
+        return Err(format!("a mesh has accessor {} of {count}", wrong.value()));
+    }
+    let count = root.nodes.len();
+    let channels = root.animations.iter().flat_map(|all| &all.channels);
+    for target in channels.map(|channel| &channel.target) {
+        if target.node.value() >= count {
+            return Err(format!(
+                "an animation moves node {} of {count}",
+                target.node.value()
+            ));
+        }
+        if target.path == Checked::Invalid {
+            return Err("expected an animation of translation, rotation, scale or weights".into());
+        }
+    }
+    Ok(())
+}
+
+fn motion(
+    document: &Document,
+    buffers: &Buffers,
+    clip: Wanted<'_>,
+) -> std::result::Result<Motion, String> {
+    let graph = Graph::of(document)?;
+    let skins = used_skins(document);
+    let order = graph.skeleton(&skins)?;
+    let mut warnings = Vec::new();
+    let mut numbers = vec![None; graph.nodes.len()];
+    for (number, &node) in order.iter().enumerate() {
+        numbers[node] = Some(number);
+    }
+    let carriers = graph.path_to_top(order[0]);
+    let binds = binds(&graph, &order, &numbers, &skins, buffers)?;
+    let upright = upright(graph.global(&carriers) * binds[0].inverse());
+    let joints = Joints {
+        numbers,
+        rest: binds.iter().map(|bind| upright * *bind).collect(),
+    };
+    if !joints.rest.iter().all(DAffine3::is_finite) {
+        return Err("the nodes' scales are too large".into());
+    }
+    let mesh = skin::read(document, buffers, &joints, &mut warnings)?;
+    let rest: Vec<DVec3> = joints.rest.iter().map(|m| m.translation).collect();
+    let mut skeleton: Vec<SourceJoint> = Vec::with_capacity(order.len());
+    for (number, &node) in order.iter().enumerate() {
+        let parent = match number {
+            0 => None,
+            _ => graph.parents[node].and_then(|parent| joints.numbers[parent]),
+        };
+        let name = document.nodes().nth(node).and_then(|n| n.name());
+        skeleton.push(SourceJoint {
+            name: name.map_or_else(|| format!("node {node}"), str::to_owned),
+            parent,
+            offset: parent.map_or(DVec3::ZERO, |parent| rest[number] - rest[parent]),
+            end: None,
+        });
+    }
+    let (frames, sample_rate_hz) = match find_clip(document, clip)? {
+        None => {
+            let still = SourceFrame {
+                root: rest[0],
+                rotations: vec![DQuat::IDENTITY; skeleton.len()],
+                offsets: None,
+            };
+            (vec![still], STILL_RATE_HZ)
+        }
+        Some(animation) => {
+            let mut moved = carriers[1..].to_vec();
+            moved.extend(&order);
+            let clip = Clip::read(&animation, buffers, &moved)?;
+            let frames = frames(&graph, &order, &clip, &skeleton, &joints)?;
+            warnings.extend(clip.warnings);
+            (frames, clip.sample_rate_hz)
+        }
+    };
+    Ok(Motion {
+        format: Format::Gltf,
+        joints: skeleton,
+        sample_rate_hz,
+        frames,
+        unit_m: Some(1.0),
+        skin: mesh,
+        warnings,
+    })
+}
+
+/// The skins of the meshes, or, where no mesh has one, all skins.
+fn used_skins(document: &Document) -> Vec<gltf::Skin<'_>> {
+    let mut used = vec![false; document.skins().count()];
+    for node in document.nodes().filter(|node| node.mesh().is_some()) {
+        if let Some(skin) = node.skin() {
+            used[skin.index()] = true;
+        }
+    }
+    let all = !used.contains(&true);
+    document
+        .skins()
+        .filter(|skin| all || used[skin.index()])
+        .collect()
+}
+
+/// The animation that is wanted; none for the rest pose.
+fn find_clip<'a>(
+    document: &'a Document,
+    clip: Wanted<'_>,
+) -> std::result::Result<Option<gltf::Animation<'a>>, String> {
+    let names = || {
+        let names = document
+            .animations()
+            .map(|a| a.name().unwrap_or("").to_owned());
+        let names: Vec<String> = names.take(50).collect();
+        names.join(", ")
+    };
+    match (clip, document.animations().count()) {
+        (Wanted::Nothing, _) | (Wanted::Only, 0) => Ok(None),
+        (Wanted::Only, 1) => Ok(document.animations().next()),
+        (Wanted::Only, count) => Err(format!(
+            "{count} animations: name one with --clip: {}",
+            names()
+        )),
+        (Wanted::Named(clip), 0) => Err(format!("no animation {clip}: the file has none")),
+        (Wanted::Named(clip), _) => {
+            let mut found = document.animations().filter(|a| a.name() == Some(clip));
+            match (found.next(), found.next()) {
+                (Some(only), None) => Ok(Some(only)),
+                (Some(_), _) => Err(format!("several animations are called {clip}: rename them")),
+                (None, _) => Err(format!("no animation {clip}; there are: {}", names())),
+            }
+        }
+    }
+}
+
+/// The local transform of a node.
+#[derive(Clone, Copy)]
+enum Local {
+    Matrix(DAffine3),
+    Parts {
+        translation: DVec3,
+        rotation: DQuat,
+        scale: DVec3,
+    },
+}
+
+impl Local {
+    fn affine(&self) -> DAffine3 {
+        match *self {
+            Self::Matrix(matrix) => matrix,
+            Self::Parts {
+                translation,
+                rotation,
+                scale,
+            } => DAffine3::from_scale_rotation_translation(scale, rotation, translation),
+        }
+    }
+}
+
+/// The nodes, their parents and transforms.
+struct Graph {
+    nodes: Vec<Local>,
+    parents: Vec<Option<usize>>,
+}
+
+impl Graph {
+    fn of(document: &Document) -> std::result::Result<Self, String> {
+        let count = document.nodes().count();
+        if count > MAX_NODES {
+            return Err(format!("expected at most {MAX_NODES} nodes, found {count}"));
+        }
+        let mut parents = vec![None; count];
+        let mut nodes = Vec::with_capacity(count);
+        for node in document.nodes() {
+            let index = node.index();
+            for child in node.children() {
+                if parents[child.index()].replace(index).is_some() {
+                    return Err(format!("node {} has two parents", child.index()));
+                }
+            }
+            let local = match node.transform() {
+                Transform::Matrix { matrix: m } => {
+                    let cols = [m[0], m[1], m[2], m[3]]
+                        .map(|c| DVec3::new(c[0].into(), c[1].into(), c[2].into()));
+                    let turn = DMat3::from_cols(cols[0], cols[1], cols[2]);
+                    Local::Matrix(DAffine3::from_mat3_translation(turn, cols[3]))
+                }
+                Transform::Decomposed {
+                    translation,
+                    rotation,
+                    scale,
+                } => Local::Parts {
+                    translation: DVec3::from_array(translation.map(f64::from)),
+                    rotation: DQuat::from_vec4(
+                        DVec4::from_array(rotation.map(f64::from)).normalize(),
+                    ),
+                    scale: DVec3::from_array(scale.map(f64::from)),
+                },
+            };
+            if !local.affine().is_finite() {
+                return Err(format!("node {index} has no finite transform"));
+            }
+            nodes.push(local);
+        }
+        Ok(Self { nodes, parents })
+    }
+
+    /// The node itself first; more nodes than there are if it carries itself.
+    fn path_to_top(&self, node: usize) -> Vec<usize> {
+        std::iter::successors(Some(node), |&at| self.parents[at])
+            .take(self.nodes.len() + 1)
+            .collect()
+    }
+
+    /// The product of the transforms of a path to the top.
+    fn global(&self, path: &[usize]) -> DAffine3 {
+        let locals = path.iter().map(|&node| self.nodes[node].affine());
+        locals.fold(DAffine3::IDENTITY, |below, local| local * below)
+    }
+
+    /// The nodes that make one skeleton of the skins' joints, parents first: the lowest that
+    /// carries all of them, and all between it and them.
+    fn skeleton(&self, skins: &[gltf::Skin]) -> std::result::Result<Vec<usize>, String> {
+        let mut joints: Vec<usize> = skins
+            .iter()
+            .flat_map(|skin| skin.joints().map(|joint| joint.index()))
+            .collect();
+        joints.sort_unstable();
+        joints.dedup();
+        let too_many = |found| format!("expected at most {MAX_JOINTS} joints, found {found}");
+        if joints.len() > MAX_JOINTS {
+            return Err(too_many(joints.len()));
+        }
+        // From the top down, as far as all paths go the same way.
+        let mut common: Option<Vec<usize>> = None;
+        let mut depths = vec![0; self.nodes.len()];
+        for joint in joints {
+            let mut path = self.path_to_top(joint);
+            if path.len() > self.nodes.len() {
+                return Err(format!("node {joint} carries itself"));
+            }
+            path.reverse();
+            for (depth, &node) in path.iter().enumerate() {
+                depths[node] = depth + 1;
+            }
+            if let Some(known) = common {
+                let same = known.iter().zip(&path).take_while(|(a, b)| a == b).count();
+                path.truncate(same);
+            }
+            common = Some(path);
+        }
+        let common = common.ok_or("no skin: expected a mesh that joints move")?;
+        let root = *common
+            .last()
+            .ok_or("several skeletons: expected one walker a file")?;
+        let mut order: Vec<usize> = (0..self.nodes.len())
+            .filter(|&node| depths[node] >= depths[root])
+            .collect();
+        order.sort_by_key(|&node| depths[node]);
+        if order.len() > MAX_JOINTS {
+            return Err(too_many(order.len()));
+        }
+        Ok(order)
+    }
+}
+
+/// Global transforms of the joints in the bind pose; those of joints of no skin are fitted to
+/// a joint that they carry.
+fn binds(
+    graph: &Graph,
+    order: &[usize],
+    numbers: &[Option<usize>],
+    skins: &[gltf::Skin],
+    buffers: &Buffers,
+) -> std::result::Result<Vec<DAffine3>, String> {
+    let mut binds: Vec<Option<DAffine3>> = vec![None; order.len()];
+    for skin in skins {
+        for (joint, inverse) in skin.joints().zip(skin::inverse_binds(skin, buffers)?) {
+            if let Some(number) = numbers[joint.index()] {
+                binds[number].get_or_insert(inverse.inverse());
+            }
+        }
+    }
+    for (number, &node) in order.iter().enumerate().skip(1).rev() {
+        let parent = graph.parents[node].and_then(|parent| numbers[parent]);
+        if let (Some(bind), Some(parent)) = (binds[number], parent) {
+            let local = graph.nodes[node].affine();
+            binds[parent].get_or_insert(bind * local.inverse());
+        }
+    }
+    let known = binds.into_iter().collect::<Option<Vec<DAffine3>>>();
+    known
+        .filter(|binds| binds.iter().all(DAffine3::is_finite))
+        .ok_or_else(|| "a joint has no bind pose".into())
+}
+
+/// From the space of the bind pose to the world, given what the scene does to it: its scale,
+/// and the quarter turns next to its rotation.
+fn upright(placed: DAffine3) -> DAffine3 {
+    let m = placed.matrix3;
+    let scale = libm::cbrt(m.determinant().abs());
+    let nearest = |v: DVec3| {
+        let a = v.abs();
+        let axis = if a.x >= a.y && a.x >= a.z {
+            0
+        } else if a.y >= a.z {
+            1
+        } else {
+            2
+        };
+        DVec3::AXES[axis] * v[axis].signum()
+    };
+    let y = nearest(m.y_axis);
+    let x = nearest(m.x_axis.normalize_or_zero().reject_from_normalized(y));
+    let turn = DMat3::from_cols(x, y, x.cross(y));
+    DAffine3::from_mat3(turn * scale)
+}
+
+/// The poses of a clip.
+fn frames(
+    graph: &Graph,
+    order: &[usize],
+    clip: &Clip,
+    skeleton: &[SourceJoint],
+    joints: &Joints,
+) -> std::result::Result<Vec<SourceFrame>, String> {
+    let from_rest: Vec<DAffine3> = joints.rest.iter().map(DAffine3::inverse).collect();
+    let mut moved = Graph {
+        nodes: graph.nodes.clone(),
+        parents: graph.parents.clone(),
+    };
+    let carriers = graph.path_to_top(order[0]);
+    let mut frames = Vec::with_capacity(clip.len);
+    let mut strays = false;
+    for frame in 0..clip.len {
+        for (node, moves, value) in clip.sample(frame) {
+            let Local::Parts {
+                translation,
+                rotation,
+                scale,
+            } = &mut moved.nodes[node]
+            else {
+                return Err(format!("node {node} has a matrix and is animated"));
+            };
+            match moves {
+                Moves::Translation => *translation = value.truncate(),
+                Moves::Rotation => *rotation = DQuat::from_vec4(value).normalize(),
+                Moves::Scale => *scale = value.truncate(),
+            }
+        }
+        let mut globals: Vec<DAffine3> = Vec::with_capacity(order.len());
+        let mut turns: Vec<DQuat> = Vec::with_capacity(order.len());
+        let mut rotations = Vec::with_capacity(order.len());
+        let mut offsets = Vec::with_capacity(order.len());
+        for (number, (joint, &node)) in skeleton.iter().zip(order).enumerate() {
+            let global = match joint.parent {
+                None => moved.global(&carriers),
+                Some(parent) => globals[parent] * moved.nodes[node].affine(),
+            };
+            let turn = rotation_of((global * from_rest[number]).matrix3).ok_or_else(|| {
+                format!(
+                    "joint {} is scaled or sheared in frame {frame}: expected rotations and translations (apply the scales)",
+                    joint.name
+                )
+            })?;
+            let (local, offset) = match joint.parent {
+                None => (turn, joint.offset),
+                Some(parent) => {
+                    let back = turns[parent].inverse();
+                    let stride = global.translation - globals[parent].translation;
+                    ((back * turn).normalize(), back * stride)
+                }
+            };
+            strays |= offset.distance(joint.offset) > STRAY_M;
+            globals.push(global);
+            turns.push(turn);
+            rotations.push(local);
+            offsets.push(offset);
+        }
+        frames.push(SourceFrame {
+            root: globals[0].translation,
+            rotations,
+            offsets: Some(offsets),
+        });
+    }
+    if !strays {
+        for frame in &mut frames {
+            frame.offsets = None;
+        }
+    }
+    Ok(frames)
+}
+
+/// The rotation that a matrix is, if it is one.
+fn rotation_of(m: DMat3) -> Option<DQuat> {
+    let gram = m.transpose() * m;
+    let is_rotation = gram.abs_diff_eq(DMat3::IDENTITY, 2.0 * RIGID) && m.determinant() > 0.0;
+    is_rotation.then(|| DQuat::from_mat3(&m).normalize())
+}

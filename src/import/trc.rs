@@ -1,0 +1,398 @@
+//! The track row column format (TRC): marker positions as a table in text.
+//!
+//! Written by Motion Analysis' Cortex and read by `OpenSim`, whose guide ("Marker (.trc)
+//! Files") describes it. Cells are between tabs and may be blank; rows without tabs are taken
+//! apart at spaces and have no blanks. What the header counts is often wrong: the names decide how
+//! many cells a row has, and the time column decides the rate.
+
+use glam::DVec3;
+
+use super::lines::{Lines, finite, shown};
+use super::{Format, MAX_POSITIONS, Markers, RATE_HZ, metres};
+use crate::error::{Error, Result};
+
+/// What some writers put for a coordinate that was not seen.
+const NOT_SEEN: f64 = 9_999_999.0;
+
+/// How far the header's rate and the time column's may be apart, as a share. Ours.
+const RATE_TOLERANCE: f64 = 0.005;
+
+/// How far the time between two rows may be off: times are rounded, often to a millisecond.
+const ROUNDING_S: f64 = 0.001;
+
+/// The header's values that matter, as text.
+struct Header {
+    rate: String,
+    frames: String,
+    markers: String,
+    unit: Option<String>,
+}
+
+/// Reads a whole file.
+///
+/// # Errors
+/// Rows that do not have three cells for each name, frames out of order, anything that is
+/// neither a finite number nor a missing one.
+pub(super) fn read(mut lines: Lines) -> Result<Markers> {
+    let header = read_header(&mut lines)?;
+    let names = read_names(&mut lines)?;
+    let mut warnings = Vec::new();
+    let (mut frames, mut times) = (Vec::new(), Vec::new());
+    let mut before = None;
+    while let Some(row) = lines.next_row()? {
+        let cells = cells(&row);
+        let expected = 2 + 3 * names.len();
+        let surplus = cells.get(expected..).unwrap_or_default();
+        if cells.len() < expected || surplus.iter().any(|cell| !cell.is_empty()) {
+            return Err(lines.error(format!(
+                "expected {expected} cells in the row (frame, time and 3 for each of {} names), found {}",
+                names.len(),
+                cells.len()
+            )));
+        }
+        let number = finite(cells[0]).map_err(|problem| lines.error(problem))?;
+        let time_s = finite(cells[1]).map_err(|problem| lines.error(problem))?;
+        if let Some((number_before, time_before)) = before
+            && (number != number_before + 1.0 || time_s <= time_before)
+        {
+            return Err(lines.error(format!(
+                "expected frame {} later than {time_before} s, found frame {number} at {time_s} s",
+                number_before + 1.0
+            )));
+        }
+        before = Some((number, time_s));
+        times.push(time_s);
+        frames.push(read_row(&lines, &cells[2..expected])?);
+        if frames.len() * names.len() > MAX_POSITIONS {
+            return Err(lines.error(format!(
+                "more than {MAX_POSITIONS} positions: cut the recording"
+            )));
+        }
+    }
+    if frames.is_empty() {
+        return Err(lines.error("the file has no frames (is it truncated?)"));
+    }
+    for (what, stated, found) in [
+        ("frames", &header.frames, frames.len()),
+        ("markers", &header.markers, names.len()),
+    ] {
+        if stated.parse() != Ok(found) {
+            warnings.push(format!(
+                "`{}` {what} stated, {found} present: all are used",
+                shown(stated)
+            ));
+        }
+    }
+    let unit_m = match &header.unit {
+        Some(unit) => metres(unit, &mut warnings),
+        None => {
+            warnings.push("the file states no unit of length".into());
+            None
+        }
+    };
+    Ok(Markers {
+        format: Format::Trc,
+        names,
+        sample_rate_hz: rate_hz(&lines, &header, &times, &mut warnings)?,
+        frames,
+        unit_m,
+        warnings,
+    })
+}
+
+/// Reads the three lines before the names.
+fn read_header(lines: &mut Lines) -> Result<Header> {
+    match lines.next_line()? {
+        Some(first) if first.starts_with("PathFileType") => {}
+        Some(first) => {
+            return Err(lines.error(format!("expected PathFileType, found `{}`", shown(&first))));
+        }
+        None => return Err(Error::input(lines.path(), "the file is empty")),
+    }
+    let keys = lines.next_line()?.unwrap_or_default();
+    let Some(values) = lines.next_line()? else {
+        return Err(lines.error("expected the header's values, found the end of the file"));
+    };
+    let value = |name: &str| {
+        let at = keys
+            .split_whitespace()
+            .position(|key| key.eq_ignore_ascii_case(name))?;
+        values.split_whitespace().nth(at).map(ToOwned::to_owned)
+    };
+    let needed = |name: &str| {
+        value(name).ok_or_else(|| lines.error(format!("the header has no value of {name}")))
+    };
+    Ok(Header {
+        rate: needed("DataRate")?,
+        frames: needed("NumFrames")?,
+        markers: needed("NumMarkers")?,
+        unit: value("Units"),
+    })
+}
+
+/// Reads the line of names and the line of axes below it.
+fn read_names(lines: &mut Lines) -> Result<Vec<String>> {
+    let row = lines.next_row()?.unwrap_or_default();
+    let all = cells(&row);
+    let [frame, time, names @ ..] = all.as_slice() else {
+        return Err(lines.error("expected the line of marker names"));
+    };
+    if !frame.eq_ignore_ascii_case("Frame#") || !time.eq_ignore_ascii_case("Time") {
+        return Err(lines.error(format!(
+            "expected Frame# and Time before the marker names, found `{}`",
+            shown(&row)
+        )));
+    }
+    let names: Vec<String> = names
+        .iter()
+        .filter(|name| !name.is_empty())
+        .map(|name| (*name).to_owned())
+        .collect();
+    if names.is_empty() {
+        return Err(lines.error("no markers: the line of names has none"));
+    }
+    match lines.next_line()? {
+        Some(axes) if axes.starts_with(['X', 'x']) => Ok(names),
+        _ => Err(lines.error("expected the line of axes (X1 Y1 Z1 ...)")),
+    }
+}
+
+/// The cells of a row, trimmed.
+fn cells(row: &str) -> Vec<&str> {
+    if row.contains('\t') {
+        row.split('\t').map(str::trim).collect()
+    } else {
+        row.split_whitespace().collect()
+    }
+}
+
+fn read_row(lines: &Lines, cells: &[&str]) -> Result<Vec<Option<DVec3>>> {
+    let (points, _) = cells.as_chunks::<3>();
+    points
+        .iter()
+        .map(|point| {
+            let mut values = [None; 3];
+            for (value, cell) in values.iter_mut().zip(point) {
+                *value = coordinate(cell).map_err(|problem| lines.error(problem))?;
+            }
+            let [Some(x), Some(y), Some(z)] = values else {
+                return Ok(None);
+            };
+            let position = DVec3::new(x, y, z);
+            Ok((position != DVec3::ZERO).then_some(position))
+        })
+        .collect()
+}
+
+/// A coordinate; none where it was not seen.
+fn coordinate(cell: &str) -> std::result::Result<Option<f64>, String> {
+    // NaN as several languages print it: nan, -NaN, 1.#QNAN, -1.#IND.
+    let lower = cell.to_ascii_lowercase();
+    if cell.is_empty() || lower.ends_with("nan") || lower.contains("#ind") {
+        return Ok(None);
+    }
+    let value = finite(cell)?;
+    Ok((value.abs() < NOT_SEEN).then_some(value))
+}
+
+/// The header's rate, if the time column agrees, else that of the time column.
+fn rate_hz(
+    lines: &Lines,
+    header: &Header,
+    times: &[f64],
+    warnings: &mut Vec<String>,
+) -> Result<f64> {
+    let stated = finite(&header.rate)
+        .ok()
+        .filter(|rate| RATE_HZ.contains(rate));
+    let span_s = times
+        .last()
+        .zip(times.first())
+        .map_or(0.0, |(last, first)| last - first);
+    let measured = (span_s > 0.0).then(|| (times.len() - 1) as f64 / span_s);
+    let tolerance = (ROUNDING_S / span_s).max(RATE_TOLERANCE);
+    if let Some(measured) = measured
+        && let Some(step_s) = times
+            .windows(2)
+            .map(|pair| pair[1] - pair[0])
+            .max_by(f64::total_cmp)
+        && step_s > 1.5 / measured + ROUNDING_S
+    {
+        warnings.push(format!(
+            "the time column is uneven: {step_s:.4} s between two rows, {:.4} s on the whole",
+            1.0 / measured
+        ));
+    }
+    match (stated, measured) {
+        (Some(stated), None) => Ok(stated),
+        (Some(stated), Some(measured)) if (measured / stated - 1.0).abs() < tolerance => Ok(stated),
+        (_, Some(measured)) if RATE_HZ.contains(&measured) => {
+            warnings.push(format!(
+                "the header states `{}` Hz, the time column {measured:.2} Hz: the time column is used",
+                shown(&header.rate)
+            ));
+            Ok(measured)
+        }
+        _ => Err(lines.error(format!(
+            "expected a frame rate of 1 to 10000 Hz, found `{}`",
+            shown(&header.rate)
+        ))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+    use std::path::Path;
+
+    use super::*;
+
+    const TWO_MARKERS: &str = "PathFileType\t4\t(X/Y/Z)\tt.trc
+DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate
+100.00\t100.00\t3\t2\tmm\t100.00
+Frame#\tTime\tLANK\t\t\tR.Heel\t\t
+\t\tX1\tY1\tZ1\tX2\tY2\tZ2
+
+1\t0.00\t1\t2\t3\t-4.5\t5E+01\t6
+2\t0.01\t1\t2\t3\t4\t5\t6
+3\t0.02\t1\t2\t3\t4\t5\t6
+";
+
+    fn parse(text: &str) -> Result<Markers> {
+        read(Lines::over(
+            Path::new("t.trc"),
+            Box::new(Cursor::new(text.to_owned().into_bytes())),
+        ))
+    }
+
+    fn replaced(from: &str, to: &str) -> Result<Markers> {
+        assert!(TWO_MARKERS.contains(from));
+        parse(&TWO_MARKERS.replacen(from, to, 1))
+    }
+
+    #[test]
+    fn names_rate_unit_and_positions_are_as_written() {
+        let markers = parse(TWO_MARKERS).unwrap();
+        assert_eq!(markers.names, ["LANK", "R.Heel"]);
+        assert_eq!(markers.sample_rate_hz.to_bits(), 100f64.to_bits());
+        assert_eq!(markers.unit_m, Some(0.001));
+        assert_eq!(markers.frames.len(), 3);
+        assert_eq!(
+            markers.frames[0],
+            [
+                Some(DVec3::new(1.0, 2.0, 3.0)),
+                Some(DVec3::new(-4.5, 50.0, 6.0))
+            ]
+        );
+        assert!(markers.warnings.is_empty(), "{:?}", markers.warnings);
+    }
+
+    #[test]
+    fn blank_nan_zero_and_9999999_are_missing() {
+        for gap in [
+            "\t\t\t",
+            "\tNaN\tnan\tNAN",
+            "\t1.#QNAN\t-1.#IND\t0",
+            "\t0.000\t0\t-0.0",
+            "\t9999999.000\t9999999\t9999999",
+            "\t7\t\t8",
+        ] {
+            let markers = replaced("\t1\t2\t3\t4\t5\t6", &format!("{gap}\t4\t5\t6")).unwrap();
+            let seen = Some(DVec3::new(4.0, 5.0, 6.0));
+            assert_eq!(markers.frames[1], [None, seen], "{gap:?}");
+        }
+    }
+
+    #[test]
+    fn spelling_does_not_matter() {
+        let plain = parse(TWO_MARKERS).unwrap();
+        let (head, rows) = TWO_MARKERS.split_at(TWO_MARKERS.find("1\t0.00").unwrap());
+        for text in [
+            TWO_MARKERS.replace('\n', "\r\n"),
+            TWO_MARKERS.replace("5\t6\n", "5\t6\t\t\n"),
+            head.to_owned() + &rows.replace('\t', " "),
+            TWO_MARKERS.replace("100.00\t100.00\t3", "  100.0\t\t 100.0\t\t  3"),
+        ] {
+            let other = parse(&text).unwrap();
+            assert_eq!(
+                (&other.frames, &other.names),
+                (&plain.frames, &plain.names),
+                "{text}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_the_header_says_wrongly_is_announced() {
+        let warned = |from: &str, to: &str| {
+            let markers = replaced(from, to).unwrap();
+            (markers.sample_rate_hz, markers.warnings.join("; "))
+        };
+        assert_eq!(
+            warned("100.00\t3\t2", "100.00\t900\t2").1,
+            "`900` frames stated, 3 present: all are used"
+        );
+        assert_eq!(
+            warned("100.00\t3\t2", "100.00\t3\t9").1,
+            "`9` markers stated, 2 present: all are used"
+        );
+        let (rate, warning) = warned("\n100.00", "\n150.00");
+        assert!((rate - 100.0).abs() < 1e-9);
+        assert_eq!(
+            warning,
+            "the header states `150.00` Hz, the time column 100.00 Hz: the time column is used"
+        );
+        assert_eq!(
+            warned("\tmm\t", "\tells\t").1,
+            "unknown unit of length `ells`"
+        );
+    }
+
+    #[test]
+    fn times_rounded_to_milliseconds_leave_the_header_its_rate() {
+        // 150 Hz: 0, 0.0067, 0.0133 s.
+        let text = TWO_MARKERS
+            .replace("\n100.00", "\n150.00")
+            .replace("0.01", "0.007")
+            .replace("0.02", "0.013");
+        let markers = parse(&text).unwrap();
+        assert_eq!(markers.sample_rate_hz.to_bits(), 150f64.to_bits());
+        assert!(markers.warnings.is_empty(), "{:?}", markers.warnings);
+    }
+
+    #[test]
+    fn broken_files_are_refused_where_they_break() {
+        let problem = |from: &str, to: &str| replaced(from, to).unwrap_err().to_string();
+        assert_eq!(
+            problem("5\t6\n3", "5\n3"),
+            "t.trc:8: expected 8 cells in the row (frame, time and 3 for each of 2 names), found 7"
+        );
+        assert_eq!(
+            problem("5\t6\n3", "5\t6\t7\n3"),
+            "t.trc:8: expected 8 cells in the row (frame, time and 3 for each of 2 names), found 9"
+        );
+        assert_eq!(
+            problem("3\t0.02", "4\t0.02"),
+            "t.trc:9: expected frame 3 later than 0.01 s, found frame 4 at 0.02 s"
+        );
+        assert_eq!(
+            problem("5\t6\n3", "abc\t6\n3"),
+            "t.trc:8: expected a number, found `abc`"
+        );
+        assert_eq!(
+            problem("5\t6\n3", "inf\t6\n3"),
+            "t.trc:8: expected a finite number, found `inf`"
+        );
+        assert_eq!(
+            problem("Frame#", "Row"),
+            "t.trc:4: expected Frame# and Time before the marker names, found `Row\\tTime\\tLANK\\t\\t\\tR.Heel\\t\\t`"
+        );
+        for cut in 1..TWO_MARKERS.find("1\t0.00").unwrap() {
+            assert!(parse(&TWO_MARKERS[..cut]).is_err(), "cut at byte {cut}");
+        }
+        assert_eq!(
+            parse("").unwrap_err().to_string(),
+            "t.trc: the file is empty"
+        );
+    }
+}

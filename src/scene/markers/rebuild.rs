@@ -1,0 +1,203 @@
+//! Puts markers back where the others of their segment say that they are.
+
+use glam::DVec3;
+
+use super::names::{Segment, Side};
+use super::rigid::Rigid;
+use super::set::{Mark, Marks, median};
+
+/// Others that a marker is put back from.
+const LEAST_OTHERS: usize = 3;
+
+/// A segment's markers may miss a rigid body by this much, RMS, to be one. Ours: skin moves by
+/// 1 to 2 cm in gait (the review of Leardini et al. 2005, Gait & Posture 21:212-225, as recalled).
+const RIGID_M: f64 = 0.025;
+
+/// A marker is off its segment where most of its distances to the others differ from their
+/// medians by more than this, metres. Ours: toes bend by 3 cm, labels err by more.
+const STRAY_M: f64 = 0.04;
+
+/// Leaves out what most other markers of the same segment say is elsewhere: labels put on the
+/// wrong marker.
+pub(super) fn drop_strays(marks: &mut Marks, warnings: &mut Vec<String>) {
+    for body in bodies(marks) {
+        let numbers = markers_of(marks, body);
+        let distance = |a: usize, b: usize, frame: usize| {
+            Some(marks.all[a].track[frame]?.distance(marks.all[b].track[frame]?))
+        };
+        let usual: Vec<Vec<f64>> = numbers
+            .iter()
+            .map(|&a| {
+                let to = |&b: &usize| {
+                    median(
+                        &mut (0..marks.frames)
+                            .filter_map(|frame| distance(a, b, frame))
+                            .collect::<Vec<_>>(),
+                    )
+                };
+                numbers.iter().map(to).collect()
+            })
+            .collect();
+        let is_stray = |i: usize, frame: usize| {
+            let off: Vec<bool> = (0..numbers.len())
+                .filter(|&j| j != i)
+                .filter_map(|j| {
+                    Some((distance(numbers[i], numbers[j], frame)? - usual[i][j]).abs() > STRAY_M)
+                })
+                .collect();
+            off.len() >= 2 && 2 * off.iter().filter(|off| **off).count() > off.len()
+        };
+        let strays: Vec<Vec<usize>> = (0..numbers.len())
+            .map(|i| {
+                (0..marks.frames)
+                    .filter(|&frame| is_stray(i, frame))
+                    .collect()
+            })
+            .collect();
+        for (number, frames) in numbers.into_iter().zip(strays) {
+            let mark = &mut marks.all[number];
+            for &frame in &frames {
+                mark.track[frame] = None;
+            }
+            if let Some(first) = frames.first() {
+                warnings.push(format!(
+                    "marker {} is off its segment from frame {first}: left out in {} frames",
+                    mark.name,
+                    frames.len()
+                ));
+            }
+        }
+    }
+}
+
+/// Where a segment's markers lie in a frame of their own, and how far they are from it.
+struct Shape {
+    /// Number of the marker, and its place.
+    places: Vec<(usize, DVec3)>,
+    rms_m: f64,
+}
+
+/// Fills what is missing from at least three other markers of the same segment.
+pub(super) fn rebuild(marks: &mut Marks, warnings: &mut Vec<String>) {
+    let mut rebuilt: Vec<String> = Vec::new();
+    for body in bodies(marks) {
+        let Some(shape) = shape_of(marks, body).filter(|shape| shape.rms_m < RIGID_M) else {
+            continue;
+        };
+        for &(number, place) in &shape.places {
+            let mut count = 0;
+            for frame in 0..marks.frames {
+                if marks.all[number].track[frame].is_some() {
+                    continue;
+                }
+                let others = seen_pairs(&marks.all, &shape, frame);
+                if others.len() < LEAST_OTHERS {
+                    continue;
+                }
+                if let Some(fit) = Rigid::fit(&others) {
+                    marks.all[number].track[frame] = Some(fit.apply(place));
+                    count += 1;
+                }
+            }
+            if count > 0 {
+                rebuilt.push(format!("{} {count}", marks.all[number].name));
+            }
+        }
+    }
+    if !rebuilt.is_empty() {
+        warnings.push(format!(
+            "put back from at least {LEAST_OTHERS} other markers of their segments (frames): {}",
+            rebuilt.join(", ")
+        ));
+    }
+}
+
+/// How far the markers of segments with four or more are from rigid bodies, RMS, mm; none without
+/// such a segment.
+pub(super) fn rigidity_mm(marks: &Marks) -> Option<f64> {
+    let shapes: Vec<Shape> = bodies(marks)
+        .into_iter()
+        .filter_map(|body| shape_of(marks, body))
+        .collect();
+    let count = shapes.len();
+    let sum: f64 = shapes.iter().map(|shape| shape.rms_m * shape.rms_m).sum();
+    (count > 0).then(|| 1e3 * libm::sqrt(sum / count as f64))
+}
+
+/// The segments that have enough markers to be looked at.
+fn bodies(marks: &Marks) -> Vec<(Segment, Side)> {
+    let mut bodies: Vec<(Segment, Side)> = Vec::new();
+    for mark in &marks.all {
+        if mark.site.segment() != Segment::Alone && !bodies.contains(&mark.body()) {
+            bodies.push(mark.body());
+        }
+    }
+    bodies.retain(|body| markers_of(marks, *body).len() > LEAST_OTHERS);
+    bodies
+}
+
+fn markers_of(marks: &Marks, body: (Segment, Side)) -> Vec<usize> {
+    (0..marks.all.len())
+        .filter(|&i| marks.all[i].body() == body)
+        .collect()
+}
+
+/// The pairs of a shape's places and where the markers are in a frame.
+fn seen_pairs(all: &[Mark], shape: &Shape, frame: usize) -> Vec<(DVec3, DVec3)> {
+    let pair = |&(number, place): &(usize, DVec3)| Some((place, all[number].track[frame]?));
+    shape.places.iter().filter_map(pair).collect()
+}
+
+/// The mean shape of a segment over the frames in which all of its markers are seen.
+fn shape_of(marks: &Marks, body: (Segment, Side)) -> Option<Shape> {
+    /// Frames that the shape is taken from: enough, spread evenly.
+    const SAMPLES: usize = 100;
+    let numbers = markers_of(marks, body);
+    let whole: Vec<usize> = (0..marks.frames)
+        .filter(|&frame| numbers.iter().all(|&i| marks.all[i].track[frame].is_some()))
+        .collect();
+    let frames: Vec<usize> = whole
+        .iter()
+        .copied()
+        .step_by((whole.len() / SAMPLES).max(1))
+        .collect();
+    let points = |frame: usize| -> Vec<DVec3> {
+        numbers
+            .iter()
+            .filter_map(|&i| marks.all[i].track[frame])
+            .collect()
+    };
+    let mut mean = points(*frames.first()?);
+    // Two rounds: the first frame is as good as any to begin with.
+    for _ in 0..2 {
+        let mut sum = vec![DVec3::ZERO; mean.len()];
+        for &frame in &frames {
+            let pairs: Vec<(DVec3, DVec3)> = points(frame)
+                .into_iter()
+                .zip(mean.iter().copied())
+                .collect();
+            let fit = Rigid::fit(&pairs)?;
+            for (sum, (point, _)) in sum.iter_mut().zip(&pairs) {
+                *sum += fit.apply(*point);
+            }
+        }
+        mean = sum
+            .into_iter()
+            .map(|sum| sum / frames.len() as f64)
+            .collect();
+    }
+    let mut squares = 0.0;
+    for &frame in &frames {
+        let pairs: Vec<(DVec3, DVec3)> = mean.iter().copied().zip(points(frame)).collect();
+        let fit = Rigid::fit(&pairs)?;
+        squares += pairs
+            .iter()
+            .map(|(a, b)| fit.apply(*a).distance_squared(*b))
+            .sum::<f64>();
+    }
+    let count = (frames.len() * numbers.len()) as f64;
+    Some(Shape {
+        places: numbers.into_iter().zip(mean).collect(),
+        rms_m: libm::sqrt(squares / count),
+    })
+}

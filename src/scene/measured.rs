@@ -1,0 +1,396 @@
+//! Measured people: a CSV file with one row a subject.
+//!
+//! Whoever has tape and calipers knows more of a body than stature and mass tell. What a row
+//! lacks is left to the regressions of [`anthropometry`](super::cohort::anthropometry).
+
+use super::cohort::anthropometry::{DIMENSIONS, Dimensions, NAMES, Population};
+use crate::error::{Error, Place, Result};
+use csv::{ErrorKind, Position, ReaderBuilder, StringRecord};
+use edgegait_core::pack::Sex;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Dimensions that decide nothing but where joints are: those of a skeleton are kept unless
+/// the stature is known.
+const BETWEEN_JOINTS: [&str; 10] = [
+    "biacromial_breadth",
+    "bicristal_breadth",
+    "acromial_height",
+    "cervicale_height",
+    "suprasternale_height",
+    "trochanterion_height",
+    "knee_height",
+    "iliocristale_height",
+    "acromion_radiale_length",
+    "radiale_stylion_length",
+];
+
+/// What was measured of one person.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// Stature, metres.
+    pub stature_m: Option<f64>,
+    /// Mass, kg.
+    pub mass_kg: Option<f64>,
+    /// Sex.
+    pub sex: Option<Sex>,
+    /// Dimensions in the order of [`NAMES`], metres.
+    pub dimensions_m: [Option<f64>; DIMENSIONS],
+}
+
+/// The measured people of a file, by name.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MeasuredPeople(BTreeMap<String, Measured>);
+
+/// What a column holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Quantity {
+    Subject,
+    Stature,
+    Mass,
+    Sex,
+    Dimension(usize),
+}
+
+/// A column, and what its numbers are multiplied by to be in metres or kg.
+struct Column {
+    quantity: Quantity,
+    unit: f64,
+}
+
+impl Measured {
+    /// Nothing was measured.
+    pub const NOTHING: Self = Self {
+        stature_m: None,
+        mass_kg: None,
+        sex: None,
+        dimensions_m: [None; DIMENSIONS],
+    };
+}
+
+impl MeasuredPeople {
+    /// Reads a file: `subject`, and any of `stature`, `mass_kg`, `sex` (female or male) and
+    /// the dimensions of [`NAMES`], all lengths with `_mm` or `_m` behind their names. Empty
+    /// fields are not measured.
+    ///
+    /// # Errors
+    /// For unknown or repeated columns, subjects without a name or with two rows, and what is
+    /// no number or lies more than six standard deviations from ANSUR II's mean, naming the
+    /// line.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = std::fs::read(path).map_err(|error| Error::io(path, error))?;
+        let refuse = |position: Option<&Position>, problem| {
+            Error::at(path, Place::Line(line(&text, position)), problem)
+        };
+        let unreadable = |error: csv::Error| refuse(error.position(), problem(&error));
+        let mut reader = ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .from_reader(text.as_slice());
+        let headers = reader.headers().map_err(unreadable)?;
+        let columns = columns(headers).map_err(|problem| refuse(headers.position(), problem))?;
+        let mut people = BTreeMap::new();
+        let mut positions: BTreeMap<String, Option<Position>> = BTreeMap::new();
+        for record in reader.records() {
+            let record = record.map_err(unreadable)?;
+            let at = record.position();
+            let (subject, measured) =
+                row(&columns, &record).map_err(|problem| refuse(at, problem))?;
+            if let Some(first) = positions.insert(subject.clone(), at.cloned()) {
+                let first = line(&text, first.as_ref());
+                return Err(refuse(
+                    at,
+                    format!(
+                        "subject {subject:?} is in line {first} already: expected one row for each"
+                    ),
+                ));
+            }
+            people.insert(subject, measured);
+        }
+        if people.is_empty() {
+            return Err(Error::input(path, "no subjects: expected at least one row"));
+        }
+        Ok(Self(people))
+    }
+
+    /// What was measured of a subject, if there is a row.
+    #[must_use]
+    pub fn of(&self, subject: &str) -> Option<&Measured> {
+        self.0.get(subject)
+    }
+
+    /// Rows without a walker among `subjects`, walkers without a row, and dimensions that
+    /// have no effect. `has_stature`: whether those without a measured stature are given one.
+    #[must_use]
+    pub fn warnings(&self, subjects: &[&str], has_stature: bool) -> Vec<String> {
+        let mut warnings = Vec::new();
+        for subject in self.0.keys() {
+            if !subjects.contains(&subject.as_str()) {
+                warnings.push(format!(
+                    "no walk of the measured subject {subject:?}: the row has no effect (subjects here: {})",
+                    subjects.join(", ")
+                ));
+            }
+        }
+        for subject in subjects {
+            let Some(measured) = self.of(subject) else {
+                warnings.push(format!(
+                    "subject {subject:?} was not measured: the body is estimated"
+                ));
+                continue;
+            };
+            let ignored: Vec<&str> = (NAMES.iter().zip(&measured.dimensions_m))
+                .filter(|(name, value)| value.is_some() && BETWEEN_JOINTS.contains(name))
+                .map(|(name, _)| *name)
+                .collect();
+            if measured.stature_m.is_none() && !has_stature && !ignored.is_empty() {
+                warnings.push(format!(
+                    "subject {subject:?} has no measured stature: the recorded skeleton's lengths are kept, not the measured {}",
+                    ignored.join(", ")
+                ));
+            }
+        }
+        warnings
+    }
+}
+
+/// What the columns hold.
+fn columns(headers: &StringRecord) -> std::result::Result<Vec<Column>, String> {
+    let mut columns: Vec<Column> = Vec::new();
+    for name in headers {
+        let column = Column::named(name).ok_or_else(|| {
+            format!(
+                "unknown column {name:?}: expected subject, sex, mass_kg, stature_m or stature_mm, or with _mm or _m behind it one of {} (separated by commas)",
+                NAMES.join(", ")
+            )
+        })?;
+        if columns
+            .iter()
+            .any(|known| known.quantity == column.quantity)
+        {
+            return Err(format!("a second column for {name:?}: expected each once"));
+        }
+        columns.push(column);
+    }
+    let is_subject = |column: &Column| column.quantity == Quantity::Subject;
+    if !columns.iter().any(is_subject) {
+        return Err(
+            "no column \"subject\": expected the names that subjects are imported by".into(),
+        );
+    }
+    Ok(columns)
+}
+
+impl Column {
+    fn named(name: &str) -> Option<Self> {
+        let (quantity, unit) = match name {
+            "subject" => (Quantity::Subject, 1.0),
+            "sex" => (Quantity::Sex, 1.0),
+            "mass_kg" => (Quantity::Mass, 1.0),
+            _ => {
+                let (length, unit) = match name.strip_suffix("_mm") {
+                    Some(length) => (length, 1e-3),
+                    None => (name.strip_suffix("_m")?, 1.0),
+                };
+                let quantity = match length {
+                    "stature" => Quantity::Stature,
+                    _ => Quantity::Dimension(NAMES.iter().position(|known| *known == length)?),
+                };
+                (quantity, unit)
+            }
+        };
+        Some(Self { quantity, unit })
+    }
+}
+
+/// One person.
+fn row(
+    columns: &[Column],
+    record: &StringRecord,
+) -> std::result::Result<(String, Measured), String> {
+    let mut subject = String::new();
+    let mut measured = Measured::NOTHING;
+    let fields = || {
+        columns
+            .iter()
+            .zip(record)
+            .filter(|(_, text)| !text.is_empty())
+    };
+    for (column, text) in fields() {
+        match column.quantity {
+            Quantity::Subject => subject = text.into(),
+            Quantity::Sex => {
+                measured.sex = Some(match text {
+                    "female" => Sex::Female,
+                    "male" => Sex::Male,
+                    _ => return Err(format!("sex: expected female or male, found {text:?}")),
+                });
+            }
+            _ => {}
+        }
+    }
+    if subject.is_empty() {
+        return Err("expected a subject, found an empty field".into());
+    }
+    // What is plausible depends on the sex.
+    let dimensions = Dimensions::plausible(measured.sex);
+    let stature = Population::plausible_stature(measured.sex);
+    for (column, text) in fields() {
+        let number = |name: &str, (least, most): (f64, f64), of: &str| {
+            let value = text
+                .parse::<f64>()
+                .map_err(|_| format!("{name}: expected a number, found {text:?}"))?;
+            if (least..=most).contains(&(value * column.unit)) {
+                return Ok(Some(value * column.unit));
+            }
+            Err(format!(
+                "{name} of {text}: expected {:.3} to {:.3} ({of})",
+                least / column.unit,
+                most / column.unit
+            ))
+        };
+        const OF: &str = "six standard deviations about ANSUR II's mean";
+        match column.quantity {
+            Quantity::Subject | Quantity::Sex => {}
+            Quantity::Stature => measured.stature_m = number("stature", stature, OF)?,
+            Quantity::Mass => {
+                let index = |stature: f64, bmi: f64| bmi * stature * stature;
+                let range = (index(stature.0, 12.0), index(stature.1, 60.0));
+                let of = "body mass indices of 12 to 60";
+                measured.mass_kg = number("mass_kg", range, of)?;
+            }
+            Quantity::Dimension(index) => {
+                measured.dimensions_m[index] = number(NAMES[index], dimensions[index], OF)?;
+            }
+        }
+    }
+    if let (Some(stature_m), Some(mass_kg)) = (measured.stature_m, measured.mass_kg) {
+        Dimensions::expected(stature_m, mass_kg, measured.sex, &[0.0; DIMENSIONS])
+            .map_err(|error| error.to_string())?;
+    }
+    Ok((subject, measured))
+}
+
+/// The line that a record is in: it begins behind the empty lines at its position.
+fn line(text: &[u8], position: Option<&Position>) -> usize {
+    let byte = position.map_or(0, |position| {
+        usize::try_from(position.byte()).unwrap_or(usize::MAX)
+    });
+    let (before, behind) = text.split_at(byte.min(text.len()));
+    let empty = behind
+        .iter()
+        .take_while(|byte| matches!(byte, b'\r' | b'\n'));
+    1 + (before.iter().chain(empty))
+        .filter(|byte| **byte == b'\n')
+        .count()
+}
+
+/// Why a record cannot be read.
+fn problem(error: &csv::Error) -> String {
+    match error.kind() {
+        ErrorKind::UnequalLengths {
+            expected_len, len, ..
+        } => format!("expected {expected_len} fields, found {len}"),
+        ErrorKind::Utf8 { .. } => "expected text in UTF-8, found other bytes".into(),
+        _ => error.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<MeasuredPeople> {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("people.csv");
+        std::fs::write(&path, text).expect("a file");
+        MeasuredPeople::read(&path)
+    }
+
+    fn refused(text: &str, words: &[&str]) {
+        let error = read(text).expect_err(text).to_string();
+        for word in words {
+            assert!(error.contains(word), "{text:?}: {error}");
+        }
+    }
+
+    #[test]
+    fn millimetres_and_metres_in_any_order_of_columns_are_the_same_people() {
+        let people =
+            read("subject,sex,mass_kg,stature_m,hip_breadth_mm\n07,male,80.5,1.8,340\n08,,,, \n")
+                .expect("two people");
+        let anna = people.of("07").expect("a row");
+        assert_eq!(anna.stature_m, Some(1.8));
+        assert_eq!(anna.mass_kg, Some(80.5));
+        assert_eq!(anna.sex, Some(Sex::Male));
+        // Hip breadth is the third dimension of the table.
+        let mut dimensions = [None; DIMENSIONS];
+        dimensions[2] = Some(0.34);
+        assert_eq!(anna.dimensions_m, dimensions);
+        assert_eq!(people.of("08"), Some(&Measured::NOTHING));
+        assert_eq!(people.of("09"), None);
+
+        let other = "\u{feff}hip_breadth_m, stature_mm ,subject,sex,mass_kg\r\n0.34,1800,07,male,80.5\r\n,,08,,\r\n";
+        assert_eq!(read(other).expect("the same"), people);
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused_with_its_line() {
+        let head = "subject,stature_m,mass_kg,sex,foot_length_mm\n";
+        let row = |row: &str| format!("{head}a,1.7,65,female,250\n{row}\n");
+        for (text, words) in [
+            (row("b,1.7,65,female,25O"), ["people.csv:3", "\"25O\""]),
+            (row("b,,,,nan"), ["people.csv:3", "foot_length of nan"]),
+            // Mean 246.3 and SD 12.4 mm for women, 271.2 and 13.1 for men: 172 to 321 and
+            // 193 to 350.
+            (row("b,,,female,340"), ["people.csv:3", "expected 17"]),
+            (row("b,,,male,180"), ["people.csv:3", "expected 19"]),
+            (row("b,,,,0.25"), ["people.csv:3", "foot_length of 0.25"]),
+            (row("b,,,,-250"), ["people.csv:3", "foot_length of -250"]),
+            (row("b,0,,,"), ["people.csv:3", "stature of 0"]),
+            (row("\nb,170,,,"), ["people.csv:4", "stature of 170"]),
+            (row("b,170,,,"), ["people.csv:3", "stature of 170"]),
+            (row("b,,1e9,,"), ["people.csv:3", "mass_kg of 1e9"]),
+            (row("b,1.9,30,,"), ["people.csv:3", "index of 12 to 60"]),
+            (row("b,,,f,"), ["people.csv:3", "female or male"]),
+            (row("a,,,,"), ["people.csv:3", "line 2 already"]),
+            (row(",1.7,,,"), ["people.csv:3", "a subject"]),
+            (row("b,1.7,,"), ["people.csv:3", "5 fields, found 4"]),
+            (row("b,\"1,7\",,,"), ["people.csv:3", "\"1,7\""]),
+            (head.into(), ["people.csv", "no subjects"]),
+            (String::new(), ["people.csv:1", "no column"]),
+            ("stature_m\n1.7\n".into(), ["people.csv:1", "\"subject\""]),
+            (
+                "subject;stature_m\na;1.7\n".into(),
+                ["people.csv:1", "separated by commas"],
+            ),
+            (
+                "subject,hip_bredth_mm\na,340\n".into(),
+                ["people.csv:1", "hip_breadth, "],
+            ),
+            (
+                "subject,hip_breadth\na,340\n".into(),
+                ["people.csv:1", "_mm or _m behind"],
+            ),
+            (
+                "subject,stature_m,stature_mm\na,1.7,1700\n".into(),
+                ["people.csv:1", "each once"],
+            ),
+        ] {
+            refused(&text, &words);
+        }
+    }
+
+    #[test]
+    fn rows_and_walkers_without_each_other_are_named() {
+        let people = read("subject,knee_height_mm,hip_breadth_mm\n07,480,340\n7,,340\n")
+            .expect("two people");
+        let warnings = people.warnings(&["07", "08"], false);
+        assert_eq!(warnings.len(), 3, "{warnings:?}");
+        assert!(warnings[0].contains("\"7\""), "{warnings:?}");
+        assert!(warnings[1].contains("measured knee_height"), "{warnings:?}");
+        assert!(!warnings[1].contains("hip_breadth"), "{warnings:?}");
+        assert!(warnings[2].contains("\"08\" was not"), "{warnings:?}");
+        // With a stature the measured knee counts.
+        assert_eq!(people.warnings(&["07", "08"], true).len(), 2);
+    }
+}

@@ -1,0 +1,37 @@
+//! How far constant segment lengths leave the joints that were measured.
+
+use glam::DVec3;
+
+/// Distances of reached joints from measured ones.
+#[derive(Default)]
+pub(super) struct Residual {
+    squares: f64,
+    count: usize,
+    largest_m: f64,
+}
+
+impl Residual {
+    /// Takes in one distance.
+    pub(super) fn add(&mut self, distance_m: f64) {
+        self.squares += distance_m * distance_m;
+        self.count += 1;
+        self.largest_m = self.largest_m.max(distance_m);
+    }
+
+    /// Takes in the distances of points from others.
+    pub(super) fn add_all(&mut self, reached: &[DVec3], measured: &[DVec3]) {
+        for (at, to) in reached.iter().zip(measured) {
+            self.add(at.distance(*to));
+        }
+    }
+
+    /// Root mean square, mm.
+    pub(super) fn rms_mm(&self) -> f64 {
+        1e3 * libm::sqrt(self.squares / self.count.max(1) as f64)
+    }
+
+    /// The largest, mm.
+    pub(super) fn largest_mm(&self) -> f64 {
+        1e3 * self.largest_m
+    }
+}

@@ -1,0 +1,66 @@
+//! The baseline that needs no model: a GEI is its own embedding.
+//!
+//! Comparing GEIs pixel by pixel (Han & Bhanu 2006, "Individual recognition using gait energy
+//! image", IEEE Trans. Pattern Anal. 28:316, "real templates") shows what the pictures alone tell
+//! of a person, before anything has been learnt.
+
+use super::{Contract, Outputs, Recognizer, RuntimeName};
+use crate::error::{Error, Result};
+use crate::sweep::Framing;
+use edgegait_core::silhouette::Size;
+
+/// What the baseline is called among models.
+pub const NAME: &str = "pixels";
+
+/// Answers with the GEI that it was given.
+#[derive(Clone, Debug)]
+pub struct Pixels {
+    contract: Contract,
+    runtime: RuntimeName,
+}
+
+impl Pixels {
+    /// The baseline for GEIs of this size and framing.
+    #[must_use]
+    pub fn new(size: Size, framing: Framing) -> Self {
+        Self {
+            contract: Contract {
+                name: NAME.into(),
+                rows: size.rows(),
+                columns: size.columns(),
+                framing,
+                ..Contract::default()
+            },
+            runtime: RuntimeName {
+                name: "none".into(),
+                version: String::new(),
+            },
+        }
+    }
+}
+
+impl Recognizer for Pixels {
+    fn runtime(&self) -> &RuntimeName {
+        &self.runtime
+    }
+
+    fn contract(&self) -> &Contract {
+        &self.contract
+    }
+
+    fn run(&self, geis: &[f32], batch: usize) -> Result<Outputs> {
+        let pixels = self.contract.pixels();
+        if batch == 0 || batch.checked_mul(pixels) != Some(geis.len()) {
+            return Err(Error::Failed(format!(
+                "{NAME}: expected {batch} GEIs of {pixels} numbers and at least one, found {} numbers",
+                geis.len()
+            )));
+        }
+        Ok(Outputs {
+            embedding: geis.to_vec(),
+            embedding_dims: pixels,
+            non_finite: geis.iter().filter(|number| !number.is_finite()).count(),
+            ..Outputs::default()
+        })
+    }
+}
