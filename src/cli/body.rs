@@ -3,7 +3,7 @@
 use super::progress::Progress;
 use crate::dataset::{Header, InputFile};
 use crate::error::{Error, Result};
-use crate::import::{Motion, Source, skinned_body};
+use crate::import::{Motion, Source, is_gltf, skinned_body};
 use crate::scene::Body;
 use crate::scene::figure::from_obj;
 use crate::scene::fit::{STEPS, USUAL_POINTS, fitted_body};
@@ -122,14 +122,15 @@ impl BodyArgs {
     /// The mesh of `--body`, with a skeleton.
     fn mesh(&self, path: &Path) -> Result<Motion> {
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-        match (extension.to_str(), &self.skeleton) {
-            (Some("obj"), skeleton) => {
-                from_obj(path, skeleton.as_deref().map(rest).transpose()?.as_ref())
-            }
-            (Some("glb" | "gltf"), None) => skinned_body(path),
-            (Some("glb" | "gltf"), Some(_)) => Err(Error::Usage(
+        match (is_gltf(path), extension == "obj", &self.skeleton) {
+            (true, _, None) => skinned_body(path),
+            (true, _, Some(_)) => Err(Error::Usage(
                 "--skeleton: a .glb or .gltf has its own".into(),
             )),
+            (_, true, skeleton) => {
+                let skeleton = skeleton.as_deref().map(rest).transpose()?;
+                from_obj(path, skeleton.as_ref())
+            }
             _ => Err(Error::input(path, "expected a mesh: .glb, .gltf or .obj")),
         }
     }
@@ -137,8 +138,7 @@ impl BodyArgs {
 
 /// A skeleton for a mesh.
 fn rest(path: &Path) -> Result<Motion> {
-    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-    if matches!(extension.to_str(), Some("glb" | "gltf")) {
+    if is_gltf(path) {
         return skinned_body(path);
     }
     match Source::read(path)? {

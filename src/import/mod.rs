@@ -231,8 +231,7 @@ impl Source {
             .extension()
             .map(|e| e.to_string_lossy().to_ascii_lowercase())
             .unwrap_or_default();
-        let is_gltf = matches!(extension.as_str(), "glb" | "gltf");
-        if let (Some(clip), false) = (&options.clip, is_gltf) {
+        if let (Some(clip), false) = (&options.clip, is_gltf(path)) {
             return Err(Error::input(
                 path,
                 format!("no clip {clip}: only .glb and .gltf hold named animations"),
@@ -349,6 +348,13 @@ impl Motion {
         }
         (positions, rotations)
     }
+}
+
+/// Whether a file is named as a glTF one.
+#[must_use]
+pub fn is_gltf(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    extension == "glb" || extension == "gltf"
 }
 
 /// The skeleton and the mesh of a `.glb` or `.gltf` at rest: a motion of one frame.

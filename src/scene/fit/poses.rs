@@ -95,14 +95,16 @@ impl<'a> Figure<'a> {
     fn owners(&self) -> Vec<Joint> {
         let mut owners: Vec<Joint> = Vec::with_capacity(self.motion.joints.len());
         for (index, joint) in self.motion.joints.iter().enumerate() {
-            let own = Joint::ALL
-                .into_iter()
-                .rev()
-                .find(|canonical| self.rest.parts[canonical.index()].turns_with == index);
             let parent = joint.parent.map_or(Joint::Pelvis, |parent| owners[parent]);
-            owners.push(own.unwrap_or(parent));
+            owners.push(self.follower(index).unwrap_or(parent));
         }
         owners
+    }
+
+    /// The canonical joint that turns with a source joint: of several, the one farthest out.
+    fn follower(&self, source: usize) -> Option<Joint> {
+        let mut outward = Joint::ALL.into_iter().rev();
+        outward.find(|joint| self.rest.parts[joint.index()].turns_with == source)
     }
 
     /// So many random poses.
@@ -137,11 +139,7 @@ impl<'a> Figure<'a> {
         let joints = &self.motion.joints;
         let mut globals: Vec<DQuat> = Vec::with_capacity(joints.len());
         for (index, joint) in joints.iter().enumerate() {
-            let driven = Joint::ALL
-                .into_iter()
-                .rev()
-                .find(|canonical| self.rest.parts[canonical.index()].turns_with == index);
-            globals.push(match (driven, joint.parent) {
+            globals.push(match (self.follower(index), joint.parent) {
                 (Some(canonical), _) => {
                     let axes = self.rest.parts[canonical.index()].axes;
                     self.world.inverse()
