@@ -3,12 +3,14 @@
 //! Data flows one way, and each module uses only what is upstream of it:
 //!
 //! ```text
-//! import -> scene -> encode -> [pack bytes, core] -> sweep -> dataset -> train, score
+//! import -> scene -> encode -> [pack bytes, core] -> sweep -> dataset -> source -> train, score
 //!        -> evaluate -> report
 //! ```
 //!
-//! [`frontier`] measures what the whole chain costs and what it gets wrong, for the command.
+//! [`frontier`] measures what the whole chain costs and what it gets wrong, for the command;
+//! [`mod@bench`] what a recognizer costs on the machine at hand.
 
+pub mod bench;
 pub mod cli;
 pub mod dataset;
 pub mod encode;
@@ -19,5 +21,6 @@ pub mod import;
 pub mod report;
 pub mod scene;
 pub mod score;
+pub mod source;
 pub mod sweep;
 pub mod train;

@@ -273,17 +273,16 @@ fn a_model_is_trained_and_scored_in_its_own_size_and_framing_and_refused_otherwi
         refused(at, &arguments, 1, words);
     };
     refuse(
-        "two.egp --views side",
+        "two.egp --views side --size 50x30",
         &["64x44, found 50x30", "use --size 64x44"],
     );
     refuse(
-        "two.egp --views side --size 64x44",
+        "two.egp --views side --framing height",
         &["framing cycle, found height", "use --framing cycle"],
     );
-    let drawn = json(
-        at,
-        "score mine.onnx two.egp --views side --size 64x44 --framing cycle",
-    );
+    let drawn = json(at, "score mine.onnx two.egp --views side --cycles 1");
+    assert_eq!(drawn["settings"]["size"], "64x44");
+    assert_eq!(drawn["settings"]["framing"], "cycle");
     assert_eq!(drawn["recognizers"][0]["probes"], 4);
     assert_eq!(drawn["recognizers"][0]["rank1"], 1.0);
 
@@ -323,5 +322,5 @@ fn a_model_is_trained_and_scored_in_its_own_size_and_framing_and_refused_otherwi
         ],
     );
     let arguments = ["score", "mine.onnx", "set", "--size", "64x44"];
-    refused(at, &arguments, 2, &["--size: a dataset is used whole"]);
+    refused(at, &arguments, 2, &["--size: a folder is used whole"]);
 }

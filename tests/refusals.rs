@@ -6,6 +6,7 @@ use command::*;
 use edgegait::encode::encode_subjects;
 use serde_json::Value;
 use std::fs;
+use std::path::PathBuf;
 
 #[test]
 fn what_makes_no_sense_is_exit_code_2_and_leaves_no_file() {
@@ -267,4 +268,60 @@ fn a_sweep_that_fails_on_its_way_leaves_nothing() {
     );
     assert_eq!(npy(at.join("new/geis.npy")).0, "1, 50, 30");
     assert_eq!(names(at), ["ghost.egp", "new", "two.egp"]);
+}
+
+/// A complete library of this system that is not ONNX Runtime: the C library that runs this test.
+fn foreign_library() -> Option<PathBuf> {
+    let maps = fs::read_to_string("/proc/self/maps").ok()?;
+    let mapped = maps
+        .lines()
+        .filter_map(|line| line.split_whitespace().nth(5));
+    mapped
+        .map(PathBuf::from)
+        .find(|path| path.to_string_lossy().contains("libc.so"))
+}
+
+#[test]
+fn libraries_that_are_not_onnx_runtime_are_refused_before_they_are_loaded() {
+    let folder = folder();
+    let at = folder.path();
+    let score = |library: &str, words: &[&str]| {
+        let ort = ["score", "two.egp", "--runtime", "ort", "--ort-lib", library];
+        refused(at, &ort, 1, words);
+    };
+    score("two.egp", &["two.egp: expected a shared library"]);
+    score("missing.so", &["missing.so"]);
+    score(
+        ".",
+        &["found no regular file", "the full path of libonnxruntime"],
+    );
+    let Some(foreign) = foreign_library() else {
+        eprintln!("skipped a foreign library: no /proc/self/maps that names libc");
+        return;
+    };
+    let name = foreign.display().to_string();
+    score(&name, &[&name, "found a library without OrtGetApiBase"]);
+    let bytes = fs::read(&foreign).expect("readable");
+    fs::write(at.join("cut.so"), &bytes[..bytes.len() / 2]).expect("written");
+    score("cut.so", &["cut.so: the library is cut short"]);
+    assert!(!at.join("edgegait-report").exists());
+}
+
+#[test]
+fn flags_that_the_embedded_runtime_has_no_use_for_are_refused() {
+    let folder = folder();
+    for (flags, words) in [
+        (
+            ["--ort-lib", "x.so"],
+            "--ort-lib: the embedded runtime needs no library",
+        ),
+        (
+            ["--provider", "xnnpack"],
+            "--provider xnnpack: the embedded runtime has cpu only",
+        ),
+        (["--provider", "abacus"], "cpu, xnnpack, acl"),
+    ] {
+        let arguments = [&["score", "two.egp"][..], &flags].concat();
+        refused(folder.path(), &arguments, 2, &[words]);
+    }
 }

@@ -70,7 +70,7 @@ fn a_recognizer_knows_its_people_where_it_was_trained_and_less_elsewhere() {
     let trained = results(dir.path(), &["train", "six.egp", "--out", "six.onnx"]);
     assert_eq!(trained["samples"], 48); // 6 people, 8 cycles, 1 viewpoint
     assert_eq!(trained["classes"], 6);
-    assert_eq!(trained["dims"], 5); // one fewer than the classes
+    assert_eq!(trained["models"][0]["dims"], 5); // one fewer than the classes
     let scored = results(
         dir.path(),
         &[
@@ -80,7 +80,7 @@ fn a_recognizer_knows_its_people_where_it_was_trained_and_less_elsewhere() {
         .concat(),
     );
     let recognizer = &scored["recognizers"][0];
-    assert_eq!(recognizer["protocol"], "closed set by class score");
+    assert_eq!(recognizer["protocol"], "closed-set");
     assert_eq!(recognizer["probes"], 6 * 4 * 6);
     assert_eq!(recognizer["non_finite"], 0);
     let at = |azimuth: f64, elevation: f64| {
@@ -155,10 +155,7 @@ fn a_dataset_is_scored_like_the_walks_that_it_was_made_of() {
         dir.path(),
         &[["score", "two.egp"].as_slice(), views.as_slice()].concat(),
     );
-    assert_eq!(
-        walks["recognizers"][1]["protocol"],
-        "nearest gallery embedding"
-    );
+    assert_eq!(walks["recognizers"][1]["protocol"], "first-take");
     assert_eq!(walks["recognizers"][1]["classes"], 4);
     let sweep = ["sweep", "two.egp", "--out", "two"];
     results(dir.path(), &[sweep.as_slice(), views.as_slice()].concat());
@@ -189,10 +186,7 @@ fn people_of_another_seed_are_not_taken_for_those_whom_the_models_know() {
         &[cohort.as_slice(), &["--out", "other.egp"]].concat(),
     );
     let scored = results(dir.path(), &["score", "other.egp", "--views", "side"]);
-    assert_eq!(
-        scored["recognizers"][0]["protocol"],
-        "nearest gallery embedding"
-    );
+    assert_eq!(scored["recognizers"][0]["protocol"], "first-take");
     let warnings = scored["warnings"].as_array().expect("a list");
     assert!(
         warnings[0]
@@ -228,9 +222,10 @@ fn what_cannot_be_scored_is_refused_by_name() {
     let error = refusal(dir.path(), &["score", "empty.onnx", "six.egp"], 1);
     assert!(error.contains("empty.onnx"), "{error}");
     let error = refusal(dir.path(), &["score", "six.egp", "six.egp"], 2);
-    assert!(error.contains("one pack or dataset"), "{error}");
-    let error = refusal(dir.path(), &["score", "six.egp", "--runtime", "ort"], 2);
-    assert!(error.contains("--ort-lib"), "{error}");
+    assert!(
+        error.contains("expected one pack, dataset or tree"),
+        "{error}"
+    );
     let library = ["--runtime", "ort", "--ort-lib", "six.egp"];
     let error = refusal(
         dir.path(),
@@ -320,4 +315,36 @@ fn results_that_could_not_be_written_are_refused_before_the_work() {
     let error = refusal(dir.path(), &train, 1);
     assert!(error.contains("nowhere/x.json"), "{error}");
     assert!(!dir.path().join("m.onnx").exists());
+}
+
+#[test]
+fn results_state_runtime_version_and_provider() {
+    let dir = six_people();
+    let train = [
+        "train", "six.egp", "--views", "side", "--cycles", "2", "--out", "m.onnx",
+    ];
+    results(dir.path(), &train);
+    let runtimes_of = |more: &[&str]| {
+        let score = ["score", "pixels", "m.onnx", "six.egp", "--views", "side"];
+        let scored = results(dir.path(), &[&score, more].concat());
+        [0, 1].map(|index| scored["recognizers"][index]["runtime"].clone())
+    };
+    let [pixels, model] = runtimes_of(&[]);
+    assert_eq!(pixels["name"], "none");
+    assert_eq!([&model["name"], &model["provider"]], ["rten", "cpu"]);
+
+    let Some(library) = std::env::var_os("EDGEGAIT_ORT_LIB") else {
+        eprintln!("skipped the real ONNX Runtime: EDGEGAIT_ORT_LIB is not set");
+        return;
+    };
+    let library = library.to_str().expect("UTF-8");
+    let ort = ["--runtime", "ort", "--ort-lib", library];
+    let [_, model] = runtimes_of(&ort);
+    assert_eq!([&model["name"], &model["provider"]], ["onnxruntime", "cpu"]);
+    let version = model["version"].as_str().expect("a version");
+    assert!(version.starts_with("1."), "{version}");
+    let rknpu = [&["score", "six.egp"], &ort[..], &["--provider", "rknpu"]].concat();
+    let error = refusal(dir.path(), &rknpu, 2);
+    let expected = "--provider rknpu: expected a library that was built with rknpu, found cpu";
+    assert!(error.contains(expected), "{error}");
 }

@@ -105,7 +105,7 @@ pub fn stated_choice<T: Display>(header: Header, most: Option<f64>, choice: &Cho
 }
 
 /// From where walks are seen.
-#[derive(Clone, Debug, clap::Args)]
+#[derive(Clone, Debug, Default, clap::Args)]
 pub struct ViewArgs {
     /// Viewpoints: "paper" (703), "side", or a CSV file with azimuth_deg and elevation_deg
     #[arg(long, value_name = "NAME|FILE", conflicts_with_all = ["azimuth_deg", "elevation_deg"])]

@@ -3,6 +3,7 @@
 use super::args::ViewArgs;
 use crate::dataset::{Dataset, Header};
 use crate::error::{Error, Result};
+use crate::score::Contract;
 use crate::sweep::{Aim, Framing, Jitter, Lens, Raster, Sensor, Settings};
 use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -61,6 +62,45 @@ pub struct DrawArgs {
 }
 
 impl DrawArgs {
+    /// The settings in which a recognizer is shown people: of the size, framing and number of
+    /// frames that its contract states, unless flags say otherwise.
+    ///
+    /// # Errors
+    /// As [`Self::settings`], and for flags that the contract contradicts.
+    pub fn settings_for(&self, contract: &Contract, seed: u64) -> Result<Settings> {
+        let asked = format!("{}x{}", contract.rows, contract.columns);
+        let known = Size::ALL.into_iter().find(|size| size.name() == asked);
+        let frames = match (contract.frames, self.frames_per_cycle) {
+            (Some(frames), Some(given)) if u32::try_from(frames) != Ok(given) => {
+                return Err(Error::Usage(format!(
+                    "--frames-per-cycle {given}: {} takes {frames}",
+                    contract.name
+                )));
+            }
+            (Some(frames), _) => u32::try_from(frames).ok(),
+            (None, given) => given,
+        };
+        let settings = Self {
+            size: self.size.or(known),
+            framing: self.framing.or(Some(contract.framing)),
+            frames_per_cycle: frames,
+            ..self.clone()
+        }
+        .settings(seed)?;
+        contract.require(settings.size, Some(settings.framing), "use")?;
+        Ok(settings)
+    }
+
+    /// The flags without size and framing, which a tree of silhouettes is given as they are asked for.
+    #[must_use]
+    pub fn without_size(&self) -> Self {
+        Self {
+            size: None,
+            framing: None,
+            ..self.clone()
+        }
+    }
+
     /// The settings of a sweep.
     ///
     /// # Errors
@@ -128,11 +168,11 @@ impl DrawArgs {
     }
 
     /// Refuses flags that choose walks (`subjects`, `walks`) and say how they are drawn, where
-    /// a dataset's GEIs are used as they are.
+    /// what is in a folder is used as it is.
     ///
     /// # Errors
     /// Naming the first such flag that was given.
-    pub fn refuse_for_datasets(
+    pub fn refuse_for_folders(
         &self,
         [subjects, walks]: [&[String]; 2],
         cycles: Option<u32>,
@@ -156,7 +196,7 @@ impl DrawArgs {
         ];
         match flags.iter().find(|(_, given)| *given) {
             Some((flag, _)) => Err(Error::Usage(format!(
-                "{flag}: a dataset is used whole and as it was drawn (use a pack, or sweep another dataset)"
+                "{flag}: a folder is used whole and as it was drawn (use a pack, or sweep another dataset)"
             ))),
             None => Ok(()),
         }

@@ -1,17 +1,19 @@
 //! The command line: one module a subcommand.
 
 mod args;
+mod bench;
 mod body;
 mod cohort;
+mod contest;
 mod drawing;
 mod encoding;
 mod frontier;
 mod import;
 mod inspect;
-mod leave_out;
 mod progress;
 mod recognizers;
 mod render;
+mod runtime;
 mod score;
 mod source;
 mod sweep;
@@ -36,6 +38,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Bench(bench::Args),
     Cohort(cohort::Args),
     Frontier(frontier::Args),
     Import(import::Args),
@@ -61,6 +64,7 @@ pub fn main() -> std::process::ExitCode {
 
 fn run(command: &Command) -> Result<()> {
     match command {
+        Command::Bench(args) => bench::run(args),
         Command::Cohort(args) => with_threads(&args.common, || cohort::run(args)),
         Command::Frontier(args) => with_threads(&args.common, || frontier::run(args)),
         Command::Import(args) => with_threads(&args.common, || import::run(args)),

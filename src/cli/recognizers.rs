@@ -1,22 +1,25 @@
 //! Which recognizers a command runs: named models, the pixel baseline, or the shipped models.
 
-use super::source::is_pack_or_dataset;
+use super::drawing::DrawArgs;
+use super::source::is_pack_or_folder;
 use crate::dataset::{Header, InputFile, sha256_of_bytes};
 use crate::error::{Error, Result};
+use crate::evaluate::contest::Entrant;
 use crate::score::pixels::{self, Pixels};
-use crate::score::{Model, Recognizer, Runtime, shipped};
-use crate::sweep::Settings;
+use crate::score::{Contract, Model, Runtime, shipped};
+use crate::sweep::Framing;
+use edgegait_core::silhouette::Size;
 use std::path::{Path, PathBuf};
 
-/// Models, and at most one pack or dataset, told apart by what they are.
+/// Models, and at most one pack or folder, told apart by what they are.
 pub fn sort_inputs(inputs: &[PathBuf]) -> Result<(Vec<PathBuf>, Option<PathBuf>)> {
     let (mut models, mut data) = (Vec::new(), None);
     for path in inputs {
-        if is_baseline(path) || !is_pack_or_dataset(path)? {
+        if is_baseline(path) || !is_pack_or_folder(path)? {
             models.push(path.clone());
         } else if data.replace(path.clone()).is_some() {
             return Err(Error::Usage(format!(
-                "{}: expected one pack or dataset, found another before it",
+                "{}: expected one pack, dataset or tree of silhouettes, found another before it",
                 path.display()
             )));
         }
@@ -25,43 +28,73 @@ pub fn sort_inputs(inputs: &[PathBuf]) -> Result<(Vec<PathBuf>, Option<PathBuf>)
 }
 
 /// Whether a name stands for the pixel baseline.
-fn is_baseline(path: &Path) -> bool {
+pub fn is_baseline(path: &Path) -> bool {
     path == Path::new(pixels::NAME) && !path.exists()
 }
 
-/// Loads the named models, or the shipped ones.
+/// How a folder's pictures are: size, and framing if it says.
+pub type Given = (Size, Option<Framing>);
+
+/// Loads the named models, or the shipped ones, and says how each is shown people: as its
+/// contract asks, where they are drawn, or as a folder's GEIs are `given`.
+///
+/// # Errors
+/// If a model cannot be used, or its contract asks for what is not given or can not be drawn.
 pub fn load(
     paths: &[PathBuf],
     runtime: &Runtime,
-    settings: &Settings,
+    (draw, seed, given): (&DrawArgs, u64, Option<Given>),
     header: &mut Header,
-) -> Result<Vec<Box<dyn Recognizer>>> {
-    let mut recognizers: Vec<Box<dyn Recognizer>> = Vec::new();
+) -> Result<Vec<Entrant>> {
+    let settings = draw.settings(seed)?;
+    let mut entrants = Vec::new();
     if paths.iter().any(|path| is_baseline(path)) {
-        recognizers.push(Box::new(Pixels::new(settings.size, settings.framing)));
+        let (size, framing) = given.unwrap_or((settings.size, Some(settings.framing)));
+        let framing = framing.unwrap_or_default();
+        entrants.push(Entrant {
+            recognizer: Box::new(Pixels::new(size, framing)),
+            settings: crate::sweep::Settings {
+                size,
+                framing,
+                ..settings
+            },
+        });
     }
-    let models: Vec<Model> = if paths.is_empty() {
-        shipped::models()?
-    } else {
-        let files = paths.iter().filter(|path| !is_baseline(path));
-        files.map(Model::open).collect::<Result<_>>()?
-    };
-    for model in &models {
-        let contract = model.contract();
-        if contract.template != "gei" {
-            return Err(Error::input(
-                model.path(),
-                format!(
-                    "the contract asks for template {:?}: expected \"gei\", the one that is drawn so far",
-                    contract.template
-                ),
-            ));
-        }
+    for model in models(paths)? {
         header.inputs.push(InputFile {
             path: model.path().display().to_string(),
             sha256: sha256_of_bytes(model.bytes()),
         });
-        recognizers.push(runtime.load(model)?);
+        let contract = Contract::path_beside(model.path());
+        if !paths.is_empty() && contract.is_file() {
+            header.inputs.push(InputFile::of(contract)?);
+        }
+        header.warnings.extend(model.warning());
+        let settings = match given {
+            Some((size, framing)) => {
+                let contract = model.contract();
+                contract.require(size, framing, "sweep another dataset with")?;
+                crate::sweep::Settings {
+                    size,
+                    framing: contract.framing,
+                    ..settings
+                }
+            }
+            None => draw.settings_for(model.contract(), seed)?,
+        };
+        entrants.push(Entrant {
+            recognizer: runtime.load(&model)?,
+            settings,
+        });
     }
-    Ok(recognizers)
+    Ok(entrants)
+}
+
+/// The named models, or the shipped ones.
+pub fn models(paths: &[PathBuf]) -> Result<Vec<Model>> {
+    if paths.is_empty() {
+        return shipped::models();
+    }
+    let files = paths.iter().filter(|path| !is_baseline(path));
+    files.map(Model::open).collect()
 }

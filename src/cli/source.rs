@@ -88,7 +88,7 @@ impl SourceArgs {
 }
 
 /// Refuses names that are not there.
-fn require(what: &str, asked: &[String], known: &[&str]) -> Result<()> {
+pub fn require(what: &str, asked: &[String], known: &[&str]) -> Result<()> {
     for name in asked {
         if !known.contains(&name.as_str()) {
             let mut some: Vec<&str> = Vec::new();
@@ -174,11 +174,11 @@ fn built_in(walks: &[String]) -> Result<Source> {
     })
 }
 
-/// Whether a path is a pack or a dataset, as opposed to a model.
+/// Whether a path is a pack or a folder (a dataset, a tree of silhouettes), as opposed to a model.
 ///
 /// # Errors
 /// When it cannot be read.
-pub fn is_pack_or_dataset(path: &Path) -> Result<bool> {
+pub fn is_pack_or_folder(path: &Path) -> Result<bool> {
     use std::io::Read as _;
     let metadata = std::fs::metadata(path).map_err(|error| Error::io(path, error))?;
     if metadata.is_dir() {

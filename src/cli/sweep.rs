@@ -4,6 +4,7 @@ use super::args::{Common, ViewArgs, gei_rmse, stated_choice};
 use super::drawing::{DrawArgs, stated};
 use super::progress::Progress;
 use super::source::SourceArgs;
+pub use crate::bench::peak_rss_bytes;
 use crate::dataset::{DatasetWriter, Existing, Header, IndexRow};
 use crate::error::{Error, Result};
 use crate::frontier::choose;
@@ -166,14 +167,4 @@ pub fn run(args: &Args) -> Result<()> {
 /// A speed in km/h, to 0.01, from mm/s.
 pub fn kmh(speed_mm_per_s: u16) -> f64 {
     (f64::from(speed_mm_per_s) * 0.36).round() * 0.01
-}
-
-/// The most memory that the process has had, bytes, where the system tells.
-pub fn peak_rss_bytes() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmHWM:"))?;
-    let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(kib * 1024)
 }

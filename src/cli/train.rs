@@ -6,9 +6,10 @@ use super::progress::Progress;
 use super::source::SourceArgs;
 use crate::dataset::{Dataset, Header, InputFile, sha256_of_bytes, write_atomically};
 use crate::error::{Error, Result};
+use crate::evaluate::rank::{Outcome, closed_set};
 use crate::score::{Contract, OutputNames, Training};
 use crate::sweep::{Framing, Lens, jobs, sweep};
-use crate::train::{Components, Options, fit, onnx};
+use crate::train::{Analysed, Components, LinearRecognizer, Method, Options, Real, onnx};
 use edgegait_core::pack::Pack;
 use edgegait_core::silhouette::Size;
 use ndarray::Array2;
@@ -19,10 +20,10 @@ use std::path::{Path, PathBuf};
 /// Cycles of each walk that are trained on unless a user says otherwise.
 const CYCLES: u32 = 8;
 
-/// Train a PCA + LDA recognizer and export it as one ONNX graph of plain operators
+/// Train PCA + LDA or PCA + SVM recognizers and export each as one ONNX graph of plain operators
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait train --out side.onnx                      # built-in cohort, side view\n  edgegait train --azimuth-deg 0,45,90,135,180 --elevation-deg 0,30,60 --out spread.onnx\n  edgegait train dataset --out mine.onnx              # a dataset that `sweep` wrote"
+    after_help = "Examples:\n  edgegait train --out side.onnx                      # built-in cohort, side view\n  edgegait train --azimuth-deg 0,45,90,135,180 --elevation-deg 0,30,60 --out spread.onnx\n  edgegait train dataset --out mine.onnx              # a dataset that `sweep` wrote\n  edgegait train --method svm --components 5,10,20,50 # recognizer-5.onnx, recognizer-10.onnx ..."
 )]
 pub struct Args {
     #[command(flatten)]
@@ -35,9 +36,20 @@ pub struct Args {
     /// [default: 8]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     cycles: Option<u32>,
-    /// Principal components that the discriminants are sought in
-    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u16).range(1..=4096))]
-    components: u16,
+    /// What tells people apart in the principal components: the nearest mean along linear
+    /// discriminants, or linear support vector machines, one for each person against the rest
+    #[arg(long, value_name = "METHOD", default_value = "lda")]
+    method: MethodArg,
+    /// Principal components that are kept; several counts write NAME-N.onnx for each
+    #[arg(long, value_name = "N[,N..]", default_value = "100", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=4096))]
+    components: Vec<u16>,
+    /// Weight of the errors of `--method svm`
+    /// [default: 1]
+    #[arg(long, value_name = "C")]
+    svm_c: Option<f64>,
+    /// Floating-point type that training computes in; models are f32
+    #[arg(long, value_name = "TYPE", default_value = "f64")]
+    precision: Precision,
     #[command(flatten)]
     views: ViewArgs,
     #[command(flatten)]
@@ -46,20 +58,40 @@ pub struct Args {
     pub common: Common,
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum MethodArg {
+    Lda,
+    Svm,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Precision {
+    F32,
+    F64,
+}
+
 /// The results of training.
 #[derive(Serialize)]
 struct Results {
     #[serde(flatten)]
     header: Header,
-    model: InputFile,
     samples: usize,
     classes: usize,
+    models: Vec<ModelResult>,
+}
+
+/// A model that was written.
+#[derive(Serialize)]
+struct ModelResult {
+    #[serde(flatten)]
+    file: InputFile,
+    components: u16,
     dims: usize,
     bytes: usize,
     training_rank1: f64,
 }
 
-/// GEIs with their people.
+/// GEIs with their people; `training.description` says of what and how.
 struct Samples {
     pixels: Vec<f32>,
     size: Size,
@@ -72,87 +104,206 @@ struct Samples {
 
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<()> {
-    if args
-        .out
-        .extension()
-        .is_none_or(|extension| extension != "onnx")
-    {
-        return Err(Error::Usage(format!(
-            "--out {}: expected a name that ends in .onnx",
-            args.out.display()
-        )));
-    }
-    let samples = match &args.source.pack {
+    let method = args.method()?;
+    let outs = args.outs()?;
+    let mut samples = match &args.source.pack {
         Some(path) if path.is_dir() => from_dataset(args, path)?,
         _ => from_walks(args)?,
     };
-    let count = samples.labels.len();
-    let matrix = Array2::from_shape_vec((count, samples.size.pixels()), samples.pixels)
+    let counts: Vec<String> = args.components.iter().map(u16::to_string).collect();
+    let recipe = [
+        ("components", counts.join(",")),
+        ("method", method.to_string()),
+        ("precision", args.precision.name().to_owned()),
+    ];
+    for (name, value) in recipe {
+        samples.header = samples.header.with(name, value);
+    }
+    let pixels = std::mem::take(&mut samples.pixels);
+    let matrix = Array2::from_shape_vec((samples.labels.len(), samples.size.pixels()), pixels)
         .map_err(|error| Error::Failed(error.to_string()))?;
-    let options = Options {
-        components: Components::Count(usize::from(args.components).min(count.saturating_sub(1))),
-        ..Options::default()
+    let models = match args.precision {
+        Precision::F64 => train::<f64>(args, method, &outs, &samples, &matrix)?,
+        Precision::F32 => train::<f32>(args, method, &outs, &samples, &matrix)?,
     };
-    let recognizer = fit(matrix.view(), &samples.labels, samples.names.len(), options)?;
+    args.common.write_json(&Results {
+        header: samples.header,
+        samples: samples.labels.len(),
+        classes: samples.names.len(),
+        models,
+    })
+}
+
+impl Args {
+    fn method(&self) -> Result<Method> {
+        match (self.method, self.svm_c) {
+            (MethodArg::Lda, None) => Ok(Method::LDA),
+            (MethodArg::Lda, Some(_)) => Err(Error::Usage(
+                "--svm-c is the weight of errors of --method svm: LDA has none".into(),
+            )),
+            (MethodArg::Svm, c) => match c.unwrap_or(1.0) {
+                c if c > 0.0 && c.is_finite() => Ok(Method::Svm { c }),
+                c => Err(Error::Usage(format!(
+                    "--svm-c: expected a C above 0, found {c}"
+                ))),
+            },
+        }
+    }
+
+    /// Where the model with each number of components goes.
+    fn outs(&self) -> Result<Vec<PathBuf>> {
+        let out = &self.out;
+        if out.extension().is_none_or(|extension| extension != "onnx") {
+            return Err(Error::Usage(format!(
+                "--out {}: expected a name that ends in .onnx",
+                out.display()
+            )));
+        }
+        let counts = &self.components;
+        if let Some(twice) = (1..counts.len()).find(|&i| counts[..i].contains(&counts[i])) {
+            return Err(Error::Usage(format!(
+                "--components: {} is there twice",
+                counts[twice]
+            )));
+        }
+        let numbered = |count| out.with_file_name(format!("{}-{count}.onnx", stem(out)));
+        Ok(match counts.as_slice() {
+            [_] => vec![out.clone()],
+            _ => counts.iter().map(numbered).collect(),
+        })
+    }
+}
+
+impl Precision {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::F64 => "f64",
+        }
+    }
+}
+
+fn stem(path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or_default();
+    stem.to_string_lossy().into_owned()
+}
+
+/// Fits and writes a model for each number of components.
+fn train<F: Real>(
+    args: &Args,
+    method: Method,
+    outs: &[PathBuf],
+    samples: &Samples,
+    matrix: &Array2<f32>,
+) -> Result<Vec<ModelResult>> {
+    let (labels, classes) = (&samples.labels, samples.names.len());
+    let analysed = Analysed::<F>::new(matrix.view(), labels, classes)?;
+    let mut models = Vec::new();
+    if outs.len() > 1 {
+        args.common.say(format_args!(
+            "trained on {} GEIs of {classes} people: {method}\n\n{:>10}  {:>5}  {:>8}  {:>17}",
+            labels.len(),
+            "components",
+            "dims",
+            "bytes",
+            "training rank-1 %"
+        ));
+    }
+    for (&components, out) in args.components.iter().zip(outs) {
+        let kept = usize::from(components).min(labels.len().saturating_sub(1));
+        let recognizer = analysed.fit(Options {
+            components: Components::Count(kept),
+            method,
+        })?;
+        let training_rank1 = rank1(&recognizer, matrix, labels);
+        let written = write(
+            &recognizer,
+            out,
+            contract(args, samples, method, components),
+        )?;
+        let (dims, bytes, percent) = (recognizer.dims(), written.1, 100.0 * training_rank1);
+        if outs.len() > 1 {
+            args.common.say(format_args!(
+                "{components:>10}  {dims:>5}  {bytes:>8}  {percent:>17.2}  {}",
+                out.display()
+            ));
+        } else {
+            args.common.say(format_args!(
+                "wrote {}: {bytes} bytes, {classes} people, {dims} dimensions, trained on {} GEIs, of which it recognizes {percent:.2} %",
+                out.display(),
+                labels.len(),
+            ));
+        }
+        models.push(ModelResult {
+            file: written.0,
+            components,
+            dims,
+            bytes,
+            training_rank1,
+        });
+    }
+    Ok(models)
+}
+
+/// Rank-1 on the samples that it was trained on.
+fn rank1(recognizer: &LinearRecognizer, matrix: &Array2<f32>, labels: &[usize]) -> f64 {
     let hits = matrix
         .rows()
         .into_iter()
-        .zip(&samples.labels)
+        .zip(labels)
         .filter(|(gei, label)| {
             let scores = recognizer.scores(recognizer.embed(&gei.to_vec()).view());
-            crate::evaluate::rank::closed_set(&scores.to_vec(), **label)
-                == crate::evaluate::rank::Outcome::Hit
+            closed_set(&scores.to_vec(), **label) == Outcome::Hit
         })
         .count();
-    let name = args
-        .out
-        .file_stem()
-        .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-    let bytes = onnx::write(&recognizer, &name, &[]);
-    let contract = Contract {
-        name,
+    hits as f64 / labels.len() as f64
+}
+
+fn contract(args: &Args, samples: &Samples, method: Method, components: u16) -> Contract {
+    let precision = match args.precision {
+        Precision::F64 => "",
+        Precision::F32 => " trained in f32",
+    };
+    let description = &samples.training.description;
+    Contract {
         rows: samples.size.rows(),
         columns: samples.size.columns(),
         framing: samples.framing,
-        classes: samples.names,
+        classes: samples.names.clone(),
         outputs: OutputNames {
             embedding: Some(onnx::EMBEDDING.into()),
             scores: Some(onnx::SCORES.into()),
         },
-        training: samples.training,
+        training: Training {
+            description: format!("PCA ({components}) + {method}{precision} on {description}"),
+            ..samples.training.clone()
+        },
         ..Contract::default()
-    };
-    let toml = contract.to_toml()?;
+    }
+}
+
+/// Writes a model and its contract; the file and its bytes.
+fn write(
+    recognizer: &LinearRecognizer,
+    out: &Path,
+    contract: Contract,
+) -> Result<(InputFile, usize)> {
+    let name = stem(out);
+    let bytes = onnx::write(recognizer, &name, &[]);
+    let toml = Contract { name, ..contract }.to_toml()?;
     let write = |path: &Path, bytes: &[u8]| {
         write_atomically(path, |file| {
             file.write_all(bytes)
                 .map_err(|error| Error::io(path, error))
         })
     };
-    write(&args.out, &bytes)?;
-    write(&Contract::path_beside(&args.out), toml.as_bytes())?;
-    let results = Results {
-        header: samples.header,
-        model: InputFile {
-            path: args.out.display().to_string(),
-            sha256: sha256_of_bytes(&bytes),
-        },
-        samples: count,
-        classes: recognizer.classes(),
-        dims: recognizer.dims(),
-        bytes: bytes.len(),
-        training_rank1: hits as f64 / count as f64,
+    write(out, &bytes)?;
+    write(&Contract::path_beside(out), toml.as_bytes())?;
+    let file = InputFile {
+        path: out.display().to_string(),
+        sha256: sha256_of_bytes(&bytes),
     };
-    args.common.say(format_args!(
-        "wrote {}: {} bytes, {} people, {} dimensions, trained on {} GEIs, of which it recognizes {:.2} %",
-        args.out.display(),
-        results.bytes,
-        results.classes,
-        results.dims,
-        results.samples,
-        100.0 * results.training_rank1
-    ));
-    args.common.write_json(&results)
+    Ok((file, bytes.len()))
 }
 
 /// Samples drawn here, from a pack or from the built-in cohort.
@@ -195,15 +346,13 @@ fn from_walks(args: &Args) -> Result<Samples> {
         .with("pack", source.name.as_str())
         .with("walks", names.join(","))
         .with("cycles", cycles)
-        .with("views", views.name.as_str())
-        .with("components", args.components);
+        .with("views", views.name.as_str());
     header.inputs = source.inputs;
     let subjects: Vec<_> = pack.subjects().collect();
     Ok(Samples {
         training: Training {
             description: format!(
-                "PCA ({}) + LDA on {} of {}, cycles 0 to {}, {} viewpoints, seed {}, raster {}{}",
-                args.components,
+                "{} of {}, cycles 0 to {}, {} viewpoints, seed {}, raster {}{}",
                 names.join(","),
                 source.name,
                 cycles - 1,
@@ -241,7 +390,7 @@ fn from_walks(args: &Args) -> Result<Samples> {
 fn from_dataset(args: &Args, path: &Path) -> Result<Samples> {
     let names = [args.source.subjects.as_slice(), &args.source.walks];
     args.draw
-        .refuse_for_datasets(names, args.cycles, &args.views)?;
+        .refuse_for_folders(names, args.cycles, &args.views)?;
     let dataset = Dataset::open(path)?;
     let mut names: Vec<String> = Vec::new();
     let mut viewpoints: Vec<[f64; 2]> = Vec::new();
@@ -262,7 +411,7 @@ fn from_dataset(args: &Args, path: &Path) -> Result<Samples> {
     walks.sort_unstable();
     walks.dedup();
     let pixels = dataset.geis().flatten();
-    let mut header = Header::new("train", args.common.seed).with("components", args.components);
+    let mut header = Header::new("train", args.common.seed);
     let framing = framing_of(&dataset, path)?;
     if framing.is_none() {
         header.warnings.push(format!(
@@ -273,12 +422,7 @@ fn from_dataset(args: &Args, path: &Path) -> Result<Samples> {
     header.inputs = vec![InputFile::of(path.join("manifest.json"))?];
     Ok(Samples {
         training: Training {
-            description: format!(
-                "PCA ({}) + LDA on the {} GEIs of {}",
-                args.components,
-                labels.len(),
-                path.display()
-            ),
+            description: format!("the {} GEIs of {}", labels.len(), path.display()),
             viewpoints,
             walks,
             cycles: 1 + rows.iter().map(|row| row.cycle).max().unwrap_or(0),

@@ -10,6 +10,7 @@ mod header;
 mod index;
 mod npy;
 mod reader;
+mod tree;
 mod writer;
 
 pub use file::{sha256_of_bytes, sha256_of_file, write_atomically};
@@ -17,6 +18,7 @@ pub use header::{Header, InputFile, SCHEMA};
 pub use index::IndexRow;
 pub use npy::write_npy;
 pub use reader::Dataset;
+pub use tree::{Silhouettes, Tree, TreeSequence};
 pub use writer::{DatasetWriter, Existing};
 
 use serde::{Deserialize, Serialize};

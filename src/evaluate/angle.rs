@@ -1,10 +1,42 @@
 //! The angle between viewpoints, and Rank-1 against it.
 
+use serde::{Deserialize, Serialize};
+
+use super::bootstrap::rank1_95;
 use super::rank::Tally;
-use super::results::{RecognizerResult, ViewpointResult};
 
 /// Width of the bins of [`by_angle`], degrees.
 pub const BIN_DEG: f64 = 10.0;
+const BINS: usize = 18;
+/// What is nearer than this to a viewpoint of training is that viewpoint, degrees.
+const AT_TRAINING_DEG: f64 = 0.5;
+
+/// Rank-1 of the viewpoints within a range of angles from training.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AngleResult {
+    /// Where the range begins, degrees.
+    pub from_deg: f64,
+    /// Where it ends, degrees; 0 at the viewpoints of training themselves.
+    pub to_deg: f64,
+    /// As of a viewpoint.
+    pub probes: u64,
+    /// Share of hits, 0..1.
+    pub rank1: f64,
+    /// Lower end of Wilson's 95 % interval, probes taken as independent.
+    pub rank1_low: f64,
+    /// Upper end.
+    pub rank1_high: f64,
+    /// The 95 % interval that draws people, [low, high].
+    pub rank1_by_subjects: Option<(f64, f64)>,
+}
+
+impl AngleResult {
+    /// The middle of the range, degrees.
+    #[must_use]
+    pub fn middle_deg(&self) -> f64 {
+        (self.from_deg + self.to_deg) / 2.0
+    }
+}
 
 /// The angle between the directions to two cameras, 0..180 degrees. Both are
 /// (azimuth, elevation) in degrees. Roll does not count: at elevation 90 all
@@ -28,41 +60,48 @@ pub fn angle_deg(a: (f64, f64), b: (f64, f64)) -> f64 {
         .to_degrees()
 }
 
-/// Rank-1 by the angle from the nearest viewpoint that the recognizer was trained
-/// at: (middle of the bin in degrees, tally), nearest first, without empty bins.
-/// A viewpoint of training itself is a bin of its own at 0. Empty if it is not
-/// known where the recognizer was trained.
+/// Rank-1 by the angle from the nearest viewpoint of training, nearest first, without empty bins:
+/// `tallies[viewpoint][person]`, and `seed` draws people for intervals. A viewpoint of training
+/// itself is a bin of its own from 0 to 0. Empty if it is not known where the recognizer was trained.
 #[must_use]
-pub fn by_angle(result: &RecognizerResult) -> Vec<(f64, Tally)> {
-    let mut at_training = Tally::default();
-    let mut bins = [Tally::default(); 18];
-    for viewpoint in &result.by_viewpoint {
-        let Some(angle) = nearest_training_deg(result, viewpoint) else {
+pub fn by_angle(
+    trained_at: &[(f64, f64)],
+    viewpoints: &[(f64, f64)],
+    tallies: &[Vec<Tally>],
+    seed: u64,
+) -> Vec<AngleResult> {
+    let people = tallies.first().map_or(0, Vec::len);
+    let mut bins = vec![vec![Tally::default(); people]; BINS + 1];
+    for (&here, tallies) in viewpoints.iter().zip(tallies) {
+        let angles = trained_at.iter().map(|&there| angle_deg(here, there));
+        let Some(angle) = angles.min_by(f64::total_cmp) else {
             return Vec::new();
         };
-        if angle < 0.5 {
-            at_training += viewpoint.tally();
+        let bin = if angle < AT_TRAINING_DEG {
+            0
         } else {
             // 180 belongs to the last bin. Truncation is the floor: angles are >= 0.
-            let bin = ((angle / BIN_DEG) as usize).min(bins.len() - 1);
-            bins[bin] += viewpoint.tally();
+            1 + ((angle / BIN_DEG) as usize).min(BINS - 1)
+        };
+        for (sum, tally) in bins[bin].iter_mut().zip(tallies) {
+            *sum += *tally;
         }
     }
-    let middles = (0..bins.len()).map(|bin| (bin as f64 + 0.5) * BIN_DEG);
-    std::iter::once((0.0, at_training))
-        .chain(middles.zip(bins))
-        .filter(|(_, tally)| tally.probes > 0)
-        .collect()
-}
-
-/// The angle from a viewpoint to the nearest one of training; none if unknown.
-fn nearest_training_deg(result: &RecognizerResult, viewpoint: &ViewpointResult) -> Option<f64> {
-    let here = (viewpoint.azimuth_deg, viewpoint.elevation_deg);
-    result
-        .trained_at
-        .iter()
-        .map(|&there| angle_deg(here, there))
-        .min_by(f64::total_cmp)
+    let results = bins.iter().enumerate().map(|(bin, people)| {
+        let all: Tally = people.iter().copied().sum();
+        let interval = all.interval();
+        let ends = |bin: usize| bin as f64 * BIN_DEG;
+        AngleResult {
+            from_deg: if bin == 0 { 0.0 } else { ends(bin - 1) },
+            to_deg: ends(bin),
+            probes: all.probes,
+            rank1: all.rank1().unwrap_or_default(),
+            rank1_low: interval.low,
+            rank1_high: interval.high,
+            rank1_by_subjects: rank1_95(people, seed).map(|one| (one.low, one.high)),
+        }
+    });
+    results.filter(|result| result.probes > 0).collect()
 }
 
 /// The unit vector from the walker to the camera (conventions of the core: +Z is
@@ -76,7 +115,6 @@ fn direction((azimuth_deg, elevation_deg): (f64, f64)) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluate::results::tests::result_of;
 
     #[test]
     fn angles_are_those_of_the_sphere() {
@@ -94,21 +132,33 @@ mod tests {
 
     #[test]
     fn rank_1_is_summed_by_the_angle_from_training() {
-        let mut result = result_of(&[
-            (90.0, 0.0, 4, 4),
-            (90.0, 5.0, 3, 4),
-            (99.0, 0.0, 1, 4),
-            (0.0, 0.0, 0, 2),
-        ]);
-        assert!(
-            by_angle(&result).is_empty(),
-            "training viewpoints are not known"
-        );
-        result.trained_at = vec![(90.0, 0.0), (180.0, 90.0)];
-        let bins: Vec<_> = by_angle(&result)
+        let views = [(90.0, 0.0), (90.0, 5.0), (99.0, 0.0), (0.0, 0.0)];
+        let tally = |hits, probes| Tally {
+            probes,
+            hits,
+            non_finite: 0,
+        };
+        // Two people, of whom only the first is known where he was not seen before.
+        let tallies = [
+            vec![tally(2, 2), tally(2, 2)],
+            vec![tally(2, 2), tally(1, 2)],
+            vec![tally(1, 2), tally(0, 2)],
+            vec![tally(0, 1), tally(0, 1)],
+        ];
+        assert_eq!(by_angle(&[], &views, &tallies, 1), []);
+        let bins = by_angle(&[(90.0, 0.0), (180.0, 90.0)], &views, &tallies, 1);
+        let found: Vec<_> = bins
             .iter()
-            .map(|(angle, t)| (*angle, t.hits, t.probes))
+            .map(|bin| (bin.from_deg, bin.to_deg, bin.probes, bin.rank1))
             .collect();
-        assert_eq!(bins, [(0.0, 4, 4), (5.0, 4, 8), (95.0, 0, 2)]);
+        let expected = [
+            (0.0, 0.0, 4, 1.0),
+            (0.0, 10.0, 8, 0.5),
+            (90.0, 100.0, 2, 0.0),
+        ];
+        assert_eq!(found, expected);
+        assert_eq!(bins[0].rank1_by_subjects, Some((1.0, 1.0)));
+        assert_eq!(bins[1].rank1_by_subjects, Some((0.25, 0.75)));
+        assert_eq!(bins[1].middle_deg(), 5.0);
     }
 }

@@ -1,14 +1,25 @@
-//! How good a recognizer is: Rank-1, its interval, and where it fails.
+//! How good a recognizer is: hits, ranks and rates, their intervals, and where it fails.
 //!
-//! [`rank`] and [`leave_out`] decide hits and misses, [`wilson`] and [`subjects`] say how far a
-//! rate can be trusted, [`bands`] and [`angle`] sum it over viewpoints, and
-//! [`results`] is the JSON that `edgegait score` writes.
+//! A [`contest`] shows a source's sequences to recognizers as a [`protocol`] says, and [`trial`] judges
+//! what they answer: [`rank`] decides hits and misses, [`distance`] compares embeddings, [`ranking`]
+//! makes Rank-k, mAP and mINP of distances, [`verification`] EER, ROC and AUC, and [`cross_view`]
+//! the means over pairs of views. [`wilson`] and [`bootstrap`] say how far a rate can be trusted,
+//! [`bands`] and [`angle`] sum it over viewpoints, and [`results`] is the JSON that
+//! `edgegait score` writes.
 
 pub mod angle;
 pub mod bands;
+pub mod bootstrap;
 pub mod contest;
-pub mod leave_out;
+pub mod cross_view;
+pub mod distance;
+mod judge;
+pub mod protocol;
 pub mod rank;
+pub mod ranking;
 pub mod results;
-pub mod subjects;
+#[cfg(test)]
+pub(crate) mod testing;
+pub mod trial;
+pub mod verification;
 pub mod wilson;

@@ -65,6 +65,12 @@ impl std::ops::AddAssign for Tally {
     }
 }
 
+impl std::ops::AddAssign<&Self> for Tally {
+    fn add_assign(&mut self, other: &Self) {
+        *self += *other;
+    }
+}
+
 impl std::iter::Sum for Tally {
     fn sum<I: Iterator<Item = Self>>(tallies: I) -> Self {
         let mut sum = Self::default();

@@ -6,8 +6,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::angle::AngleResult;
+use super::bootstrap::rank1_95;
 use super::rank::Tally;
-use super::subjects::bootstrap_95;
+use super::verification::{RocPoint, TarAtFar};
 pub use crate::dataset::{Header, InputFile};
 pub use crate::score::RuntimeName;
 
@@ -57,11 +59,12 @@ pub struct RecognizerResult {
     pub name: String,
     /// What ran it.
     pub runtime: RuntimeName,
-    /// How a hit is decided.
-    pub protocol: Protocol,
+    /// The protocol by its name: who is looked for among whom.
+    pub protocol: String,
     /// People among whom it chooses; chance is 1 in so many.
     pub classes: usize,
-    /// GEIs shown to it.
+    /// How often it was asked: once for each probe or, where each of the gallery's viewpoints is
+    /// compared for itself, for each of these.
     pub probes: u64,
     /// Share of hits, 0..1; 0 without probes.
     pub rank1: f64,
@@ -75,41 +78,137 @@ pub struct RecognizerResult {
     pub rank1_by_subjects: Option<(f64, f64)>,
     /// Probes whose output was not finite. They are misses.
     pub non_finite: u64,
+    /// Embeddings of the gallery that were not finite. They were left out of it.
+    #[serde(default)]
+    pub gallery_non_finite: u64,
     /// The viewpoints that it was trained at, (azimuth, elevation) in degrees;
     /// empty if unknown.
     #[serde(default)]
     pub trained_at: Vec<(f64, f64)>,
     /// Rank-1 by viewpoint.
     pub by_viewpoint: Vec<ViewpointResult>,
+    /// Rank-1 by the angle from training, nearest first; empty if that is unknown.
+    #[serde(default)]
+    pub by_angle: Vec<AngleResult>,
+    /// The protocol's sets of probes, each for itself.
+    #[serde(default)]
+    pub probe_sets: Vec<ProbeSetResult>,
     /// How fast it is.
     #[serde(flatten)]
     pub latency: Option<Latency>,
 }
 
-/// How a hit is decided.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Protocol {
-    /// The class with the highest score is the right person.
-    #[serde(rename = "closed set by class score")]
-    ClassScore,
-    /// The nearest embedding of the gallery is the right person's.
-    #[serde(rename = "nearest gallery embedding")]
-    NearestEmbedding,
-    /// The nearest embedding of all other takes at the same viewpoint is the right person's.
-    #[serde(rename = "leave one take out, nearest embedding")]
-    LeaveOneTakeOut,
+/// What a recognizer achieved on one set of probes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ProbeSetResult {
+    /// The set, such as `BG`.
+    pub name: String,
+    /// As [`RecognizerResult::probes`].
+    pub probes: u64,
+    /// People who are looked for.
+    pub people: u64,
+    /// Probes that are as near to another person as to the right one: of equals, the one that is
+    /// listed first counts.
+    pub tied: u64,
+    /// Those whose person is not in the gallery: misses for Rank-k, left out of mAP and mINP.
+    pub without_mate: u64,
+    /// Those with an answer that is not finite: likewise.
+    pub non_finite: u64,
+    /// Rank-1, 0..1.
+    pub rank1: f64,
+    /// Lower end of Wilson's 95 % interval, probes taken as independent.
+    pub rank1_low: f64,
+    /// Upper end.
+    pub rank1_high: f64,
+    /// The 95 % interval that draws people, [low, high].
+    pub rank1_by_subjects: Option<(f64, f64)>,
+    /// Rank-5, 0..1.
+    pub rank5: f64,
+    /// Rank-1 to Rank-50, 0..1.
+    pub cmc: Vec<f64>,
+    /// Mean average precision, 0..1; none without a probe that counts.
+    pub map: Option<f64>,
+    /// The 95 % interval of it that draws people.
+    pub map_by_subjects: Option<(f64, f64)>,
+    /// Mean inverse negative penalty, 0..1.
+    pub minp: Option<f64>,
+    /// The same distances as claims that are accepted or refused; none if they are more than
+    /// ten million.
+    pub verification: Option<VerificationResult>,
+    /// Rank-1 from each viewpoint to each, if the protocol compares so.
+    pub cross_view: Option<CrossViewResult>,
 }
 
-impl Protocol {
-    /// The protocol in words, as in JSON.
-    #[must_use]
-    pub const fn text(self) -> &'static str {
-        match self {
-            Self::ClassScore => "closed set by class score",
-            Self::NearestEmbedding => "nearest gallery embedding",
-            Self::LeaveOneTakeOut => "leave one take out, nearest embedding",
-        }
-    }
+/// Whom a recognizer took one probe for: a row of `edgegait score --probes-csv`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Answered<'a> {
+    /// The recognizer.
+    pub recognizer: &'a str,
+    /// The set of probes.
+    pub probe_set: &'a str,
+    /// Who is shown.
+    pub subject: &'a str,
+    /// In which take.
+    pub take: &'a str,
+    /// In which cycle of the take.
+    pub cycle: u32,
+    /// From which azimuth, degrees.
+    pub azimuth_deg: f64,
+    /// From which elevation, degrees.
+    pub elevation_deg: f64,
+    /// Azimuth of what the probe was compared with, if each viewpoint is compared for itself.
+    pub gallery_azimuth_deg: Option<f64>,
+    /// Elevation of it.
+    pub gallery_elevation_deg: Option<f64>,
+    /// Whom the recognizer took them for; none without a finite answer.
+    pub answer: Option<&'a str>,
+    /// How far that person was: a distance, or the class's score with its sign changed.
+    pub distance: Option<f64>,
+    /// The right person's rank, from 1; none where they are not in the gallery.
+    pub rank: Option<usize>,
+    /// How far the right person was.
+    pub right_distance: Option<f64>,
+}
+
+/// How well a threshold of the distance tells people apart.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct VerificationResult {
+    /// Pairs of one person.
+    pub genuine: u64,
+    /// Pairs of two people.
+    pub impostors: u64,
+    /// Pairs of one person whose distance was not finite: left out.
+    pub non_finite_genuine: u64,
+    /// Pairs of two people whose distance was not finite: left out.
+    pub non_finite_impostors: u64,
+    /// Equal error rate, 0..1.
+    pub eer: Option<f64>,
+    /// The distance at which it is reached.
+    pub eer_threshold: Option<f64>,
+    /// Its 95 % interval that draws people, [low, high].
+    pub eer_by_subjects: Option<(f64, f64)>,
+    /// Area under the ROC, 0..1.
+    pub auc: Option<f64>,
+    /// True accept rates at fixed false accept rates.
+    pub tar_at_far: Vec<TarAtFar>,
+    /// The curve, at most 200 points.
+    pub roc: Vec<RocPoint>,
+}
+
+/// Rank-1 from each viewpoint to each.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CrossViewResult {
+    /// (azimuth, elevation) in degrees, of rows and columns.
+    pub views: Vec<(f64, f64)>,
+    /// `[probe view][gallery view]`, 0..1; none where nobody met.
+    pub rank1: Vec<Vec<Option<f64>>>,
+    /// Means over the gallery views but the identical one, percent, each cell rounded to 0.01
+    /// first, as OpenGait computes them; empty if a cell is.
+    pub by_probe_view_percent: Vec<f64>,
+    /// Their mean.
+    pub mean_percent: Option<f64>,
+    /// Why there is no mean, if so.
+    pub note: Option<String>,
 }
 
 /// Rank-1 at one viewpoint.
@@ -178,8 +277,8 @@ pub struct Contestant {
     pub name: String,
     /// What ran it.
     pub runtime: RuntimeName,
-    /// How a hit is decided.
-    pub protocol: Protocol,
+    /// The protocol by its name.
+    pub protocol: String,
     /// People among whom it chooses.
     pub classes: usize,
     /// Where it was trained, (azimuth, elevation) in degrees; empty if unknown.
@@ -211,8 +310,11 @@ impl RecognizerResult {
             rank1_high: interval.high,
             rank1_by_subjects: None,
             non_finite: all.non_finite,
+            gallery_non_finite: 0,
             trained_at: contestant.trained_at,
             by_viewpoint: by_viewpoint.iter().map(viewpoint).collect(),
+            by_angle: Vec::new(),
+            probe_sets: Vec::new(),
             latency: None,
         }
     }
@@ -221,7 +323,7 @@ impl RecognizerResult {
     #[must_use]
     pub fn with_subjects(mut self, subjects: &[Tally], seed: u64) -> Self {
         self.rank1_by_subjects =
-            bootstrap_95(subjects, seed).map(|interval| (interval.low, interval.high));
+            rank1_95(subjects, seed).map(|interval| (interval.low, interval.high));
         self
     }
 
@@ -270,8 +372,9 @@ pub(crate) mod tests {
             runtime: RuntimeName {
                 name: "rten".into(),
                 version: "0.27.0".into(),
+                ..RuntimeName::default()
             },
-            protocol: Protocol::ClassScore,
+            protocol: "closed-set".into(),
             classes: 26,
             trained_at: Vec::new(),
         };
@@ -298,9 +401,9 @@ pub(crate) mod tests {
         assert!(json.starts_with(&format!(
             r#"{{"schema":1,"command":"score","version":"{version}","seed":1,"inputs":[],"settings":{{"views":"paper"}},"warnings":[],"silhouettes":3200,"#
         )));
-        assert!(json.contains(r#""protocol":"closed set by class score","classes":26,"probes":20,"rank1":0.95,"rank1_low":0.7638"#), "{json}");
+        assert!(json.contains(r#""protocol":"closed-set","classes":26,"probes":20,"rank1":0.95,"rank1_low":0.7638"#), "{json}");
         assert!(json.contains(
-            r#"[{"azimuth_deg":90.0,"elevation_deg":0.0,"probes":20,"rank1":0.95}],"p50_us":4.0,"p90_us":4.0,"p99_us":null}],"seconds":1.5}"#
+            r#"[{"azimuth_deg":90.0,"elevation_deg":0.0,"probes":20,"rank1":0.95}],"by_angle":[],"probe_sets":[],"p50_us":4.0,"p90_us":4.0,"p99_us":null}],"seconds":1.5}"#
         ), "{json}");
     }
 

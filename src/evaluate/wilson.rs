@@ -19,7 +19,7 @@ pub struct Interval {
 /// Wilson's 95 % interval of a rate of `hits` in `probes`; 0..1 without probes.
 ///
 /// It takes the probes as independent. Views of one walk are not: see
-/// [`super::subjects`].
+/// [`super::bootstrap`].
 ///
 /// # Panics
 ///

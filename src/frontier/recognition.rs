@@ -2,7 +2,7 @@
 
 use super::reference::{Geis, Sample};
 use crate::error::Result;
-use crate::evaluate::contest::Contest;
+use crate::evaluate::rank::{Tally, closed_set};
 use crate::score::{Recognizer, Runtime, shipped};
 use crate::sweep::{Job, Settings, Swept, sweep};
 use edgegait_core::pack::Pack;
@@ -81,22 +81,30 @@ impl Recognition {
         self.rank1(pack, sample, &geis.collect::<Vec<_>>())
     }
 
-    /// Rank-1 on GEIs in bytes, `[job][view][pixel]`.
+    /// Rank-1 on GEIs in bytes, `[job][view][pixel]`: the class with the highest score decides.
     fn rank1(&self, pack: &Pack<'_>, sample: &Sample, geis: &[Vec<Vec<u8>>]) -> Result<Vec<Rank1>> {
         let subjects: Vec<&str> = pack.subjects().map(|subject| subject.name).collect();
         let walks: Vec<_> = pack.walks().collect();
-        let person = |job: &Job| subjects[walks[job.walk].subject];
-        let mut contest = Contest::new(&self.recognizers, sample.jobs.iter().map(person));
-        for (job, geis) in sample.jobs.iter().zip(geis) {
-            let views = sample.views.iter();
-            let angles = views.map(|v| (f64::from(v.azimuth_deg), f64::from(v.elevation_deg)));
-            contest.probe(person(job), angles, geis.iter().map(Vec::as_slice))?;
-        }
-        let results = contest.results(0).into_iter();
-        let rank1 = results.map(|result| Rank1 {
-            name: result.name,
-            rank1: result.rank1,
-        });
-        Ok(rank1.collect())
+        let of = |recognizer: &dyn Recognizer| {
+            let contract = recognizer.contract();
+            let mut tally = Tally::default();
+            for (job, geis) in sample.jobs.iter().zip(geis) {
+                let person = subjects[walks[job.walk].subject];
+                let class = contract.classes.iter().position(|class| class == person);
+                let mut input = Vec::new();
+                geis.iter().for_each(|gei| contract.feed(gei, &mut input));
+                let outputs = recognizer.run(&input, geis.len())?;
+                let scores = outputs.scores.unwrap_or_default();
+                for scores in scores.chunks_exact(outputs.classes.max(1)) {
+                    tally.add(closed_set(scores, class.unwrap_or(usize::MAX)));
+                }
+            }
+            Ok(Rank1 {
+                name: contract.name.clone(),
+                rank1: tally.rank1().unwrap_or_default(),
+            })
+        };
+        let recognizers = self.recognizers.iter().map(AsRef::as_ref);
+        recognizers.map(of).collect()
     }
 }

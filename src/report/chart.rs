@@ -5,7 +5,7 @@ use std::fmt::Write;
 use maud::{Markup, html};
 
 use super::percent;
-use crate::evaluate::angle::by_angle;
+use crate::evaluate::angle::AngleResult;
 use crate::evaluate::results::RecognizerResult;
 
 /// A line's look: Okabe and Ito's colours (2008), safe for the colour-blind, on
@@ -36,15 +36,12 @@ pub(super) fn interval(result: &RecognizerResult) -> Markup {
 /// Rank-1 by the angle from the nearest viewpoint of training, a line for each of
 /// the first six recognizers that say where they were trained. None if none does.
 pub(super) fn angles(results: &[RecognizerResult]) -> Option<Markup> {
-    let known = results.iter().map(|result| (result, by_angle(result)));
-    let curves: Vec<_> = known
-        .filter(|(_, bins)| bins.len() > 1)
-        .take(LINES.len())
-        .collect();
+    let known = results.iter().filter(|result| result.by_angle.len() > 1);
+    let curves: Vec<_> = known.take(LINES.len()).collect();
     let farthest = curves
         .iter()
-        .flat_map(|(_, bins)| bins)
-        .map(|bin| bin.0)
+        .flat_map(|result| &result.by_angle)
+        .map(AngleResult::middle_deg)
         .fold(0.0, f64::max);
     if curves.is_empty() {
         return None;
@@ -69,44 +66,94 @@ pub(super) fn angles(results: &[RecognizerResult]) -> Option<Markup> {
             text.axis x="300" y="250" text-anchor="middle" {
                 "angle from the nearest viewpoint of training, degrees"
             }
-            @for ((result, bins), (colour, dashes)) in curves.iter().zip(LINES) {
+            @for (result, (colour, dashes)) in curves.iter().zip(LINES) {
                 @let mut path = String::new();
-                @for (place, (angle, tally)) in bins.iter().enumerate() {
+                @for (place, bin) in result.by_angle.iter().enumerate() {
                     @let command = if place == 0 { 'M' } else { 'L' };
-                    @let rate = tally.rank1().unwrap_or_default();
-                    @let _ = write!(path, "{command}{:.1} {:.1}", x_of(*angle), y_of(rate));
+                    @let _ = write!(path, "{command}{:.1} {:.1}", x_of(bin.middle_deg()), y_of(bin.rank1));
                 }
                 path.curve d=(path) stroke=(colour) stroke-dasharray=(dashes) {}
-                @for (angle, tally) in bins {
-                    @let rate = tally.rank1().unwrap_or_default();
-                    circle cx=(format!("{:.1}", x_of(*angle))) cy=(format!("{:.1}", y_of(rate))) r="3.2"
+                @for bin in &result.by_angle {
+                    @let x = format!("{:.1}", x_of(bin.middle_deg()));
+                    @let (low, high) = bin.rank1_by_subjects.unwrap_or((bin.rank1_low, bin.rank1_high));
+                    line.error stroke=(colour) x1=(x) x2=(x) y1=(format!("{:.1}", y_of(low)))
+                        y2=(format!("{:.1}", y_of(high))) {}
+                    circle cx=(x) cy=(format!("{:.1}", y_of(bin.rank1))) r="3.2"
                         fill=(colour) {
                         title {
-                            (result.name) ", " (where_is(*angle)) ": " (percent(rate)) " % of "
-                            (tally.probes)
+                            (result.name) ", " (where_is(bin)) ": " (percent(bin.rank1)) " % of "
+                            (bin.probes) ", " (percent(low)) " to " (percent(high))
                         }
                     }
                 }
             }
         }
-        div.legend {
-            @for ((result, _), (colour, dashes)) in curves.iter().zip(LINES) {
-                span {
-                    svg.key viewBox="0 0 34 10" aria-hidden="true" {
-                        path.curve d="M1 5L33 5" stroke=(colour) stroke-dasharray=(dashes) {}
+        (legend(&curves.iter().map(|result| result.name.as_str()).collect::<Vec<_>>()))
+    })
+}
+
+/// A line of a [`curves`] chart: its name, and its points, both coordinates 0..1.
+pub(super) type Curve = (String, Vec<(f64, f64)>);
+
+/// A chart of at most six lines of rates (0..1, upwards) with ticks of the horizontal axis
+/// (place 0..1, text). None without lines.
+pub(super) fn curves(
+    (what, axis): (&str, &str),
+    ticks: &[(f64, &str)],
+    curves: &[Curve],
+) -> Option<Markup> {
+    if curves.iter().all(|(_, points)| points.len() < 2) {
+        return None;
+    }
+    let x_of = |x: f64| 54.0 + x.clamp(0.0, 1.0) * 300.0;
+    let y_of = |rate: f64| 12.0 + (1.0 - rate.clamp(0.0, 1.0)) * 200.0;
+    Some(html! {
+        figure {
+            svg.curves viewBox="0 0 370 258" role="img" aria-label=(what) {
+                @for rate in [0, 25, 50, 75, 100] {
+                    @let y = y_of(f64::from(rate) / 100.0);
+                    line.rail x1="54" x2="354" y1=(y) y2=(y) {}
+                    text.tick x="48" y=(y + 4.0) text-anchor="end" { (rate) "%" }
+                }
+                @for (place, tick) in ticks {
+                    text.tick x=(x_of(*place)) y="230" text-anchor="middle" { (tick) }
+                }
+                text.axis x="204" y="250" text-anchor="middle" { (axis) }
+                @for ((name, points), (colour, dashes)) in curves.iter().zip(LINES) {
+                    @let mut path = String::new();
+                    @for (place, (x, y)) in points.iter().enumerate() {
+                        @let command = if place == 0 { 'M' } else { 'L' };
+                        @let _ = write!(path, "{command}{:.1} {:.1}", x_of(*x), y_of(*y));
                     }
-                    " " (result.name)
+                    path.curve d=(path) stroke=(colour) stroke-dasharray=(dashes) { title { (name) } }
                 }
             }
+            figcaption { (what) }
         }
     })
 }
 
-fn where_is(angle: f64) -> String {
-    if angle == 0.0 {
+/// Which line is whose, for charts of the same lines.
+pub(super) fn legend(names: &[&str]) -> Markup {
+    html! {
+        div.legend {
+            @for (name, (colour, dashes)) in names.iter().zip(LINES) {
+                span {
+                    svg.key viewBox="0 0 34 10" aria-hidden="true" {
+                        path.curve d="M1 5L33 5" stroke=(colour) stroke-dasharray=(dashes) {}
+                    }
+                    " " (name)
+                }
+            }
+        }
+    }
+}
+
+fn where_is(bin: &AngleResult) -> String {
+    if bin.to_deg == 0.0 {
         "at training".into()
     } else {
-        format!("{} to {}°", angle - 5.0, angle + 5.0)
+        format!("{} to {}°", bin.from_deg, bin.to_deg)
     }
 }
 
@@ -119,12 +166,21 @@ mod tests {
     fn a_recognizer_of_unknown_training_has_no_line() {
         let mut result = result_of(&[(90.0, 0.0, 4, 4), (0.0, 0.0, 1, 4)]);
         assert!(angles(std::slice::from_ref(&result)).is_none());
-        result.trained_at = vec![(90.0, 0.0)];
+        let bin = |from_deg, to_deg, rank1| AngleResult {
+            from_deg,
+            to_deg,
+            probes: 4,
+            rank1,
+            rank1_low: 0.0,
+            rank1_high: 1.0,
+            rank1_by_subjects: Some((0.125, 0.5)),
+        };
+        result.by_angle = vec![bin(0.0, 0.0, 1.0), bin(90.0, 100.0, 0.25)];
         let chart = angles(&[result]).unwrap().into_string();
         // 100 % at 0 degrees, 25 % at the bin of 90 to 100 of an axis that ends at 105.
         assert!(chart.contains("d=\"M54.0 12.0L499.1 162.0\""), "{chart}");
         assert!(
-            chart.contains("<title>pca-svm, 90 to 100°: 25.0 % of 4</title>"),
+            chart.contains("<title>pca-svm, 90 to 100°: 25.0 % of 4, 12.5 to 50.0</title>"),
             "{chart}"
         );
     }

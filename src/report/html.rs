@@ -14,10 +14,10 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde_json::Value;
 
 use super::viewpoints::{chance, rate, recognizer};
-use super::{THIN, chart, grouped, microseconds, percent, png};
+use super::{THIN, chart, grouped, measures, microseconds, percent, png};
 use crate::dataset::{Header, write_atomically};
 use crate::error::{Error, Result};
-use crate::evaluate::bands::Bands;
+use crate::evaluate::bands::{Bands, ELEVATIONS};
 use crate::evaluate::rank::Tally;
 use crate::evaluate::results::ScoreResults;
 use edgegait_core::silhouette::Size;
@@ -105,6 +105,10 @@ pub fn page(results: &ScoreResults, samples: &[Sample]) -> Result<String> {
                             "the recognizer was trained at, in steps of 10 degrees." }
                         figure { div.wide { (chart) } }
                     }
+                    @if let Some(charts) = measures::charts(&results.recognizers) {
+                        h2 { "Who is found, and who is accepted" }
+                        (charts)
+                    }
                     @for result in &results.recognizers { (recognizer(result)) }
                     @if let Some(first) = samples.first() {
                         h2 { "What the recognizers see" }
@@ -140,8 +144,8 @@ fn facts(results: &ScoreResults) -> Markup {
 fn lead() -> Markup {
     html! {
         p.lead {
-            "Silhouettes of walking people, seen from many viewpoints, were averaged into Gait "
-            "Energy Images (GEI), and each recognizer was asked who walks. This page says how "
+            "Silhouettes of walking people, one by one or averaged into Gait Energy Images (GEI), "
+            "were shown to recognizers, and each was asked who walks. This page says how "
             "often it was right, from where, and how long an answer took."
         }
     }
@@ -158,7 +162,9 @@ fn finding(results: &ScoreResults) -> Markup {
         return html! { p.finding { "Nothing was scored." } };
     };
     let trained = best.at_training().rank1();
-    let worst = Bands::of(&best.by_viewpoint).worst_elevation();
+    let bands = Bands::of(&best.by_viewpoint);
+    let seen = (0..ELEVATIONS.len()).filter(|&band| bands.elevation(band).probes > 0);
+    let worst = bands.worst_elevation().filter(|_| seen.count() > 1);
     html! {
         p.finding {
             @if results.recognizers.len() > 1 { "The best of " (results.recognizers.len()) ", " }
@@ -212,8 +218,8 @@ fn summary(results: &ScoreResults) -> Markup {
             tbody { @for result in &results.recognizers {
                 @let trained = result.at_training();
                 tr {
-                    th scope="row" { (result.name) small { (result.protocol.text()) } }
-                    td.text data-label="runtime" { (result.runtime.name) small { (result.runtime.version) } }
+                    th scope="row" { (result.name) small { (result.protocol) } }
+                    td.text data-label="runtime" { (result.runtime.name) small { (result.runtime.detail()) } }
                     td data-label="rank-1" {
                         b { (percent(result.rank1)) " %" }
                         small { (percent(result.rank1_low)) " to " (percent(result.rank1_high))
@@ -268,6 +274,9 @@ fn reading() -> Markup {
         p { strong { "The interval" } " is Wilson's at 95 % and takes the probes as independent. Views "
             "of one walk are not: the interval \"over people\", where there is one, draws people "
             "instead (cluster bootstrap) and is the one to compare recognizers by." }
+        p { strong { "mAP and mINP" } " leave out probes whose person is not in the gallery, as OpenGait "
+            "does; " strong { "EER, AUC and TAR" } " take every distance as a claim to be somebody. A "
+            "question mark stands where fewer than 30 errors were to be seen, or none." }
         p { strong { "Viewpoints" } ": azimuth 0 is a camera in front of the walker, 90 on the walker's "
             "left, 180 behind; elevation 0 is level, 90 straight above, where all azimuths are one "
             "direction and differ by roll." }

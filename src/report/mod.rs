@@ -5,6 +5,7 @@
 mod chart;
 mod heatmap;
 mod html;
+mod measures;
 mod picture;
 mod table;
 mod viewpoints;
@@ -18,7 +19,7 @@ const THIN: &str = "\u{202f}";
 
 /// A rate in percent with one decimal, such as `41.2`. Only a true 100 % is `100.0`
 /// and only a true 0 % is `0.0`: a single miss in a million must show.
-fn percent(rate: f64) -> String {
+pub(crate) fn percent(rate: f64) -> String {
     let rounded = (rate * 1000.0).round() / 10.0;
     let honest = if rate < 1.0 && rounded >= 100.0 {
         99.9
@@ -31,7 +32,7 @@ fn percent(rate: f64) -> String {
 }
 
 /// A count with thin groups of three, such as `182 780`, separated by `gap`.
-fn grouped(count: u64, gap: &str) -> String {
+pub(crate) fn grouped(count: u64, gap: &str) -> String {
     let digits = count.to_string();
     let mut out = String::new();
     for (at, digit) in digits.chars().enumerate() {
@@ -44,7 +45,7 @@ fn grouped(count: u64, gap: &str) -> String {
 }
 
 /// Microseconds with three significant digits, such as `5.31` or `1 240`.
-fn microseconds(us: f64, gap: &str) -> String {
+pub(crate) fn microseconds(us: f64, gap: &str) -> String {
     if !us.is_finite() || us < 0.0 {
         "?".into()
     } else if us < 9.995 {

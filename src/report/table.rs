@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{grouped, microseconds, percent};
+use super::{grouped, measures, microseconds, percent};
 use crate::evaluate::bands::{AZIMUTHS, Bands, ELEVATIONS};
 use crate::evaluate::rank::Tally;
 use crate::evaluate::results::{RecognizerResult, ScoreResults};
@@ -27,45 +27,50 @@ pub fn table(results: &ScoreResults) -> String {
             &mut out,
             [
                 &recognizer.name,
-                &format!("{} {}", recognizer.runtime.name, recognizer.runtime.version),
+                &recognizer.runtime.to_string(),
                 &grouped(recognizer.probes, ","),
                 &percent(recognizer.rank1),
-                &format!(
-                    "{} - {}",
-                    percent(recognizer.rank1_low),
-                    percent(recognizer.rank1_high)
-                ),
+                &interval(recognizer),
                 &recognizer
                     .latency
                     .map_or("-".into(), |latency| microseconds(latency.p50_us, ",")),
             ],
         );
     }
+    if let Some(first) = results.recognizers.first() {
+        line(
+            &mut out,
+            &format!("protocol: {}", shortened(&first.protocol, 60)),
+        );
+    }
     for recognizer in &results.recognizers {
-        bands(&mut out, recognizer);
+        places(&mut out, recognizer);
+        out.push_str(&measures::text(recognizer));
     }
     out
 }
 
-fn bands(out: &mut String, recognizer: &RecognizerResult) {
+/// The interval that draws people, if there is one: probes of one person go together.
+fn interval(recognizer: &RecognizerResult) -> String {
+    let of_probes = (recognizer.rank1_low, recognizer.rank1_high);
+    let (low, high) = recognizer.rank1_by_subjects.unwrap_or(of_probes);
+    format!("{} - {}", percent(low), percent(high))
+}
+
+fn places(out: &mut String, recognizer: &RecognizerResult) {
     let bands = Bands::of(&recognizer.by_viewpoint);
-    if bands.all().probes == 0 {
-        return;
-    }
     let name = shortened(&recognizer.name, 34);
-    line(
-        out,
-        &format!("\n{name}: rank-1 % by elevation and azimuth, degrees"),
-    );
-    let [a, b, c, d, e] = AZIMUTHS;
-    cells(out, "", [a, b, c, d, e, "all"].map(String::from));
-    // As in a picture, what is above is above.
-    for (band, elevation) in ELEVATIONS.iter().enumerate().rev() {
-        let [a, b, c, d, e] = bands.cells[band].map(rate);
-        cells(out, elevation, [a, b, c, d, e, rate(bands.elevation(band))]);
+    let seen = (0..ELEVATIONS.len()).filter(|&band| bands.elevation(band).probes > 0);
+    // One row is no table.
+    if seen.count() > 1 {
+        line(
+            out,
+            &format!("\n{name}: rank-1 % by elevation and azimuth, degrees"),
+        );
+        grid(out, &bands);
+    } else {
+        line(out, &format!("\n{name}"));
     }
-    let [a, b, c, d, e] = [0, 1, 2, 3, 4].map(|band| rate(bands.azimuth(band)));
-    cells(out, "all", [a, b, c, d, e, rate(bands.all())]);
 
     let trained = recognizer.at_training();
     if let Some(rank1) = trained.rank1() {
@@ -87,6 +92,18 @@ fn bands(out: &mut String, recognizer: &RecognizerResult) {
             &format!("  {count} outputs were not finite: counted as misses"),
         );
     }
+}
+
+fn grid(out: &mut String, bands: &Bands) {
+    let [a, b, c, d, e] = AZIMUTHS;
+    cells(out, "", [a, b, c, d, e, "all"].map(String::from));
+    // As in a picture, what is above is above.
+    for (band, elevation) in ELEVATIONS.iter().enumerate().rev() {
+        let [a, b, c, d, e] = bands.cells[band].map(rate);
+        cells(out, elevation, [a, b, c, d, e, rate(bands.elevation(band))]);
+    }
+    let [a, b, c, d, e] = [0, 1, 2, 3, 4].map(|band| rate(bands.azimuth(band)));
+    cells(out, "all", [a, b, c, d, e, rate(bands.all())]);
 }
 
 fn row(out: &mut String, [name, runtime, probes, rank1, interval, p50]: [&str; 6]) {
@@ -116,7 +133,7 @@ fn rate(tally: Tally) -> String {
 
 /// Text of at most `width` characters, its end marked if it was cut. Characters that
 /// a terminal would obey become `?`.
-fn shortened(text: &str, width: usize) -> String {
+pub(super) fn shortened(text: &str, width: usize) -> String {
     let mut clean: String = text
         .chars()
         .map(|c| if c.is_control() { '?' } else { c })
@@ -147,6 +164,7 @@ mod tests {
 recognizer         runtime                probes rank-1 % 95 % interval   p50 us
 pca-svm            rten 0.27.0                23     87.0   67.9 - 95.5     5.31
 a-recognizer-of-a~ onnxruntime 0.27.0          1    100.0  20.7 - 100.0        -
+protocol: closed-set
 
 pca-svm: rank-1 % by elevation and azimuth, degrees
               0-40    45-85       90   95-135  140-180      all
@@ -157,6 +175,9 @@ pca-svm: rank-1 % by elevation and azimuth, degrees
         0     50.0        -     95.0        -        -     90.9
       all     50.0        -     90.5        -        -     87.0
   95.0 % where it was trained
+
+a-recognizer-of-a-very-long-name
+  1 viewpoints are in no band
 ";
         assert_eq!(table(&results_of(vec![first, second])), expected);
     }

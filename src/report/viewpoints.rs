@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::heatmap::{Grid, colour, ink, legend};
-use super::{THIN, grouped, percent};
+use super::{THIN, grouped, measures, percent};
 use crate::evaluate::bands::{AZIMUTHS, Bands, ELEVATIONS};
 use crate::evaluate::rank::Tally;
 use crate::evaluate::results::RecognizerResult;
@@ -17,7 +17,9 @@ pub(super) fn recognizer(result: &RecognizerResult) -> Markup {
     let has_bands = bands.all().probes > 0 && (grid.is_some() || result.by_viewpoint.len() > 25);
     html! {
         section {
-            h2 { (result.name) ": rank-1 by viewpoint" }
+            h2 { (result.name) }
+            (measures::page(result))
+            h3 { "Rank-1 by viewpoint" }
             @if grid.is_none() { (viewpoints(result)) }
             div.views {
                 @if let Some(grid) = grid {
@@ -64,8 +66,13 @@ fn band_table(bands: &Bands) -> Markup {
 }
 
 fn cell(tally: Tally) -> Markup {
+    rate_cell(tally.rank1())
+}
+
+/// A table's cell in the colour of its rate.
+pub(super) fn rate_cell(rank1: Option<f64>) -> Markup {
     html! {
-        @match tally.rank1() {
+        @match rank1 {
             Some(rank1) => td style=(format!("background:{};color:{}", colour(rank1), ink(rank1))) {
                 (percent(rank1))
             },

@@ -8,13 +8,14 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::input::{Axis, Distance, InputRange, Layout, Template};
 use crate::error::{Error, Place, Result};
 use crate::sweep::Framing;
 use edgegait_core::silhouette::Size;
 
 /// Most bytes a contract may have.
 const MAX_BYTES: u64 = 1 << 20;
-/// Most rows or columns of an input.
+/// Most rows, columns or frames of an input.
 const MAX_SIDE: usize = 4096;
 
 /// Input and output conventions of a recognizer. Every key may be left out.
@@ -29,13 +30,21 @@ pub struct Contract {
     pub rows: usize,
     /// Columns of the input, 30 unless given.
     pub columns: usize,
-    /// Order of the input's axes; `"NCHW"` with one channel is the only one supported.
+    /// Order of the input's axes, with one channel: `"NCHW"` (default), `"NHWC"` or `"NHW"` for
+    /// GEIs, `"NTHW"`, `"NTCHW"` or `"NCTHW"` for silhouettes.
     pub layout: Layout,
     /// How figures were framed in training: `"height"` (default), `"box"`, `"cycle"` or
     /// `"camera"`.
     pub framing: Framing,
-    /// Which template the recognizer takes: `"gei"` unless given.
-    pub template: String,
+    /// Which template the recognizer takes: `"gei"` (default) or `"silhouettes"`.
+    pub template: Template,
+    /// Frames of one input of silhouettes; if left out, as many as the model's file says, or any
+    /// number if it leaves them free.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frames: Option<usize>,
+    /// How embeddings are compared: `"euclidean"` (default) or `"cosine"`.
+    #[serde(skip_serializing_if = "Distance::is_default")]
+    pub distance: Distance,
     /// Names of the people that the scores stand for, in their order; empty if unknown.
     pub classes: Vec<String>,
     /// Names of the model's outputs.
@@ -44,43 +53,11 @@ pub struct Contract {
     pub training: Training,
 }
 
-/// The values of background and foreground.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum InputRange {
-    /// Background 0, always-foreground 1.
-    #[default]
-    #[serde(rename = "0..1")]
-    Unit,
-    /// Background 0, always-foreground 255.
-    #[serde(rename = "0..255")]
-    Byte,
-}
-
-impl InputRange {
-    /// A GEI's byte in this range.
-    #[must_use]
-    pub fn of_byte(self, byte: u8) -> f32 {
-        match self {
-            Self::Unit => f32::from(byte) / 255.0,
-            Self::Byte => f32::from(byte),
-        }
-    }
-}
-
-/// The order of the input's axes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Layout {
-    /// Batch, channel, row, column.
-    #[default]
-    #[serde(rename = "NCHW")]
-    Nchw,
-}
-
 /// Names of the model's outputs; those left out are found from the model.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct OutputNames {
-    /// The f32 `[N, dims]` output that is compared by distance.
+    /// The f32 `[N, dims]` or `[N, dims, parts]` output that is compared by distance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub embedding: Option<String>,
     /// The f32 `[N, classes]` output whose highest column is the answer.
@@ -113,7 +90,9 @@ impl Default for Contract {
             columns: 30,
             layout: Layout::Nchw,
             framing: Framing::Height,
-            template: "gei".into(),
+            template: Template::Gei,
+            frames: None,
+            distance: Distance::Euclidean,
             classes: Vec::new(),
             outputs: OutputNames::default(),
             training: Training::default(),
@@ -180,10 +159,57 @@ impl Contract {
         toml::to_string(self).map_err(|error| Error::Failed(format!("contract: {error}")))
     }
 
-    /// Numbers in one input.
+    /// Numbers in one GEI or silhouette.
     #[must_use]
     pub const fn pixels(&self) -> usize {
         self.rows * self.columns
+    }
+
+    /// Appends pixels (0 to 255) in the contract's range.
+    pub fn feed(&self, bytes: &[u8], into: &mut Vec<f32>) {
+        into.extend(bytes.iter().map(|&byte| self.input_range.of_byte(byte)));
+    }
+
+    /// How many frames each of `batch` inputs has that are so many numbers together; 1 for GEIs.
+    ///
+    /// # Errors
+    /// If that is no whole number, none, or another than the contract states.
+    pub fn frames_in(&self, numbers: usize, batch: usize) -> Result<usize> {
+        let frames = batch
+            .checked_mul(self.pixels())
+            .filter(|step| *step > 0 && numbers.is_multiple_of(*step))
+            .map_or(0, |step| numbers / step);
+        let expected = match self.template {
+            Template::Gei => Some(1),
+            Template::Silhouettes => self.frames,
+        };
+        if frames > 0 && expected.is_none_or(|expected| expected == frames) {
+            return Ok(frames);
+        }
+        let (rows, columns) = (self.rows, self.columns);
+        let inputs = match (self.template, self.frames) {
+            (Template::Gei, _) => "GEIs".to_owned(),
+            (Template::Silhouettes, Some(frames)) => format!("sequences of {frames} silhouettes"),
+            (Template::Silhouettes, None) => "sequences of equally many silhouettes".to_owned(),
+        };
+        Err(Error::Failed(format!(
+            "{}: expected {batch} {inputs} of {rows} x {columns} = {} numbers and at least one, found {numbers} numbers",
+            self.name,
+            self.pixels(),
+        )))
+    }
+
+    /// The shape in which `batch` inputs of `frames` frames are given.
+    #[must_use]
+    pub fn input_shape(&self, batch: usize, frames: usize) -> Vec<usize> {
+        let size = |axis: &Axis| match axis {
+            Axis::Batch => batch,
+            Axis::Frame => frames,
+            Axis::Channel => 1,
+            Axis::Row => self.rows,
+            Axis::Column => self.columns,
+        };
+        self.layout.axes().iter().map(size).collect()
     }
 
     /// Refuses GEIs of another size, and of another framing if it is known, than the model
@@ -221,6 +247,34 @@ impl Contract {
                 return Err(Error::input(
                     path,
                     format!("{key}: expected 1 to {MAX_SIDE}, found {side}"),
+                ));
+            }
+        }
+        if self.layout.template() != self.template {
+            let fitting = Layout::ALL
+                .iter()
+                .filter(|layout| layout.template() == self.template);
+            let names: Vec<_> = fitting.map(|layout| layout.name()).collect();
+            return Err(Error::input(
+                path,
+                format!(
+                    "layout: template {:?} comes as {}, found {} ({} unless it is given)",
+                    self.template.name(),
+                    names.join(", "),
+                    self.layout.name(),
+                    Layout::default().name()
+                ),
+            ));
+        }
+        if let Some(frames) = self.frames {
+            let problem = match self.template {
+                Template::Gei => "template \"gei\" has none".to_owned(),
+                Template::Silhouettes => format!("expected 1 to {MAX_SIDE}"),
+            };
+            if self.template == Template::Gei || !(1..=MAX_SIDE).contains(&frames) {
+                return Err(Error::input(
+                    path,
+                    format!("frames: {problem}, found {frames}"),
                 ));
             }
         }
@@ -324,19 +378,75 @@ viewpoints = [[90.0, 0.0], [270.0, 15.0]]
         };
         let refused = odd
             .require(Size::S64x44, None, "use")
-            .expect_err("128 rows");
-        assert!(
-            refused.to_string().contains("only 50x30, 64x44"),
-            "{refused}"
-        );
+            .map_err(|e| e.to_string());
+        assert!(refused.is_err_and(|text| text.contains("only 50x30, 64x44")));
     }
 
     #[test]
     fn an_empty_contract_is_the_default() {
         let contract = parse("").expect("every key may be left out");
         assert_eq!(contract, Contract::default());
-        assert_eq!(contract.input_range.of_byte(255), 1.0);
-        assert_eq!(InputRange::Byte.of_byte(255), 255.0);
+        let mut fed = vec![0.5];
+        contract.feed(&[0, 255], &mut fed);
+        assert_eq!(fed, [0.5, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn a_sequence_model_states_its_layout_frames_and_distance() {
+        let text =
+            "template = \"silhouettes\"\nlayout = \"NTHW\"\nframes = 30\ndistance = \"cosine\"\n";
+        let contract = parse(text).expect("all keys are known");
+        assert_eq!(contract.template, Template::Silhouettes);
+        assert_eq!(contract.frames, Some(30));
+        assert_eq!(contract.distance, Distance::Cosine);
+        assert_eq!(contract.input_shape(2, 30), [2, 30, 50, 30]);
+        let written = contract.to_toml().expect("plain values");
+        assert_eq!(parse(&written).expect("our own text"), contract);
+
+        let refusal = |text: &str| parse(text).expect_err("a mistake").to_string();
+        assert_eq!(
+            refusal("template = \"silhouettes\""),
+            "m.toml: layout: template \"silhouettes\" comes as NTHW, NTCHW, NCTHW, found NCHW (NCHW unless it is given)"
+        );
+        assert!(refusal("layout = \"NTHW\"").contains("template \"gei\" comes as NCHW, NHWC, NHW"));
+        assert_eq!(
+            refusal("frames = 30"),
+            "m.toml: frames: template \"gei\" has none, found 30"
+        );
+        assert_eq!(
+            refusal("template = \"silhouettes\"\nlayout = \"NTHW\"\nframes = 0"),
+            "m.toml: frames: expected 1 to 4096, found 0"
+        );
+    }
+
+    #[test]
+    fn frames_are_counted_from_the_numbers_given() {
+        let gei = Contract::default();
+        assert_eq!(gei.frames_in(3 * 1500, 3).ok(), Some(1));
+        assert!(gei.frames_in(3 * 1500, 1).is_err());
+        let any = Contract {
+            name: "set".into(),
+            template: Template::Silhouettes,
+            layout: Layout::Nthw,
+            ..Contract::default()
+        };
+        assert_eq!(any.frames_in(12 * 1500, 3).ok(), Some(4));
+        let wrong = [(0, 1), (1500, 0), (1501, 1), (1500, 2), (1500, usize::MAX)];
+        assert!(
+            wrong
+                .iter()
+                .all(|&(numbers, batch)| any.frames_in(numbers, batch).is_err())
+        );
+        let thirty = Contract {
+            frames: Some(30),
+            ..any
+        };
+        assert_eq!(thirty.frames_in(60 * 1500, 2).ok(), Some(30));
+        let error = thirty.frames_in(29 * 1500, 1).expect_err("29 of 30");
+        assert_eq!(
+            error.to_string(),
+            "set: expected 1 sequences of 30 silhouettes of 50 x 30 = 1500 numbers and at least one, found 43500 numbers"
+        );
     }
 
     #[test]
@@ -352,7 +462,13 @@ viewpoints = [[90.0, 0.0], [270.0, 15.0]]
             text.starts_with("m.toml:1") && text.contains("0..255"),
             "{text}"
         );
-        assert!(refusal("layout = \"NHWC\"").contains("NCHW"));
+        assert!(refusal("layout = \"CHW\"").contains("`NCHW`"));
+        let text = refusal("template = \"mhi\"");
+        assert!(
+            text.starts_with("m.toml:1") && text.contains("`gei` or `silhouettes`"),
+            "{text}"
+        );
+        assert!(refusal("distance = \"dtw\"").contains("`euclidean` or `cosine`"));
         assert_eq!(
             refusal("rows = 0"),
             "m.toml: rows: expected 1 to 4096, found 0"

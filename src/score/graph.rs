@@ -2,19 +2,18 @@
 //!
 //! Neither runtime tells which operators a model uses, and one of them computes
 //! some wrongly without an error, so the file is walked before it is loaded.
-//! Field numbers are those of `onnx.proto3` (onnx 1.23).
+
+mod kernels;
+mod macs;
+mod rules;
+mod walk;
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::protobuf::{Field, Malformed, Reader};
+use super::protobuf::{Malformed, Reader};
 use crate::error::{Error, Place, Result};
-
-/// Deepest nesting of graphs in graphs (If, Loop, Scan) that is followed.
-const MAX_DEPTH: usize = 16;
-
-/// `TensorProto.DataLocation.EXTERNAL`.
-const EXTERNAL: u64 = 1;
+use walk::Walk;
 
 /// What an ONNX file says about itself.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -28,12 +27,50 @@ pub struct Graph {
     /// How often each operator occurs, subgraphs and functions included. Operators outside the
     /// default domain have theirs in front: `ai.onnx.ml.Scaler`.
     pub operators: BTreeMap<String, usize>,
-    /// Weights: numbers in floating-point and 8-bit constant tensors.
+    /// Weights: numbers in floating-point, 8-bit and 32-bit integer tensors that the file holds,
+    /// as initialisers or as constants, scales and zero points of quantisation included.
+    /// 64-bit integers are shapes and indices, and do not count.
     pub parameters: u64,
     /// Inputs that a caller has to give.
     pub inputs: Vec<Port>,
     /// Outputs, in order.
     pub outputs: Vec<Port>,
+    /// The operations of the outermost graph, in order.
+    nodes: Vec<Node>,
+    /// Its initialisers by name.
+    initializers: BTreeMap<String, Tensor>,
+    /// Shapes that the file states for what lies between inputs and outputs.
+    stated: BTreeMap<String, Vec<Dimension>>,
+}
+
+/// One operation.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+struct Node {
+    /// With its domain, as in [`Graph::operators`].
+    operator: String,
+    /// Names; empty for optional ones that are left out.
+    inputs: Vec<String>,
+    outputs: Vec<String>,
+    attributes: BTreeMap<String, Attribute>,
+}
+
+/// The value of an attribute.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Attribute {
+    Integer(i64),
+    Integers(Vec<i64>),
+    Text(String),
+    Tensor(Tensor),
+    /// A number with a fraction, a graph or a list of these.
+    Other,
+}
+
+/// A tensor that the file holds.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+struct Tensor {
+    shape: Vec<u64>,
+    /// Its numbers, if they are few 64-bit integers: a shape, axes or indices.
+    integers: Option<Vec<i64>>,
 }
 
 /// An input or output.
@@ -105,205 +142,9 @@ impl Graph {
         let mut graph = walk.graph;
         graph
             .inputs
-            .retain(|port| !walk.initializers.contains(&port.name));
+            .retain(|port| !graph.initializers.contains_key(&port.name));
         Ok(graph)
     }
-}
-
-/// A graph being read.
-#[derive(Default)]
-struct Walk {
-    graph: Graph,
-    has_graph: bool,
-    initializers: std::collections::BTreeSet<String>,
-    external: Option<String>,
-}
-
-type Read<T> = std::result::Result<T, Malformed>;
-
-impl Walk {
-    fn model(&mut self, mut model: Reader<'_>) -> Read<()> {
-        while let Some((number, field)) = model.next()? {
-            match (number, field) {
-                (1, Field::Number(version)) => self.graph.ir_version = version,
-                (2, Field::Bytes(name)) => self.graph.producer = name.text()?,
-                (7, Field::Bytes(graph)) => {
-                    self.has_graph = true;
-                    self.graph(graph, 0)?;
-                }
-                (8, Field::Bytes(set)) => self.operator_set(set)?,
-                (25, Field::Bytes(function)) => self.function(function)?,
-                _ => {}
-            }
-        }
-        Ok(())
-    }
-
-    fn operator_set(&mut self, mut set: Reader<'_>) -> Read<()> {
-        let (mut domain, mut version) = (String::new(), 0);
-        while let Some((number, field)) = set.next()? {
-            match (number, field) {
-                (1, Field::Bytes(name)) => domain = name.text()?,
-                (2, Field::Number(number)) => version = number,
-                _ => {}
-            }
-        }
-        if is_default(&domain) {
-            self.graph.opset = version;
-        }
-        Ok(())
-    }
-
-    fn function(&mut self, mut function: Reader<'_>) -> Read<()> {
-        while let Some((number, field)) = function.next()? {
-            if let (7, Field::Bytes(node)) = (number, field) {
-                self.node(node, 1)?;
-            }
-        }
-        Ok(())
-    }
-
-    fn graph(&mut self, mut graph: Reader<'_>, depth: usize) -> Read<()> {
-        if depth > MAX_DEPTH {
-            return Err(graph.malformed(format!("graphs are nested more than {MAX_DEPTH} deep")));
-        }
-        while let Some((number, field)) = graph.next()? {
-            match (number, field) {
-                (1, Field::Bytes(node)) => self.node(node, depth)?,
-                (5, Field::Bytes(tensor)) => {
-                    let name = self.tensor(tensor)?;
-                    if depth == 0 {
-                        self.initializers.insert(name);
-                    }
-                }
-                (11, Field::Bytes(info)) if depth == 0 => {
-                    let port = port(info)?;
-                    self.graph.inputs.push(port);
-                }
-                (12, Field::Bytes(info)) if depth == 0 => {
-                    let port = port(info)?;
-                    self.graph.outputs.push(port);
-                }
-                _ => {}
-            }
-        }
-        Ok(())
-    }
-
-    fn node(&mut self, mut node: Reader<'_>, depth: usize) -> Read<()> {
-        let (mut operator, mut domain) = (String::new(), String::new());
-        while let Some((number, field)) = node.next()? {
-            match (number, field) {
-                (4, Field::Bytes(name)) => operator = name.text()?,
-                (5, Field::Bytes(attribute)) => self.attribute(attribute, depth)?,
-                (7, Field::Bytes(name)) => domain = name.text()?,
-                _ => {}
-            }
-        }
-        if !is_default(&domain) {
-            operator = format!("{domain}.{operator}");
-        }
-        *self.graph.operators.entry(operator).or_default() += 1;
-        Ok(())
-    }
-
-    fn attribute(&mut self, mut attribute: Reader<'_>, depth: usize) -> Read<()> {
-        while let Some((number, field)) = attribute.next()? {
-            match (number, field) {
-                (5 | 10, Field::Bytes(tensor)) => {
-                    self.tensor(tensor)?;
-                }
-                (6 | 11, Field::Bytes(graph)) => self.graph(graph, depth + 1)?,
-                _ => {}
-            }
-        }
-        Ok(())
-    }
-
-    /// Counts a tensor's numbers; its name.
-    fn tensor(&mut self, mut tensor: Reader<'_>) -> Read<String> {
-        let (mut size, mut element, mut name) = (1_u64, 0, String::new());
-        let mut external = false;
-        while let Some((number, field)) = tensor.next()? {
-            match (number, field) {
-                (1, Field::Number(dim)) => size = size.saturating_mul(dim),
-                (1, Field::Bytes(mut packed)) => {
-                    while let Some(dim) = packed.packed_number()? {
-                        size = size.saturating_mul(dim);
-                    }
-                }
-                (2, Field::Number(kind)) => element = kind,
-                (8, Field::Bytes(text)) => name = text.text()?,
-                (14, Field::Number(location)) => external = location == EXTERNAL,
-                _ => {}
-            }
-        }
-        // FLOAT, UINT8, INT8, FLOAT16, DOUBLE, BFLOAT16.
-        if matches!(element, 1 | 2 | 3 | 10 | 11 | 16) {
-            self.graph.parameters = self.graph.parameters.saturating_add(size);
-        }
-        if external {
-            self.external.get_or_insert_with(|| name.clone());
-        }
-        Ok(name)
-    }
-}
-
-fn is_default(domain: &str) -> bool {
-    domain.is_empty() || domain == "ai.onnx"
-}
-
-/// `ValueInfoProto`.
-fn port(mut info: Reader<'_>) -> Read<Port> {
-    let mut port = Port::default();
-    while let Some((number, field)) = info.next()? {
-        match (number, field) {
-            (1, Field::Bytes(name)) => port.name = name.text()?,
-            (2, Field::Bytes(mut kind)) => {
-                while let Some((number, field)) = kind.next()? {
-                    if let (1, Field::Bytes(tensor)) = (number, field) {
-                        tensor_type(tensor, &mut port)?;
-                    }
-                }
-            }
-            _ => {}
-        }
-    }
-    Ok(port)
-}
-
-/// `TypeProto.Tensor`.
-fn tensor_type(mut tensor: Reader<'_>, port: &mut Port) -> Read<()> {
-    while let Some((number, field)) = tensor.next()? {
-        match (number, field) {
-            (1, Field::Number(element)) => port.element = element,
-            (2, Field::Bytes(mut shape)) => {
-                let dimensions = port.shape.get_or_insert_default();
-                while let Some((number, field)) = shape.next()? {
-                    if let (1, Field::Bytes(dim)) = (number, field) {
-                        dimensions.push(dimension(dim)?);
-                    }
-                }
-            }
-            _ => {}
-        }
-    }
-    Ok(())
-}
-
-fn dimension(mut dim: Reader<'_>) -> Read<Dimension> {
-    let mut found = Dimension::Unknown;
-    while let Some((number, field)) = dim.next()? {
-        found = match (number, field) {
-            // Some exporters write -1 or 0 for "any".
-            (1, Field::Number(0)) => Dimension::Unknown,
-            (1, Field::Number(size)) if size > i64::MAX as u64 => Dimension::Unknown,
-            (1, Field::Number(size)) => Dimension::Fixed(size),
-            (2, Field::Bytes(name)) if !name.is_empty() => Dimension::Named(name.text()?),
-            _ => found,
-        };
-    }
-    Ok(found)
 }
 
 impl std::fmt::Display for Port {

@@ -3,17 +3,24 @@
 //! `ort` panics if it has to find the library by itself, so nothing of it may be
 //! called before [`Ort::load`] has succeeded, not even to make an error.
 
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use clap::ValueEnum;
 use ort::environment::Environment;
+use ort::ep::{self, ExecutionProvider, ExecutionProviderDispatch};
+use ort::memory::Allocator;
 use ort::session::{HasSelectedOutputs, builder::SessionBuilder};
 use ort::session::{OutputSelector, RunOptions, Session, SessionOutputs};
-use ort::value::TensorRef;
+use ort::value::{Tensor as OrtTensor, TensorRef};
 
 use super::library::Library;
-use super::model::{Model, Ports};
-use super::{Contract, Matrix, Outputs, Recognizer, RuntimeName, matrix_shape, run_batch};
+use super::model::Model;
+use super::ports::Ports;
+use super::{
+    Bare, BareOutputs, Contract, Outputs, Provider, Recognizer, RuntimeName, Tensor, run_batch,
+};
 use crate::error::{Error, Result};
 
 /// The library that this process has loaded.
@@ -21,7 +28,7 @@ use crate::error::{Error, Result};
 pub(super) struct Ort {
     environment: Environment,
     library: PathBuf,
-    runtime: RuntimeName,
+    version: String,
 }
 
 /// A process has one ONNX Runtime, and `ort` one environment, which cannot be made again.
@@ -58,18 +65,81 @@ impl Ort {
         let ort = Self {
             environment,
             library: library.path,
-            runtime: RuntimeName {
-                name: "onnxruntime".into(),
-                version,
-            },
+            version,
         };
         *loaded = Some(ort.clone());
         Ok(ort)
     }
 
-    pub fn runtime_name(&self) -> &RuntimeName {
-        &self.runtime
+    pub fn runtime_name(&self, provider: Provider) -> RuntimeName {
+        RuntimeName {
+            name: "onnxruntime".into(),
+            version: self.version.clone(),
+            provider: provider.name().into(),
+        }
     }
+
+    /// Refuses a provider that the library was not built with.
+    pub fn require(&self, provider: Provider) -> Result<()> {
+        if is_built_with(provider) {
+            return Ok(());
+        }
+        let known = Provider::value_variants().iter().copied();
+        let names: Vec<_> = known
+            .filter(|&provider| is_built_with(provider))
+            .map(Provider::name)
+            .collect();
+        Err(Error::Usage(format!(
+            "--provider {0}: expected a library that was built with {0}, found {1} in {2}",
+            provider.name(),
+            names.join(", "),
+            self.library.display()
+        )))
+    }
+}
+
+/// A provider as `ort` has it, and how to ask the library for it.
+struct Registered {
+    dispatch: ExecutionProviderDispatch,
+    is_available: fn() -> ort::Result<bool>,
+}
+
+fn registered<P>(provider: P) -> Registered
+where
+    P: ExecutionProvider + Into<ExecutionProviderDispatch>,
+{
+    Registered {
+        dispatch: provider.into().error_on_failure(),
+        is_available: P::is_available,
+    }
+}
+
+/// `threads` are for providers that have threads of their own.
+fn execution_provider(provider: Provider, threads: usize) -> Registered {
+    match provider {
+        Provider::Cpu => registered(ep::CPU::default()),
+        Provider::Xnnpack => {
+            let threads = NonZeroUsize::new(threads).unwrap_or(NonZeroUsize::MIN);
+            registered(ep::XNNPACK::default().with_intra_op_num_threads(threads))
+        }
+        Provider::Acl => registered(ep::ACL::default()),
+        #[expect(
+            deprecated,
+            reason = "ONNX Runtime 1.18 to 1.21, which boards have, knows it"
+        )]
+        Provider::Armnn => registered(ep::ArmNN::default()),
+        Provider::Nnapi => registered(ep::NNAPI::default()),
+        Provider::Coreml => registered(ep::CoreML::default()),
+        Provider::Qnn => registered(ep::QNN::default()),
+        Provider::Rknpu => registered(ep::RKNPU::default()),
+        Provider::Cuda => registered(ep::CUDA::default()),
+        Provider::Tensorrt => registered(ep::TensorRT::default()),
+        Provider::Openvino => registered(ep::OpenVINO::default()),
+    }
+}
+
+fn is_built_with(provider: Provider) -> bool {
+    (execution_provider(provider, 1).is_available)().unwrap_or(false)
 }
 
 /// The loader's own words, which `ort` leaves out.
@@ -92,17 +162,39 @@ fn version_of_build() -> String {
     branch.unwrap_or("unknown").to_owned()
 }
 
+/// Most numbers of an input that is copied into a tensor that is there: copying 6 kB takes less
+/// than making a tensor and releasing it, copying 100 kB does not.
+const SMALL: usize = 4096;
+
 /// A model loaded by ONNX Runtime.
 pub(super) struct OrtRecognizer {
     /// Sessions are not thread safe (see the documentation of [`Session`]).
-    session: Mutex<(Session, RunOptions<HasSelectedOutputs>)>,
+    loaded: Mutex<Loaded>,
     runtime: RuntimeName,
     contract: Contract,
     ports: Ports,
 }
 
+struct Loaded {
+    session: Session,
+    options: RunOptions<HasSelectedOutputs>,
+    ready: Option<Ready>,
+}
+
+/// The tensors of the last small input: the next one of the same shape uses them again, which a
+/// model of 5 us gains a tenth from.
+struct Ready {
+    shape: Vec<usize>,
+    input: OrtTensor<f32>,
+    /// With the outputs' tensors.
+    options: RunOptions<HasSelectedOutputs>,
+}
+
+/// What a model gives: embedding and scores.
+type Found = (Tensor, Option<Tensor>);
+
 impl OrtRecognizer {
-    pub fn load(ort: &Ort, model: &Model, threads: usize) -> Result<Self> {
+    pub fn load(ort: &Ort, model: &Model, how: (Provider, usize)) -> Result<Self> {
         let refuse = |error: ort::Error| {
             Error::input(
                 model.path(),
@@ -110,66 +202,155 @@ impl OrtRecognizer {
             )
         };
         let ports = model.ports().clone();
-        let session = builder(ort, threads)
+        let session = builder(ort, how)
             .and_then(|mut builder| builder.commit_from_memory(model.bytes()))
             .map_err(refuse)?;
-        let mut selected = OutputSelector::no_default().with(&ports.embedding);
-        if let Some(scores) = ports
-            .scores
-            .as_ref()
-            .filter(|name| **name != ports.embedding)
-        {
-            selected = selected.with(scores);
-        }
-        let options = RunOptions::new().map_err(refuse)?.with_outputs(selected);
+        let options = RunOptions::new()
+            .map_err(refuse)?
+            .with_outputs(selected(&ports));
         Ok(Self {
-            session: Mutex::new((session, options)),
-            runtime: ort.runtime.clone(),
+            loaded: Mutex::new(Loaded {
+                session,
+                options,
+                ready: None,
+            }),
+            runtime: ort.runtime_name(how.0),
             contract: model.contract().clone(),
             ports,
         })
     }
 
-    fn run_once(&self, geis: &[f32], batch: usize) -> Result<(Matrix, Option<Matrix>)> {
-        let failed = |error: ort::Error| {
-            Error::Failed(format!("{}: ONNX Runtime: {error}", self.contract.name))
+    /// A loop body with this session and nothing around it.
+    pub fn into_bare(self, input: &[f32], outputs: BareOutputs) -> Result<Bare> {
+        let shape = self
+            .contract
+            .input_shape(1, self.contract.frames_in(input.len(), 1)?);
+        let found = self.run_once(input, &shape)?;
+        let ready = self
+            .ready(&shape, &found)
+            .map_err(|error| self.failed(&error))?;
+        let input = OrtTensor::from_array((shape, input.to_vec()));
+        let input = input.map_err(|error| self.failed(&error))?;
+        let name = self.contract.name;
+        let failed =
+            move |error: ort::Error| Error::Failed(format!("{name}: ONNX Runtime: {error}"));
+        let loaded = self.loaded.into_inner();
+        let loaded = loaded.unwrap_or_else(PoisonError::into_inner);
+        let options = match outputs {
+            BareOutputs::New => loaded.options,
+            BareOutputs::Reused => ready.options,
         };
-        let shape = [batch, 1, self.contract.rows, self.contract.columns];
-        let input = TensorRef::from_array_view((shape, geis)).map_err(failed)?;
-        let mut guard = self.session.lock().unwrap_or_else(PoisonError::into_inner);
-        let (session, options) = &mut *guard;
+        let mut session = loaded.session;
+        Ok(Box::new(move || {
+            let outputs = session
+                .run_with_options(ort::inputs![&input], &options)
+                .map_err(&failed)?;
+            let mut sum = 0.0;
+            for (_, output) in &outputs {
+                let (_, numbers) = output.try_extract_tensor::<f32>().map_err(&failed)?;
+                sum += numbers.first().copied().unwrap_or_default();
+            }
+            Ok(sum)
+        }))
+    }
+
+    fn run_once(&self, input: &[f32], shape: &[usize]) -> Result<Found> {
+        let failed = |error: ort::Error| self.failed(&error);
+        let mut guard = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
+        let Loaded {
+            session,
+            options,
+            ready,
+        } = &mut *guard;
+        if let Some(tensors) = ready.as_mut().filter(|ready| ready.shape == shape) {
+            tensors.input.extract_tensor_mut().1.copy_from_slice(input);
+            let run = session.run_with_options(ort::inputs![&tensors.input], &tensors.options);
+            if let Ok(outputs) = run {
+                return self.found(&outputs);
+            }
+        }
+        // Outputs whose shape depends on the numbers do not fit the tensors of the last ones.
+        *ready = None;
+        let view = TensorRef::from_array_view((shape, input)).map_err(failed)?;
         let outputs = session
-            .run_with_options(ort::inputs![input], options)
+            .run_with_options(ort::inputs![view], options)
             .map_err(failed)?;
-        let embedding = self.matrix(&outputs, &self.ports.embedding)?;
+        let found = self.found(&outputs)?;
+        if input.len() <= SMALL {
+            *ready = Some(self.ready(shape, &found).map_err(failed)?);
+        }
+        Ok(found)
+    }
+
+    /// Tensors for inputs and outputs of these shapes.
+    fn ready(&self, shape: &[usize], found: &Found) -> ort::Result<Ready> {
+        let allocator = Allocator::default();
+        let mut outputs = selected(&self.ports);
+        let scores = self.ports.scores.iter().zip(&found.1);
+        for (name, tensor) in std::iter::once((&self.ports.embedding, &found.0)).chain(scores) {
+            let tensor = OrtTensor::<f32>::new(&allocator, tensor.shape.clone())?;
+            outputs = outputs.preallocate(name, tensor);
+        }
+        Ok(Ready {
+            shape: shape.to_vec(),
+            input: OrtTensor::new(&allocator, shape.to_vec())?,
+            options: RunOptions::new()?.with_outputs(outputs),
+        })
+    }
+
+    fn failed(&self, error: &dyn std::fmt::Display) -> Error {
+        Error::Failed(format!("{}: ONNX Runtime: {error}", self.contract.name))
+    }
+
+    fn found(&self, outputs: &SessionOutputs<'_>) -> Result<Found> {
+        let embedding = self.tensor(outputs, &self.ports.embedding)?;
         let scores = match &self.ports.scores {
-            Some(name) => Some(self.matrix(&outputs, name)?),
+            Some(name) => Some(self.tensor(outputs, name)?),
             None => None,
         };
         Ok((embedding, scores))
     }
 
-    fn matrix(&self, outputs: &SessionOutputs<'_>, name: &str) -> Result<Matrix> {
-        let failed = |problem: String| Error::Failed(format!("{}: {problem}", self.contract.name));
+    fn tensor(&self, outputs: &SessionOutputs<'_>, name: &str) -> Result<Tensor> {
         let output = outputs
             .get(name)
-            .ok_or_else(|| failed(format!("ONNX Runtime gave no output {name:?}")))?;
-        let (shape, numbers) = output
-            .try_extract_tensor::<f32>()
-            .map_err(|error| failed(format!("expected the output {name:?} as f32: {error}")))?;
-        let shape: Vec<usize> = shape
-            .iter()
-            .map(|&size| usize::try_from(size).unwrap_or(0))
-            .collect();
-        let (rows, columns) = matrix_shape(&self.contract, name, &shape)?;
-        Ok((rows, columns, numbers.to_vec()))
+            .ok_or_else(|| self.failed(&format_args!("there is no output {name:?}")))?;
+        let (shape, numbers) = output.try_extract_tensor::<f32>().map_err(|error| {
+            self.failed(&format_args!(
+                "expected the output {name:?} as f32: {error}"
+            ))
+        })?;
+        let sizes = shape.iter();
+        Ok(Tensor {
+            shape: sizes
+                .map(|&size| usize::try_from(size).unwrap_or(0))
+                .collect(),
+            numbers: numbers.to_vec(),
+        })
     }
 }
 
-fn builder(ort: &Ort, threads: usize) -> ort::Result<SessionBuilder> {
-    Ok(Session::builder(&ort.environment)?
-        .with_intra_threads(threads)?
-        .with_inter_threads(1)?)
+/// The outputs that are used, each once.
+fn selected(ports: &Ports) -> OutputSelector {
+    let embedding = OutputSelector::no_default().with(&ports.embedding);
+    match &ports.scores {
+        Some(name) if *name != ports.embedding => embedding.with(name),
+        _ => embedding,
+    }
+}
+
+fn builder(ort: &Ort, (provider, threads): (Provider, usize)) -> ort::Result<SessionBuilder> {
+    let builder = Session::builder(&ort.environment)?.with_inter_threads(1)?;
+    Ok(match provider {
+        Provider::Cpu => builder.with_intra_threads(threads)?,
+        // It has a pool of its own, which the session's would compete with.
+        Provider::Xnnpack => builder
+            .with_intra_threads(1)?
+            .with_execution_providers([execution_provider(provider, threads).dispatch])?,
+        _ => builder
+            .with_intra_threads(threads)?
+            .with_execution_providers([execution_provider(provider, threads).dispatch])?,
+    })
 }
 
 impl Recognizer for OrtRecognizer {
@@ -181,9 +362,12 @@ impl Recognizer for OrtRecognizer {
         &self.contract
     }
 
-    fn run(&self, geis: &[f32], batch: usize) -> Result<Outputs> {
-        run_batch(&self.contract, &self.ports, (geis, batch), |geis, batch| {
-            self.run_once(geis, batch)
-        })
+    fn run(&self, input: &[f32], batch: usize) -> Result<Outputs> {
+        run_batch(
+            &self.contract,
+            &self.ports,
+            (input, batch),
+            |input, shape| self.run_once(input, shape),
+        )
     }
 }

@@ -5,7 +5,7 @@
 //! of a person, before anything has been learnt.
 
 use super::{Contract, Outputs, Recognizer, RuntimeName};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::sweep::Framing;
 use edgegait_core::silhouette::Size;
 
@@ -33,7 +33,7 @@ impl Pixels {
             },
             runtime: RuntimeName {
                 name: "none".into(),
-                version: String::new(),
+                ..RuntimeName::default()
             },
         }
     }
@@ -49,16 +49,11 @@ impl Recognizer for Pixels {
     }
 
     fn run(&self, geis: &[f32], batch: usize) -> Result<Outputs> {
-        let pixels = self.contract.pixels();
-        if batch == 0 || batch.checked_mul(pixels) != Some(geis.len()) {
-            return Err(Error::Failed(format!(
-                "{NAME}: expected {batch} GEIs of {pixels} numbers and at least one, found {} numbers",
-                geis.len()
-            )));
-        }
+        self.contract.frames_in(geis.len(), batch)?;
         Ok(Outputs {
             embedding: geis.to_vec(),
-            embedding_dims: pixels,
+            embedding_dims: self.contract.pixels(),
+            embedding_parts: 1,
             non_finite: geis.iter().filter(|number| !number.is_finite()).count(),
             ..Outputs::default()
         })

@@ -80,6 +80,11 @@ impl<'a> Reader<'a> {
         self.varint().map(Some)
     }
 
+    /// All that is left, as it is.
+    pub fn bytes(&self) -> &'a [u8] {
+        self.rest
+    }
+
     /// All that is left, as text.
     pub fn text(&self) -> Result<String, Malformed> {
         match std::str::from_utf8(self.rest) {

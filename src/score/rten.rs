@@ -8,8 +8,9 @@ use std::sync::Arc;
 
 use rten::{ModelOptions, NodeId, RunOptions, ThreadPool, Value, ValueView};
 
-use super::model::{Model, Ports};
-use super::{Contract, Matrix, Outputs, Recognizer, RuntimeName, matrix_shape, run_batch};
+use super::model::Model;
+use super::ports::Ports;
+use super::{Contract, Outputs, Provider, Recognizer, RuntimeName, Tensor, run_batch};
 use crate::error::{Error, Result};
 
 /// The version in `Cargo.lock`, which a test compares.
@@ -33,6 +34,7 @@ pub(super) fn runtime_name() -> RuntimeName {
     RuntimeName {
         name: "rten".into(),
         version: VERSION.into(),
+        provider: Provider::Cpu.name().into(),
     }
 }
 
@@ -87,16 +89,15 @@ impl RtenRecognizer {
         })
     }
 
-    fn run_once(&self, geis: &[f32], batch: usize) -> Result<(Matrix, Option<Matrix>)> {
+    fn run_once(&self, input: &[f32], shape: &[usize]) -> Result<(Tensor, Option<Tensor>)> {
         let failed = |problem: String| {
             Error::Failed(format!(
                 "{}: the embedded runtime: {problem}",
                 self.contract.name
             ))
         };
-        let shape = [batch, 1, self.contract.rows, self.contract.columns];
         let input =
-            ValueView::from_shape(shape, geis).map_err(|error| failed(error.to_string()))?;
+            ValueView::from_shape(shape, input).map_err(|error| failed(error.to_string()))?;
         let options = RunOptions::default().with_thread_pool(Some(Arc::clone(&self.pool)));
         let mut values = self
             .model
@@ -110,19 +111,19 @@ impl RtenRecognizer {
         let embedding = values
             .next()
             .ok_or_else(|| failed("no output came back".into()))?;
-        let embedding = self.matrix(&self.ports.embedding, embedding)?;
+        let embedding = self.tensor(&self.ports.embedding, embedding)?;
         let scores = match &self.ports.scores {
             Some(name) if *name == self.ports.embedding => Some(embedding.clone()),
             Some(name) => values
                 .next()
-                .map(|value| self.matrix(name, value))
+                .map(|value| self.tensor(name, value))
                 .transpose()?,
             None => None,
         };
         Ok((embedding, scores))
     }
 
-    fn matrix(&self, output: &str, value: Value) -> Result<Matrix> {
+    fn tensor(&self, output: &str, value: Value) -> Result<Tensor> {
         use rten_tensor::prelude::*;
         let found = value.dtype();
         let Some(tensor) = value.into_tensor::<f32>() else {
@@ -131,8 +132,10 @@ impl RtenRecognizer {
                 self.contract.name
             )));
         };
-        let (rows, columns) = matrix_shape(&self.contract, output, tensor.shape())?;
-        Ok((rows, columns, tensor.into_data()))
+        Ok(Tensor {
+            shape: tensor.shape().to_vec(),
+            numbers: tensor.into_data(),
+        })
     }
 }
 
@@ -145,10 +148,17 @@ impl Recognizer for RtenRecognizer {
         &self.contract
     }
 
-    fn run(&self, geis: &[f32], batch: usize) -> Result<Outputs> {
-        run_batch(&self.contract, &self.ports, (geis, batch), |geis, batch| {
-            self.run_once(geis, batch)
-        })
+    fn run(&self, input: &[f32], batch: usize) -> Result<Outputs> {
+        run_batch(
+            &self.contract,
+            &self.ports,
+            (input, batch),
+            |input, shape| self.run_once(input, shape),
+        )
+    }
+
+    fn beside(&self, work: &mut (dyn FnMut() + Send)) {
+        self.pool.run(work);
     }
 }
 

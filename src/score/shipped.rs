@@ -76,6 +76,14 @@ mod tests {
     }
 
     #[test]
+    fn the_shipped_contracts_are_written_as_they_are() {
+        for (name, _, text) in SHIPPED {
+            let contract = Contract::parse(Path::new(name), text).expect("a shipped contract");
+            assert_eq!(contract.to_toml().expect("plain values"), text);
+        }
+    }
+
+    #[test]
     fn the_shipped_models_know_the_first_people_from_the_side() {
         for model in models().expect("the shipped models") {
             assert_eq!(model.contract().classes[..4], ["F01", "M01", "F02", "M02"]);

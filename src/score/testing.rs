@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{Contract, Model};
+use super::{Contract, Layout, Model, Template};
 use crate::train::{onnx, testing::small_recognizer};
 
 /// The library that `EDGEGAIT_ORT_LIB` names; says that it skips if there is none.
@@ -35,9 +35,11 @@ fn delimited(field: u8, content: &[u8]) -> Vec<u8> {
 fn port(name: &str, element: u8, dims: &[Option<u16>]) -> Vec<u8> {
     let shape: Vec<u8> = dims
         .iter()
-        .flat_map(|dim| {
+        .enumerate()
+        .flat_map(|(axis, dim)| {
+            let name = if axis == 0 { b"N" } else { b"T" };
             let dim = dim.map_or_else(
-                || delimited(2, b"N"),
+                || delimited(2, name),
                 |size| vec![0x08, size as u8 | 0x80, (size >> 7) as u8],
             );
             delimited(1, &dim)
@@ -61,6 +63,15 @@ fn model(nodes: &[Vec<u8>], input: &[u8], output: &[u8]) -> Vec<u8> {
     .concat()
 }
 
+fn node(operator: &str, inputs: &[&str], outputs: &[&str]) -> Vec<u8> {
+    let names = |field, names: &[&str]| -> Vec<u8> {
+        let fields = names.iter().map(|name| delimited(field, name.as_bytes()));
+        fields.flatten().collect()
+    };
+    let operator = delimited(4, operator.as_bytes());
+    [names(1, inputs), names(2, outputs), operator].concat()
+}
+
 /// A model without operators whose input has this type and shape; its output `out` has
 /// `[N, 4, ...]` of this element and rank.
 pub(crate) fn bytes_with(
@@ -80,13 +91,8 @@ pub(crate) fn bytes_with(
 
 /// A model of one operator from `gei` to `out`.
 pub(crate) fn bytes_with_operator(operator: &str, domain: &str) -> Vec<u8> {
-    let node = [
-        delimited(1, b"gei"),
-        delimited(2, b"out"),
-        delimited(4, operator.as_bytes()),
-        delimited(7, domain.as_bytes()),
-    ]
-    .concat();
+    let mut node = node(operator, &["gei"], &["out"]);
+    node.extend(delimited(7, domain.as_bytes()));
     let image = [None, Some(1), Some(50), Some(30)];
     model(
         &[node],
@@ -95,21 +101,58 @@ pub(crate) fn bytes_with_operator(operator: &str, domain: &str) -> Vec<u8> {
     )
 }
 
+/// A sequence `[N, T, 64, 44]`, averaged over its frames: rows are channels and columns parts of
+/// the embedding `out`, `[N, 64, 44]`.
+pub(crate) fn bytes_of_a_mean_over_frames(batch: Option<u16>, frames: Option<u16>) -> Vec<u8> {
+    // AttributeProto: name, ints or i, type INTS or INT.
+    let axes = [delimited(1, b"axes"), vec![0x40, 1, 0xA0, 1, 7]].concat();
+    let keep = [delimited(1, b"keepdims"), vec![0x18, 0, 0xA0, 1, 2]].concat();
+    let mut node = node("ReduceMean", &["gei"], &["out"]);
+    node.extend([delimited(5, &axes), delimited(5, &keep)].concat());
+    model(
+        &[node],
+        &port("gei", 1, &[batch, frames, Some(64), Some(44)]),
+        &port("out", 1, &[batch, Some(64), Some(44)]),
+    )
+}
+
+/// What [`bytes_of_a_mean_over_frames`] expects.
+pub(crate) fn contract_of_sequences() -> Contract {
+    Contract {
+        rows: 64,
+        columns: 44,
+        template: Template::Silhouettes,
+        layout: Layout::Nthw,
+        ..Contract::default()
+    }
+}
+
 /// `gei` flattened, then the logarithm: NaN and infinities for numbers that are not positive.
 pub(crate) fn bytes_of_a_logarithm(batch: Option<u16>) -> Vec<u8> {
-    let node = |operator: &str, from: &str, to: &str| {
-        [
-            delimited(1, from.as_bytes()),
-            delimited(2, to.as_bytes()),
-            delimited(4, operator.as_bytes()),
-        ]
-        .concat()
-    };
-    let nodes = [node("Flatten", "gei", "flat"), node("Log", "flat", "out")];
+    let nodes = [
+        node("Flatten", &["gei"], &["flat"]),
+        node("Log", &["flat"], &["out"]),
+    ];
     let image = [batch, Some(1), Some(50), Some(30)];
     model(
         &nodes,
         &port("gei", 1, &image),
         &port("out", 1, &[batch, Some(1500)]),
+    )
+}
+
+/// `gei` in 256 steps from the least to the largest number of the whole batch, flattened.
+pub(crate) fn bytes_of_a_dynamic_quantization() -> Vec<u8> {
+    let quantized = ["steps", "scale", "zero"];
+    let nodes = [
+        node("DynamicQuantizeLinear", &["gei"], &quantized),
+        node("DequantizeLinear", &quantized, &["coarse"]),
+        node("Flatten", &["coarse"], &["out"]),
+    ];
+    let image = [None, Some(1), Some(50), Some(30)];
+    model(
+        &nodes,
+        &port("gei", 1, &image),
+        &port("out", 1, &[None, Some(1500)]),
     )
 }

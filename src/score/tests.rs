@@ -1,8 +1,12 @@
 //! Both runtimes against Rust arithmetic, and against files that are broken.
 
-use super::testing::{bytes_of_a_logarithm, bytes_with_operator, ort_library, small_model};
+use super::testing::{
+    bytes_of_a_dynamic_quantization, bytes_of_a_logarithm, bytes_of_a_mean_over_frames,
+    bytes_with_operator, contract_of_sequences, ort_library, small_model,
+};
 use super::*;
 use crate::train::{self, LinearRecognizer, Options, testing::people};
+use std::path::Path;
 
 /// Twelve people, and GEIs that the fit has not seen, one after another.
 fn twelve_people() -> (LinearRecognizer, Vec<f32>) {
@@ -49,10 +53,11 @@ fn assert_agrees_with_rust(runtime: &Runtime) {
         relative(&outputs.embedding, &embeddings),
         relative(&found, &scores),
     ];
-    let RuntimeName { name, version } = loaded.runtime();
     println!(
-        "{name} {version} and Rust: embedding {:.1e}, scores {:.1e} relative",
-        worst[0], worst[1]
+        "{} and Rust: embedding {:.1e}, scores {:.1e} relative",
+        loaded.runtime(),
+        worst[0],
+        worst[1]
     );
     assert!(worst.iter().all(|worst| *worst <= 1e-4));
 }
@@ -160,6 +165,80 @@ fn a_model_that_takes_one_gei_is_run_one_by_one() {
             .expect("three");
         assert_eq!(outputs.embedding.len(), 4500);
         assert!((outputs.embedding[4499] - 4500_f32.ln()).abs() < 1e-5);
+    }
+}
+
+/// Steps of 1 / 255 hold these numbers exactly; were they scaled with their mates of up to 100,
+/// most would be 0.
+#[test]
+fn batch_mates_do_not_change_what_a_dynamically_quantized_model_says() {
+    let bytes = bytes_of_a_dynamic_quantization();
+    let model = Model::from_bytes("steps.onnx", bytes, Contract::default()).expect("usable");
+    let fine: Vec<f32> = (0..1500).map(|i| (i % 256) as f32 / 255.0).collect();
+    let coarse = fine.iter().map(|number| 100.0 * number);
+    let both: Vec<f32> = fine.iter().copied().chain(coarse).collect();
+    for runtime in runtimes() {
+        let loaded = runtime.load(&model).expect("plain operators");
+        let outputs = loaded.run(&both, 2).expect("two GEIs");
+        for (found, expected) in outputs.embedding.iter().zip(&both) {
+            assert!(
+                (found - expected).abs() <= 1e-5 * expected.max(1.0),
+                "{found} {expected}"
+            );
+        }
+    }
+}
+
+/// Two sequences of three frames whose mean is told by arithmetic.
+#[test]
+fn sequences_are_averaged_over_their_frames_into_parts() {
+    let pixels = 64 * 44;
+    let frame = |value: f32| (0..pixels).map(move |pixel| value + pixel as f32);
+    let input: Vec<f32> = [1.0, 2.0, 6.0, 10.0, 20.0, 60.0]
+        .into_iter()
+        .flat_map(frame)
+        .collect();
+    for batch in [None, Some(1)] {
+        let bytes = bytes_of_a_mean_over_frames(batch, None);
+        let model = Model::from_bytes("mean.onnx", bytes, contract_of_sequences()).expect("usable");
+        for runtime in runtimes() {
+            let loaded = runtime.load(&model).expect("plain operators");
+            let outputs = loaded.run(&input, 2).expect("two sequences");
+            assert_eq!(
+                (outputs.embedding_dims, outputs.embedding_parts),
+                (pixels, 44)
+            );
+            assert_eq!(outputs.embedding.len(), 2 * pixels);
+            for (pixel, [first, second]) in [(0, [3.0, 30.0]), (2815, [2818.0, 2845.0])] {
+                assert!((outputs.embedding[pixel] - first).abs() < 1e-3);
+                assert!((outputs.embedding[pixels + pixel] - second).abs() < 1e-3);
+            }
+            let error = loaded
+                .run(&input[1..], 2)
+                .expect_err("a pixel short")
+                .to_string();
+            assert!(
+                error.starts_with(
+                    "mean: expected 2 sequences of equally many silhouettes of 64 x 44"
+                ),
+                "{error}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_number_of_frames_that_the_contract_does_not_state_is_refused() {
+    let contract = Contract {
+        frames: Some(4),
+        ..contract_of_sequences()
+    };
+    let bytes = bytes_of_a_mean_over_frames(None, None);
+    let model = Model::from_bytes("mean.onnx", bytes, contract).expect("usable");
+    for runtime in runtimes() {
+        let loaded = runtime.load(&model).expect("plain operators");
+        assert!(loaded.run(&vec![0.0; 4 * 2816], 1).is_ok());
+        assert!(loaded.run(&vec![0.0; 5 * 2816], 1).is_err());
     }
 }
 

@@ -7,35 +7,32 @@
 
 use ndarray::{Array1, Array2, ArrayView2, Axis, s};
 
-use super::algebra::{add_products_of_columns, eigen, finite, fix_sign, multiply};
+use super::algebra::{Real, add_products_of_columns, eigen, finite, fix_sign, multiply};
 use crate::error::{Error, Result};
-
-/// Discriminant ratios below this share of the largest count as zero.
-const RANK_TOLERANCE: f64 = 1e-10;
 
 /// Directions that tell classes apart, best first.
 #[derive(Clone, Debug)]
-pub struct Lda {
+pub struct Lda<F> {
     /// One direction a row (at most classes - 1), scaled so that the variance within classes,
     /// ridge included, is 1 along it and 0 across.
-    pub directions: Array2<f64>,
+    pub directions: Array2<F>,
     /// Variance between class means along each direction over that within, falling.
-    pub ratios: Array1<f64>,
+    pub ratios: Array1<F>,
 }
 
 /// How many samples each class has, and their mean, one class a row.
-pub(super) struct Classes {
+pub(super) struct Classes<F> {
     pub counts: Vec<usize>,
-    pub means: Array2<f64>,
+    pub means: Array2<F>,
 }
 
-impl Classes {
+impl<F: Real> Classes<F> {
     /// Checks the labels and averages the samples of each.
     ///
     /// # Errors
     /// If there are fewer than two classes, a label outside them, a number that is not finite, a
     /// class without samples, or two classes with the same mean.
-    pub fn of<T: Copy + Into<f64>>(
+    pub fn of<T: Copy + Into<F>>(
         samples: ArrayView2<'_, T>,
         labels: &[usize],
         classes: usize,
@@ -71,7 +68,7 @@ impl Classes {
                     "class {class} has no sample to learn from"
                 )));
             }
-            mean /= count as f64;
+            mean /= F::nearest(count as f64);
         }
         let classes = Self { counts, means };
         classes.refuse_equal_means()?;
@@ -79,10 +76,13 @@ impl Classes {
     }
 
     fn refuse_equal_means(&self) -> Result<()> {
-        let scale = self.means.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let scale = self.means.iter().fold(F::zero(), |m, v| m.max(v.abs()));
         for (second, b) in self.means.outer_iter().enumerate() {
             for (first, a) in self.means.outer_iter().take(second).enumerate() {
-                if a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-9 * scale) {
+                if a.iter()
+                    .zip(b)
+                    .all(|(&a, &b)| (a - b).abs() <= F::TOLERANCE * scale)
+                {
                     return Err(Error::Failed(format!(
                         "classes {first} and {second} have the same mean: they cannot be told apart \
                          (is one person in the dataset under two names?)"
@@ -94,7 +94,7 @@ impl Classes {
     }
 }
 
-impl Lda {
+impl<F: Real> Lda<F> {
     /// Finds the directions that tell the classes of `points` (one a row) apart.
     ///
     /// `ridge` times the mean total variance of a dimension is added to the variance within
@@ -105,7 +105,7 @@ impl Lda {
     /// If there are fewer than two classes, a class has no sample, two classes have the same
     /// mean, or the ridge is not above zero.
     pub fn fit(
-        points: ArrayView2<'_, f64>,
+        points: ArrayView2<'_, F>,
         labels: &[usize],
         classes: usize,
         ridge: f64,
@@ -116,10 +116,8 @@ impl Lda {
             )));
         }
         let (count, dims) = points.dim();
-        let of = Classes::of(points, labels, classes)?;
-        let mean = points
-            .mean_axis(Axis(0))
-            .unwrap_or_else(|| Array1::zeros(dims));
+        let of = Classes::<F>::of(points, labels, classes)?;
+        let mean = points.sum_axis(Axis(0)) / F::nearest(count as f64);
 
         let mut deviations = points.to_owned();
         for (mut deviation, &label) in deviations.outer_iter_mut().zip(labels) {
@@ -129,23 +127,23 @@ impl Lda {
         add_products_of_columns(deviations.view(), &mut within);
         let mut offsets = &of.means - &mean;
         for (mut offset, &count) in offsets.outer_iter_mut().zip(&of.counts) {
-            offset *= (count as f64).sqrt();
+            offset *= F::nearest((count as f64).sqrt());
         }
-        let between_trace: f64 = offsets.iter().map(|v| v * v).sum();
-        let total_variance = (within.diag().sum() + between_trace) / (count - 1) as f64;
+        let between_trace = offsets.iter().fold(F::zero(), |sum, &v| sum + v * v);
+        let total_variance = (within.diag().sum() + between_trace) / F::nearest((count - 1) as f64);
 
-        within /= count.saturating_sub(classes).max(1) as f64;
+        within /= F::nearest(count.saturating_sub(classes).max(1) as f64);
         within
             .diag_mut()
-            .mapv_inplace(|v| v + ridge * total_variance / dims as f64);
+            .mapv_inplace(|v| v + F::nearest(ridge) * total_variance / F::nearest(dims as f64));
         let whitening = whitening(&within)?;
         let whitened = multiply(offsets.view(), whitening.t());
         let mut between = Array2::zeros((dims, dims));
         add_products_of_columns(whitened.view(), &mut between);
-        between /= (classes - 1) as f64;
+        between /= F::nearest((classes - 1) as f64);
         let found = eigen(&between)?;
 
-        let floor = RANK_TOLERANCE * found.values[0];
+        let floor = F::TOLERANCE * found.values[0];
         let rank = found
             .values
             .iter()
@@ -162,10 +160,10 @@ impl Lda {
 }
 
 /// A matrix `w` for which `w within w^T` is the identity.
-fn whitening(within: &Array2<f64>) -> Result<Array2<f64>> {
+fn whitening<F: Real>(within: &Array2<F>) -> Result<Array2<F>> {
     let mut found = eigen(within)?;
     for (mut vector, &value) in found.vectors.outer_iter_mut().zip(&found.values) {
-        if value <= 0.0 {
+        if value <= F::zero() {
             return Err(Error::Failed(
                 "the scatter within classes cannot be inverted: use a larger ridge".into(),
             ));
@@ -232,7 +230,7 @@ mod tests {
     fn two_classes_are_told_apart_along_fishers_direction() {
         // Fisher 1936: the inverse of the within scatter times the difference of the means.
         let (points, labels) = clouds(60, 3, 2);
-        let lda = Lda::fit(points.view(), &labels, 2, 1e-9).expect("two classes");
+        let lda = Lda::<f64>::fit(points.view(), &labels, 2, 1e-9).expect("two classes");
         assert_eq!(lda.directions.dim(), (1, 3));
         let [within, _] = scatters(&points, &labels, 2, 1e-9);
         let means = Classes::of(points.view(), &labels, 2)
@@ -248,7 +246,7 @@ mod tests {
     fn directions_solve_the_generalised_eigenproblem() {
         let (points, labels) = clouds(80, 6, 4);
         let ridge = 0.01;
-        let lda = Lda::fit(points.view(), &labels, 4, ridge).expect("four classes");
+        let lda = Lda::<f64>::fit(points.view(), &labels, 4, ridge).expect("four classes");
         assert_eq!(lda.directions.dim(), (3, 6));
         let [within, between] = scatters(&points, &labels, 4, ridge);
         for (i, (direction, ratio)) in lda.directions.outer_iter().zip(&lda.ratios).enumerate() {
@@ -277,7 +275,8 @@ mod tests {
             [2.0, 0.1],
             [2.0, -0.1]
         ];
-        let lda = Lda::fit(points.view(), &[0, 0, 1, 1, 2, 2], 3, 1e-3).expect("three classes");
+        let lda =
+            Lda::<f64>::fit(points.view(), &[0, 0, 1, 1, 2, 2], 3, 1e-3).expect("three classes");
         assert_eq!(lda.directions.nrows(), 1);
         assert!(lda.directions[[0, 0]] > 0.0 && lda.directions[[0, 1]].abs() < 1e-9);
     }
@@ -285,12 +284,12 @@ mod tests {
     #[test]
     fn classes_of_one_sample_each_are_learnt_from_the_ridge_alone() {
         let points = array![[0.0, 1.0], [3.0, 0.0], [1.0, 5.0]];
-        let lda = Lda::fit(points.view(), &[0, 1, 2], 3, 1e-3).expect("three classes");
+        let lda = Lda::<f64>::fit(points.view(), &[0, 1, 2], 3, 1e-3).expect("three classes");
         assert!(lda.directions.iter().all(|v| v.is_finite()));
     }
 
     fn refusal(points: Array2<f64>, labels: &[usize], classes: usize) -> String {
-        Lda::fit(points.view(), labels, classes, 1e-3)
+        Lda::<f64>::fit(points.view(), labels, classes, 1e-3)
             .expect_err("nothing to learn")
             .to_string()
     }

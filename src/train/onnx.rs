@@ -9,7 +9,7 @@
 
 use ndarray::Array2;
 
-use super::{Affine, LinearRecognizer};
+use super::{Affine, Classifier, LinearRecognizer};
 
 /// `IR_VERSION` of the file.
 pub const IR_VERSION: u64 = 8;
@@ -41,6 +41,10 @@ pub fn write(recognizer: &LinearRecognizer, name: &str, properties: &[(&str, &st
     ];
     let outputs = |size| [Axis::Named("N"), Axis::Size(size)];
 
+    let score_weights = match recognizer.classifier {
+        Classifier::Centroids(_) => "centroids",
+        Classifier::Svm(_) => "scores_weights",
+    };
     let mut graph = Message::default();
     graph.message(1, &node("Flatten", &[INPUT], "pixels"));
     graph.message(
@@ -53,7 +57,7 @@ pub fn write(recognizer: &LinearRecognizer, name: &str, properties: &[(&str, &st
     );
     graph.message(
         1,
-        &node("Gemm", &[EMBEDDING, "centroids", "scores_bias"], SCORES),
+        &node("Gemm", &[EMBEDDING, score_weights, "scores_bias"], SCORES),
     );
     graph.text(2, name);
     tensors(
@@ -63,8 +67,8 @@ pub fn write(recognizer: &LinearRecognizer, name: &str, properties: &[(&str, &st
     );
     tensors(
         &mut graph,
-        ["centroids", "scores_bias"],
-        &recognizer.classifier(),
+        [score_weights, "scores_bias"],
+        &recognizer.score_map(),
     );
     graph.message(11, &value_info(INPUT, &pixels));
     graph.message(12, &value_info(EMBEDDING, &outputs(recognizer.dims())));

@@ -6,32 +6,25 @@
 
 use ndarray::{Array1, Array2, ArrayView2, Axis, s};
 
-use super::algebra::{add_products_of_columns, eigen, finite, fix_sign, multiply};
+use super::algebra::{Real, add_products_of_columns, eigen, finite, fix_sign, multiply};
 use crate::error::{Error, Result};
-
-/// Eigenvalues below this share of the largest count as zero.
-///
-/// Ours: 8-bit quantisation alone leaves more variance than this in any pixel
-/// that changes (1e-7 of a GEI's largest), and above it directions found
-/// through the Gram matrix are orthogonal to about 1e-5.
-const RANK_TOLERANCE: f64 = 1e-10;
 
 /// Rows centred at once: bounds the copy to 6 MB at 1500 pixels.
 const ROWS_AT_ONCE: usize = 512;
 
 /// The mean of samples and the directions in which they vary, largest first.
 #[derive(Clone, Debug)]
-pub struct Pca {
+pub struct Pca<F> {
     /// Mean sample, one number per dimension.
-    pub mean: Array1<f64>,
+    pub mean: Array1<F>,
     /// Variances along the components (divisor n - 1), falling, never negative: min(samples,
     /// dimensions) numbers, of which only the first `components.nrows()` are above zero.
-    pub eigenvalues: Array1<f64>,
+    pub eigenvalues: Array1<F>,
     /// One unit vector a row; its largest component by magnitude is positive.
-    pub components: Array2<f64>,
+    pub components: Array2<F>,
 }
 
-impl Pca {
+impl<F: Real> Pca<F> {
     /// Analyses `samples`, one a row.
     ///
     /// Costs about `samples * dims^2` multiplications and `dims^3`, one thread.
@@ -42,7 +35,7 @@ impl Pca {
     /// # Guarantees
     /// Equal input gives equal bits on one machine. A dimension that never changes has that
     /// value as its mean exactly, and 0 in every component.
-    pub fn fit<T: Copy + Into<f64>>(samples: ArrayView2<'_, T>) -> Result<Self> {
+    pub fn fit<T: Copy + Into<F>>(samples: ArrayView2<'_, T>) -> Result<Self> {
         let (count, dims) = samples.dim();
         if count < 2 || dims == 0 {
             return Err(Error::Failed(format!(
@@ -55,10 +48,10 @@ impl Pca {
         } else {
             through_covariance(samples, &mean, &varying)?
         };
-        let floor = RANK_TOLERANCE * values.first().copied().unwrap_or(0.0);
+        let floor = F::TOLERANCE * values.first().copied().unwrap_or_else(F::zero);
         let rank = values
             .iter()
-            .take_while(|value| **value > floor && **value > 0.0)
+            .take_while(|value| **value > floor && **value > F::zero())
             .count();
         let mut eigenvalues = Array1::zeros(count.min(dims));
         let mut components = Array2::zeros((rank, dims));
@@ -67,7 +60,7 @@ impl Pca {
             let direction = directions.row(row);
             let length = direction.dot(&direction).sqrt();
             for (&column, share) in varying.iter().zip(direction) {
-                component[column] = share / length;
+                component[column] = *share / length;
             }
             fix_sign(component);
         }
@@ -82,9 +75,9 @@ impl Pca {
     #[must_use]
     pub fn components_for(&self, share: f64) -> usize {
         let rank = self.components.nrows();
-        let wanted = share * self.eigenvalues.sum();
-        let mut held = 0.0;
-        for (index, value) in self.eigenvalues.iter().take(rank).enumerate() {
+        let wanted = F::nearest(share) * self.eigenvalues.sum();
+        let mut held = F::zero();
+        for (index, &value) in self.eigenvalues.iter().take(rank).enumerate() {
             held += value;
             if held >= wanted {
                 return index + 1;
@@ -95,11 +88,11 @@ impl Pca {
 
     /// The coordinates of `samples` along the first `count` components, one sample a row.
     #[must_use]
-    pub fn project<T: Copy + Into<f64>>(
+    pub fn project<T: Copy + Into<F>>(
         &self,
         samples: ArrayView2<'_, T>,
         count: usize,
-    ) -> Array2<f64> {
+    ) -> Array2<F> {
         let components = self
             .components
             .slice(s![..count.min(self.components.nrows()), ..]);
@@ -117,60 +110,60 @@ impl Pca {
 }
 
 /// Refuses what is not finite; the mean, and the columns that are not constant.
-fn mean_and_varying<T: Copy + Into<f64>>(
+fn mean_and_varying<T: Copy + Into<F>, F: Real>(
     samples: ArrayView2<'_, T>,
-) -> Result<(Array1<f64>, Vec<usize>)> {
-    let first = samples.row(0).mapv(Into::<f64>::into);
-    let mut excess: Array1<f64> = Array1::zeros(samples.ncols());
+) -> Result<(Array1<F>, Vec<usize>)> {
+    let first = samples.row(0).mapv(Into::<F>::into);
+    let mut excess: Array1<F> = Array1::zeros(samples.ncols());
     let mut varies = vec![false; samples.ncols()];
     for (row, sample) in samples.outer_iter().enumerate() {
         for (column, &value) in sample.iter().enumerate() {
             let difference = finite(value.into(), row, column)? - first[column];
-            varies[column] |= difference != 0.0;
+            varies[column] |= difference != F::zero();
             excess[column] += difference;
         }
     }
-    let mean = first + excess / samples.nrows() as f64;
+    let mean = first + excess / F::nearest(samples.nrows() as f64);
     let varying = (0..varies.len()).filter(|&column| varies[column]).collect();
     Ok((mean, varying))
 }
 
 /// The varying columns of `samples`, centred.
-fn centred<T: Copy + Into<f64>>(
+fn centred<T: Copy + Into<F>, F: Real>(
     samples: ArrayView2<'_, T>,
-    mean: &Array1<f64>,
+    mean: &Array1<F>,
     varying: &[usize],
-) -> Array2<f64> {
+) -> Array2<F> {
     Array2::from_shape_fn((samples.nrows(), varying.len()), |(row, column)| {
         let column = varying[column];
         samples[[row, column]].into() - mean[column]
     })
 }
 
-fn through_covariance<T: Copy + Into<f64>>(
+fn through_covariance<T: Copy + Into<F>, F: Real>(
     samples: ArrayView2<'_, T>,
-    mean: &Array1<f64>,
+    mean: &Array1<F>,
     varying: &[usize],
-) -> Result<(Vec<f64>, Array2<f64>)> {
+) -> Result<(Vec<F>, Array2<F>)> {
     let mut covariance = Array2::zeros((varying.len(), varying.len()));
     for part in samples.axis_chunks_iter(Axis(0), ROWS_AT_ONCE) {
         add_products_of_columns(centred(part, mean, varying).view(), &mut covariance);
     }
-    covariance /= (samples.nrows() - 1) as f64;
+    covariance /= F::nearest((samples.nrows() - 1) as f64);
     let found = eigen(&covariance)?;
     Ok((found.values, found.vectors))
 }
 
 /// If `X X^T u = s u` then `X^T X (X^T u) = s (X^T u)`: Turk and Pentland, 1991, section 2.
-fn through_gram<T: Copy + Into<f64>>(
+fn through_gram<T: Copy + Into<F>, F: Real>(
     samples: ArrayView2<'_, T>,
-    mean: &Array1<f64>,
+    mean: &Array1<F>,
     varying: &[usize],
-) -> Result<(Vec<f64>, Array2<f64>)> {
+) -> Result<(Vec<F>, Array2<F>)> {
     let centred = centred(samples, mean, varying);
     let mut gram = Array2::zeros((samples.nrows(), samples.nrows()));
     add_products_of_columns(centred.t(), &mut gram);
-    gram /= (samples.nrows() - 1) as f64;
+    gram /= F::nearest((samples.nrows() - 1) as f64);
     let found = eigen(&gram)?;
     Ok((found.values, multiply(found.vectors.view(), centred.view())))
 }
@@ -188,7 +181,8 @@ mod tests {
     #[test]
     fn three_points_on_a_line_have_the_eigenvalues_5_and_0() {
         // gait-facts B12.
-        let pca = Pca::fit(array![[1.0, 2.0], [2.0, 4.0], [3.0, 6.0]].view()).expect("varies");
+        let pca =
+            Pca::<f64>::fit(array![[1.0, 2.0], [2.0, 4.0], [3.0, 6.0]].view()).expect("varies");
         assert_eq!(pca.mean, array![2.0, 4.0]);
         assert!(close(pca.eigenvalues[0], 5.0, 1e-14));
         assert_eq!(pca.eigenvalues[1], 0.0);
@@ -199,7 +193,7 @@ mod tests {
 
     /// Compares with the eigenvalues of the covariance found by Jacobi rotations.
     fn assert_agrees_with_jacobi(samples: &Array2<f64>) {
-        let pca = Pca::fit(samples.view()).expect("varies");
+        let pca = Pca::<f64>::fit(samples.view()).expect("varies");
         let dims = samples.ncols();
         let mut covariance = vec![vec![0.0; dims]; dims];
         for sample in samples.outer_iter() {
@@ -264,7 +258,7 @@ mod tests {
         samples.column_mut(2).fill(0.1);
         let copy = samples.column(1).to_owned();
         samples.column_mut(5).assign(&copy);
-        let pca = Pca::fit(samples.view()).expect("varies");
+        let pca = Pca::<f64>::fit(samples.view()).expect("varies");
         assert_eq!(pca.components.nrows(), 6);
         assert_eq!(pca.mean[2], 0.1);
         assert!(pca.components.column(2).iter().all(|c| *c == 0.0));
@@ -279,7 +273,7 @@ mod tests {
 
     #[test]
     fn samples_that_are_all_equal_have_no_component() {
-        let pca = Pca::fit(Array2::<f32>::from_elem((5, 4), 0.3).view()).expect("finite");
+        let pca = Pca::<f64>::fit(Array2::<f32>::from_elem((5, 4), 0.3).view()).expect("finite");
         assert_eq!(pca.components.nrows(), 0);
         assert_eq!(pca.eigenvalues, Array1::<f64>::zeros(4));
         assert_eq!(pca.components_for(0.95), 0);
@@ -287,8 +281,8 @@ mod tests {
 
     #[test]
     fn one_sample_and_a_nan_are_refused() {
-        assert!(Pca::fit(array![[1.0, 2.0]].view()).is_err());
-        let error = Pca::fit(array![[1.0, 2.0], [f64::NAN, 1.0]].view()).expect_err("a NaN");
+        assert!(Pca::<f64>::fit(array![[1.0, 2.0]].view()).is_err());
+        let error = Pca::<f64>::fit(array![[1.0, 2.0], [f64::NAN, 1.0]].view()).expect_err("a NaN");
         assert_eq!(
             error.to_string(),
             "sample 1 has a value at 0 that is not a finite number"
@@ -298,7 +292,7 @@ mod tests {
     #[test]
     fn projected_samples_have_the_eigenvalues_as_variances() {
         let samples = noise(700, 9, 4);
-        let pca = Pca::fit(samples.view()).expect("varies");
+        let pca = Pca::<f64>::fit(samples.view()).expect("varies");
         let projected = pca.project(samples.view(), 3);
         for (column, value) in projected.axis_iter(Axis(1)).zip(&pca.eigenvalues) {
             let variance = column.dot(&column) / 699.0;

@@ -2,11 +2,19 @@
 
 use super::testing::{noise, people, small_recognizer};
 use super::*;
+use ndarray::Axis;
 
 fn best(scores: &Array1<f32>) -> usize {
     (0..scores.len())
         .max_by(|&i, &j| scores[i].total_cmp(&scores[j]))
         .expect("a class")
+}
+
+fn centroids(recognizer: &LinearRecognizer) -> &Array2<f32> {
+    match &recognizer.classifier {
+        Classifier::Centroids(centroids) => centroids,
+        Classifier::Svm(_) => panic!("LDA has centroids"),
+    }
 }
 
 #[test]
@@ -32,7 +40,7 @@ fn the_highest_score_is_the_nearest_centroid() {
     let recognizer = fit(geis.view(), &labels, 5, Options::default()).expect("five people");
     for gei in people(40, 5, 8).0.outer_iter() {
         let embedding = recognizer.embedding.apply(gei);
-        let distances = recognizer.centroids.map_axis(ndarray::Axis(1), |centroid| {
+        let distances = centroids(&recognizer).map_axis(Axis(1), |centroid| {
             -centroid
                 .iter()
                 .zip(&embedding)
@@ -56,7 +64,7 @@ fn centroids_are_the_mean_embeddings_and_scatter_is_one() {
         let mut sum = sums.row_mut(label);
         sum += &(embedding / 80.0);
     }
-    for (mean, centroid) in sums.iter().zip(&recognizer.centroids) {
+    for (mean, centroid) in sums.iter().zip(centroids(&recognizer)) {
         assert!(
             (mean - f64::from(*centroid)).abs() < 1e-3,
             "{mean} {centroid}"
@@ -141,6 +149,149 @@ fn more_components_than_there_are_is_all_of_them() {
     assert!(recognizer.embedding.weights.iter().all(|w| w.is_finite()));
 }
 
+const SVM: Options = Options {
+    components: Components::Count(20),
+    method: Method::Svm { c: 1.0 },
+};
+
+#[test]
+fn support_vector_machines_recognize_unseen_walks() {
+    let (geis, labels) = people(300, 6, 3);
+    let recognizer = fit(geis.view(), &labels, 6, SVM).expect("six people");
+    assert_eq!((recognizer.dims(), recognizer.classes()), (20, 6));
+    let (probes, truth) = people(120, 6, 4);
+    let hits = probes.outer_iter().zip(&truth).filter(|(gei, person)| {
+        let embedding = recognizer.embedding.apply(*gei);
+        best(&recognizer.scores(embedding.view())) == **person
+    });
+    let right = hits.count();
+    assert!(right >= 114, "{right} of 120");
+}
+
+#[test]
+fn folded_support_vector_machines_score_like_those_on_centred_components() {
+    let (geis, labels) = people(80, 4, 3);
+    let recognizer = fit(geis.view(), &labels, 4, SVM).expect("four people");
+    let pca = Pca::<f64>::fit(geis.view()).expect("varies");
+    let points = pca.project(geis.view(), 20);
+    let svm = Svm::fit(points.view(), &labels, 4, 1.0).expect("four people");
+    let expected = points.dot(&svm.weights.t()) + &svm.bias;
+    for (gei, expected) in geis.outer_iter().zip(expected.outer_iter()) {
+        let scores = recognizer.scores(recognizer.embedding.apply(gei).view());
+        for (a, b) in scores.iter().zip(expected) {
+            assert!((f64::from(*a) - b).abs() < 1e-5, "{a} {b}");
+        }
+    }
+}
+
+#[test]
+fn one_analysis_serves_any_number_of_components() {
+    let (geis, labels) = people(60, 3, 3);
+    let analysed = Analysed::<f64>::new(geis.view(), &labels, 3).expect("three people");
+    for method in [Method::LDA, SVM.method] {
+        for count in [1, 7, 1500] {
+            let options = Options {
+                components: Components::Count(count),
+                method,
+            };
+            let alone = fit(geis.view(), &labels, 3, options).expect("three people");
+            assert_eq!(analysed.fit(options).expect("three people"), alone);
+        }
+    }
+}
+
+/// Cycles that come twice change neither mean nor directions, only the divisor n - 1.
+#[test]
+fn duplicated_cycles_leave_the_directions_as_they_are() {
+    let (geis, labels) = people(40, 4, 3);
+    let twice = ndarray::concatenate![Axis(0), geis, geis];
+    let once = Pca::<f64>::fit(geis.view()).expect("varies");
+    let pca = Pca::<f64>::fit(twice.view()).expect("varies");
+    for (index, (a, b)) in pca
+        .components
+        .outer_iter()
+        .zip(once.components.outer_iter())
+        .take(10)
+        .enumerate()
+    {
+        assert!((a.dot(&b) - 1.0).abs() < 1e-9, "component {index}");
+        let ratio = pca.eigenvalues[index] / once.eigenvalues[index];
+        assert!((ratio - 2.0 * 39.0 / 79.0).abs() < 1e-9, "{ratio}");
+    }
+    let with = |c| Options {
+        components: Components::Count(10),
+        method: Method::Svm { c },
+    };
+    let both = [&labels[..], &labels].concat();
+    let doubled = fit(twice.view(), &both, 4, with(1.0)).expect("four people");
+    let heavier = fit(geis.view(), &labels, 4, with(2.0)).expect("four people");
+    for (a, b) in doubled
+        .score_map()
+        .weights
+        .iter()
+        .zip(&heavier.score_map().weights)
+    {
+        assert!((a - b).abs() < 1e-4, "{a} {b}");
+    }
+}
+
+/// 12 GEIs have at most 11 components, of 1500 pixels whose corners never change.
+#[test]
+fn fewer_geis_than_pixels_are_learnt_by_heart() {
+    let (geis, labels) = people(12, 3, 3);
+    for method in [Method::LDA, SVM.method] {
+        let options = Options {
+            components: Components::Count(1500),
+            method,
+        };
+        let recognizer = fit(geis.view(), &labels, 3, options).expect("three people");
+        for (gei, &person) in geis.outer_iter().zip(&labels) {
+            let embedding = recognizer.embedding.apply(gei);
+            assert!(embedding.iter().all(|v| v.is_finite()));
+            assert_eq!(best(&recognizer.scores(embedding.view())), person);
+        }
+        assert!(
+            recognizer
+                .embedding
+                .weights
+                .column(0)
+                .iter()
+                .all(|w| *w == 0.0)
+        );
+    }
+}
+
+/// `cargo test --release --lib single_precision -- --nocapture`
+#[test]
+fn training_in_single_precision_changes_scores_by_thousandths_and_nobody() {
+    let (geis, labels) = people(400, 8, 3);
+    let (probes, truth) = people(400, 8, 4);
+    let double = Analysed::<f64>::new(geis.view(), &labels, 8).expect("eight people");
+    let single = Analysed::<f32>::new(geis.view(), &labels, 8).expect("eight people");
+    for (method, bound) in [(Method::LDA, 1e-3), (SVM.method, 1e-2)] {
+        let options = Options { method, ..SVM };
+        let [a, b] = [double.fit(options), single.fit(options)].map(|r| r.expect("eight people"));
+        let (mut largest, mut difference, mut hits) = (0.0_f64, 0.0_f64, [0, 0]);
+        for (gei, &person) in probes.outer_iter().zip(&truth) {
+            let [a, b] = [&a, &b].map(|r| r.scores(r.embedding.apply(gei).view()));
+            for (a, b) in a.iter().zip(&b) {
+                largest = largest.max(f64::from(a.abs()));
+                difference = difference.max(f64::from((a - b).abs()));
+            }
+            hits[0] += i32::from(best(&a) == person);
+            hits[1] += i32::from(best(&b) == person);
+        }
+        let relative = difference / largest;
+        println!(
+            "{method} trained in f32: scores differ from those trained in f64 by at most {relative:.1e} of \
+             the largest; of 400 unseen {} against {} right",
+            hits[1], hits[0]
+        );
+        assert!(relative < bound, "{relative}");
+        assert_eq!(hits[0], hits[1]);
+    }
+}
+
 fn refusal(geis: Array2<f32>, labels: &[usize], classes: usize, options: Options) -> String {
     fit(geis.view(), labels, classes, options)
         .expect_err("nothing to learn")
@@ -188,7 +339,7 @@ fn samples_that_cannot_be_learnt_from_are_refused() {
         &labels,
         2,
         Options {
-            ridge: 0.0,
+            method: Method::Lda { ridge: 0.0 },
             ..Options::default()
         },
     );

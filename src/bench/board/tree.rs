@@ -1,0 +1,68 @@
+//! Small files that say something about the machine.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The files below a root.
+#[derive(Clone, Debug)]
+pub(in crate::bench) struct Tree {
+    root: PathBuf,
+}
+
+impl Tree {
+    pub fn new(root: &Path) -> Self {
+        Self { root: root.into() }
+    }
+
+    /// A file's text as it is; none if it cannot be read.
+    pub fn raw_text(&self, path: impl AsRef<Path>) -> Option<String> {
+        let bytes = fs::read(self.root.join(path)).ok()?;
+        Some(String::from_utf8_lossy(&bytes).into_owned())
+    }
+
+    /// A file's text without white space and NUL around it; none if nothing is left.
+    pub fn text(&self, path: impl AsRef<Path>) -> Option<String> {
+        let text = self.raw_text(path)?;
+        let text = text.trim_matches(|c: char| c.is_whitespace() || c == '\0');
+        (!text.is_empty()).then(|| text.to_owned())
+    }
+
+    /// A file's number.
+    pub fn number<T: std::str::FromStr>(&self, path: impl AsRef<Path>) -> Option<T> {
+        self.text(path)?.parse().ok()
+    }
+
+    /// What follows `name` on its line of a file.
+    pub fn field(&self, path: impl AsRef<Path>, name: &str) -> Option<String> {
+        let text = self.raw_text(path)?;
+        let value = text.lines().find_map(|line| line.strip_prefix(name))?;
+        Some(value.trim().to_owned())
+    }
+
+    /// What a folder holds whose names begin with `prefix`, as paths below the root, in the
+    /// order of the numbers in their names.
+    pub fn entries(&self, folder: impl AsRef<Path>, prefix: &str) -> Vec<PathBuf> {
+        let Ok(found) = fs::read_dir(self.root.join(&folder)) else {
+            return Vec::new();
+        };
+        let mut names: Vec<String> = found
+            .flatten()
+            .map(|entry| entry.file_name().to_string_lossy().into_owned())
+            .filter(|name| name.starts_with(prefix))
+            .collect();
+        names.sort_by_cached_key(|name| {
+            let digits = name.trim_start_matches(|c: char| !c.is_ascii_digit());
+            let end = digits
+                .find(|c: char| !c.is_ascii_digit())
+                .unwrap_or(digits.len());
+            (
+                digits[..end].parse::<u64>().unwrap_or(u64::MAX),
+                name.clone(),
+            )
+        });
+        names
+            .iter()
+            .map(|name| folder.as_ref().join(name))
+            .collect()
+    }
+}

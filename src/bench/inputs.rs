@@ -1,0 +1,148 @@
+//! What a model is given: from a pack to the numbers of its input.
+
+use crate::error::Result;
+use crate::score::{Contract, Template};
+use crate::sweep::{Job, Moments, Settings, Shot, Swept, Views, silhouettes, sweep};
+use edgegait_core::pack::Pack;
+
+/// What is drawn for a model.
+pub struct Scene<'a> {
+    /// The pack.
+    pub pack: &'a Pack<'a>,
+    /// Walks that are shown, by number; at least one.
+    pub walks: &'a [usize],
+    /// From where accuracy is measured.
+    pub views: &'a Views,
+    /// How figures are drawn, as the model asks.
+    pub settings: Settings,
+}
+
+impl Scene<'_> {
+    /// The side view of the stored cycle of the walk at this place of the list, which begins
+    /// anew at its end, as one input of a model with this contract: the walk is decoded, posed,
+    /// projected and drawn, and averaged to a GEI or kept as silhouettes, as many as the
+    /// contract says (or the settings, if it leaves that free). It is appended to `input`. On
+    /// the pool of threads that this is called in.
+    ///
+    /// # Errors
+    /// When a figure cannot be drawn.
+    pub fn append_input(&self, contract: &Contract, at: usize, input: &mut Vec<f32>) -> Result<()> {
+        let job = Job {
+            walk: self.walks[at % self.walks.len()],
+            cycle: 0,
+        };
+        let views = Views::side()?.list;
+        match contract.template {
+            Template::Gei => {
+                let geis = |_: Job, swept: Swept| Ok(swept.geis);
+                sweep(self.pack, &[job], &views, self.settings, geis, |_, geis| {
+                    for gei in geis {
+                        contract.feed(gei.pixels(), input);
+                    }
+                    Ok(())
+                })
+            }
+            Template::Silhouettes => {
+                let shot = Shot {
+                    job,
+                    moments: Moments::Cycle,
+                    views: &views,
+                };
+                for frame in silhouettes(self.pack, shot, self.settings)?
+                    .iter()
+                    .flatten()
+                {
+                    contract.feed(frame.to_coverage().pixels(), input);
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// So many inputs (at least one), one after another, of one walk after the other.
+    ///
+    /// # Errors
+    /// As [`Self::append_input`].
+    pub fn inputs(&self, contract: &Contract, count: usize) -> Result<Vec<f32>> {
+        let mut inputs = Vec::new();
+        let drawn = count.min(self.walks.len());
+        for at in 0..drawn {
+            self.append_input(contract, at, &mut inputs)?;
+        }
+        let length = inputs.len() / drawn * count;
+        let mut all = Vec::with_capacity(length);
+        all.extend(inputs.iter().cycle().take(length));
+        Ok(all)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::encode::encode_subjects;
+    use crate::scene::cohort::{self, CohortOptions};
+    use crate::score::Layout;
+    use crate::sweep::jobs;
+    use edgegait_core::template::Gei;
+
+    #[test]
+    fn a_models_input_is_its_walks_gei_or_its_silhouettes() {
+        let options = CohortOptions {
+            people: 2,
+            speeds_kmh: vec![5.0],
+            ..CohortOptions::default()
+        };
+        let people = cohort::subjects(&options).expect("two people");
+        let bytes = encode_subjects(&people, 5.0, &|| {}).expect("a pack");
+        let pack = Pack::parse(&bytes).expect("it was just encoded");
+        let views = Views::side().expect("the side");
+        let scene = Scene {
+            pack: &pack,
+            walks: &[0, 1],
+            views: &views,
+            settings: Settings::default(),
+        };
+        // Three inputs of two walks: the first, the second, the first.
+        let geis = scene.inputs(&Contract::default(), 3).expect("drawn");
+        let jobs = jobs(&pack, &[0, 1], 0..1).expect("cycles");
+        let mut swept: Vec<Vec<Gei>> = Vec::new();
+        let keep = |_: Job, swept: Swept| Ok(swept.geis);
+        sweep(
+            &pack,
+            &jobs,
+            &views.list,
+            scene.settings,
+            keep,
+            |_, geis| {
+                swept.push(geis);
+                Ok(())
+            },
+        )
+        .expect("drawn");
+        for (found, walk) in geis.chunks(1500).zip([0, 1, 0]) {
+            let bytes = swept[walk][0].pixels().iter();
+            let expected: Vec<f32> = bytes.map(|&byte| f32::from(byte) / 255.0).collect();
+            assert_eq!(found, expected);
+        }
+        assert_eq!(geis.len(), 3 * 1500);
+
+        let sequences = Contract {
+            template: Template::Silhouettes,
+            layout: Layout::Nthw,
+            ..Contract::default()
+        };
+        let frames = scene.inputs(&sequences, 1).expect("drawn");
+        assert_eq!(frames.len(), 32 * 1500);
+        // Their mean is the GEI, but for the rounding to bytes.
+        for (pixel, gei) in geis[..1500].iter().enumerate() {
+            let mean = (0..32)
+                .map(|frame| frames[1500 * frame + pixel])
+                .sum::<f32>()
+                / 32.0;
+            assert!(
+                (mean - gei).abs() <= 0.5001 / 255.0,
+                "{pixel}: {mean} {gei}"
+            );
+        }
+    }
+}

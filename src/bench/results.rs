@@ -1,0 +1,289 @@
+//! What `edgegait bench` finds, as the JSON that it writes.
+
+use super::accuracy::Accuracy;
+use super::board::{Board, State};
+use super::statistics::{Times, median_index};
+use super::windows::Window;
+use crate::dataset::Header;
+use crate::score::RuntimeName;
+use serde::{Deserialize, Serialize};
+use std::time::SystemTime;
+
+/// The results of `edgegait bench`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BenchResults {
+    /// What made them.
+    #[serde(flatten)]
+    pub header: Header,
+    /// When: universal time, `2026-11-21T20:38:00Z`.
+    pub date: String,
+    /// The machine.
+    pub board: Board,
+    /// The share of its processors that others kept busy before anything was measured, 0..1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load_of_others: Option<f64>,
+    /// One entry per model, in the order given.
+    pub models: Vec<ModelResult>,
+}
+
+/// What one model costs. Times are in microseconds unless their name says otherwise.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ModelResult {
+    /// Its name, the model's file name as a rule.
+    pub name: String,
+    /// What ran it.
+    pub runtime: RuntimeName,
+    /// Threads inside of one inference.
+    pub threads: usize,
+    /// Shape of the input for one inference.
+    pub input: Vec<usize>,
+    /// Bytes of the file.
+    pub bytes: u64,
+    /// Numbers in the file's weights, as [`crate::score::Graph::parameters`] counts them.
+    pub params: u64,
+    /// Multiply-accumulates of one inference, as [`crate::score::Graph::macs`] counts them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub macs: Option<u64>,
+    /// Why these are absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub macs_unknown: Option<String>,
+    /// Starting the runtime, milliseconds: for ONNX Runtime, loading its library.
+    pub runtime_load_ms: f64,
+    /// From the model's path to a recognizer that is ready, milliseconds.
+    pub load_ms: f64,
+    /// The first inference, milliseconds.
+    pub first_ms: f64,
+    /// Inferences one at a time.
+    #[serde(flatten)]
+    pub single: Timing,
+    /// The most memory that the process had after 10 single inferences, bytes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peak_rss_bytes: Option<u64>,
+    /// The same above what it had before the runtime was started, bytes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peak_rss_over_baseline_bytes: Option<u64>,
+    /// Inferences in batches.
+    pub offline: Offline,
+    /// What comes before an inference, and both together.
+    pub parts: Parts,
+    /// Loops around nothing but ONNX Runtime, in the same run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bare: Option<Bare>,
+    /// Energy, where the machine meters it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub energy: Option<Energy>,
+    /// How often it is right, with this runtime and these settings.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<Accuracy>,
+    /// The machine while this was measured.
+    pub conditions: Conditions,
+    /// What should be known before these numbers are trusted.
+    pub warnings: Vec<String>,
+}
+
+/// Several windows of calls. The figures are those of the window whose mean is the median of
+/// the windows' means (the lower of two).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Timing {
+    /// Times of its calls.
+    #[serde(flatten)]
+    pub times: Times,
+    /// Inferences a second in it.
+    pub throughput: f64,
+    /// The mean of each window, in order.
+    pub window_mean_us: Vec<f64>,
+    /// How far the windows are apart: their largest mean less their smallest, over the median.
+    pub spread: f64,
+}
+
+impl Timing {
+    /// Of windows whose calls make `batch` inferences each; none of no windows.
+    #[must_use]
+    pub fn of(windows: &[Window], batch: usize) -> Option<Self> {
+        let window_mean_us: Vec<f64> = windows.iter().map(|w| w.times.mean_us).collect();
+        let times = windows[median_index(&window_mean_us)?].times;
+        let most = window_mean_us.iter().copied().fold(0.0, f64::max);
+        let least = window_mean_us.iter().copied().fold(f64::INFINITY, f64::min);
+        Some(Self {
+            throughput: 1e6 * batch as f64 / times.mean_us,
+            spread: (most - least) / times.mean_us,
+            window_mean_us,
+            times,
+        })
+    }
+}
+
+/// Inferences in batches; the times are those of a batch.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Offline {
+    /// Inferences of a batch.
+    pub batch: usize,
+    /// Times of batches.
+    #[serde(flatten)]
+    pub timing: Timing,
+    /// The most memory that the process had with batches, bytes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peak_rss_bytes: Option<u64>,
+}
+
+/// From silhouettes to an answer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Parts {
+    /// One input from the pack: decode, pose, project, draw and average, on one thread.
+    pub preprocessing: Timing,
+    /// The same and the inference.
+    pub end_to_end: Timing,
+}
+
+/// Loops around nothing but the runtime, window by window in turn with ours.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Bare {
+    /// Times of the usual loop: the input lies ready, the runtime makes outputs in each call.
+    #[serde(flatten)]
+    pub timing: Timing,
+    /// The median over pairs of windows of our p50 over its p50, less 1.
+    pub overhead: f64,
+    /// Median time of the same with outputs in the same tensors each time, microseconds.
+    pub reusing_p50_us: f64,
+    /// Our overhead over that.
+    pub overhead_reusing: f64,
+}
+
+impl Bare {
+    /// Of windows that took turns; none of no windows.
+    #[must_use]
+    pub fn of(ours: &[Window], bare: &[Window], reusing: &[Window]) -> Option<Self> {
+        let overhead = |bare: &[Window]| -> Option<f64> {
+            let pairs = ours.iter().zip(bare);
+            let ratios: Vec<f64> = pairs
+                .map(|(a, b)| a.times.p50_us / b.times.p50_us)
+                .collect();
+            Some(ratios[median_index(&ratios)?] - 1.0)
+        };
+        Some(Self {
+            timing: Timing::of(bare, 1)?,
+            overhead: overhead(bare)?,
+            reusing_p50_us: Timing::of(reusing, 1)?.times.p50_us,
+            overhead_reusing: overhead(reusing)?,
+        })
+    }
+}
+
+/// Energy of all that the counter sees, divided by the inferences.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Energy {
+    /// What was read.
+    pub source: String,
+    /// Millijoules of an inference, one at a time.
+    pub single_mj: f64,
+    /// Millijoules of an inference in a batch.
+    pub offline_mj: f64,
+}
+
+/// Millijoules of an inference over all windows; none if one was not metered.
+pub(super) fn millijoules(windows: &[Window], batch: usize) -> Option<f64> {
+    let joules = windows
+        .iter()
+        .map(|window| window.energy_j)
+        .sum::<Option<f64>>()?;
+    let calls: u64 = windows.iter().map(|window| window.times.calls).sum();
+    Some(1e3 * joules / (calls * batch as u64) as f64)
+}
+
+/// The machine while a model was measured.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Conditions {
+    /// Before it was loaded.
+    pub start: State,
+    /// After the last window.
+    pub end: State,
+    /// Highest temperature between windows, degrees Celsius.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hottest_c: Option<f64>,
+}
+
+/// Now, universal time, as RFC 3339 writes it.
+#[must_use]
+pub fn utc_now() -> String {
+    let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+    utc(since.map_or(0, |since| since.as_secs()))
+}
+
+/// Seconds since 1970 as a date, by Howard Hinnant's `civil_from_days`
+/// (howardhinnant.github.io/date_algorithms.html) for days from 1970 on.
+fn utc(seconds: u64) -> String {
+    let (days, second) = (seconds / 86_400 + 719_468, seconds % 86_400);
+    let era = days / 146_097;
+    let day_of_era = days % 146_097;
+    let year_of_era =
+        (day_of_era - day_of_era / 1_460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let shifted = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * shifted + 2) / 5 + 1;
+    let month = if shifted < 10 {
+        shifted + 3
+    } else {
+        shifted - 9
+    };
+    let year = year_of_era + era * 400 + u64::from(month <= 2);
+    let (hour, minute, second) = (second / 3600, second / 60 % 60, second % 60);
+    format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}Z")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn window(ns: &[u64], energy_j: Option<f64>) -> Window {
+        let times = Times::of(&mut ns.to_vec()).expect("times");
+        Window { times, energy_j }
+    }
+
+    #[test]
+    fn the_median_window_speaks_and_the_spread_is_of_all() {
+        let windows = [
+            window(&[3_000, 5_000], None),
+            window(&[1_000, 1_000], None),
+            window(&[2_000, 2_000], None),
+        ];
+        let timing = Timing::of(&windows, 8).expect("windows");
+        assert_eq!(timing.window_mean_us, [4.0, 1.0, 2.0]);
+        assert_eq!((timing.times.mean_us, timing.spread), (2.0, 1.5));
+        // Batches of 8 in 2 us each.
+        assert!((timing.throughput - 4e6).abs() < 1e-6);
+        assert_eq!(Timing::of(&[], 1), None);
+    }
+
+    #[test]
+    fn overhead_is_the_median_of_pairs() {
+        let windows = |p50: [u64; 3]| p50.map(|ns| window(&[ns], None));
+        // 10 % more in a slow pair, 2 % and 3 % in the others.
+        let (ours, bare) = (
+            windows([1_020, 22_000, 1_030]),
+            windows([1_000, 20_000, 1_000]),
+        );
+        let reusing = windows([500, 500, 500]);
+        let found = Bare::of(&ours, &bare, &reusing).expect("pairs");
+        assert!((found.overhead - 0.03).abs() < 1e-12, "{}", found.overhead);
+        // Of 2.04, 44 and 2.06 times as much.
+        assert!((found.overhead_reusing - 1.06).abs() < 1e-12);
+        assert_eq!(found.reusing_p50_us, 0.5);
+    }
+
+    #[test]
+    fn energy_is_shared_by_all_inferences_or_absent() {
+        let metered = [window(&[1; 4], Some(1.0)), window(&[1; 6], Some(2.0))];
+        assert_eq!(millijoules(&metered, 2), Some(150.0));
+        assert_eq!(millijoules(&[window(&[1], None)], 1), None);
+    }
+
+    #[test]
+    fn seconds_become_dates() {
+        // By `date -u -d @N`.
+        assert_eq!(utc(0), "1970-01-01T00:00:00Z");
+        assert_eq!(utc(951_782_400), "2000-02-29T00:00:00Z");
+        assert_eq!(utc(1_709_251_199), "2024-02-29T23:59:59Z");
+        assert_eq!(utc(1_795_293_480), "2026-11-21T20:38:00Z");
+        assert_eq!(utc(4_107_542_400), "2100-03-01T00:00:00Z");
+    }
+}

@@ -1,0 +1,134 @@
+//! What a list of times says.
+
+use serde::{Deserialize, Serialize};
+
+/// How times are distributed, microseconds.
+///
+/// Percentiles are by nearest rank: the `ceil(p n)`-th smallest, always one of the times. Those
+/// that fewer than one time in the sample would exceed are absent: p90 of fewer than 10 times,
+/// p95 of 20, p99 of 100, p99.9 of 1000.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Times {
+    /// How many times.
+    pub calls: u64,
+    /// Least.
+    pub min_us: f64,
+    /// Arithmetic mean.
+    pub mean_us: f64,
+    /// Standard deviation of the sample (by n - 1; 0 of one time).
+    pub sd_us: f64,
+    /// Median.
+    pub p50_us: f64,
+    /// 90th percentile.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub p90_us: Option<f64>,
+    /// 95th percentile.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub p95_us: Option<f64>,
+    /// 99th percentile.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub p99_us: Option<f64>,
+    /// 99.9th percentile.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub p999_us: Option<f64>,
+    /// Greatest.
+    pub max_us: f64,
+}
+
+impl Times {
+    /// The distribution of times in nanoseconds, which are sorted; none of no times.
+    #[must_use]
+    pub fn of(times_ns: &mut [u64]) -> Option<Self> {
+        times_ns.sort_unstable();
+        let sorted: &[u64] = times_ns;
+        let us = |ns: u64| ns as f64 * 1e-3;
+        // In thousandths, so that ceil(p n) is exact.
+        let percentile = |per_mille: usize| -> Option<f64> {
+            let exceeding = sorted.len().checked_mul(1000 - per_mille)?;
+            let rank = (per_mille * sorted.len()).div_ceil(1000);
+            let is_enough = per_mille == 500 || exceeding >= 1000;
+            sorted
+                .get(rank.checked_sub(1)?)
+                .filter(|_| is_enough)
+                .map(|&ns| us(ns))
+        };
+        let count = sorted.len() as f64;
+        let mean_us = sorted.iter().map(|&ns| us(ns)).sum::<f64>() / count;
+        let squares: f64 = sorted.iter().map(|&ns| (us(ns) - mean_us).powi(2)).sum();
+        Some(Self {
+            calls: sorted.len() as u64,
+            min_us: us(*sorted.first()?),
+            mean_us,
+            sd_us: (squares / (count - 1.0).max(1.0)).sqrt(),
+            p50_us: percentile(500)?,
+            p90_us: percentile(900),
+            p95_us: percentile(950),
+            p99_us: percentile(990),
+            p999_us: percentile(999),
+            max_us: us(*sorted.last()?),
+        })
+    }
+}
+
+/// The index of the middle one by size, the lower of two; none of an empty list.
+pub(super) fn median_index(values: &[f64]) -> Option<usize> {
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
+    order.get(values.len().saturating_sub(1) / 2).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn percentiles_of_one_to_a_thousand_are_their_own_numbers() {
+        // 1000, 2000, ..., 1000000 ns in an order that is not sorted: 7 is coprime to 1000.
+        let mut ns: Vec<u64> = (0..1000).map(|i| 1000 * (1 + i * 7 % 1000)).collect();
+        let times = Times::of(&mut ns).expect("a thousand");
+        assert_eq!(
+            (times.calls, times.min_us, times.max_us),
+            (1000, 1.0, 1000.0)
+        );
+        assert_eq!((times.p50_us, times.p90_us), (500.0, Some(900.0)));
+        assert_eq!((times.p95_us, times.p99_us), (Some(950.0), Some(990.0)));
+        assert_eq!(times.p999_us, Some(999.0));
+        assert!((times.mean_us - 500.5).abs() < 1e-9);
+        // The variance of 1..=n by n - 1 is n (n + 1) / 12.
+        let sd = (1000.0 * 1001.0 / 12.0_f64).sqrt();
+        assert!((times.sd_us - sd).abs() < 1e-9, "{} {sd}", times.sd_us);
+    }
+
+    #[test]
+    fn a_percentile_that_no_time_would_exceed_is_absent() {
+        let of = |count: u64| {
+            let times = Times::of(&mut (1..=count).collect::<Vec<_>>()).expect("some");
+            [times.p90_us, times.p95_us, times.p99_us, times.p999_us].map(|p| p.is_some())
+        };
+        assert_eq!(of(9), [false; 4]);
+        assert_eq!(of(10), [true, false, false, false]);
+        assert_eq!(of(20), [true, true, false, false]);
+        assert_eq!(of(99), [true, true, false, false]);
+        assert_eq!(of(100), [true, true, true, false]);
+        assert_eq!(of(999), [true, true, true, false]);
+        assert_eq!(of(1000), [true; 4]);
+    }
+
+    #[test]
+    fn of_few_times_the_nearest_rank_is_one_of_them() {
+        // The worked example of nearest rank: 15, 20, 35, 40, 50; the 50th percentile is 35.
+        let mut ns = [40_000, 15_000, 50_000, 20_000, 35_000];
+        let times = Times::of(&mut ns).expect("five");
+        assert_eq!((times.p50_us, times.p90_us), (35.0, None));
+        let one = Times::of(&mut [7_000]).expect("one");
+        assert_eq!((one.p50_us, one.sd_us), (7.0, 0.0));
+        assert_eq!(Times::of(&mut []), None);
+    }
+
+    #[test]
+    fn the_median_is_the_middle_one_or_the_lower_of_two() {
+        assert_eq!(median_index(&[3.0, 1.0, 2.0]), Some(2));
+        assert_eq!(median_index(&[4.0, 1.0, 3.0, 2.0]), Some(3));
+        assert_eq!(median_index(&[]), None);
+    }
+}

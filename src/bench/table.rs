@@ -1,0 +1,328 @@
+//! Results for people: boards, then models, a column each, as plain text or as Markdown.
+
+use super::board::{Clock, State};
+use super::results::{BenchResults, ModelResult};
+use crate::report::{grouped, microseconds, percent};
+
+/// How a table is written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Format {
+    /// Aligned columns
+    #[default]
+    Text,
+    /// Tables of Markdown
+    Markdown,
+}
+
+/// Results and what to call them; with a name, its models are headed by it too.
+pub struct Column<'a> {
+    /// Such as the name of the results' file.
+    pub name: &'a str,
+    /// The results.
+    pub results: &'a BenchResults,
+}
+
+/// What is not known.
+const ABSENT: &str = "-";
+
+/// All results side by side. Rows that no column has anything for are left out.
+#[must_use]
+pub fn render(columns: &[Column<'_>], format: Format) -> String {
+    let mut boards = Table::new(columns.iter().map(|column| column.name.to_owned()));
+    for (label, cell) in BOARD_ROWS {
+        boards.row(label, columns.iter().map(|column| cell(column.results)));
+    }
+    let models: Vec<(String, &ModelResult)> = columns
+        .iter()
+        .flat_map(|column| {
+            column.results.models.iter().map(|model| match column.name {
+                "" => (model.name.clone(), model),
+                name => (format!("{} {name}", model.name), model),
+            })
+        })
+        .collect();
+    let mut figures = Table::new(models.iter().map(|(heading, _)| heading.clone()));
+    for (label, cell) in MODEL_ROWS {
+        figures.row(label, models.iter().map(|(_, model)| cell(model)));
+    }
+    format!("{}\n{}", boards.write(format), figures.write(format))
+}
+
+/// A row: its label, and what it says of one column.
+type Row<T> = (&'static str, fn(&T) -> Option<String>);
+
+const BOARD_ROWS: [Row<BenchResults>; 10] = [
+    ("date", |r| Some(r.date.clone())),
+    ("board", |r| r.board.model.clone()),
+    ("SoC", |r| r.board.soc.clone()),
+    ("processors", |r| {
+        let groups = r.board.cpus.iter().map(|group| {
+            let name = group.name.as_deref().or(group.part.as_deref());
+            let clock = group.max_khz.map(|khz| format!(" at {} MHz", khz / 1000));
+            let count = group.cpus.numbers().len();
+            format!(
+                "{count} x {}{}",
+                name.unwrap_or("?"),
+                clock.unwrap_or_default()
+            )
+        });
+        some_of(groups)
+    }),
+    ("used", |r| {
+        r.board.affinity.as_ref().map(ToString::to_string)
+    }),
+    ("features", |r| Some(r.board.features.join(" "))),
+    ("memory", |r| r.board.ram_bytes.map(megabytes)),
+    ("kernel", |r| r.board.kernel.clone()),
+    ("load of others", |r| {
+        r.load_of_others
+            .map(|share| format!("{} %", percent(share)))
+    }),
+    ("EdgeGait", |r| {
+        let build = r
+            .header
+            .settings
+            .get("build")
+            .and_then(|build| build.as_str());
+        Some(format!(
+            "{} {} {}",
+            r.header.version,
+            build.unwrap_or("?"),
+            r.board.architecture
+        ))
+    }),
+];
+
+const MODEL_ROWS: [Row<ModelResult>; 36] = [
+    ("runtime", |m| Some(m.runtime.to_string())),
+    ("threads", |m| Some(m.threads.to_string())),
+    ("input", |m| {
+        let sides: Vec<String> = m.input.iter().map(ToString::to_string).collect();
+        Some(sides.join("x"))
+    }),
+    ("file, bytes", |m| Some(grouped(m.bytes, ","))),
+    ("parameters", |m| Some(grouped(m.params, ","))),
+    ("multiply-accumulates", |m| {
+        m.macs.map(|macs| grouped(macs, ","))
+    }),
+    ("runtime start, ms", |m| {
+        Some(format!("{:.2}", m.runtime_load_ms))
+    }),
+    ("load, ms", |m| Some(format!("{:.2}", m.load_ms))),
+    ("first inference, ms", |m| {
+        Some(format!("{:.3}", m.first_ms))
+    }),
+    ("one at a time: min, us", |m| us(m.single.times.min_us)),
+    ("mean", |m| us(m.single.times.mean_us)),
+    ("standard deviation", |m| us(m.single.times.sd_us)),
+    ("p50", |m| us(m.single.times.p50_us)),
+    ("p90", |m| us(m.single.times.p90_us?)),
+    ("p95", |m| us(m.single.times.p95_us?)),
+    ("p99", |m| us(m.single.times.p99_us?)),
+    ("p99.9", |m| us(m.single.times.p999_us?)),
+    ("max", |m| us(m.single.times.max_us)),
+    ("a second", |m| Some(per_second(m.single.throughput))),
+    ("windows apart", |m| {
+        Some(format!("{} %", percent(m.single.spread)))
+    }),
+    ("in batches of", |m| Some(m.offline.batch.to_string())),
+    ("p50 of a batch, us", |m| us(m.offline.timing.times.p50_us)),
+    ("a second, batches", |m| {
+        Some(per_second(m.offline.timing.throughput))
+    }),
+    ("windows apart, batches", |m| {
+        Some(format!("{} %", percent(m.offline.timing.spread)))
+    }),
+    ("drawing its input: p50, us", |m| {
+        us(m.parts.preprocessing.times.p50_us)
+    }),
+    ("drawing and inference: p50, us", |m| {
+        us(m.parts.end_to_end.times.p50_us)
+    }),
+    ("ONNX Runtime alone: p50, us", |m| {
+        us(m.bare.as_ref()?.timing.times.p50_us)
+    }),
+    ("EdgeGait over it", |m| {
+        Some(format!("{:+.1} %", 100.0 * m.bare.as_ref()?.overhead))
+    }),
+    ("alone, outputs reused: p50, us", |m| {
+        us(m.bare.as_ref()?.reusing_p50_us)
+    }),
+    ("EdgeGait over that", |m| {
+        Some(format!(
+            "{:+.1} %",
+            100.0 * m.bare.as_ref()?.overhead_reusing
+        ))
+    }),
+    ("peak memory", |m| m.peak_rss_bytes.map(megabytes)),
+    ("of that, runtime and model", |m| {
+        m.peak_rss_over_baseline_bytes.map(megabytes)
+    }),
+    ("energy, mJ: one, batched", |m| {
+        let energy = m.energy.as_ref()?;
+        Some(format!("{:.3}, {:.3}", energy.single_mj, energy.offline_mj))
+    }),
+    ("rank-1 (95 %)", |m| {
+        let a = m.accuracy.as_ref()?;
+        let (low, high) = a.rank1_by_subjects.unwrap_or((a.rank1_low, a.rank1_high));
+        let [rank1, low, high] = [a.rank1, low, high].map(percent);
+        Some(format!("{rank1} % ({low} - {high})"))
+    }),
+    ("clock start, end", |m| {
+        some_of(
+            [&m.conditions.start, &m.conditions.end]
+                .into_iter()
+                .filter_map(clock),
+        )
+    }),
+    ("C start, hottest, end", |m| {
+        let c = &m.conditions;
+        let all = [c.start.temperature_c, c.hottest_c, c.end.temperature_c];
+        some_of(
+            all.into_iter()
+                .flatten()
+                .map(|celsius| format!("{celsius:.1}")),
+        )
+    }),
+];
+
+fn us(us: f64) -> Option<String> {
+    Some(microseconds(us, ","))
+}
+
+fn per_second(rate: f64) -> String {
+    if rate < 100.0 {
+        return format!("{rate:.2}");
+    }
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "positive, and far below 2^64"
+    )]
+    grouped(rate.round() as u64, ",")
+}
+
+fn megabytes(bytes: u64) -> String {
+    format!("{:.1} MB", bytes as f64 * 1e-6)
+}
+
+/// Governor and frequencies, each that differs once.
+fn clock(state: &State) -> Option<String> {
+    let of = |clock: &Clock| {
+        let mhz = clock.current_khz.map(|khz| format!("{} MHz", khz / 1000));
+        let parts = [clock.governor.clone(), mhz].into_iter().flatten();
+        parts.collect::<Vec<_>>().join(" ")
+    };
+    let mut clocks: Vec<String> = state.clocks.iter().map(of).collect();
+    clocks.dedup();
+    (!clocks.is_empty()).then(|| clocks.join(" + "))
+}
+
+/// Joined by commas; none of nothing.
+fn some_of(parts: impl Iterator<Item = String>) -> Option<String> {
+    let parts: Vec<String> = parts.collect();
+    (!parts.is_empty()).then(|| parts.join(", "))
+}
+
+struct Table {
+    headings: Vec<String>,
+    rows: Vec<(&'static str, Vec<String>)>,
+}
+
+impl Table {
+    fn new(headings: impl Iterator<Item = String>) -> Self {
+        Self {
+            headings: headings.collect(),
+            rows: Vec::new(),
+        }
+    }
+
+    fn row(&mut self, label: &'static str, cells: impl Iterator<Item = Option<String>>) {
+        let cells: Vec<Option<String>> = cells.collect();
+        if cells.iter().flatten().any(|cell| !cell.is_empty()) {
+            let cells = cells.into_iter().map(|cell| cell.unwrap_or(ABSENT.into()));
+            self.rows.push((label, cells.collect()));
+        }
+    }
+
+    fn write(&self, format: Format) -> String {
+        match format {
+            Format::Text => self.text(),
+            Format::Markdown => self.markdown(),
+        }
+    }
+
+    fn text(&self) -> String {
+        let width = |of: &mut dyn Iterator<Item = &str>| of.map(|t| t.chars().count()).max();
+        let labels = width(&mut self.rows.iter().map(|(label, _)| *label)).unwrap_or(0);
+        let widths: Vec<usize> = (0..self.headings.len())
+            .map(|at| {
+                let cells = self.rows.iter().map(|(_, cells)| cells[at].as_str());
+                let mut all = cells.chain([self.headings[at].as_str()]);
+                width(&mut all).unwrap_or(0)
+            })
+            .collect();
+        let line = |label: &str, cells: &[String]| {
+            let cells = cells.iter().zip(&widths).map(|(cell, width)| {
+                // A single column of text reads better from the left.
+                if self.headings.len() == 1 {
+                    format!("  {cell}")
+                } else {
+                    format!("  {cell:>width$}")
+                }
+            });
+            let cells: String = cells.collect();
+            format!("{label:<labels$}{cells}").trim_end().to_owned() + "\n"
+        };
+        let mut text = String::new();
+        if self.headings.iter().any(|heading| !heading.is_empty()) {
+            text.push_str(&line("", &self.headings));
+        }
+        for (label, cells) in &self.rows {
+            text.push_str(&line(label, cells));
+        }
+        text
+    }
+
+    fn markdown(&self) -> String {
+        let line = |label: &str, cells: &[String]| {
+            let cells = cells
+                .iter()
+                .map(|cell| format!(" {} |", cell.replace('|', "\\|")));
+            format!("| {label} |{}\n", cells.collect::<String>())
+        };
+        let mut text = line("", &self.headings);
+        text.push_str(&format!("|---|{}\n", "--:|".repeat(self.headings.len())));
+        for (label, cells) in &self.rows {
+            text.push_str(&line(label, cells));
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table() -> Table {
+        let mut table = Table::new(["a", "b|c"].map(String::from).into_iter());
+        let some = |text: &str| Some(text.to_owned());
+        table.row("time", [some("1.25"), some("10")].into_iter());
+        table.row("energy", [None, None].into_iter());
+        table.row("heat", [None, some("45.0")].into_iter());
+        table
+    }
+
+    #[test]
+    fn columns_are_aligned_and_empty_rows_are_left_out() {
+        let expected = "         a   b|c\ntime  1.25    10\nheat     -  45.0\n";
+        assert_eq!(table().write(Format::Text), expected);
+    }
+
+    #[test]
+    fn markdown_escapes_what_would_part_cells() {
+        let expected =
+            "|  | a | b\\|c |\n|---|--:|--:|\n| time | 1.25 | 10 |\n| heat | - | 45.0 |\n";
+        assert_eq!(table().write(Format::Markdown), expected);
+    }
+}

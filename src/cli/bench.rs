@@ -1,0 +1,413 @@
+//! `edgegait bench`: what recognizers cost on this machine.
+
+use super::args::{Common, ViewArgs};
+use super::drawing::{DrawArgs, stated};
+use super::progress::Progress;
+use super::recognizers::{is_baseline, models, sort_inputs};
+use super::runtime::RuntimeArgs;
+use super::source::{SourceArgs, read_pack};
+use crate::bench::board::{Board, CpuList, LOAD_WARNED_OF, load_of_others};
+use crate::bench::windows::Plan;
+use crate::bench::{
+    BenchResults, Column, Format, ModelResult, Scene, Task, measure, pin, render, utc_now,
+};
+use crate::dataset::{Header, InputFile, sha256_of_bytes, write_atomically};
+use crate::error::{Error, Result};
+use crate::score::Model;
+use crate::sweep::jobs;
+use edgegait_core::pack::Pack;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::time::Duration;
+
+/// Measure what recognizers cost on this machine: latency, throughput, memory, energy, accuracy
+#[derive(Debug, clap::Args)]
+#[command(
+    mut_arg("threads", |threads| threads.help("Threads inside of one inference [default: 1]")),
+    after_help = "Examples:\n  edgegait bench                               # the shipped models, the embedded runtime\n  edgegait bench mine.onnx --runtime ort --ort-lib /path/to/libonnxruntime.so --cpus 2,3 --threads 2\n  edgegait bench mine.onnx --mlperf --json pi4.json\n  edgegait bench --compare pi4.json pi5.json --format markdown\n\nEach model is measured in a process of its own: one input at a time, then batches, then drawing\nits input and both together; after that its rank-1, with the same runtime and settings. The\nfigures are those of the median window. What a machine does not expose is left out."
+)]
+pub struct Args {
+    /// ONNX models, and a pack whose walks they are shown [default: the shipped models, the
+    /// built-in cohort]
+    #[arg(value_name = "MODEL|PACK")]
+    inputs: Vec<PathBuf>,
+    /// Only these people, by name
+    #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
+    subjects: Vec<String>,
+    /// Only these walks, by name [default: walk-5kmh of the built-in cohort, all of a pack]
+    #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
+    walks: Vec<String>,
+    /// Inferences of a batch
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u16).range(1..=4096))]
+    batch: u16,
+    /// Calls before each window that are not timed
+    #[arg(long, value_name = "N", default_value_t = Plan::DEFAULT.warm_up, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
+    warm_up: u32,
+    /// Shortest window in seconds; one has at least 100 inferences
+    #[arg(long, value_name = "S", default_value_t = Plan::DEFAULT.window.as_secs_f64(), value_parser = seconds)]
+    window_s: f64,
+    /// Windows
+    #[arg(long, value_name = "N", default_value_t = Plan::DEFAULT.windows, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    windows: u32,
+    /// Five windows of 10 s, as MLPerf Tiny measures
+    #[arg(long, conflicts_with_all = ["warm_up", "window_s", "windows"])]
+    mlperf: bool,
+    /// Use these processors only, as in 0,2-3
+    #[arg(long, value_name = "LIST", value_parser = cpus)]
+    cpus: Option<CpuList>,
+    /// Compare with a loop around nothing but ONNX Runtime, window by window in turn
+    #[arg(long)]
+    bare: bool,
+    /// How the tables are written
+    #[arg(long, value_name = "NAME", default_value = "text")]
+    format: Format,
+    /// Put the JSON results of several boards side by side, instead of measuring
+    #[arg(long, value_name = "FILE", num_args = 2.., conflicts_with_all = ["inputs", "json"])]
+    compare: Vec<PathBuf>,
+    #[command(flatten)]
+    runtime: RuntimeArgs,
+    #[command(flatten)]
+    views: ViewArgs,
+    #[command(flatten)]
+    draw: DrawArgs,
+    #[command(flatten)]
+    pub common: Common,
+    /// Measure the model of this number here, and print its result as JSON
+    #[arg(long, value_name = "N", hide = true, requires = "pack_at")]
+    alone: Option<usize>,
+    /// Where the pack is that `--alone` draws from
+    #[arg(long, value_name = "PATH", hide = true)]
+    pack_at: Option<PathBuf>,
+}
+
+fn seconds(text: &str) -> std::result::Result<f64, String> {
+    let found = text
+        .parse()
+        .ok()
+        .filter(|s: &f64| (0.0..=3600.0).contains(s));
+    found.ok_or_else(|| "expected 0 to 3600 seconds".to_owned())
+}
+
+fn cpus(text: &str) -> std::result::Result<CpuList, String> {
+    CpuList::parse(text).ok_or_else(|| "expected processors as in 0,2-3".to_owned())
+}
+
+impl Args {
+    fn plan(&self) -> Plan {
+        if self.mlperf {
+            return Plan::MLPERF;
+        }
+        Plan {
+            warm_up: self.warm_up,
+            window: Duration::from_secs_f64(self.window_s),
+            windows: self.windows,
+        }
+    }
+
+    fn threads(&self) -> usize {
+        self.common.threads.map_or(1, usize::from)
+    }
+
+    fn source(&self, pack: Option<PathBuf>) -> SourceArgs {
+        SourceArgs {
+            pack,
+            subjects: self.subjects.clone(),
+            walks: self.walks.clone(),
+        }
+    }
+}
+
+/// Runs the subcommand.
+pub fn run(args: &Args) -> Result<()> {
+    args.common.check()?;
+    if !args.compare.is_empty() {
+        return compare(args);
+    }
+    let (paths, data) = sort_inputs(&args.inputs)?;
+    if paths.iter().any(|path| is_baseline(path)) {
+        return Err(Error::Usage(
+            "pixels: expected models to measure, found the baseline, which computes nothing".into(),
+        ));
+    }
+    if let (Some(index), Some(pack)) = (args.alone, &args.pack_at) {
+        return alone(args, &paths, data, (index, pack));
+    }
+    if let Some(folder) = data.as_ref().filter(|path| path.is_dir()) {
+        return Err(Error::input(
+            folder,
+            "expected a pack to draw from, found a dataset",
+        ));
+    }
+    if let Some(cpus) = &args.cpus {
+        pin(cpus)?;
+    }
+    let models = models(&paths)?;
+    let runtime = args.runtime.runtime()?;
+    if args.bare && runtime.name().name != "onnxruntime" {
+        return Err(Error::Usage(format!(
+            "--bare compares with ONNX Runtime: expected --runtime ort, found {}",
+            runtime.name().name
+        )));
+    }
+    let header = header(args, &models)?.with("runtime", runtime.name().name);
+    let root = Path::new("/");
+    let load_of_others = load_of_others(root);
+
+    let source_args = args.source(data);
+    let source = source_args.load()?;
+    let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
+    // Takes have no cycle to average: refused here.
+    jobs(&pack, &source_args.choose(&pack)?, 0..1)?;
+    let folder = tempfile::tempdir().map_err(|error| Error::io(std::env::temp_dir(), error))?;
+    let pack_at = folder.path().join("pack.egp");
+    write_atomically(&pack_at, |file| {
+        file.write_all(&source.bytes)
+            .map_err(|error| Error::io(&pack_at, error))
+    })?;
+    let mut results = BenchResults {
+        header: header.with("pack", source.name),
+        date: utc_now(),
+        board: Board::read(root),
+        load_of_others,
+        models: Vec::new(),
+    };
+    results.header.inputs.extend(source.inputs);
+    warn(&mut results);
+    let progress = Progress::new("models", models.len());
+    for (index, model) in models.iter().enumerate() {
+        let result = in_a_process_of_its_own(model, index, &pack_at)?;
+        let warnings = result.warnings.iter();
+        let warnings = warnings.map(|warning| format!("{}: {warning}", result.name));
+        results.header.warnings.extend(warnings);
+        results.models.push(result);
+        progress.step();
+    }
+    drop(progress);
+    let columns = [Column {
+        name: "",
+        results: &results,
+    }];
+    args.common.say(render(&columns, args.format).trim_end());
+    for warning in &results.header.warnings {
+        args.common.say(format_args!("warning: {warning}"));
+    }
+    args.common.write_json(&results)
+}
+
+/// What was asked for.
+fn header(args: &Args, models: &[Model]) -> Result<Header> {
+    let plan = args.plan();
+    let views = args.views.views("paper")?;
+    let seed = args.common.seed;
+    let mut drawn = Header::new("bench", seed);
+    for (index, model) in models.iter().enumerate() {
+        let settings = args.draw.settings_for(model.contract(), seed)?;
+        let one = stated(Header::new("bench", seed), &settings);
+        if index == 0 {
+            drawn = one;
+        } else {
+            // Models may differ in size and framing, which each one's entry tells.
+            drawn
+                .settings
+                .retain(|name, value| one.settings.get(name) == Some(value));
+        }
+    }
+    let mut header = drawn
+        .with("batch", args.batch)
+        .with("threads", args.threads())
+        .with("warm_up", plan.warm_up)
+        .with("window_s", plan.window.as_secs_f64())
+        .with("windows", plan.windows)
+        .with("mlperf", args.mlperf)
+        .with("bare", args.bare)
+        .with("views", views.name.as_str())
+        .with("viewpoints", views.list.len())
+        .with(
+            "build",
+            if cfg!(debug_assertions) {
+                "debug"
+            } else {
+                "release"
+            },
+        );
+    if let Some(cpus) = &args.cpus {
+        header = header.with("cpus", cpus.to_string());
+    }
+    header.inputs = models
+        .iter()
+        .map(|model| InputFile {
+            path: model.path().display().to_string(),
+            sha256: sha256_of_bytes(model.bytes()),
+        })
+        .collect();
+    Ok(header)
+}
+
+/// What speaks against the numbers before they are measured.
+fn warn(results: &mut BenchResults) {
+    let warnings = &mut results.header.warnings;
+    if cfg!(debug_assertions) {
+        warnings
+            .push("this is a debug build: its times say nothing (use cargo run --release)".into());
+    }
+    if let Some(share) = results
+        .load_of_others
+        .filter(|share| *share > LOAD_WARNED_OF)
+    {
+        warnings.push(format!(
+            "others kept {:.0} % of the processors busy before this was measured",
+            100.0 * share
+        ));
+    }
+}
+
+/// Starts this program again for one model.
+fn in_a_process_of_its_own(model: &Model, index: usize, pack_at: &Path) -> Result<ModelResult> {
+    let program = std::env::current_exe().map_err(|error| Error::io("this program", error))?;
+    let output = Command::new(&program)
+        .args(["bench", "--alone", &index.to_string(), "--pack-at"])
+        .arg(pack_at)
+        .args(std::env::args_os().skip(2))
+        .output()
+        .map_err(|error| Error::io(&program, error))?;
+    result_of(model.path(), &output)
+}
+
+/// What the process that measured a model has to say.
+fn result_of(model: &Path, output: &Output) -> Result<ModelResult> {
+    let words = String::from_utf8_lossy(&output.stderr);
+    let words = words.trim();
+    if output.status.success() {
+        return serde_json::from_slice(&output.stdout).map_err(|error| {
+            Error::input(
+                model,
+                format!("the process that measured it gave no result: {error}; {words}"),
+            )
+        });
+    }
+    match (output.status.code(), words.strip_prefix("error: ")) {
+        (Some(2), Some(error)) => Err(Error::Usage(error.into())),
+        (Some(_), Some(error)) => Err(Error::Failed(error.into())),
+        _ => Err(Error::input(
+            model,
+            format!(
+                "the process that measured it died ({}): {}",
+                output.status,
+                if words.is_empty() {
+                    "it left no words"
+                } else {
+                    words
+                }
+            ),
+        )),
+    }
+}
+
+/// Measures one model here.
+fn alone(
+    args: &Args,
+    paths: &[PathBuf],
+    pack: Option<PathBuf>,
+    (index, pack_at): (usize, &Path),
+) -> Result<()> {
+    let open = || {
+        let shipped_or_named = match paths.get(index) {
+            Some(path) => vec![Model::open(path)?],
+            None => models(paths)?.into_iter().skip(index).collect(),
+        };
+        let model = shipped_or_named.into_iter().next();
+        model.ok_or_else(|| Error::Usage(format!("--alone {index}: there is no such model")))
+    };
+    let settings = args
+        .draw
+        .settings_for(open()?.contract(), args.common.seed)?;
+    let source = read_pack(pack_at)?;
+    let pack_read = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
+    let walks = args.source(pack).choose(&pack_read)?;
+    let views = args.views.views("paper")?;
+    let result = measure(&Task {
+        open: &open,
+        start: &|| args.runtime.runtime(),
+        threads: args.threads(),
+        batch: usize::from(args.batch),
+        plan: args.plan(),
+        bare: args.bare,
+        scene: Scene {
+            pack: &pack_read,
+            walks: &walks,
+            views: &views,
+            settings,
+        },
+        seed: args.common.seed,
+        root: Path::new("/"),
+    })?;
+    let json = serde_json::to_string(&result)
+        .map_err(|error| Error::Failed(format!("cannot write the results as JSON: {error}")))?;
+    writeln!(std::io::stdout(), "{json}").map_err(|error| Error::io("standard output", error))
+}
+
+/// Prints results of several boards side by side.
+fn compare(args: &Args) -> Result<()> {
+    let read = |path: &PathBuf| -> Result<(String, BenchResults)> {
+        let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, error))?;
+        let results: BenchResults = serde_json::from_str(&text).map_err(|error| {
+            Error::input(
+                path,
+                format!("expected the JSON results of edgegait bench: {error}"),
+            )
+        })?;
+        let stem = path.file_stem().unwrap_or(path.as_os_str());
+        Ok((stem.to_string_lossy().into_owned(), results))
+    };
+    let boards = args.compare.iter().map(read).collect::<Result<Vec<_>>>()?;
+    let columns: Vec<Column<'_>> = boards
+        .iter()
+        .map(|(name, results)| Column { name, results })
+        .collect();
+    args.common.say(render(&columns, args.format).trim_end());
+    for (name, results) in &boards {
+        for warning in &results.header.warnings {
+            args.common.say(format_args!("warning: {name}: {warning}"));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use std::os::unix::process::ExitStatusExt as _;
+    use std::process::ExitStatus;
+
+    fn refusal(status: i32, words: &str) -> Error {
+        let output = Output {
+            status: ExitStatus::from_raw(status),
+            stdout: Vec::new(),
+            stderr: words.into(),
+        };
+        result_of(Path::new("m.onnx"), &output).expect_err("it failed")
+    }
+
+    #[test]
+    fn a_process_that_dies_names_its_model_and_one_that_fails_speaks_for_itself() {
+        let died = refusal(11, "").to_string();
+        assert!(
+            died.starts_with("m.onnx: the process that measured it died (signal: 11"),
+            "{died}"
+        );
+        let panicked = refusal(101 << 8, "thread 'main' panicked at x.rs").to_string();
+        assert!(
+            panicked.contains("died (exit status: 101): thread 'main'"),
+            "{panicked}"
+        );
+        let failed = refusal(1 << 8, "error: m.onnx: too large\n");
+        assert_eq!(
+            (failed.to_string().as_str(), failed.exit_code()),
+            ("m.onnx: too large", 1)
+        );
+        assert_eq!(refusal(2 << 8, "error: --cpus 99: no").exit_code(), 2);
+        let silent = refusal(0, "").to_string();
+        assert!(silent.contains("gave no result"), "{silent}");
+    }
+}

@@ -1,0 +1,264 @@
+//! Who is looked for among whom: the flags of it, and what they come to.
+
+use super::args::ViewArgs;
+use super::drawing::{DrawArgs, STATED, framing_of, stated};
+use super::recognizers::{Given, load};
+use super::source::{SourceArgs, require};
+use crate::dataset::{Header, IndexRow, InputFile, TreeSequence};
+use crate::error::{Error, Result};
+use crate::evaluate::contest::{Contest, Drawn, Entrant, Wish, usual};
+use crate::evaluate::protocol::{Decision, Protocol};
+use crate::score::{Recognizer, Runtime};
+use crate::source::Source;
+use edgegait_core::pack::Pack;
+use std::path::{Path, PathBuf};
+
+/// Who is looked for among whom, and how they are seen.
+#[derive(Clone, Debug, clap::Args)]
+pub struct ContestArgs {
+    /// Only these people, by name
+    #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
+    subjects: Vec<String>,
+    /// Only these walks, by name [default: walk-5kmh of the built-in cohort, all of a pack]
+    #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
+    walks: Vec<String>,
+    /// Who is looked for among whom: closed-set, first-take, leave-one-take-out, cross-view,
+    /// verification, casia-b, ou-mvlp, or a .toml file of the same keys [default: closed-set where
+    /// every model has classes for all people, else first-take]
+    #[arg(long, value_name = "NAME|FILE")]
+    protocol: Option<String>,
+    /// Cycles of each walk to probe with, where these are seeded variations [default: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    cycles: Option<u32>,
+    /// Take a tree's pictures as they are: they have been framed already, as OpenGait does
+    #[arg(long)]
+    as_stored: bool,
+    #[command(flatten)]
+    views: ViewArgs,
+    #[command(flatten)]
+    draw: DrawArgs,
+}
+
+impl ContestArgs {
+    /// Loads the models of these files, opens the pack or folder (or makes the built-in cohort), and
+    /// gives them to `work` with a header that states all of it.
+    ///
+    /// # Errors
+    /// When something cannot be used, and what `work` returns.
+    pub fn run<R>(
+        &self,
+        (models, data): (&[PathBuf], Option<PathBuf>),
+        (runtime, seed): (&Runtime, u64),
+        mut header: Header,
+        work: impl FnOnce(&Contest<'_>, &[Entrant], Header) -> Result<R>,
+    ) -> Result<R> {
+        let protocol = self.protocol.as_deref().map(Protocol::named).transpose()?;
+        if let Some(name) = self
+            .protocol
+            .as_ref()
+            .filter(|name| name.ends_with(".toml"))
+        {
+            header.inputs.push(InputFile::of(name)?);
+        }
+        if let Some(folder) = data.as_ref().filter(|path| path.is_dir()) {
+            let (source, given) = self.folder(folder, protocol.as_ref(), &mut header)?;
+            let setup = (&self.draw, seed, given);
+            let entrants = load(models, runtime, setup, &mut header)?;
+            let subjects = &source.sequences().subjects;
+            let protocol = protocol.map_or_else(|| usual(&entrants, subjects), Ok)?;
+            if let (Decision::ClassScore, Source::Dataset(geis)) = (protocol.decision, &source) {
+                let rows = geis.dataset().index();
+                let seen = entrants
+                    .iter()
+                    .filter_map(|entrant| seen_in_training(entrant.recognizer.as_ref(), rows));
+                header.warnings.extend(seen);
+            }
+            let mut header = header.with("protocol", protocol.name.as_str());
+            if let (Source::Tree(_), Some(entrant)) = (&source, entrants.first()) {
+                header = header
+                    .with("size", entrant.settings.size.name())
+                    .with("framing", entrant.settings.framing.name());
+            }
+            return work(&Contest::new(source, protocol)?, &entrants, header);
+        }
+        if self.as_stored {
+            return Err(not_stored());
+        }
+        let entrants = load(models, runtime, (&self.draw, seed, None), &mut header)?;
+        let source_args = SourceArgs {
+            pack: data,
+            subjects: self.subjects.clone(),
+            walks: self.walks.clone(),
+        };
+        let source = source_args.load()?;
+        header.inputs.extend(source.inputs.iter().cloned());
+        let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
+        let chosen = source_args.choose(&pack)?;
+        let header = header.with("pack", source.name.as_str());
+        let Drawn {
+            contest,
+            views,
+            probes,
+            warnings,
+        } = Drawn::new((&pack, &chosen), &entrants, self.wish(protocol)?)?;
+        let all: Vec<_> = pack.walks().collect();
+        let mut header = header
+            .with("protocol", contest.protocol().name.as_str())
+            .with("views", views.name.as_str())
+            .with("viewpoints", views.list.len())
+            .with("walks", walk_names(&chosen, &all))
+            .with("subjects", self.subjects.join(","))
+            .with("probes", probes);
+        header.warnings.extend(warnings);
+        if let Some(entrant) = entrants.first() {
+            header = stated(header, &entrant.settings);
+        }
+        work(&contest, &entrants, header)
+    }
+
+    /// What is asked of a contest about walks.
+    ///
+    /// # Errors
+    /// If there is no such protocol or viewpoint.
+    fn wish(&self, protocol: Option<Protocol>) -> Result<Wish> {
+        let views = self.views.is_given().then(|| self.views.views("paper"));
+        Ok(Wish {
+            protocol,
+            cycles: self.cycles,
+            views: views.transpose()?,
+        })
+    }
+
+    /// The sequences of a tree that flags choose: people, takes (`--walks`), viewpoints.
+    fn chosen(&self, source: Source<'static>) -> Result<Source<'static>> {
+        let sequences = source.sequences();
+        let people: Vec<&str> = sequences.subjects.iter().map(String::as_str).collect();
+        let takes: Vec<&str> = sequences
+            .takes
+            .iter()
+            .map(|take| take.name.as_str())
+            .collect();
+        if matches!(source, Source::Tree(_)) {
+            require("subject", &self.subjects, &people)?;
+            require("take", &self.walks, &takes)?;
+        }
+        let Source::Tree(recordings) = source else {
+            return if self.as_stored {
+                Err(not_stored())
+            } else {
+                Ok(source)
+            };
+        };
+        let views = self.views.is_given().then(|| self.views.views("paper"));
+        let views = views.transpose()?;
+        let is_seen = |sequence: &TreeSequence| {
+            let seen_at = (sequence.azimuth_deg, sequence.elevation_deg);
+            views.as_ref().is_none_or(|views| {
+                let mut angles = views
+                    .list
+                    .iter()
+                    .map(|view| (f64::from(view.azimuth_deg), f64::from(view.elevation_deg)));
+                angles.any(|at| at == seen_at)
+            })
+        };
+        let wanted = |list: &[String], name: &String| list.is_empty() || list.contains(name);
+        let recordings = recordings.only(|sequence| {
+            wanted(&self.subjects, &sequence.subject)
+                && wanted(&self.walks, &sequence.take)
+                && is_seen(sequence)
+        });
+        Ok(Source::Tree(if self.as_stored {
+            recordings.taken_as_stored()
+        } else {
+            recordings
+        }))
+    }
+
+    /// What a folder holds, and how its pictures are if they cannot be drawn otherwise.
+    fn folder(
+        &self,
+        path: &Path,
+        protocol: Option<&Protocol>,
+        header: &mut Header,
+    ) -> Result<(Source<'static>, Option<Given>)> {
+        let first_take = Protocol::named("first-take")?;
+        let made = protocol.unwrap_or(&first_take).made(1);
+        let source = self.chosen(Source::open(path, &made)?)?;
+        let is_tree = matches!(source, Source::Tree(_));
+        let draw = if is_tree {
+            self.draw.without_size()
+        } else {
+            self.draw.clone()
+        };
+        let (subjects, walks, views) = (&self.subjects, &self.walks, &self.views);
+        if is_tree {
+            draw.refuse_for_folders([&[], &[]], self.cycles, &ViewArgs::default())?;
+        } else {
+            draw.refuse_for_folders([subjects, walks], self.cycles, views)?;
+        }
+        let mut given = None;
+        if let Source::Dataset(geis) = &source {
+            header
+                .inputs
+                .push(InputFile::of(path.join("manifest.json"))?);
+            let framing = framing_of(geis.dataset(), path)?;
+            if framing.is_none() {
+                header.warnings.push(format!(
+                    "{} does not say how its figures are framed: whether that is as the models expect is unknown",
+                    path.display()
+                ));
+            }
+            // How these GEIs were drawn is theirs to say.
+            for key in STATED {
+                if let Some(value) = geis.dataset().manifest().header.settings.get(key) {
+                    *header = header.clone().with(key, value.clone());
+                }
+            }
+            given = Some((geis.dataset().size(), framing));
+        }
+        if let Source::Tree(recordings) = &source {
+            let skipped = recordings.skipped().iter();
+            let skipped =
+                skipped.map(|name| format!("{name}: no views named by an angle: left out"));
+            header.warnings.extend(skipped);
+            *header = header.clone().with("as_stored", self.as_stored);
+        }
+        let kind = if is_tree { "tree" } else { "dataset" };
+        *header = header.clone().with(kind, path.display().to_string());
+        Ok((source, given))
+    }
+}
+
+fn not_stored() -> Error {
+    Error::Usage("--as-stored: expected a tree of silhouettes".into())
+}
+
+/// The walks' names, each once, at most a dozen.
+fn walk_names(walks: &[usize], all: &[edgegait_core::pack::Walk<'_>]) -> String {
+    let mut names: Vec<&str> = walks.iter().map(|&walk| all[walk].name).collect();
+    names.sort_unstable();
+    names.dedup();
+    if names.len() > 12 {
+        return format!("{} names", names.len());
+    }
+    names.join(",")
+}
+
+/// A warning if a recognizer was trained on cycles that are among these rows.
+fn seen_in_training(recognizer: &dyn Recognizer, rows: &[IndexRow]) -> Option<String> {
+    let training = &recognizer.contract().training;
+    let seen = rows.iter().filter(|row| {
+        // Cycle 0 is the stored one, whatever the seed.
+        training.walks.contains(&row.walk)
+            && row.cycle < training.cycles
+            && (row.cycle == 0 || row.seed == training.seed)
+    });
+    let seen = seen.count();
+    (seen > 0).then(|| {
+        format!(
+            "{}: {seen} of {} probes show cycles that it was trained on (sweep others with --first-cycle 1000)",
+            recognizer.name(),
+            rows.len()
+        )
+    })
+}

@@ -1,0 +1,72 @@
+//! The names of views: `000`, `090`, `22.5`, `045e15`.
+
+/// From where a view's name says that it was taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Angle {
+    /// -360..=360.
+    pub azimuth_deg: f64,
+    /// -90..=90.
+    pub elevation_deg: f64,
+}
+
+impl Angle {
+    /// The angle that a name states; or what was expected of it.
+    pub fn parse(name: &str) -> Result<Self, String> {
+        let (azimuth, elevation) = name.split_once('e').unwrap_or((name, "0"));
+        let angle = degrees(azimuth, 360.0).zip(degrees(elevation, 90.0));
+        let (azimuth_deg, elevation_deg) = angle.ok_or_else(|| {
+            format!(
+                "expected the name of a view to be its azimuth in degrees, as 090, or azimuth and elevation, as 090e15, found {name:?}"
+            )
+        })?;
+        Ok(Self {
+            azimuth_deg,
+            elevation_deg,
+        })
+    }
+}
+
+/// Digits, with a sign or a decimal point if need be, within so many degrees.
+fn degrees(text: &str, most: f64) -> Option<f64> {
+    let digits = text.strip_prefix('-').unwrap_or(text);
+    let is_plain = digits.starts_with(|c: char| c.is_ascii_digit())
+        && digits.chars().all(|c| c.is_ascii_digit() || c == '.');
+    let number: f64 = text.parse().ok().filter(|_| is_plain)?;
+    (number.abs() <= most).then_some(number)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_views_are_angles() {
+        for (name, azimuth_deg, elevation_deg) in [
+            ("000", 0.0, 0.0),
+            ("090", 90.0, 0.0),
+            ("270", 270.0, 0.0),
+            ("18", 18.0, 0.0),
+            ("22.5", 22.5, 0.0),
+            ("-45", -45.0, 0.0),
+            ("045e15", 45.0, 15.0),
+            ("180e-7.5", 180.0, -7.5),
+        ] {
+            let expected = Angle {
+                azimuth_deg,
+                elevation_deg,
+            };
+            assert_eq!(Angle::parse(name), Ok(expected), "{name}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_angle_is_refused_with_what_was_expected() {
+        for name in [
+            "", "frames", "e15", "90e", "90e15e15", "361", "90e91", "1e", "nan", "inf", "+90",
+            "0x5",
+        ] {
+            let text = Angle::parse(name).expect_err(name);
+            assert!(text.contains("as 090e15") && text.ends_with(&format!("found {name:?}")));
+        }
+    }
+}

@@ -1,0 +1,250 @@
+//! Fits a figure in a picture into a silhouette, as the core frames the figures that it draws.
+
+use crate::error::{Error, Result};
+use crate::sweep::Framing;
+use edgegait_core::silhouette::Size;
+
+/// From which grey on a pixel belongs to the figure. Ours: half of 255, rounded up.
+const ON: u8 = 128;
+
+/// A grey picture, rows from the top.
+pub(super) struct Picture<'a> {
+    pub pixels: &'a [u8],
+    pub columns: usize,
+}
+
+/// The framings that pictures can be brought into.
+#[derive(Clone, Copy)]
+pub(super) enum Fit {
+    Height,
+    Box,
+}
+
+impl Fit {
+    pub fn of(framing: Framing) -> Result<Self> {
+        match framing {
+            Framing::Height => Ok(Self::Height),
+            Framing::Box => Ok(Self::Box),
+            Framing::Cycle | Framing::Camera => Err(Error::Usage(format!(
+                "framing {}: it follows from where the camera stood, which a tree of silhouettes does not say (use height or box)",
+                framing.name()
+            ))),
+        }
+    }
+}
+
+/// The figure's first and last row and column.
+struct Bounds {
+    top: usize,
+    bottom: usize,
+    left: usize,
+    right: usize,
+}
+
+impl Picture<'_> {
+    fn is_on(&self, row: usize, column: usize) -> bool {
+        self.pixels[row * self.columns + column] >= ON
+    }
+
+    fn bounds(&self) -> Option<Bounds> {
+        let mut found: Option<Bounds> = None;
+        for (row, pixels) in self.pixels.chunks_exact(self.columns).enumerate() {
+            let on = |pixel: &u8| *pixel >= ON;
+            let (Some(left), Some(right)) =
+                (pixels.iter().position(on), pixels.iter().rposition(on))
+            else {
+                continue;
+            };
+            let bounds = found.get_or_insert(Bounds {
+                top: row,
+                bottom: row,
+                left,
+                right,
+            });
+            bounds.bottom = row;
+            bounds.left = bounds.left.min(left);
+            bounds.right = bounds.right.max(right);
+        }
+        found
+    }
+
+    /// Appends the figure as 0 and 255, `[rows][columns]`; the share of it that is cut off at
+    /// the sides, 0..1. `None`, and nothing appended, if there is no figure.
+    ///
+    /// A pixel is what the picture has at its centre. By height, the picture's scale is that at
+    /// which the figure fills all rows; the middle between its leftmost and rightmost column
+    /// comes to lie between two columns, and the whole is shifted by columns until the centroid
+    /// of the pixels (centres at i + 0.5, rounded half up) is in the middle. In whole numbers, so
+    /// exact.
+    pub fn frame(&self, size: Size, fit: Fit, into: &mut Vec<u8>) -> Option<f64> {
+        let bounds = self.bounds()?;
+        let (rows, columns) = (size.rows(), size.columns());
+        let height = bounds.bottom + 1 - bounds.top;
+        let row = |target: usize| bounds.top + (2 * target + 1) * height / (2 * rows);
+        if let Fit::Box = fit {
+            let width = bounds.right + 1 - bounds.left;
+            let column = |target: usize| bounds.left + (2 * target + 1) * width / (2 * columns);
+            let start = into.len();
+            for target in 0..rows {
+                let pixels = (0..columns).map(|at| self.is_on(row(target), column(at)));
+                into.extend(pixels.map(grey));
+            }
+            if !into[start..].contains(&255) {
+                into.truncate(start);
+                return None;
+            }
+            return Some(0.0);
+        }
+
+        let signed = usize::cast_signed;
+        // Column `at` right of the figure's middle, in the picture's columns.
+        let column = |at: isize| {
+            let middle = signed(bounds.left + bounds.right + 1) * signed(rows);
+            let found = (middle + (2 * at + 1) * signed(height)).div_euclid(2 * signed(rows));
+            let inside = signed(bounds.left)..=signed(bounds.right);
+            inside.contains(&found).then(|| found.cast_unsigned())
+        };
+        let half = signed((bounds.right + 1 - bounds.left) * rows / (2 * height) + 1);
+        let (mut area, mut doubled) = (0_isize, 0_isize);
+        for target in 0..rows {
+            for at in -half..half {
+                if column(at).is_some_and(|column| self.is_on(row(target), column)) {
+                    area += 1;
+                    doubled += 2 * at + 1;
+                }
+            }
+        }
+        if area == 0 {
+            return None;
+        }
+        let centroid = (doubled + area).div_euclid(2 * area);
+        let left = centroid - signed(columns / 2);
+        let start = into.len();
+        for target in 0..rows {
+            let is_on =
+                |at| column(left + at).is_some_and(|column| self.is_on(row(target), column));
+            into.extend((0..signed(columns)).map(is_on).map(grey));
+        }
+        let kept = into[start..].iter().filter(|pixel| **pixel > 0).count();
+        #[expect(clippy::cast_precision_loss, reason = "a share")]
+        let clipped = 1.0 - kept as f64 / area as f64;
+        Some(clipped)
+    }
+}
+
+fn grey(is_on: bool) -> u8 {
+    if is_on { 255 } else { 0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A picture from text: `#` is on.
+    fn picture(text: &[&str]) -> (Vec<u8>, usize) {
+        let pixels = text
+            .iter()
+            .flat_map(|row| row.bytes().map(|c| grey(c == b'#')));
+        (pixels.collect(), text[0].len())
+    }
+
+    fn framed(pixels: &[u8], columns: usize, size: Size, fit: Fit) -> (Vec<u8>, f64) {
+        let mut into = Vec::new();
+        let clipped = Picture { pixels, columns }.frame(size, fit, &mut into);
+        (into, clipped.expect("a figure"))
+    }
+
+    /// The columns that are on in a row, as first and last.
+    fn span(pixels: &[u8], size: Size, row: usize) -> Option<(usize, usize)> {
+        let row = &pixels[row * size.columns()..(row + 1) * size.columns()];
+        let on = |pixel: &u8| *pixel == 255;
+        Some((row.iter().position(on)?, row.iter().rposition(on)?))
+    }
+
+    #[test]
+    fn a_small_figure_fills_the_rows_with_its_centroid_in_the_middle() {
+        let (pixels, columns) = picture(&[
+            "..........", //
+            ".......#..",
+            "......###.",
+            "..........",
+        ]);
+        let (framed, clipped) = framed(&pixels, columns, Size::S50x30, Fit::Height);
+        // 25 fold: 25 columns for one, 75 for three, of which 30 fit.
+        assert_eq!(framed.len(), 1500);
+        assert_eq!(span(&framed, Size::S50x30, 0), Some((2, 26)));
+        assert_eq!(span(&framed, Size::S50x30, 24), Some((2, 26)));
+        assert_eq!(span(&framed, Size::S50x30, 25), Some((0, 29)));
+        assert!((clipped - 45.0 / 100.0).abs() < 1e-12, "{clipped}");
+    }
+
+    #[test]
+    fn a_figure_of_the_right_height_is_only_moved() {
+        let size = Size::S64x64;
+        // A bar of 3 columns and 64 rows, and at its foot 30 more to the right.
+        let mut pixels = vec![0; 64 * 90];
+        for row in 0..64 {
+            let end = if row == 63 { 43 } else { 13 };
+            pixels[row * 90 + 10..row * 90 + end].fill(255);
+        }
+        let (framed, clipped) = framed(&pixels, 90, size, Fit::Height);
+        // Centroid: (63 * 3 * 1.5 + 33 * 16.5) / 222 = 3.73 right of column 10, so that it
+        // rounds to 4, and column 10 comes to 32 - 4.
+        assert_eq!(span(&framed, size, 0), Some((28, 30)));
+        assert_eq!(span(&framed, size, 63), Some((28, 60)));
+        let area = framed.iter().filter(|pixel| **pixel == 255).count();
+        assert_eq!((area, clipped), (63 * 3 + 33, 0.0));
+    }
+
+    #[test]
+    fn a_large_figure_is_sampled_at_pixel_centres() {
+        // 192 rows for 64: of three rows and columns the middle one counts.
+        let mut pixels = vec![0; 192 * 192];
+        for row in 0..192 {
+            for column in 30..150 {
+                let is_middle = row % 3 == 1 && column % 3 == 1;
+                pixels[row * 192 + column] =
+                    grey(is_middle || row == 0 || row == 191 || column == 30 || column == 149);
+            }
+        }
+        let size = Size::S64x44;
+        let (framed, clipped) = framed(&pixels, 192, size, Fit::Height);
+        // 120 / 3 = 40 columns, all on, in the middle of 44.
+        for row in 0..64 {
+            assert_eq!(span(&framed, size, row), Some((2, 41)));
+        }
+        let area = framed.iter().filter(|pixel| **pixel == 255).count();
+        assert_eq!((area, clipped), (64 * 40, 0.0));
+    }
+
+    #[test]
+    fn a_box_is_stretched_to_all_sides() {
+        let (pixels, columns) = picture(&["....", ".##.", ".#..", "...."]);
+        let (framed, clipped) = framed(&pixels, columns, Size::S50x30, Fit::Box);
+        assert_eq!(span(&framed, Size::S50x30, 24), Some((0, 29)));
+        assert_eq!(span(&framed, Size::S50x30, 25), Some((0, 14)));
+        assert_eq!(clipped, 0.0);
+    }
+
+    #[test]
+    fn from_128_on_a_pixel_is_on_and_a_picture_without_any_is_empty() {
+        for fit in [Fit::Height, Fit::Box] {
+            let frame = |pixels: &[u8]| {
+                let mut into = vec![7];
+                let clipped = Picture { pixels, columns: 2 }.frame(Size::S50x30, fit, &mut into);
+                (clipped.is_some(), into.len())
+            };
+            assert_eq!(frame(&[0, 127, 127, 0]), (false, 1));
+            assert_eq!(frame(&[0, 127, 128, 0]), (true, 1501));
+            assert_eq!(frame(&[]), (false, 1));
+        }
+    }
+
+    #[test]
+    fn framings_that_need_a_camera_are_refused() {
+        for framing in [Framing::Cycle, Framing::Camera] {
+            let error = Fit::of(framing).err().expect("refused").to_string();
+            assert!(error.contains("use height or box"), "{error}");
+        }
+    }
+}

@@ -1,0 +1,495 @@
+//! Reads one NumPy array of bytes from a pickle, and refuses whatever else a pickle can do.
+//!
+//! A pickle is a program, and Python's own reader runs it. This one knows the instructions that
+//! NumPy writes for an array (protocols 2 to 5, `pickletools.dis` lists them) and the five names
+//! that they use, as words and not as functions: nothing is looked up and nothing is called.
+
+use std::borrow::Cow;
+use std::rc::Rc;
+
+/// Most instructions, values in the memo and values on the stack. An array takes about 50, 20
+/// and 12.
+const MAX_STEPS: usize = 256;
+
+/// An array of bytes in C order.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct ByteArray<'a> {
+    pub shape: Vec<usize>,
+    pub bytes: Cow<'a, [u8]>,
+}
+
+/// Where and why a pickle is refused.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Refused {
+    pub byte: usize,
+    pub problem: String,
+}
+
+/// The array in a pickle.
+pub(super) fn read(pickle: &[u8]) -> Result<ByteArray<'_>, Refused> {
+    let mut machine = Machine {
+        pickle,
+        at: 0,
+        stack: Vec::new(),
+        memo: Vec::new(),
+    };
+    for _ in 0..MAX_STEPS {
+        let start = machine.at;
+        let step = machine.step().map_err(|problem| Refused {
+            byte: start,
+            problem,
+        })?;
+        if let Some(array) = step {
+            return Ok(array);
+        }
+    }
+    Err(Refused {
+        byte: machine.at,
+        problem: format!("expected one array, found more than {MAX_STEPS} instructions"),
+    })
+}
+
+#[derive(Clone, Debug)]
+enum Value<'a> {
+    Mark,
+    None,
+    Bool(bool),
+    Int(i64),
+    Text(&'a str),
+    Bytes(&'a [u8]),
+    /// Bytes that protocol 2 writes as characters.
+    Latin1(&'a str),
+    Tuple(Rc<[Value<'a>]>),
+    Name(Name),
+    /// `dtype('u1')`, the only one that is made.
+    Uint8,
+    /// An array that awaits its state.
+    Unbuilt,
+    Array(Rc<[Value<'a>]>, Box<Value<'a>>),
+}
+
+/// What the instructions may name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Name {
+    Reconstruct,
+    FromBuffer,
+    Ndarray,
+    Dtype,
+    Encode,
+}
+
+type Step<T> = Result<T, String>;
+
+struct Machine<'a> {
+    pickle: &'a [u8],
+    at: usize,
+    stack: Vec<Value<'a>>,
+    memo: Vec<Value<'a>>,
+}
+
+impl<'a> Machine<'a> {
+    /// One instruction; the array after the last.
+    fn step(&mut self) -> Step<Option<ByteArray<'a>>> {
+        let [code] = *self.take::<1>()?;
+        match code {
+            // PROTO, FRAME
+            0x80 => match *self.take::<1>()? {
+                [2..=5] => {}
+                [other] => return Err(format!("expected protocol 2 to 5, found {other}")),
+            },
+            0x95 => {
+                self.take::<8>()?;
+            }
+            b'(' => self.push(Value::Mark),
+            b'N' => self.push(Value::None),
+            0x88 => self.push(Value::Bool(true)),
+            0x89 => self.push(Value::Bool(false)),
+            // BININT1, BININT2, BININT
+            b'K' => {
+                let [number] = *self.take::<1>()?;
+                self.push(Value::Int(number.into()));
+            }
+            b'M' => {
+                let number = u16::from_le_bytes(*self.take()?);
+                self.push(Value::Int(number.into()));
+            }
+            b'J' => {
+                let number = i32::from_le_bytes(*self.take()?);
+                self.push(Value::Int(number.into()));
+            }
+            // BINUNICODE, SHORT_BINUNICODE
+            b'X' => {
+                let text = self.counted::<4>().and_then(utf8)?;
+                self.push(Value::Text(text));
+            }
+            0x8C => {
+                let text = self.counted::<1>().and_then(utf8)?;
+                self.push(Value::Text(text));
+            }
+            // SHORT_BINBYTES, BINBYTES, BINBYTES8 and BYTEARRAY8
+            b'C' => {
+                let bytes = self.counted::<1>()?;
+                self.push(Value::Bytes(bytes));
+            }
+            b'B' => {
+                let bytes = self.counted::<4>()?;
+                self.push(Value::Bytes(bytes));
+            }
+            0x8E | 0x96 => {
+                let bytes = self.counted::<8>()?;
+                self.push(Value::Bytes(bytes));
+            }
+            // EMPTY_TUPLE, TUPLE1 to TUPLE3, TUPLE
+            b')' => self.tuple(0)?,
+            0x85..=0x87 => self.tuple(usize::from(code - 0x84))?,
+            b't' => {
+                let is_mark = |value: &Value<'_>| matches!(value, Value::Mark);
+                let mark = self.stack.iter().rposition(is_mark);
+                let mark = mark.ok_or("expected the start of a tuple, found none")?;
+                let items = self.stack.split_off(mark + 1);
+                self.stack.pop();
+                self.push(Value::Tuple(items.into()));
+            }
+            // GLOBAL, STACK_GLOBAL
+            b'c' => {
+                let (module, attribute) = (self.line()?, self.line()?);
+                self.push(Value::Name(known(module, attribute)?));
+            }
+            0x93 => {
+                let (attribute, module) = (self.pop()?, self.pop()?);
+                let (Value::Text(module), Value::Text(attribute)) = (module, attribute) else {
+                    return Err("expected the names of a module and of what it holds".into());
+                };
+                self.push(Value::Name(known(module, attribute)?));
+            }
+            // BINPUT, LONG_BINPUT and MEMOIZE, which number alike: one after another
+            b'q' => {
+                let [index] = *self.take::<1>()?;
+                self.memoize(index.into())?;
+            }
+            b'r' => {
+                let index = u32::from_le_bytes(*self.take()?);
+                self.memoize(index as usize)?;
+            }
+            0x94 => self.memoize(self.memo.len())?,
+            // BINGET, LONG_BINGET
+            b'h' => {
+                let [index] = *self.take::<1>()?;
+                self.recall(index.into())?;
+            }
+            b'j' => {
+                let index = u32::from_le_bytes(*self.take()?);
+                self.recall(index as usize)?;
+            }
+            b'R' => {
+                let (arguments, name) = (self.pop()?, self.pop()?);
+                self.push(reduced(&name, &arguments)?);
+            }
+            b'b' => {
+                let (state, object) = (self.pop()?, self.pop()?);
+                self.push(built(&object, &state)?);
+            }
+            b'.' => return self.array().map(Some),
+            _ => {
+                return Err(format!(
+                    "expected one NumPy array of uint8, found the instruction {code:#04x}, which such a pickle does not have"
+                ));
+            }
+        }
+        Ok(None)
+    }
+
+    fn array(&mut self) -> Step<ByteArray<'a>> {
+        let Value::Array(shape, content) = self.pop()? else {
+            return Err("expected an array at the end, found something else".into());
+        };
+        let bytes = match *content {
+            Value::Bytes(bytes) => Cow::Borrowed(bytes),
+            Value::Latin1(text) => {
+                let bytes = text.chars().map(|c| u8::try_from(c).ok());
+                let bytes: Option<Vec<u8>> = bytes.collect();
+                Cow::Owned(bytes.ok_or("expected bytes, found characters above 255")?)
+            }
+            _ => return Err("expected the array's bytes, found something else".into()),
+        };
+        let size = |value: &Value<'_>| match value {
+            Value::Int(size) => usize::try_from(*size).ok(),
+            _ => None,
+        };
+        let shape: Option<Vec<usize>> = shape.iter().map(size).collect();
+        let shape = shape.ok_or("expected a shape of whole numbers")?;
+        let numbers = shape
+            .iter()
+            .try_fold(1_usize, |n, &size| n.checked_mul(size));
+        if numbers != Some(bytes.len()) {
+            return Err(format!(
+                "expected the bytes of an array of {shape:?}, found {}",
+                bytes.len()
+            ));
+        }
+        Ok(ByteArray { shape, bytes })
+    }
+
+    fn push(&mut self, value: Value<'a>) {
+        self.stack.push(value);
+    }
+
+    fn pop(&mut self) -> Step<Value<'a>> {
+        let value = self.stack.pop();
+        value.ok_or_else(|| "expected a value, found an empty stack".into())
+    }
+
+    fn tuple(&mut self, length: usize) -> Step<()> {
+        let start = self.stack.len().checked_sub(length);
+        let start = start.ok_or("expected a tuple's values, found too few")?;
+        let items = self.stack.split_off(start);
+        self.push(Value::Tuple(items.into()));
+        Ok(())
+    }
+
+    fn memoize(&mut self, index: usize) -> Step<()> {
+        let top = self
+            .stack
+            .last()
+            .ok_or("expected a value, found an empty stack")?;
+        if index != self.memo.len() {
+            return Err(format!("expected memo {}, found {index}", self.memo.len()));
+        }
+        self.memo.push(top.clone());
+        Ok(())
+    }
+
+    fn recall(&mut self, index: usize) -> Step<()> {
+        let value = self.memo.get(index).cloned();
+        self.push(value.ok_or_else(|| format!("found nothing as memo {index}"))?);
+        Ok(())
+    }
+
+    fn take<const N: usize>(&mut self) -> Step<&'a [u8; N]> {
+        let rest = self.pickle.get(self.at..).unwrap_or_default();
+        let (taken, _) = rest
+            .split_first_chunk::<N>()
+            .ok_or("the pickle is cut short")?;
+        self.at += N;
+        Ok(taken)
+    }
+
+    /// Bytes behind a little-endian count of `N` bytes.
+    fn counted<const N: usize>(&mut self) -> Step<&'a [u8]> {
+        let mut count = [0; 8];
+        count[..N].copy_from_slice(self.take::<N>()?);
+        let end = usize::try_from(u64::from_le_bytes(count)).ok();
+        let end = end.and_then(|count| self.at.checked_add(count));
+        let bytes = end.and_then(|end| self.pickle.get(self.at..end));
+        let bytes = bytes.ok_or("the pickle is cut short")?;
+        self.at += bytes.len();
+        Ok(bytes)
+    }
+
+    fn line(&mut self) -> Step<&'a str> {
+        let rest = self.pickle.get(self.at..).unwrap_or_default();
+        let end = rest.iter().position(|byte| *byte == b'\n');
+        let line = &rest[..end.ok_or("the pickle is cut short")?];
+        self.at += line.len() + 1;
+        utf8(line)
+    }
+}
+
+fn utf8(bytes: &[u8]) -> Step<&str> {
+    std::str::from_utf8(bytes).map_err(|_| "expected UTF-8".into())
+}
+
+fn known(module: &str, attribute: &str) -> Step<Name> {
+    Ok(match (module, attribute) {
+        ("numpy.core.multiarray" | "numpy._core.multiarray", "_reconstruct") => Name::Reconstruct,
+        ("numpy.core.numeric" | "numpy._core.numeric", "_frombuffer") => Name::FromBuffer,
+        ("numpy", "ndarray") => Name::Ndarray,
+        ("numpy", "dtype") => Name::Dtype,
+        ("_codecs", "encode") => Name::Encode,
+        _ => {
+            return Err(format!(
+                "expected one NumPy array of uint8, found {module:?} {attribute:?}, which is never run"
+            ));
+        }
+    })
+}
+
+/// What a call of a name stands for.
+fn reduced<'a>(name: &Value<'a>, arguments: &Value<'a>) -> Step<Value<'a>> {
+    let (Value::Name(name), Value::Tuple(arguments)) = (name, arguments) else {
+        return Err("expected a name and its arguments".into());
+    };
+    match (name, &**arguments) {
+        (Name::Reconstruct, [Value::Name(Name::Ndarray), _, _]) => Ok(Value::Unbuilt),
+        (Name::Dtype, [Value::Text("u1"), ..]) => Ok(Value::Uint8),
+        (Name::Dtype, [Value::Text(other), ..]) => {
+            Err(format!("expected an array of uint8 (u1), found {other}"))
+        }
+        (Name::Encode, [Value::Text(text), Value::Text("latin1")]) => Ok(Value::Latin1(text)),
+        (Name::FromBuffer, [bytes, Value::Uint8, Value::Tuple(shape), Value::Text("C")]) => {
+            Ok(Value::Array(Rc::clone(shape), Box::new(bytes.clone())))
+        }
+        (Name::FromBuffer, [_, _, _, Value::Text("F")]) => Err(NOT_C.into()),
+        _ => Err(format!("found {name:?} with other arguments than NumPy's")),
+    }
+}
+
+const NOT_C: &str =
+    "expected an array in C order, found Fortran's (numpy.ascontiguousarray before pickling)";
+
+/// An object with its state.
+fn built<'a>(object: &Value<'a>, state: &Value<'a>) -> Step<Value<'a>> {
+    let Value::Tuple(state) = state else {
+        return Err("expected a state as NumPy writes it".into());
+    };
+    match (object, &**state) {
+        (Value::Uint8, [Value::Int(_), Value::Text("|"), Value::None, ..]) => Ok(Value::Uint8),
+        (
+            Value::Unbuilt,
+            [
+                Value::Int(1),
+                Value::Tuple(shape),
+                Value::Uint8,
+                Value::Bool(false),
+                bytes,
+            ],
+        ) => Ok(Value::Array(Rc::clone(shape), Box::new(bytes.clone()))),
+        (Value::Unbuilt, [_, _, _, Value::Bool(true), _]) => Err(NOT_C.into()),
+        _ => Err("found another state than NumPy's of a uint8 array".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `numpy.arange(24, dtype=numpy.uint8).reshape(2, 3, 4)` by `pickle.dumps` of NumPy 2.x,
+    /// protocols 2 to 5, and by NumPy 1.x with protocol 3 and no memo.
+    const PICKLES: [&str; 5] = [
+        "8002636e756d70792e5f636f72652e6d756c746961727261790a5f7265636f6e7374727563740a7100636e756d70790a6e6461727261790a71014b00857102635f636f646563730a656e636f64650a7103580100000062710458060000006c6174696e317105867106527107877108527109284b014b024b034b0487710a636e756d70790a64747970650a710b58020000007531710c898887710d52710e284b0358010000007c710f4e4e4e4affffffff4affffffff4b00747110628968035818000000000102030405060708090a0b0c0d0e0f101112131415161771116805867112527113747114622e",
+        "8003636e756d70792e5f636f72652e6d756c746961727261790a5f7265636f6e7374727563740a7100636e756d70790a6e6461727261790a71014b008571024301627103877104527105284b014b024b034b04877106636e756d70790a64747970650a7107580200000075317108898887710952710a284b0358010000007c710b4e4e4e4affffffff4affffffff4b0074710c62894318000102030405060708090a0b0c0d0e0f1011121314151617710d74710e622e",
+        "800495a5000000000000008c166e756d70792e5f636f72652e6d756c74696172726179948c0c5f7265636f6e7374727563749493948c056e756d7079948c076e6461727261799493944b0085944301629487945294284b014b024b034b04879468038c0564747970659493948c02753194898887945294284b038c017c944e4e4e4affffffff4affffffff4b00749462894318000102030405060708090a0b0c0d0e0f1011121314151617947494622e",
+        "80059590000000000000008c136e756d70792e5f636f72652e6e756d65726963948c0b5f66726f6d62756666657294939428961800000000000000000102030405060708090a0b0c0d0e0f1011121314151617948c056e756d7079948c0564747970659493948c02753194898887945294284b038c017c944e4e4e4affffffff4affffffff4b007494624b024b034b0487948c014394749452942e",
+        "8003636e756d70792e636f72652e6d756c746961727261790a5f7265636f6e7374727563740a636e756d70790a6e6461727261790a4b00854301628752284b014b024b034b0487636e756d70790a64747970650a5802000000753189888752284b0358010000007c4e4e4e4affffffff4affffffff4b007462894218000000000102030405060708090a0b0c0d0e0f101112131415161774622e",
+    ];
+
+    fn bytes(hex: &str) -> Vec<u8> {
+        let byte = |at| u8::from_str_radix(&hex[at..at + 2], 16).expect("hexadecimal");
+        (0..hex.len()).step_by(2).map(byte).collect()
+    }
+
+    fn refusal(pickle: &[u8]) -> Refused {
+        read(pickle).expect_err("refused")
+    }
+
+    #[test]
+    fn arrays_are_read_as_every_protocol_has_them() {
+        let expected: Vec<u8> = (0..24).collect();
+        for pickle in PICKLES {
+            let pickle = bytes(pickle);
+            let array = read(&pickle).expect("NumPy's own");
+            assert_eq!(array.shape, [2, 3, 4]);
+            assert_eq!(*array.bytes, expected);
+        }
+    }
+
+    #[test]
+    fn bytes_above_127_survive_protocol_2() {
+        // The last of them, 0x17, becomes U+00FF: two bytes of UTF-8, and one more to count.
+        let mut pickle = bytes(PICKLES[0]);
+        let at = pickle
+            .windows(2)
+            .position(|pair| pair == [0x16, 0x17])
+            .expect("there")
+            + 1;
+        pickle.splice(at..=at, "\u{FF}".bytes());
+        let count = pickle
+            .windows(5)
+            .position(|five| five == [b'X', 24, 0, 0, 0])
+            .expect("there");
+        pickle[count + 1] = 25;
+        assert_eq!(read(&pickle).expect("Latin-1").bytes[22..], [0x16, 0xFF]);
+    }
+
+    #[test]
+    fn a_pickle_that_would_run_something_is_refused_by_name() {
+        let refused = refusal(b"\x80\x03cposix\nsystem\nX\x02\0\0\0ls\x85R.");
+        assert_eq!(
+            (refused.byte, refused.problem.as_str()),
+            (
+                2,
+                "expected one NumPy array of uint8, found \"posix\" \"system\", which is never run"
+            )
+        );
+        // STACK_GLOBAL, INST, EXT1, a list and a dictionary.
+        assert!(
+            refusal(b"\x80\x04\x8c\x02os\x8c\x06system\x93.")
+                .problem
+                .contains("never run")
+        );
+        for other in [
+            &b"\x80\x02(ios\nsystem\n."[..],
+            b"\x80\x02\x82\x01.",
+            b"\x80\x02].",
+            b"\x80\x02}.",
+        ] {
+            assert!(refusal(other).problem.contains("the instruction 0x"));
+        }
+    }
+
+    #[test]
+    fn other_arrays_are_refused_with_what_they_are() {
+        let replace = |from: &[u8], to: &[u8]| {
+            let mut pickle = bytes(PICKLES[1]);
+            let at = pickle
+                .windows(from.len())
+                .position(|part| part == from)
+                .expect("there");
+            pickle.splice(at..at + from.len(), to.iter().copied());
+            refusal(&pickle).problem
+        };
+        assert_eq!(
+            replace(b"u1", b"f4"),
+            "expected an array of uint8 (u1), found f4"
+        );
+        assert!(replace(b"\x62\x89\x43", b"\x62\x88\x43").contains("found Fortran's"));
+        assert!(replace(b"K\x02K\x03K\x04", b"K\x02K\x03K\x05").contains("[2, 3, 5], found 24"));
+        assert!(
+            replace(b"K\x02K\x03K\x04", b"K\x02K\x03J\xFF\xFF\xFF\xFF").contains("whole numbers")
+        );
+        assert_eq!(
+            refusal(b"\x80\x02N.").problem,
+            "expected an array at the end, found something else"
+        );
+        assert_eq!(
+            refusal(b"\x80\x06N.").problem,
+            "expected protocol 2 to 5, found 6"
+        );
+    }
+
+    #[test]
+    fn no_prefix_and_no_changed_byte_panics_or_grows() {
+        for pickle in PICKLES {
+            let whole = bytes(pickle);
+            for length in 0..whole.len() {
+                assert!(read(&whole[..length]).is_err(), "{length}");
+            }
+            for at in 0..whole.len() {
+                for flip in [0x01, 0x10, 0x80, 0xFF] {
+                    let mut changed = whole.clone();
+                    changed[at] ^= flip;
+                    // Whatever comes out is made of the bytes that went in.
+                    assert!(
+                        read(&changed).is_ok_and(|array| array.bytes.len() == 24)
+                            || read(&changed).is_err()
+                    );
+                }
+            }
+        }
+        assert!(
+            refusal(&[b'N'; 1000])
+                .problem
+                .contains("more than 256 instructions")
+        );
+    }
+}

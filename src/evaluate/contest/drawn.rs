@@ -1,0 +1,129 @@
+//! Contests about walks that are drawn.
+
+use super::{Contest, Entrant, training_views};
+use crate::error::{Error, Result};
+use crate::evaluate::protocol::{Decision, GalleryViews, Protocol};
+use crate::source::{Source, Walks};
+use crate::sweep::{View, Views};
+use edgegait_core::pack::Pack;
+
+/// What is asked of a contest about walks that are drawn.
+#[derive(Clone, Debug, Default)]
+pub struct Wish {
+    /// Who is looked for among whom; if not said, by class scores where every recognizer has a
+    /// class for all people, else by their first takes.
+    pub protocol: Option<Protocol>,
+    /// Cycles of each take that is made of a walk.
+    pub cycles: Option<u32>,
+    /// From where probes are seen; if not said, as the protocol says, or from the paper's viewpoints.
+    pub views: Option<Views>,
+}
+
+/// A contest about walks that are drawn.
+pub struct Drawn<'a> {
+    /// The contest.
+    pub contest: Contest<'a>,
+    /// From where probes are seen.
+    pub views: Views,
+    /// Which cycles the probes are, for results.
+    pub probes: String,
+    /// What to know before trusting its results.
+    pub warnings: Vec<String>,
+}
+
+impl<'a> Drawn<'a> {
+    /// A contest about the walks of these numbers. Where class scores decide, or nobody has more
+    /// than one take, takes are made of the walks as the protocol says.
+    ///
+    /// # Errors
+    /// If the protocol does not go with the walks or the recognizers.
+    pub fn new(
+        (pack, walks): (&'a Pack<'a>, &[usize]),
+        entrants: &[Entrant],
+        wish: Wish,
+    ) -> Result<Self> {
+        let mut cycles = Walks::recorded(pack, walks)?;
+        let protocol = match wish.protocol {
+            Some(protocol) => protocol,
+            None => usual(entrants, &cycles.sequences().subjects)?,
+        };
+        let mut warnings = Vec::new();
+        let mut probes = "recorded cycles".to_owned();
+        if protocol.decision == Decision::ClassScore || cycles.are_of_one_take() {
+            let made = protocol.made(wish.cycles.unwrap_or(1));
+            let variations = made.iter().map(|one| one.cycle).filter(|cycle| *cycle > 0);
+            let (Some(first), Some(last)) = (variations.clone().min(), variations.max()) else {
+                return Err(Error::Failed(format!(
+                    "protocol {}: every person has one take, and it does not say which to make of it (add \"made\")",
+                    protocol.name
+                )));
+            };
+            probes = format!("variations {first} to {last}");
+            if protocol.decision == Decision::NearestEmbedding {
+                warnings.push(
+                    "every person has one take: others are made of it, as seeded variations of its cycle".into(),
+                );
+            }
+            cycles = Walks::made(pack, walks, &made)?;
+        } else if wish.cycles.is_some() {
+            return Err(Error::Usage(format!(
+                "--cycles: protocol {} probes with recorded cycles here, since people have several takes",
+                protocol.name
+            )));
+        }
+        let views = match (wish.views, &protocol.views) {
+            (Some(views), _) => views,
+            (None, Some(grid)) => {
+                let (azimuths, elevations) = (grid.azimuth_deg.clone(), grid.elevation_deg.clone());
+                Views::grid(protocol.name.as_str(), azimuths, elevations)?
+            }
+            (None, None) => Views::paper()?,
+        };
+        let roles = protocol.roles(&cycles.sequences().takes)?;
+        let mut gallery = Vec::new();
+        if protocol.gallery_views == GalleryViews::Training {
+            for entrant in entrants {
+                add(&mut gallery, training_views(entrant.recognizer.contract())?);
+            }
+        } else {
+            add(&mut gallery, views.list.iter().copied());
+        }
+        let walks = cycles.seen(&views.list, |take| {
+            let mut seen = Vec::new();
+            if roles.gallery[take] {
+                seen.extend(gallery.iter().copied());
+            }
+            if roles.is_probed(take) {
+                add(&mut seen, views.list.iter().copied());
+            }
+            seen
+        });
+        Ok(Self {
+            contest: Contest::new(Source::Walks(walks), protocol)?,
+            views,
+            probes,
+            warnings,
+        })
+    }
+}
+
+/// Adds views that are not there yet.
+fn add(views: &mut Vec<View>, more: impl IntoIterator<Item = View>) {
+    for view in more {
+        if !views.contains(&view) {
+            views.push(view);
+        }
+    }
+}
+
+/// The protocol for these people if none is named.
+///
+/// # Errors
+/// Never.
+pub fn usual(entrants: &[Entrant], subjects: &[String]) -> Result<Protocol> {
+    let known = entrants.iter().all(|entrant| {
+        let classes = &entrant.recognizer.contract().classes;
+        subjects.iter().all(|subject| classes.contains(subject))
+    });
+    Protocol::named(if known { "closed-set" } else { "first-take" })
+}

@@ -1,0 +1,257 @@
+//! Recognizers against the same people, under one protocol.
+
+mod drawn;
+
+pub use drawn::{Drawn, Wish, usual};
+
+use super::judge::judge;
+use super::protocol::{Decision, GalleryViews, Protocol, Roles};
+use super::results::{Answered, RecognizerResult};
+use super::trial::Trial;
+use crate::error::{Error, Result};
+use crate::score::{Contract, Recognizer, answers::ask};
+use crate::source::{Form, Shown, Source};
+use crate::sweep::{Settings, View, Views};
+
+/// Most comparisons of two embeddings, or one with a class, in a contest: some minutes.
+const MAX_COMPARISONS: u64 = 4_000_000_000;
+
+/// A recognizer, and how what it is shown is drawn.
+pub struct Entrant {
+    /// The recognizer.
+    pub recognizer: Box<dyn Recognizer>,
+    /// As its contract asks.
+    pub settings: Settings,
+}
+
+impl Entrant {
+    /// Whether another recognizer is shown the same pictures.
+    #[must_use]
+    pub fn is_shown_as(&self, other: &Self) -> bool {
+        self.form() == other.form()
+    }
+
+    fn form(&self) -> Form {
+        let contract = self.recognizer.contract();
+        Form {
+            template: contract.template,
+            settings: self.settings,
+            frames: contract.frames,
+        }
+    }
+}
+
+/// People who are looked for, and how.
+pub struct Contest<'a> {
+    source: Source<'a>,
+    protocol: Protocol,
+    roles: Roles,
+}
+
+/// What came of a contest.
+pub struct Outcome {
+    /// Of each recognizer, in order.
+    pub results: Vec<RecognizerResult>,
+    /// Sequences that were shown to any recognizer.
+    pub sequences: u64,
+    /// What was drawn for them.
+    pub shown: Shown,
+    /// What to know before trusting the results.
+    pub warnings: Vec<String>,
+}
+
+/// A picture that a recognizer is shown.
+#[derive(Clone, Copy, Debug)]
+pub struct Picture<'a> {
+    /// Number of the sequence.
+    pub sequence: usize,
+    /// Number of the recognizer that takes it, the first of those who do.
+    pub entrant: usize,
+    /// Whether it is looked for, not known.
+    pub is_probe: bool,
+    /// Its bytes.
+    pub bytes: &'a [u8],
+}
+
+/// The viewpoints of a recognizer's training, or the side view if it does not say.
+///
+/// # Errors
+/// When its contract names angles that are no viewpoint.
+pub fn training_views(contract: &Contract) -> Result<Vec<View>> {
+    if contract.training.viewpoints.is_empty() {
+        return Ok(Views::side()?.list);
+    }
+    let views = contract.training.viewpoints.iter();
+    #[expect(clippy::cast_possible_truncation, reason = "degrees")]
+    views
+        .map(|&[azimuth, elevation]| View::new(azimuth as f32, elevation as f32))
+        .collect()
+}
+
+impl<'a> Contest<'a> {
+    /// A contest about the people of `source`.
+    ///
+    /// # Errors
+    /// If none of its takes is known by or looked for.
+    pub fn new(source: Source<'a>, protocol: Protocol) -> Result<Self> {
+        let roles = protocol.roles(&source.sequences().takes)?;
+        Ok(Self {
+            source,
+            protocol,
+            roles,
+        })
+    }
+
+    /// Who is looked for.
+    #[must_use]
+    pub const fn source(&self) -> &Source<'a> {
+        &self.source
+    }
+
+    /// How they are looked for.
+    #[must_use]
+    pub const fn protocol(&self) -> &Protocol {
+        &self.protocol
+    }
+
+    /// Shows all recognizers what they ask for, and judges their answers; `seed` draws people for
+    /// intervals, `seen` is told of each picture, and `tell` of each answer.
+    ///
+    /// # Errors
+    /// When a sequence cannot be shown, a recognizer fails, or there is too much to compare.
+    pub fn run(
+        &self,
+        entrants: &[Entrant],
+        seed: u64,
+        seen: &mut dyn FnMut(Picture<'_>),
+        tell: &mut dyn FnMut(Answered<'_>),
+    ) -> Result<Outcome> {
+        let sequences = self.source.sequences();
+        let trials: Vec<Trial<'_>> = entrants
+            .iter()
+            .map(|entrant| self.trial(entrant.recognizer.contract()))
+            .collect::<Result<_>>()?;
+        let mut answers = vec![None; entrants.len()];
+        let mut shown: Option<Shown> = None;
+        let mut all = vec![false; sequences.list.len()];
+        for first in 0..entrants.len() {
+            let form = entrants[first].form();
+            let group: Vec<usize> = (first..entrants.len())
+                .filter(|&at| entrants[at].form() == form)
+                .collect();
+            if entrants[..first].iter().any(|other| other.form() == form) {
+                continue;
+            }
+            let wanted: Vec<usize> = (0..sequences.list.len())
+                .filter(|&sequence| group.iter().any(|&at| trials[at].needs(sequence)))
+                .collect();
+            wanted.iter().for_each(|&sequence| all[sequence] = true);
+            let recognizers: Vec<&dyn Recognizer> = group
+                .iter()
+                .map(|&at| entrants[at].recognizer.as_ref())
+                .collect();
+            let mut tell = |sequence: usize, bytes: &[u8]| {
+                seen(Picture {
+                    sequence,
+                    entrant: first,
+                    is_probe: trials[first].is_probe(sequence),
+                    bytes,
+                });
+            };
+            let (found, now) = ask(&recognizers, &self.source, &wanted, &form, &mut tell)?;
+            shown = Some(shown.map_or(now, |before| before.and(now)));
+            for (&at, found) in group.iter().zip(found) {
+                answers[at] = Some(found);
+            }
+        }
+        let mut warnings = self.protocol.doubts(&sequences.takes, &self.roles);
+        let mut results = Vec::with_capacity(entrants.len());
+        for ((entrant, trial), answers) in entrants.iter().zip(&trials).zip(answers) {
+            let Some(answers) = answers else { continue };
+            let result = judge(entrant.recognizer.as_ref(), trial, &answers, seed, tell)?;
+            if result.gallery_non_finite > 0 {
+                warnings.push(format!(
+                    "{}: {} embeddings of the gallery were not finite and left out",
+                    result.name, result.gallery_non_finite
+                ));
+            }
+            warnings.extend(doubts(&result));
+            results.push(result);
+        }
+        Ok(Outcome {
+            results,
+            sequences: all.iter().filter(|is_shown| **is_shown).count() as u64,
+            shown: shown.unwrap_or_default(),
+            warnings,
+        })
+    }
+
+    /// Who is compared with whom by one recognizer.
+    fn trial(&self, contract: &Contract) -> Result<Trial<'_>> {
+        let sequences = self.source.sequences();
+        let classes = match self.protocol.decision {
+            Decision::NearestEmbedding => None,
+            Decision::ClassScore => Some(classes_of(contract, &sequences.subjects)?),
+        };
+        let gallery_views = match self.protocol.gallery_views {
+            GalleryViews::Training => Some(training_views(contract)?),
+            _ => None,
+        };
+        let trial = Trial::new(
+            &self.protocol,
+            &self.roles,
+            sequences,
+            classes,
+            gallery_views,
+        )?;
+        let comparisons = trial.comparisons();
+        if comparisons > MAX_COMPARISONS {
+            return Err(Error::Failed(format!(
+                "protocol {}: {comparisons} comparisons, expected at most {MAX_COMPARISONS} (choose fewer viewpoints, people or walks)",
+                self.protocol.name
+            )));
+        }
+        Ok(trial)
+    }
+}
+
+/// What to know about a recognizer's result.
+fn doubts(result: &RecognizerResult) -> Vec<String> {
+    let mut doubts = Vec::new();
+    for set in &result.probe_sets {
+        let name = format!("{}, probe set {}", result.name, set.name);
+        if set.tied > 0 {
+            doubts.push(format!(
+                "{name}: {} of {} answers are as near to another as to the right person; the one listed first counts",
+                set.tied, set.probes
+            ));
+        }
+        if set.people == 1 {
+            doubts.push(format!("{name}: it is of one person only"));
+        }
+    }
+    if result.classes == 1 {
+        doubts.push(format!(
+            "{}: there is one person to choose from",
+            result.name
+        ));
+    }
+    doubts
+}
+
+/// The class of each person.
+fn classes_of(contract: &Contract, subjects: &[String]) -> Result<Vec<usize>> {
+    let class = |subject: &String| {
+        let found = contract.classes.iter().position(|class| class == subject);
+        found.ok_or_else(|| {
+            Error::Failed(format!(
+                "{}: no class is called {subject:?}, as scoring by classes needs (use --protocol first-take)",
+                contract.name
+            ))
+        })
+    };
+    subjects.iter().map(class).collect()
+}
+
+#[cfg(test)]
+mod tests;

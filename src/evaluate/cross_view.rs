@@ -1,0 +1,219 @@
+//! Rank-1 from every view to every view, and its means as OpenGait computes them.
+//!
+//! A probe seen from one view is looked for in a gallery seen from one other. CASIA-B's and
+//! OU-MVLP's published numbers are the mean over the gallery views, without the identical one, then
+//! over the probe views.
+
+use super::rank::{Outcome, Tally};
+use crate::error::{Error, Result};
+
+/// What a cell is called in errors.
+const WHAT: &str = "cross-view matrix";
+
+/// Whether a mean counts the cells whose probe and gallery views are the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IdenticalView {
+    /// They do not count (OpenGait's `de_diag`).
+    Excluded,
+    /// They count like the others.
+    Included,
+}
+
+/// A tally for each probe view and gallery view.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CrossView {
+    views: usize,
+    /// `[probe view][gallery view]`.
+    cells: Vec<Tally>,
+}
+
+/// Means of a [`CrossView`], percent.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Means {
+    /// Over the gallery views, for each probe view.
+    pub by_probe_view: Vec<f64>,
+    /// Of [`Self::by_probe_view`].
+    pub mean: f64,
+}
+
+impl CrossView {
+    /// An empty matrix of so many probe views by as many gallery views.
+    #[must_use]
+    pub fn new(views: usize) -> Self {
+        Self {
+            views,
+            cells: vec![Tally::default(); views * views],
+        }
+    }
+
+    /// Counts one more probe.
+    ///
+    /// # Panics
+    /// If a view is not below the number of views.
+    pub fn add(&mut self, probe_view: usize, gallery_view: usize, outcome: Outcome) {
+        let at = self.at(probe_view, gallery_view);
+        self.cells[at].add(outcome);
+    }
+
+    /// The tally of a probe view against a gallery view.
+    ///
+    /// # Panics
+    /// As [`Self::add`].
+    #[must_use]
+    pub fn cell(&self, probe_view: usize, gallery_view: usize) -> Tally {
+        self.cells[self.at(probe_view, gallery_view)]
+    }
+
+    /// The means as OpenGait computes them: each cell is rounded to 0.01 % (halves to even, as
+    /// `numpy.round`) before it is averaged.
+    ///
+    /// # Errors
+    /// If a cell that counts has no probe, or no cell counts.
+    pub fn opengait_means(&self, identical: IdenticalView) -> Result<Means> {
+        self.means_of(identical, |percent| {
+            (percent * 100.0).round_ties_even() / 100.0
+        })
+    }
+
+    /// The means of the rates as they are.
+    ///
+    /// # Errors
+    /// As [`Self::opengait_means`].
+    pub fn means(&self, identical: IdenticalView) -> Result<Means> {
+        self.means_of(identical, |percent| percent)
+    }
+
+    fn means_of(&self, identical: IdenticalView, rounded: fn(f64) -> f64) -> Result<Means> {
+        let counted = match identical {
+            IdenticalView::Excluded => self.views.saturating_sub(1),
+            IdenticalView::Included => self.views,
+        };
+        if counted == 0 {
+            return Err(Error::Failed(format!(
+                "{WHAT}: expected at least 2 views (1 with the identical view), found {}",
+                self.views
+            )));
+        }
+        let mut by_probe_view = Vec::with_capacity(self.views);
+        for probe_view in 0..self.views {
+            let mut sum = 0.0;
+            for gallery_view in 0..self.views {
+                if identical == IdenticalView::Excluded && gallery_view == probe_view {
+                    continue;
+                }
+                let tally = self.cell(probe_view, gallery_view);
+                if tally.probes == 0 {
+                    return Err(Error::Failed(format!(
+                        "{WHAT}: no probe of view {probe_view} met gallery view {gallery_view}, \
+                         expected one in every cell (leave the view out)"
+                    )));
+                }
+                sum += rounded(100.0 * tally.hits as f64 / tally.probes as f64);
+            }
+            by_probe_view.push(sum / counted as f64);
+        }
+        Ok(Means {
+            mean: by_probe_view.iter().sum::<f64>() / self.views as f64,
+            by_probe_view,
+        })
+    }
+
+    fn at(&self, probe_view: usize, gallery_view: usize) -> usize {
+        assert!(
+            probe_view < self.views && gallery_view < self.views,
+            "views {probe_view} and {gallery_view} of {}",
+            self.views
+        );
+        probe_view * self.views + gallery_view
+    }
+}
+
+impl std::ops::AddAssign<&Self> for CrossView {
+    /// # Panics
+    /// If the two do not have the same views.
+    fn add_assign(&mut self, other: &Self) {
+        assert_eq!(self.views, other.views, "matrices of the same views");
+        for (sum, &tally) in self.cells.iter_mut().zip(&other.cells) {
+            *sum += tally;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A matrix of hits in `probes` probes a cell.
+    fn matrix_of(probes: u64, hits: &[&[u64]]) -> CrossView {
+        let mut matrix = CrossView::new(hits.len());
+        for (probe_view, row) in hits.iter().enumerate() {
+            for (gallery_view, &hits) in row.iter().enumerate() {
+                for probe in 0..probes {
+                    let outcome = if probe < hits {
+                        Outcome::Hit
+                    } else {
+                        Outcome::Miss
+                    };
+                    matrix.add(probe_view, gallery_view, outcome);
+                }
+            }
+        }
+        matrix
+    }
+
+    #[test]
+    fn the_reference_matrix_has_its_worked_means() {
+        let matrix = matrix_of(100, &[&[100, 80, 60], &[90, 100, 70], &[50, 75, 100]]);
+        for means in [
+            matrix.opengait_means(IdenticalView::Excluded).unwrap(),
+            matrix.means(IdenticalView::Excluded).unwrap(),
+        ] {
+            assert_eq!(means.by_probe_view, [70.0, 80.0, 62.5]);
+            assert!((means.mean - 70.8333).abs() < 5e-5);
+        }
+        let all = matrix.means(IdenticalView::Included).unwrap();
+        assert_eq!(all.by_probe_view, [80.0, 260.0 / 3.0, 75.0]);
+    }
+
+    #[test]
+    fn cells_are_rounded_before_they_are_averaged() {
+        // 1/3 is 33.33 and 2/3 is 66.67: OpenGait's mean is 50.00 by luck, its rows are not.
+        let matrix = matrix_of(3, &[&[0, 1], &[2, 0]]);
+        let rounded = matrix.opengait_means(IdenticalView::Excluded).unwrap();
+        assert_eq!(rounded.by_probe_view, [33.33, 66.67]);
+        let exact = matrix.means(IdenticalView::Excluded).unwrap();
+        assert!((exact.by_probe_view[0] - 100.0 / 3.0).abs() < 1e-12);
+        // 1 in 800 is 0.125 %: numpy.round(0.125, 2) is 0.12.
+        let matrix = matrix_of(800, &[&[0, 1], &[3, 0]]);
+        let rounded = matrix.opengait_means(IdenticalView::Excluded).unwrap();
+        assert_eq!(rounded.by_probe_view, [0.12, 0.38]);
+    }
+
+    #[test]
+    fn an_empty_cell_and_a_lone_view_are_refused() {
+        let mut matrix = CrossView::new(2);
+        matrix.add(0, 1, Outcome::Hit);
+        let error = matrix.means(IdenticalView::Excluded).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "cross-view matrix: no probe of view 1 met gallery view 0, \
+             expected one in every cell (leave the view out)"
+        );
+        matrix.add(1, 0, Outcome::NonFinite);
+        let means = matrix.means(IdenticalView::Excluded).unwrap();
+        assert_eq!(means.by_probe_view, [100.0, 0.0]);
+        assert_eq!(matrix.cell(1, 0).non_finite, 1);
+        assert!(matrix.means(IdenticalView::Included).is_err());
+        assert!(CrossView::new(0).means(IdenticalView::Included).is_err());
+        let lone = CrossView::new(1).means(IdenticalView::Excluded);
+        assert!(lone.unwrap_err().to_string().contains("at least 2 views"));
+    }
+
+    #[test]
+    fn the_sum_of_two_matrices_has_all_their_probes() {
+        let mut sum = matrix_of(2, &[&[2, 1], &[0, 2]]);
+        sum += &matrix_of(2, &[&[2, 2], &[1, 2]]);
+        assert_eq!((sum.cell(0, 1).hits, sum.cell(0, 1).probes), (3, 4));
+        assert_eq!((sum.cell(1, 0).hits, sum.cell(1, 0).probes), (1, 4));
+    }
+}

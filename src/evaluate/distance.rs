@@ -1,0 +1,118 @@
+//! Distances between embeddings, as OpenGait's evaluator defines them.
+//!
+//! An embedding is `[c, p]`: c numbers for each of p parts of the body, stored row by row, so
+//! that number i of part j is at `i * p + j` (OpenGait's `[n, c, p]`). A plain vector has one part.
+//!
+//! Euclidean is the mean over the parts of `|x - y|` (OpenGait's `euc`), 0 or more. Cosine is 1 less the
+//! mean over the parts of `x . y / (|x| |y|)` (OpenGait's `cos`), 0..2; a part that is zero in one of
+//! the two has no direction: its cosine counts as 0, as `F.normalize` makes it.
+
+use crate::score::Distance;
+
+impl Distance {
+    /// The distance of two embeddings of so many parts, computed in f64.
+    ///
+    /// # Guarantees
+    /// Finite for finite numbers, since squares of f32 do not overflow f64. Equal embeddings are
+    /// exactly 0 apart, but for parts that are zero under [`Self::Cosine`]. A NaN or infinite
+    /// number anywhere makes the distance NaN or infinite.
+    ///
+    /// # Panics
+    /// If the embeddings are not of one length, or that is not a whole number of `parts`.
+    #[must_use]
+    pub fn between(self, x: &[f32], y: &[f32], parts: usize) -> f64 {
+        assert_eq!(x.len(), y.len(), "embeddings of one length");
+        assert!(
+            parts > 0 && x.len().is_multiple_of(parts),
+            "{} numbers in {parts} parts",
+            x.len()
+        );
+        let of_part = |part: usize| {
+            let x = x.iter().skip(part).step_by(parts).copied().map(f64::from);
+            let y = y.iter().skip(part).step_by(parts).copied().map(f64::from);
+            match self {
+                Self::Euclidean => x.zip(y).map(|(x, y)| (x - y) * (x - y)).sum::<f64>().sqrt(),
+                Self::Cosine => cosine(x.zip(y)),
+            }
+        };
+        let mean = (0..parts).map(of_part).sum::<f64>() / parts as f64;
+        match self {
+            Self::Euclidean => mean,
+            Self::Cosine => 1.0 - mean,
+        }
+    }
+}
+
+/// The cosine between two vectors, -1..1; 0 if one is zero.
+fn cosine(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let (mut dot, mut xx, mut yy) = (0.0, 0.0, 0.0);
+    for (x, y) in pairs {
+        dot += x * y;
+        xx += x * x;
+        yy += y * y;
+    }
+    // One root of the product, not two: of equal vectors it is exactly the dot product.
+    let lengths = f64::sqrt(xx * yy);
+    if lengths == 0.0 {
+        return 0.0;
+    }
+    (dot / lengths).clamp(-1.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_parts_have_the_distances_that_opengait_gives() {
+        // Part 0 is (1, 0) and part 1 (0, 2); against nothing, and against part 0 alone.
+        let x = [1.0, 0.0, 0.0, 2.0];
+        for (y, euclidean, cosine) in [([0.0; 4], 1.5, 1.0), ([1.0, 0.0, 0.0, 0.0], 1.0, 0.5)] {
+            assert_eq!(Distance::Euclidean.between(&x, &y, 2), euclidean);
+            assert_eq!(Distance::Cosine.between(&x, &y, 2), cosine);
+        }
+    }
+
+    #[test]
+    fn one_part_is_a_plain_vector() {
+        let (x, y) = ([3.0, 0.0], [0.0, 4.0]);
+        assert_eq!(Distance::Euclidean.between(&x, &y, 1), 5.0);
+        assert_eq!(Distance::Cosine.between(&x, &y, 1), 1.0);
+        assert_eq!(Distance::Cosine.between(&x, &[-6.0, 0.0], 1), 2.0);
+        // 45 degrees.
+        let diagonal = Distance::Cosine.between(&x, &[2.0, 2.0], 1);
+        assert!((diagonal - (1.0 - 0.5_f64.sqrt())).abs() < 1e-15);
+    }
+
+    #[test]
+    fn equal_embeddings_are_exactly_zero_apart() {
+        for x in [
+            [0.1, -0.7, 3.3],
+            [1e-30, 2e-30, 5e-31],
+            [f32::MAX, f32::MIN, 1.0],
+        ] {
+            for metric in [Distance::Euclidean, Distance::Cosine] {
+                assert_eq!(metric.between(&x, &x, 1), 0.0);
+                assert_eq!(metric.between(&x, &x, 3), 0.0);
+            }
+        }
+    }
+
+    #[test]
+    fn a_nan_or_an_infinite_number_leaves_no_finite_distance() {
+        for bad in [f32::NAN, f32::INFINITY] {
+            for y in [[0.0, 0.0], [1.0, 2.0], [bad, bad]] {
+                for metric in [Distance::Euclidean, Distance::Cosine] {
+                    assert!(!metric.between(&[bad, 1.0], &y, 1).is_finite());
+                    assert!(!metric.between(&y, &[bad, 1.0], 2).is_finite());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn two_zero_vectors_are_0_apart_but_1_by_cosine() {
+        assert_eq!(Distance::Euclidean.between(&[0.0; 4], &[0.0; 4], 2), 0.0);
+        assert_eq!(Distance::Cosine.between(&[0.0; 4], &[0.0; 4], 2), 1.0);
+    }
+}

@@ -1,0 +1,264 @@
+//! A recognizer's results: what became of its probes, added up.
+
+use std::collections::HashSet;
+
+use rayon::prelude::*;
+
+use super::angle::by_angle;
+use super::bootstrap::{interval_95, rank1_95, verification_95};
+use super::cross_view::{CrossView, IdenticalView};
+use super::protocol::{Decision, GalleryViews};
+use super::rank::Tally;
+use super::ranking::Ranking;
+use super::results::{
+    Answered, Contestant, CrossViewResult, ProbeSetResult, RecognizerResult, VerificationResult,
+};
+use super::trial::{Meeting, Trial};
+use super::verification::{Pairs, Verification};
+use super::wilson::Interval;
+use crate::error::{Error, Result};
+use crate::score::Recognizer;
+use crate::score::answers::Answers;
+use crate::source::Sequences;
+
+/// Most distances that are kept for verification, where they take 400 MB.
+const MAX_PAIRS: u64 = 10_000_000;
+
+/// What one set of probes adds up to.
+struct Sums {
+    /// `[viewpoint][person]`.
+    by_view: Vec<Vec<Tally>>,
+    by_person: Vec<Ranking>,
+    tied: u64,
+    pairs: Vec<Pairs>,
+    cells: Option<CrossView>,
+}
+
+/// A recognizer's results; `seed` draws people for intervals, and `tell` gets each answer that counts.
+///
+/// # Errors
+/// When nothing finite is left in the gallery.
+pub(super) fn judge(
+    recognizer: &dyn Recognizer,
+    trial: &Trial<'_>,
+    answers: &Answers,
+    seed: u64,
+    tell: &mut dyn FnMut(Answered<'_>),
+) -> Result<RecognizerResult> {
+    let sequences = trial.sequences;
+    let mut trial = Trial {
+        classes: trial.classes.clone(),
+        gallery: trial.gallery.clone(),
+        ..*trial
+    };
+    let enrolled = |trial: &Trial<'_>| trial.gallery.iter().map(Vec::len).sum::<usize>();
+    let all = enrolled(&trial);
+    for gallery in &mut trial.gallery {
+        let is_finite = |number: &f32| number.is_finite();
+        gallery.retain(|&sequence| answers.embedding(sequence).iter().all(is_finite));
+    }
+    let gallery_non_finite = (all - enrolled(&trial)) as u64;
+    if trial.classes.is_none() && enrolled(&trial) == 0 {
+        return Err(Error::Failed(format!(
+            "{}: no embedding of the gallery is finite",
+            recognizer.name()
+        )));
+    }
+    let keep_pairs = trial.comparisons() <= MAX_PAIRS;
+    let people = sequences.subjects.len();
+    let mut by_view = vec![vec![Tally::default(); people]; sequences.views.len()];
+    let mut probe_sets = Vec::new();
+    for (set, takes) in trial.protocol.probes.iter().zip(&trial.roles.probes) {
+        let probes: Vec<usize> = (0..sequences.list.len())
+            .filter(|&sequence| takes[sequences.list[sequence].take])
+            .collect();
+        if probes.is_empty() {
+            continue;
+        }
+        let mut told = |probe: usize, meeting: &Meeting| {
+            tell(trial.answered(recognizer, &set.name, (probe, meeting)));
+        };
+        let sums = sums(
+            recognizer,
+            &trial,
+            answers,
+            (&probes, keep_pairs),
+            &mut told,
+        );
+        let found = sums.by_view.iter().flatten();
+        for (sum, tally) in by_view.iter_mut().flatten().zip(found) {
+            *sum += *tally;
+        }
+        probe_sets.push(result_of(&set.name, &trial, sums, seed));
+    }
+    if probe_sets.iter().all(|set| set.probes == 0) {
+        return Err(Error::Failed(format!(
+            "protocol {}: no probe meets a gallery: expected sequences of both at {}",
+            trial.protocol.name,
+            match trial.protocol.gallery_views {
+                GalleryViews::Each => "different viewpoints",
+                _ => "viewpoints that are compared",
+            }
+        )));
+    }
+    let takes = sequences.takes.iter().enumerate();
+    let enrolled: HashSet<usize> = takes
+        .filter(|(take, _)| trial.roles.gallery[*take])
+        .map(|(_, take)| take.subject)
+        .collect();
+    let contract = recognizer.contract();
+    let contestant = Contestant {
+        name: recognizer.name().to_owned(),
+        runtime: recognizer.runtime().clone(),
+        protocol: trial.protocol.name.clone(),
+        classes: match trial.protocol.decision {
+            Decision::ClassScore => contract.classes.len(),
+            Decision::NearestEmbedding => enrolled.len(),
+        },
+        // Where embeddings of two viewpoints are compared, neither is "where it was trained".
+        trained_at: match (trial.protocol.decision, trial.protocol.gallery_views) {
+            (Decision::NearestEmbedding, GalleryViews::Each | GalleryViews::All) => Vec::new(),
+            _ => contract
+                .training
+                .viewpoints
+                .iter()
+                .map(|&[azimuth, elevation]| (azimuth, elevation))
+                .collect(),
+        },
+    };
+    let tallies: Vec<_> = sequences
+        .views
+        .iter()
+        .zip(&by_view)
+        .map(|(&at, people)| (at, people.iter().copied().sum::<Tally>()))
+        .filter(|(_, tally)| tally.probes > 0)
+        .collect();
+    let by_angle = by_angle(&contestant.trained_at, &sequences.views, &by_view, seed);
+    let of_person = |person: usize| by_view.iter().map(|people| people[person]).sum();
+    let by_person: Vec<Tally> = (0..people).map(of_person).collect();
+    let mut result = RecognizerResult::new(contestant, &tallies).with_subjects(&by_person, seed);
+    result.gallery_non_finite = gallery_non_finite;
+    result.by_angle = by_angle;
+    result.probe_sets = probe_sets;
+    Ok(result)
+}
+
+/// Meets all probes of a set.
+fn sums(
+    recognizer: &dyn Recognizer,
+    trial: &Trial<'_>,
+    answers: &Answers,
+    (probes, keep_pairs): (&[usize], bool),
+    tell: &mut dyn FnMut(usize, &Meeting),
+) -> Sums {
+    let sequences = trial.sequences;
+    let (views, people) = (sequences.views.len(), sequences.subjects.len());
+    let mut sums = Sums {
+        by_view: vec![vec![Tally::default(); people]; views],
+        by_person: vec![Ranking::default(); people],
+        tied: 0,
+        pairs: vec![Pairs::default(); if keep_pairs { people } else { 0 }],
+        cells: (trial.protocol.gallery_views == GalleryViews::Each).then(|| CrossView::new(views)),
+    };
+    // In parts, so that distances are not kept twice.
+    for probes in probes.chunks(4_096) {
+        let met: Vec<Vec<Meeting>> = probes
+            .par_iter()
+            .map(|&probe| trial.meet(recognizer, answers, probe, keep_pairs))
+            .collect();
+        for (&probe, meetings) in probes.iter().zip(met) {
+            let (person, view) = (sequences.subject(probe), sequences.list[probe].view);
+            for mut meeting in meetings {
+                if let (Some(cells), Some(gallery_view)) = (&mut sums.cells, meeting.gallery_view) {
+                    cells.add(view, gallery_view, meeting.outcome());
+                    if gallery_view == view {
+                        continue;
+                    }
+                }
+                tell(probe, &meeting);
+                sums.by_view[view][person].add(meeting.outcome());
+                sums.by_person[person].add(meeting.ranked);
+                sums.tied += u64::from(meeting.is_tied);
+                if let Some(pairs) = sums.pairs.get_mut(person) {
+                    pairs.genuine.append(&mut meeting.pairs.genuine);
+                    pairs.impostor.append(&mut meeting.pairs.impostor);
+                }
+            }
+        }
+    }
+    sums
+}
+
+fn result_of(name: &str, trial: &Trial<'_>, sums: Sums, seed: u64) -> ProbeSetResult {
+    let mut all = Ranking::default();
+    sums.by_person.iter().for_each(|ranking| all += ranking);
+    let tally = all.tally(1);
+    let wilson = tally.interval();
+    let ends = |interval: Option<Interval>| interval.map(|one| (one.low, one.high));
+    let probed: Vec<Ranking> = sums
+        .by_person
+        .iter()
+        .filter(|ranking| ranking.probes() > 0)
+        .cloned()
+        .collect();
+    let people: Vec<Tally> = probed.iter().map(|ranking| ranking.tally(1)).collect();
+    ProbeSetResult {
+        name: name.to_owned(),
+        probes: all.probes(),
+        people: probed.len() as u64,
+        tied: sums.tied,
+        without_mate: all.without_mate(),
+        non_finite: all.non_finite(),
+        rank1: tally.rank1().unwrap_or_default(),
+        rank1_low: wilson.low,
+        rank1_high: wilson.high,
+        rank1_by_subjects: ends(rank1_95(&people, seed)),
+        rank5: all.rank_k(5).unwrap_or_default(),
+        cmc: all.cmc().unwrap_or_default(),
+        map: all.map(),
+        map_by_subjects: ends(interval_95(&probed, seed, Ranking::map)),
+        minp: all.minp(),
+        verification: verification(&sums.pairs, seed),
+        cross_view: sums.cells.map(|cells| cross_view(&cells, trial.sequences)),
+    }
+}
+
+fn verification(pairs: &[Pairs], seed: u64) -> Option<VerificationResult> {
+    if pairs.is_empty() {
+        return None;
+    }
+    let all =
+        |of: fn(&Pairs) -> &Vec<f64>| -> Vec<f64> { pairs.iter().flat_map(of).copied().collect() };
+    let curve = Verification::of(&all(|pairs| &pairs.genuine), &all(|pairs| &pairs.impostor));
+    let (non_finite_genuine, non_finite_impostors) = curve.non_finite();
+    let eer = curve.eer();
+    let by_subjects = verification_95(pairs, seed, |curve| curve.eer().map(|eer| eer.rate));
+    Some(VerificationResult {
+        genuine: curve.genuine(),
+        impostors: curve.impostors(),
+        non_finite_genuine,
+        non_finite_impostors,
+        eer: eer.map(|eer| eer.rate),
+        eer_threshold: eer.map(|eer| eer.threshold),
+        eer_by_subjects: by_subjects.map(|one| (one.low, one.high)),
+        auc: curve.auc(),
+        tar_at_far: curve.tars(),
+        roc: curve.roc(),
+    })
+}
+
+fn cross_view(cells: &CrossView, sequences: &Sequences) -> CrossViewResult {
+    let views = sequences.views.len();
+    let row = |probe_view: usize| {
+        let cell = |gallery_view: usize| cells.cell(probe_view, gallery_view).rank1();
+        (0..views).map(cell).collect()
+    };
+    let means = cells.opengait_means(IdenticalView::Excluded);
+    CrossViewResult {
+        views: sequences.views.clone(),
+        rank1: (0..views).map(row).collect(),
+        note: means.as_ref().err().map(ToString::to_string),
+        mean_percent: means.as_ref().ok().map(|means| means.mean),
+        by_probe_view_percent: means.map(|means| means.by_probe_view).unwrap_or_default(),
+    }
+}

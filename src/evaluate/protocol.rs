@@ -1,0 +1,491 @@
+//! Protocols as data: who is looked for among whom.
+//!
+//! A protocol chooses takes by name, condition or order, and knows nothing of how their pictures were
+//! made, so that a pack, a dataset and a tree of silhouettes are judged alike. Those of
+//! [`NAMES`] are built in; others are TOML files of the same keys.
+
+use std::path::Path;
+
+use serde::Deserialize;
+
+use crate::error::{Error, Place, Result};
+use crate::source::{Made, Take};
+
+/// Most bytes of a protocol's file.
+const MAX_BYTES: u64 = 1 << 20;
+
+/// Names of the built-in protocols.
+pub const NAMES: [&str; 7] = [
+    "closed-set",
+    "first-take",
+    "leave-one-take-out",
+    "cross-view",
+    "verification",
+    "casia-b",
+    "ou-mvlp",
+];
+
+const BUILT_IN: [&str; 7] = [
+    include_str!("protocols/closed-set.toml"),
+    include_str!("protocols/first-take.toml"),
+    include_str!("protocols/leave-one-take-out.toml"),
+    include_str!("protocols/cross-view.toml"),
+    include_str!("protocols/verification.toml"),
+    include_str!("protocols/casia-b.toml"),
+    include_str!("protocols/ou-mvlp.toml"),
+];
+
+/// Who is looked for among whom.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Protocol {
+    /// What it is called in results.
+    pub name: String,
+    /// What it does, in a sentence.
+    pub description: String,
+    /// What decides who a probe shows.
+    pub decision: Decision,
+    /// Which of the gallery's viewpoints a probe is compared with.
+    #[serde(default)]
+    pub gallery_views: GalleryViews,
+    /// Whether a probe is not compared with cycles of its own take.
+    #[serde(default)]
+    pub exclude_own_take: bool,
+    /// The takes that people are known by; none if class scores decide.
+    pub gallery: Option<Choice>,
+    /// The takes that are looked for, in sets that are reported apart.
+    pub probes: Vec<ProbeSet>,
+    /// Takes that a walk stands for where nobody has more than one.
+    #[serde(default)]
+    pub made: Vec<Made>,
+    /// From where walks are drawn unless a user says otherwise; the paper's 703 viewpoints if absent.
+    pub views: Option<Grid>,
+}
+
+/// Viewpoints: every azimuth with every elevation.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Grid {
+    /// Degrees.
+    pub azimuth_deg: Vec<f32>,
+    /// Degrees.
+    pub elevation_deg: Vec<f32>,
+}
+
+/// What decides who a probe shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+pub enum Decision {
+    /// The class with the highest score.
+    #[serde(rename = "class score")]
+    ClassScore,
+    /// The nearest embedding of the gallery.
+    #[serde(rename = "nearest embedding")]
+    NearestEmbedding,
+}
+
+/// Which of the gallery's viewpoints a probe is compared with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum GalleryViews {
+    /// All at once.
+    #[default]
+    All,
+    /// The probe's own.
+    Same,
+    /// Each of them for itself. The probe's own counts in no rate.
+    Each,
+    /// Those that the recognizer was trained at, all at once; the side view if it does not say.
+    Training,
+}
+
+/// Which takes are meant.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Choice {
+    /// Names, `*` for any characters at the end; all names if empty.
+    pub takes: Vec<String>,
+    /// Conditions; all if empty.
+    pub conditions: Vec<String>,
+    /// Which of those of each person.
+    pub order: Order,
+}
+
+/// Which of a person's takes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Order {
+    /// All of them.
+    #[default]
+    All,
+    /// The first.
+    First,
+    /// All but the first.
+    Others,
+}
+
+/// Takes that are looked for and reported together.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ProbeSet {
+    /// What they are called in results, such as `BG`.
+    pub name: String,
+    /// Names, as in [`Choice`].
+    #[serde(default)]
+    pub takes: Vec<String>,
+    /// Conditions, as in [`Choice`].
+    #[serde(default)]
+    pub conditions: Vec<String>,
+    /// Which of those of each person.
+    #[serde(default)]
+    pub order: Order,
+}
+
+/// What part each take has.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Roles {
+    /// Whether people are known by the take.
+    pub gallery: Vec<bool>,
+    /// For each set of probes, whether the take is in it.
+    pub probes: Vec<Vec<bool>>,
+}
+
+impl Roles {
+    /// Whether a take is in any set of probes.
+    #[must_use]
+    pub fn is_probed(&self, take: usize) -> bool {
+        self.probes.iter().any(|set| set[take])
+    }
+}
+
+impl Protocol {
+    /// A built-in protocol by its name, or that of a `.toml` file.
+    ///
+    /// # Errors
+    /// If there is no such protocol, or the file cannot be used.
+    pub fn named(name: &str) -> Result<Self> {
+        if let Some(at) = NAMES.iter().position(|known| *known == name) {
+            return Self::parse(Path::new(name), BUILT_IN[at]);
+        }
+        let path = Path::new(name);
+        if path.extension().is_none_or(|extension| extension != "toml") {
+            return Err(Error::Usage(format!(
+                "there is no protocol {name:?}: expected {} or a .toml file",
+                NAMES.join(", ")
+            )));
+        }
+        let length = std::fs::metadata(path)
+            .map_err(|error| Error::io(path, error))?
+            .len();
+        if length > MAX_BYTES {
+            return Err(Error::input(
+                path,
+                format!("expected a protocol of at most {MAX_BYTES} bytes, found {length}"),
+            ));
+        }
+        let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, error))?;
+        Self::parse(path, &text)
+    }
+
+    /// A protocol from TOML; `path` is for messages.
+    ///
+    /// # Errors
+    /// If the text is not TOML, a key is unknown, or the protocol makes no sense.
+    pub fn parse(path: &Path, text: &str) -> Result<Self> {
+        let protocol: Self = toml::from_str(text).map_err(|error| {
+            let line = error.span().map(|span| {
+                let before = text.as_bytes().iter().take(span.start);
+                1 + before.filter(|byte| **byte == b'\n').count()
+            });
+            let place = line.map_or(Place::File, Place::Line);
+            Error::at(path, place, error.message().trim())
+        })?;
+        match protocol.problem() {
+            Some(problem) => Err(Error::input(path, problem)),
+            None => Ok(protocol),
+        }
+    }
+
+    fn problem(&self) -> Option<String> {
+        let by_scores = self.decision == Decision::ClassScore;
+        if by_scores != self.gallery.is_none() {
+            return Some(
+                "expected a [gallery] where the nearest embedding decides, and none where class scores do".into(),
+            );
+        }
+        if by_scores && self.gallery_views != GalleryViews::All {
+            return Some("gallery_views: class scores are compared with no gallery".into());
+        }
+        if self.probes.is_empty() {
+            return Some("expected at least one [[probes]]".into());
+        }
+        let twice = |names: Vec<&str>| {
+            let repeated = names.iter().enumerate();
+            let repeated = repeated.filter(|(at, name)| names[..*at].contains(name));
+            repeated.map(|(_, name)| (*name).to_owned()).next()
+        };
+        if let Some(name) = twice(self.probes.iter().map(|set| set.name.as_str()).collect()) {
+            return Some(format!("probes: {name:?} is there twice"));
+        }
+        if let Some(name) = twice(self.made.iter().map(|one| one.take.as_str()).collect()) {
+            return Some(format!("made: {name:?} is there twice"));
+        }
+        let cycles: Vec<u32> = self.made.iter().map(|one| one.cycle).collect();
+        let first = cycles.iter().enumerate();
+        let again = first
+            .filter(|(at, cycle)| cycles[..*at].contains(cycle))
+            .map(|(_, cycle)| cycle)
+            .next();
+        again.map(|cycle| format!("made: cycle {cycle} is there twice"))
+    }
+
+    /// What part each of the takes has.
+    ///
+    /// # Errors
+    /// If nobody is enrolled, or nothing is looked for.
+    pub fn roles(&self, takes: &[Take]) -> Result<Roles> {
+        let all = |choice: &Choice| choice.of(takes);
+        let gallery = match &self.gallery {
+            Some(choice) => all(choice),
+            None => vec![false; takes.len()],
+        };
+        let roles = Roles {
+            probes: self.probes.iter().map(|set| all(&set.choice())).collect(),
+            gallery,
+        };
+        let absent = |part: &str| {
+            let mut names: Vec<&str> = takes.iter().map(|take| take.name.as_str()).collect();
+            names.sort_unstable();
+            names.dedup();
+            names.truncate(12);
+            Error::Failed(format!(
+                "protocol {}: no take is in its {part}; found {} (rename takes, choose one walk of each person so that takes are made of it, or another --protocol)",
+                self.name,
+                if names.is_empty() {
+                    "none".to_owned()
+                } else {
+                    names.join(", ")
+                }
+            ))
+        };
+        if self.gallery.is_some() && !roles.gallery.contains(&true) {
+            return Err(absent("gallery"));
+        }
+        if !roles.probes.iter().flatten().any(|is_in| *is_in) {
+            return Err(absent("probes"));
+        }
+        Ok(roles)
+    }
+
+    /// What in the protocol means nothing among the takes, or more than it seems to.
+    #[must_use]
+    pub fn doubts(&self, takes: &[Take], roles: &Roles) -> Vec<String> {
+        let mut doubts = Vec::new();
+        let sets = self.probes.iter().zip(&roles.probes);
+        let present = sets.clone().filter(|(_, is_in)| is_in.contains(&true));
+        let gallery = self.gallery.iter().flat_map(|choice| &choice.takes);
+        for name in gallery.chain(present.flat_map(|(set, _)| &set.takes)) {
+            if !takes.iter().any(|take| matches(name, &take.name)) {
+                doubts.push(format!("no take is called {name:?}"));
+            }
+        }
+        for (set, _) in sets.filter(|(_, is_in)| !is_in.contains(&true)) {
+            doubts.push(format!(
+                "no take is in the probe set {}: it is not scored",
+                set.name
+            ));
+        }
+        let both = (0..takes.len()).filter(|&take| roles.gallery[take] && roles.is_probed(take));
+        let both = both.count();
+        if both > 0 && !self.exclude_own_take {
+            doubts.push(format!(
+                "{both} takes are in the gallery and probes too, and may vouch for themselves (exclude_own_take = true)"
+            ));
+        }
+        doubts
+    }
+
+    /// The takes that are made of a walk, each probed one with `cycles` cycles: those from the
+    /// stated one on, in steps of as many as there are probed takes.
+    #[must_use]
+    pub fn made(&self, cycles: u32) -> Vec<Made> {
+        let is_probe = |made: &&Made| {
+            let sets = self.probes.iter();
+            sets.clone().any(|set| {
+                let names =
+                    set.takes.is_empty() || set.takes.iter().any(|p| matches(p, &made.take));
+                names && (set.order != Order::Others || made.take != self.made[0].take)
+            })
+        };
+        let probed = self.made.iter().filter(is_probe).count();
+        let step = u32::try_from(probed).unwrap_or(1);
+        let of = |made: &Made| {
+            let count = if is_probe(&made) { cycles } else { 1 };
+            let name = made.take.clone();
+            let first = made.cycle;
+            (0..count).map(move |at| Made {
+                take: name.clone(),
+                cycle: first + at * step,
+            })
+        };
+        self.made.iter().flat_map(of).collect()
+    }
+}
+
+impl ProbeSet {
+    fn choice(&self) -> Choice {
+        Choice {
+            takes: self.takes.clone(),
+            conditions: self.conditions.clone(),
+            order: self.order,
+        }
+    }
+}
+
+impl Choice {
+    /// Whether each of the takes is meant.
+    fn of(&self, takes: &[Take]) -> Vec<bool> {
+        let named = |take: &Take| {
+            let any = |list: &[String], name: &str| {
+                list.is_empty() || list.iter().any(|pattern| matches(pattern, name))
+            };
+            any(&self.takes, &take.name) && any(&self.conditions, &take.condition)
+        };
+        let mut seen = std::collections::HashSet::new();
+        takes
+            .iter()
+            .map(|take| {
+                named(take) && {
+                    let is_first = seen.insert(take.subject);
+                    match self.order {
+                        Order::All => true,
+                        Order::First => is_first,
+                        Order::Others => !is_first,
+                    }
+                }
+            })
+            .collect()
+    }
+}
+
+/// Whether a name is meant by a pattern, which may end in `*`.
+fn matches(pattern: &str, name: &str) -> bool {
+    match pattern.strip_suffix('*') {
+        Some(start) => name.starts_with(start),
+        None => pattern == name,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn take(subject: usize, name: &str) -> Take {
+        Take {
+            subject,
+            name: name.into(),
+            condition: String::new(),
+        }
+    }
+
+    fn refused(text: &str) -> String {
+        let parsed = Protocol::parse(Path::new("p.toml"), text);
+        parsed.expect_err("makes no sense").to_string()
+    }
+
+    #[test]
+    fn every_built_in_protocol_has_its_name() {
+        for name in NAMES {
+            let protocol = Protocol::named(name).expect("built in");
+            assert_eq!(protocol.name, name);
+            assert!(protocol.description.ends_with('.'), "{name}");
+            assert!(
+                !protocol.made.is_empty(),
+                "{name}: nothing to make of a walk"
+            );
+        }
+        let error = Protocol::named("casia-c").expect_err("unknown").to_string();
+        assert!(error.contains("closed-set, first-take"), "{error}");
+    }
+
+    /// Yu, Tan and Tan 2006, as OpenGait evaluates it.
+    #[test]
+    fn casia_b_enrols_four_normal_walks_and_looks_for_three_kinds() {
+        let protocol = Protocol::named("casia-b").expect("built in");
+        let names = [
+            "bg-01", "bg-02", "cl-01", "cl-02", "nm-01", "nm-02", "nm-03", "nm-04", "nm-05",
+            "nm-06",
+        ];
+        let takes: Vec<Take> = names.map(|name| take(0, name)).to_vec();
+        let roles = protocol.roles(&takes).expect("all are there");
+        let chosen = |is_in: &[bool]| -> Vec<&str> {
+            let names = names.iter().zip(is_in);
+            names
+                .filter(|(_, is_in)| **is_in)
+                .map(|(name, _)| *name)
+                .collect()
+        };
+        assert_eq!(chosen(&roles.gallery), ["nm-01", "nm-02", "nm-03", "nm-04"]);
+        let sets: Vec<_> = protocol
+            .probes
+            .iter()
+            .map(|set| set.name.as_str())
+            .collect();
+        assert_eq!(sets, ["NM", "BG", "CL"]);
+        assert_eq!(chosen(&roles.probes[0]), ["nm-05", "nm-06"]);
+        assert_eq!(chosen(&roles.probes[1]), ["bg-01", "bg-02"]);
+        assert_eq!(chosen(&roles.probes[2]), ["cl-01", "cl-02"]);
+        assert_eq!(protocol.gallery_views, GalleryViews::Each);
+        let error = protocol
+            .roles(&[take(0, "walk-5kmh")])
+            .expect_err("none is there");
+        assert!(error.to_string().contains("found walk-5kmh"), "{error}");
+    }
+
+    #[test]
+    fn the_first_take_of_each_person_enrols_and_the_others_probe() {
+        let protocol = Protocol::named("first-take").expect("built in");
+        let takes = [take(0, "a"), take(1, "b"), take(0, "c"), take(0, "d")];
+        let roles = protocol.roles(&takes).expect("someone has two");
+        assert_eq!(roles.gallery, [true, true, false, false]);
+        assert_eq!(roles.probes, [[false, false, true, true]]);
+        assert!(
+            protocol.roles(&takes[..2]).is_err(),
+            "nothing is looked for"
+        );
+    }
+
+    #[test]
+    fn cycles_of_made_takes_do_not_overlap() {
+        let names = |protocol: &str, cycles| -> Vec<(String, u32)> {
+            let made = Protocol::named(protocol).expect("built in").made(cycles);
+            made.into_iter().map(|one| (one.take, one.cycle)).collect()
+        };
+        let probe = |cycle| ("probe".to_owned(), cycle);
+        assert_eq!(names("closed-set", 2), [probe(1000), probe(1001)]);
+        let enrolled = ("enrolled".to_owned(), 0);
+        assert_eq!(names("first-take", 2), [enrolled, probe(1000), probe(1001)]);
+        for name in NAMES {
+            let made = Protocol::named(name).expect("built in").made(3);
+            let mut cycles: Vec<u32> = made.iter().map(|one| one.cycle).collect();
+            cycles.sort_unstable();
+            cycles.dedup();
+            assert_eq!(cycles.len(), made.len(), "{name}");
+        }
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_refused() {
+        let head = "name = \"p\"\ndescription = \"d\"\n";
+        let nearest = "decision = \"nearest embedding\"\n";
+        let probes = "[[probes]]\nname = \"all\"\n";
+        assert!(refused(&format!("{head}{nearest}{probes}")).contains("expected a [gallery]"));
+        assert!(
+            refused(&format!("{head}decision = \"class score\"\nprobes = []\n"))
+                .contains("at least one")
+        );
+        let twice = format!("{head}{nearest}{probes}{probes}[gallery]\n");
+        assert!(refused(&twice).contains("\"all\" is there twice"));
+        let unknown = format!("{head}{nearest}gallery_view = \"all\"\n{probes}[gallery]\n");
+        assert!(refused(&unknown).starts_with("p.toml:4: unknown field"));
+    }
+}

@@ -1,0 +1,258 @@
+//! Who is compared with whom under a protocol, and what becomes of a probe.
+
+use super::protocol::{GalleryViews, Protocol, Roles};
+use super::rank::Outcome;
+use super::ranking::{Ranked, Role, rank};
+use super::results::Answered;
+use super::verification::Pairs;
+use crate::error::{Error, Result};
+use crate::score::Recognizer;
+use crate::score::answers::Answers;
+use crate::source::Sequences;
+use crate::sweep::View;
+
+/// Most viewpoints that are compared each with each.
+const MAX_CROSS_VIEWS: usize = 64;
+/// Who is compared with whom.
+#[derive(Debug)]
+pub struct Trial<'a> {
+    pub(super) protocol: &'a Protocol,
+    pub(super) roles: &'a Roles,
+    pub(super) sequences: &'a Sequences,
+    /// The class of each person, if class scores decide.
+    pub(super) classes: Option<Vec<usize>>,
+    /// Sequences of the gallery by viewpoint.
+    pub(super) gallery: Vec<Vec<usize>>,
+}
+
+/// One probe against what it is compared with at once.
+pub(super) struct Meeting {
+    /// The gallery's viewpoint, if each is compared for itself.
+    pub gallery_view: Option<usize>,
+    pub ranked: Ranked,
+    /// Number of the nearest among what was compared as a person (or class), and how far it is.
+    pub nearest: Option<(usize, f64)>,
+    /// How far the right person is.
+    pub right: Option<f64>,
+    /// Whether the nearest of the right person and of another are equally near.
+    pub is_tied: bool,
+    pub pairs: Pairs,
+}
+
+impl Meeting {
+    pub fn outcome(&self) -> Outcome {
+        match self.ranked {
+            Ranked::Found {
+                strangers_before: 0,
+                ..
+            } => Outcome::Hit,
+            Ranked::Found { .. } | Ranked::NoMate => Outcome::Miss,
+            Ranked::NonFinite => Outcome::NonFinite,
+        }
+    }
+}
+
+impl<'a> Trial<'a> {
+    /// Who is compared with whom; the gallery is seen from `gallery_views` only, if these are said.
+    ///
+    /// # Errors
+    /// If nothing is left in the gallery, or there are too many viewpoints to compare each with each.
+    pub(super) fn new(
+        protocol: &'a Protocol,
+        roles: &'a Roles,
+        sequences: &'a Sequences,
+        classes: Option<Vec<usize>>,
+        gallery_views: Option<Vec<View>>,
+    ) -> Result<Self> {
+        let is_seen = |at: &(f64, f64)| {
+            gallery_views.as_ref().is_none_or(|views| {
+                let mut angles = views
+                    .iter()
+                    .map(|view| (f64::from(view.azimuth_deg), f64::from(view.elevation_deg)));
+                angles.any(|angles| angles == *at)
+            })
+        };
+        let mut gallery = vec![Vec::new(); sequences.views.len()];
+        for (number, sequence) in sequences.list.iter().enumerate() {
+            if roles.gallery[sequence.take] && is_seen(&sequences.views[sequence.view]) {
+                gallery[sequence.view].push(number);
+            }
+        }
+        if classes.is_none() && gallery.iter().all(Vec::is_empty) {
+            return Err(Error::Failed(format!(
+                "protocol {}: nobody is enrolled: expected sequences of the gallery at the recognizer's training viewpoints",
+                protocol.name
+            )));
+        }
+        let views = sequences.views.len();
+        if protocol.gallery_views == GalleryViews::Each && views > MAX_CROSS_VIEWS {
+            return Err(Error::Failed(format!(
+                "protocol {}: {views} viewpoints compared each with each, expected at most {MAX_CROSS_VIEWS} (choose fewer with --views)",
+                protocol.name
+            )));
+        }
+        Ok(Self {
+            protocol,
+            roles,
+            sequences,
+            classes,
+            gallery,
+        })
+    }
+
+    /// Whether a sequence is looked for.
+    #[must_use]
+    pub fn is_probe(&self, sequence: usize) -> bool {
+        self.roles.is_probed(self.sequences.list[sequence].take)
+    }
+
+    /// Whether the recognizer has to be shown a sequence.
+    #[must_use]
+    pub fn needs(&self, sequence: usize) -> bool {
+        let view = self.sequences.list[sequence].view;
+        self.is_probe(sequence) || self.gallery[view].contains(&sequence)
+    }
+
+    /// How many times two embeddings are compared, or one with a class; at most.
+    #[must_use]
+    pub fn comparisons(&self) -> u64 {
+        let all: usize = self.gallery.iter().map(Vec::len).sum();
+        let of_probe = |sequence: usize| match (&self.classes, self.protocol.gallery_views) {
+            (Some(classes), _) => classes.len(),
+            (None, GalleryViews::Same) => self.gallery[self.sequences.list[sequence].view].len(),
+            (None, _) => all,
+        };
+        let probes = (0..self.sequences.list.len()).filter(|&sequence| self.is_probe(sequence));
+        probes.map(|sequence| of_probe(sequence) as u64).sum()
+    }
+
+    /// What a probe is compared with: lists of sequences, each with its viewpoint if that is one.
+    fn galleries(&self, probe: usize) -> Vec<(Option<usize>, Vec<usize>)> {
+        let own = &self.sequences.list[probe];
+        let kept = |&other: &usize| {
+            let other_take = self.sequences.list[other].take;
+            other != probe && !(self.protocol.exclude_own_take && other_take == own.take)
+        };
+        let of_view = |view: usize| self.gallery[view].iter().copied().filter(kept);
+        match self.protocol.gallery_views {
+            GalleryViews::Each => (0..self.gallery.len())
+                .filter(|&view| !self.gallery[view].is_empty())
+                .map(|view| (Some(view), of_view(view).collect()))
+                .collect(),
+            GalleryViews::Same => vec![(None, of_view(own.view).collect())],
+            GalleryViews::All | GalleryViews::Training => {
+                vec![(None, (0..self.gallery.len()).flat_map(of_view).collect())]
+            }
+        }
+    }
+
+    /// What became of a probe.
+    pub(super) fn meet(
+        &self,
+        recognizer: &dyn Recognizer,
+        answers: &Answers,
+        probe: usize,
+        keep_pairs: bool,
+    ) -> Vec<Meeting> {
+        let person = self.sequences.subject(probe);
+        let meeting = |gallery_view, distances: Vec<f64>, label: &dyn Fn(usize) -> usize, right| {
+            let is_mate = |at: usize| label(at) == right;
+            let role = |at: usize| {
+                if is_mate(at) {
+                    Role::Mate
+                } else {
+                    Role::Stranger
+                }
+            };
+            let ranked = rank(&distances, role);
+            let own_view = gallery_view == Some(self.sequences.list[probe].view);
+            let nearest = |of_mate: bool| {
+                let all = distances.iter().copied().enumerate();
+                let of = all.filter(|(at, _)| is_mate(*at) == of_mate);
+                of.reduce(|best, next| if next.1 < best.1 { next } else { best })
+            };
+            let (mate, stranger) = match ranked {
+                Ranked::NonFinite => (None, None),
+                _ => (nearest(true), nearest(false)),
+            };
+            let is_tied = mate.zip(stranger).is_some_and(|(a, b)| a.1 == b.1);
+            // Of equals the one that is listed first.
+            let both = mate.into_iter().chain(stranger);
+            let first = both.min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+            let mut pairs = Pairs::default();
+            if keep_pairs && !own_view {
+                for (at, distance) in distances.into_iter().enumerate() {
+                    if is_mate(at) {
+                        pairs.genuine.push(distance);
+                    } else {
+                        pairs.impostor.push(distance);
+                    }
+                }
+            }
+            Meeting {
+                gallery_view,
+                ranked,
+                nearest: first.map(|(at, distance)| (label(at), distance)),
+                right: mate.map(|(_, distance)| distance),
+                is_tied,
+                pairs,
+            }
+        };
+        if let Some(classes) = &self.classes {
+            // The higher a score, the nearer the class.
+            let distances = answers.scores(probe).iter().map(|&score| -f64::from(score));
+            let right = classes[person];
+            return vec![meeting(None, distances.collect(), &|class| class, right)];
+        }
+        let distance = recognizer.contract().distance;
+        let found = answers.embedding(probe);
+        let of = |(view, gallery): (Option<usize>, Vec<usize>)| {
+            let distances = gallery
+                .iter()
+                .map(|&other| distance.between(found, answers.embedding(other), answers.parts));
+            let label = |at: usize| self.sequences.subject(gallery[at]);
+            meeting(view, distances.collect(), &label, person)
+        };
+        self.galleries(probe).into_iter().map(of).collect()
+    }
+}
+
+impl Trial<'_> {
+    /// Whom a recognizer took a probe for.
+    pub(super) fn answered<'s>(
+        &'s self,
+        recognizer: &'s dyn Recognizer,
+        probe_set: &'s str,
+        (probe, meeting): (usize, &Meeting),
+    ) -> Answered<'s> {
+        let sequence = &self.sequences.list[probe];
+        let take = &self.sequences.takes[sequence.take];
+        let (azimuth_deg, elevation_deg) = self.sequences.angles(probe);
+        let gallery = meeting.gallery_view.map(|view| self.sequences.views[view]);
+        let names = match self.classes {
+            Some(_) => &recognizer.contract().classes,
+            None => &self.sequences.subjects,
+        };
+        let answer = meeting.nearest.and_then(|(label, _)| names.get(label));
+        Answered {
+            recognizer: recognizer.name(),
+            probe_set,
+            subject: &self.sequences.subjects[take.subject],
+            take: &take.name,
+            cycle: sequence.cycle,
+            azimuth_deg,
+            elevation_deg,
+            gallery_azimuth_deg: gallery.map(|at| at.0),
+            gallery_elevation_deg: gallery.map(|at| at.1),
+            answer: answer.map(String::as_str),
+            distance: meeting.nearest.map(|(_, distance)| distance),
+            rank: match meeting.ranked {
+                Ranked::Found {
+                    strangers_before, ..
+                } => Some(strangers_before + 1),
+                Ranked::NoMate | Ranked::NonFinite => None,
+            },
+            right_distance: meeting.right,
+        }
+    }
+}

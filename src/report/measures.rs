@@ -1,0 +1,385 @@
+//! What a protocol's sets of probes came to: on a terminal, and on the page.
+
+use std::fmt::Write;
+
+use maud::{Markup, html};
+
+use super::chart::{Curve, curves, legend};
+use super::{THIN, grouped, percent};
+use crate::evaluate::angle::AngleResult;
+use crate::evaluate::results::{CrossViewResult, ProbeSetResult, RecognizerResult};
+
+/// Bins of angle in a row of a terminal.
+const ANGLES_IN_A_ROW: usize = 11;
+/// Viewpoints of a cross-view matrix that a page shows cell by cell.
+const MAX_CELLS: usize = 16;
+
+/// The sets and the angles as text, at most 80 columns.
+pub(super) fn text(result: &RecognizerResult) -> String {
+    let mut out = String::new();
+    if !result.probe_sets.is_empty() {
+        line(
+            &mut out,
+            &format!(
+                "  {:<14} {:>8} {:>6} {:>13} {:>6} {:>6} {:>6} {:>6} {:>6}",
+                "probe set",
+                "asked",
+                "rank-1",
+                "over people",
+                "rank-5",
+                "mAP",
+                "mINP",
+                "EER",
+                "AUC"
+            ),
+        );
+    }
+    for set in &result.probe_sets {
+        let verification = set.verification.as_ref();
+        line(
+            &mut out,
+            &format!(
+                "  {:<14} {:>8} {:>6} {:>13} {:>6} {:>6} {:>6} {:>6} {:>6}",
+                super::table::shortened(&set.name, 14),
+                grouped(set.probes, ","),
+                percent(set.rank1),
+                range(set.rank1_by_subjects, " - "),
+                percent(set.rank5),
+                share(set.map),
+                share(set.minp),
+                share(verification.and_then(|found| found.eer)),
+                verification
+                    .and_then(|found| found.auc)
+                    .map_or("-".into(), |auc| format!("{auc:.3}")),
+            ),
+        );
+        line(
+            &mut out,
+            &format!(
+                "    {} people, each looked for among {}; chance {} %",
+                grouped(set.people, ","),
+                result.classes,
+                percent(1.0 / result.classes.max(1) as f64)
+            ),
+        );
+        if let Some(accepted) = accepted(set) {
+            line(&mut out, &format!("    {accepted}"));
+        }
+        if let Some(cross_view) = &set.cross_view {
+            line(&mut out, &format!("    {}", mean(cross_view)));
+        }
+        if let Some(left_out) = left_out(set) {
+            line(&mut out, &format!("    {left_out}"));
+        }
+    }
+    for bins in result.by_angle.chunks(ANGLES_IN_A_ROW) {
+        angles(&mut out, bins);
+    }
+    out
+}
+
+fn angles(out: &mut String, bins: &[AngleResult]) {
+    let row = |head: &str, of: &dyn Fn(&AngleResult) -> String| {
+        let cells = bins.iter().map(of);
+        cells.fold(format!("  {head:<12}"), |row, cell| {
+            format!("{row} {cell:>5}")
+        })
+    };
+    let ends = |bin: &AngleResult| {
+        bin.rank1_by_subjects
+            .unwrap_or((bin.rank1_low, bin.rank1_high))
+    };
+    line(out, &row("degrees away", &|bin| format!("{}", bin.to_deg)));
+    line(out, &row("rank-1 %", &|bin| percent(bin.rank1)));
+    line(out, &row("  from", &|bin| percent(ends(bin).0)));
+    line(out, &row("  to", &|bin| percent(ends(bin).1)));
+}
+
+/// Accepted claims at fixed false accept rates.
+fn accepted(set: &ProbeSetResult) -> Option<String> {
+    let verification = set.verification.as_ref()?;
+    let rates = verification.tar_at_far.iter();
+    let known: Vec<String> = rates
+        .filter_map(|at| {
+            let mark = if at.note.is_some() { " (rough)" } else { "" };
+            Some(format!(
+                "{}{mark} at {}",
+                share(Some(at.tar?)),
+                at.far * 100.0
+            ))
+        })
+        .collect();
+    (!known.is_empty()).then(|| {
+        format!(
+            "accepted % at false accepts %: {} ({} impostor pairs)",
+            known.join(", "),
+            grouped(verification.impostors, ",")
+        )
+    })
+}
+
+fn mean(cross_view: &CrossViewResult) -> String {
+    match (cross_view.mean_percent, &cross_view.note) {
+        (Some(mean), _) => format!("mean over different viewpoints, each alike: {mean:.2} %"),
+        (None, Some(note)) => note.clone(),
+        (None, None) => "no mean over viewpoints".into(),
+    }
+}
+
+fn left_out(set: &ProbeSetResult) -> Option<String> {
+    let counts = [
+        (set.without_mate, "without anyone of theirs in the gallery"),
+        (set.non_finite, "with answers that are not finite"),
+    ];
+    let found = counts.iter().filter(|(count, _)| *count > 0);
+    let texts: Vec<String> = found
+        .map(|(count, what)| format!("{} {what}", grouped(*count, ",")))
+        .collect();
+    (!texts.is_empty()).then(|| format!("misses: {}", texts.join(", ")))
+}
+
+fn share(rate: Option<f64>) -> String {
+    rate.map_or("-".into(), percent)
+}
+
+fn range(interval: Option<(f64, f64)>, dash: &str) -> String {
+    interval.map_or("-".into(), |(low, high)| {
+        format!("{}{dash}{}", percent(low), percent(high))
+    })
+}
+
+fn line(out: &mut String, text: &str) {
+    // Writing to a string cannot fail.
+    let _ = writeln!(out, "{}", text.trim_end());
+}
+
+/// Ranks that the chart of the CMC shows.
+const RANKS: usize = 20;
+
+/// CMC and ROC of the first six sets of probes of all recognizers. None without any.
+pub(super) fn charts(results: &[RecognizerResult]) -> Option<Markup> {
+    let sets: Vec<(String, &ProbeSetResult)> = results
+        .iter()
+        .flat_map(|result| {
+            let name = |set: &ProbeSetResult| match result.probe_sets.len() {
+                1 => result.name.clone(),
+                _ => format!("{}, {}", result.name, set.name),
+            };
+            result.probe_sets.iter().map(move |set| (name(set), set))
+        })
+        .collect();
+    let cmc: Vec<Curve> = sets
+        .iter()
+        .map(|(name, set)| {
+            let ranks = set.cmc.iter().take(RANKS).enumerate();
+            let place = |rank: usize| rank as f64 / (RANKS - 1) as f64;
+            let points = ranks.map(|(rank, &rate)| (place(rank), rate));
+            (name.clone(), points.collect())
+        })
+        .collect();
+    let roc: Vec<Curve> = sets
+        .iter()
+        .map(|(name, set)| {
+            let points = set.verification.iter().flat_map(|found| &found.roc);
+            // From 1e-4 to 1, a quarter of the axis for each power of ten.
+            let place = |far: f64| 1.0 + far.max(1e-4).log10() / 4.0;
+            (
+                name.clone(),
+                points.map(|at| (place(at.far), at.tar)).collect(),
+            )
+        })
+        .collect();
+    let ranks = [
+        (0.0, "1"),
+        (4.0 / 19.0, "5"),
+        (9.0 / 19.0, "10"),
+        (1.0, "20"),
+    ];
+    let fars = [
+        (0.0, "0.01"),
+        (0.25, "0.1"),
+        (0.5, "1"),
+        (0.75, "10"),
+        (1.0, "100"),
+    ];
+    let cmc = curves(
+        ("The right person is among the first (CMC)", "rank"),
+        &ranks,
+        &cmc,
+    )?;
+    let roc = curves(
+        (
+            "True claims that are accepted (ROC)",
+            "false claims that are accepted, %",
+        ),
+        &fars,
+        &roc,
+    );
+    let names: Vec<&str> = sets.iter().map(|(name, _)| name.as_str()).collect();
+    Some(html! { div.pair { (cmc) @if let Some(roc) = roc { (roc) } } (legend(&names)) })
+}
+
+/// The sets as a table, and matrices of those that have one.
+pub(super) fn page(result: &RecognizerResult) -> Markup {
+    html! {
+        @if !result.probe_sets.is_empty() {
+            div.scroll { table.summary {
+                caption { "Protocol " (result.protocol) }
+                thead { tr {
+                    th scope="col" { "probes" }
+                    th scope="col" { "rank-1" small { "% · over people" } }
+                    th scope="col" { "rank-5" small { "%" } }
+                    th scope="col" { "mAP" small { "% · over people" } }
+                    th scope="col" { "mINP" small { "%" } }
+                    th scope="col" { "EER" small { "% · over people" } }
+                    th scope="col" { "AUC" }
+                    th scope="col" { "TAR" small { "% at FAR %" } }
+                } }
+                tbody { @for set in &result.probe_sets { (row(set)) } }
+            } }
+            @for set in &result.probe_sets {
+                @if let Some(cross_view) = &set.cross_view { (matrix(&set.name, cross_view)) }
+            }
+        }
+    }
+}
+
+fn row(set: &ProbeSetResult) -> Markup {
+    let verification = set.verification.as_ref();
+    html! { tr {
+        th scope="row" { (set.name) small { (grouped(set.probes, THIN)) " of " (grouped(set.people, THIN)) " people" }
+            @if let Some(left_out) = left_out(set) { small { (left_out) } } }
+        td data-label="rank-1" { (percent(set.rank1)) small { (range(set.rank1_by_subjects, " to ")) } }
+        td data-label="rank-5" { (percent(set.rank5)) }
+        td data-label="mAP" { (share(set.map)) small { (range(set.map_by_subjects, " to ")) } }
+        td data-label="mINP" { (share(set.minp)) }
+        td data-label="EER" { (share(verification.and_then(|found| found.eer)))
+            small { (range(verification.and_then(|found| found.eer_by_subjects), " to ")) } }
+        td data-label="AUC" { (verification.and_then(|found| found.auc).map_or("–".into(), |auc| format!("{auc:.3}"))) }
+        td data-label="TAR" {
+            @for at in verification.map_or(&[][..], |found| &found.tar_at_far) {
+                div title=[at.note.as_deref()] {
+                    (share(at.tar)) @if at.tar.is_some() && at.note.is_some() { "?" } " at " (at.far * 100.0)
+                }
+            }
+        }
+    } }
+}
+
+fn matrix(set: &str, cross_view: &CrossViewResult) -> Markup {
+    let name = |&(azimuth, elevation): &(f64, f64)| {
+        if elevation == 0.0 {
+            format!("{azimuth}")
+        } else {
+            format!("{azimuth}/{elevation}")
+        }
+    };
+    html! {
+        p { (set) ": " (mean(cross_view)) }
+        @if cross_view.views.len() <= MAX_CELLS {
+            div.scroll { table.bands {
+                caption { "Rank-1 in percent, " (set) ": probes' viewpoint (rows), gallery's (columns), degrees" }
+                thead { tr { th scope="col" { } @for view in &cross_view.views { th scope="col" { (name(view)) } } } }
+                tbody { @for (view, cells) in cross_view.views.iter().zip(&cross_view.rank1) { tr {
+                    th scope="row" { (name(view)) }
+                    @for cell in cells { (super::viewpoints::rate_cell(*cell)) }
+                } } }
+            } }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluate::results::VerificationResult;
+    use crate::evaluate::results::tests::result_of;
+    use crate::evaluate::verification::{RocPoint, TarAtFar};
+
+    pub(super) fn set() -> ProbeSetResult {
+        let at = |far, tar, note: Option<&str>| TarAtFar {
+            far,
+            tar,
+            threshold: None,
+            note: note.map(str::to_owned),
+        };
+        ProbeSetResult {
+            name: "NM".into(),
+            probes: 12_345,
+            people: 7,
+            tied: 0,
+            without_mate: 2,
+            non_finite: 0,
+            rank1: 0.5,
+            rank1_low: 0.4,
+            rank1_high: 0.6,
+            rank1_by_subjects: Some((0.25, 0.75)),
+            rank5: 0.875,
+            cmc: vec![0.5, 0.6],
+            map: Some(0.625),
+            map_by_subjects: None,
+            minp: None,
+            verification: Some(VerificationResult {
+                genuine: 10,
+                impostors: 200,
+                non_finite_genuine: 0,
+                non_finite_impostors: 0,
+                eer: Some(0.125),
+                eer_threshold: Some(1.5),
+                eer_by_subjects: None,
+                auc: Some(0.9375),
+                tar_at_far: vec![
+                    at(0.1, Some(0.75), None),
+                    at(1e-4, None, Some("needs more")),
+                ],
+                roc: Vec::new(),
+            }),
+            cross_view: Some(CrossViewResult {
+                views: vec![(0.0, 0.0), (90.0, 15.0)],
+                rank1: vec![vec![Some(1.0), Some(0.25)], vec![None, Some(1.0)]],
+                by_probe_view_percent: Vec::new(),
+                mean_percent: None,
+                note: Some("a cell is empty".into()),
+            }),
+        }
+    }
+
+    #[test]
+    fn the_table_says_all_and_what_is_refused_is_not_a_number() {
+        let mut result = result_of(&[(90.0, 0.0, 19, 20)]);
+        result.protocol = "casia-b".into();
+        result.probe_sets = vec![set()];
+        let expected =
+            "  probe set         asked rank-1   over people rank-5    mAP   mINP    EER    AUC
+  NM               12,345   50.0   25.0 - 75.0   87.5   62.5      -   12.5  0.938
+    7 people, each looked for among 26; chance 3.8 %
+    accepted % at false accepts %: 75.0 at 10 (200 impostor pairs)
+    a cell is empty
+    misses: 2 without anyone of theirs in the gallery
+";
+        assert_eq!(text(&result), expected);
+        let page = page(&result).into_string();
+        assert!(page.contains("title=\"needs more\">- at 0.01<"), "{page}");
+        assert!(page.contains(">90/15<"), "{page}");
+    }
+
+    #[test]
+    fn curves_are_drawn_to_scale() {
+        let mut result = result_of(&[(90.0, 0.0, 19, 20)]);
+        assert!(charts(std::slice::from_ref(&result)).is_none());
+        let mut set = set();
+        let at = |far, tar| RocPoint { far, tar };
+        if let Some(found) = &mut set.verification {
+            found.roc = vec![at(0.0, 0.25), at(0.01, 0.5), at(1.0, 1.0)];
+        }
+        result.probe_sets = vec![set];
+        let page = charts(&[result]).expect("two charts").into_string();
+        // 50 % at rank 1, 60 % at rank 2 of 20.
+        assert!(page.contains("M54.0 112.0L69.8 92.0"), "{page}");
+        // 0 stands at 1e-4; 1 % is half way to all.
+        assert!(
+            page.contains("M54.0 162.0L204.0 112.0L354.0 12.0"),
+            "{page}"
+        );
+    }
+}

@@ -1,0 +1,152 @@
+//! What recognizers answer to the sequences that they are shown.
+
+use super::{Outputs, Recognizer};
+use crate::error::{Error, Result};
+use crate::source::{Form, Shown, Source};
+
+/// Most numbers given to a recognizer at once (4 MB), and most pictures.
+const MAX_NUMBERS: usize = 1 << 20;
+const MAX_BATCH: usize = 512;
+/// Most numbers of all answers of one recognizer: 1 GB.
+const MAX_KEPT: usize = 1 << 28;
+
+/// The answers of one recognizer.
+#[derive(Clone, Debug, Default)]
+pub struct Answers {
+    /// Embeddings, `[answer][number]`.
+    pub embeddings: Vec<f32>,
+    /// Numbers in one embedding.
+    pub dims: usize,
+    /// Parts that an embedding consists of, compared each for itself.
+    pub parts: usize,
+    /// Class scores, `[answer][class]`; empty if the model has none.
+    pub scores: Vec<f32>,
+    /// Scores in one answer.
+    pub classes: usize,
+    /// For each sequence of the source the number of its answer.
+    rows: Vec<Option<u32>>,
+}
+
+impl Answers {
+    /// The embedding of a sequence; empty if the recognizer was not shown it.
+    #[must_use]
+    pub fn embedding(&self, sequence: usize) -> &[f32] {
+        self.row(sequence, &self.embeddings, self.dims)
+    }
+
+    /// The class scores of a sequence; empty if there are none.
+    #[must_use]
+    pub fn scores(&self, sequence: usize) -> &[f32] {
+        self.row(sequence, &self.scores, self.classes)
+    }
+
+    fn row<'a>(&self, sequence: usize, numbers: &'a [f32], width: usize) -> &'a [f32] {
+        let row = self.rows.get(sequence).copied().flatten();
+        let begin = row.map(|row| row as usize * width);
+        begin
+            .and_then(|begin| numbers.get(begin..begin + width))
+            .unwrap_or_default()
+    }
+}
+
+/// One recognizer that is being shown sequences.
+struct Listener<'a> {
+    recognizer: &'a dyn Recognizer,
+    answers: Answers,
+    waiting: Vec<usize>,
+    input: Vec<f32>,
+}
+
+impl Listener<'_> {
+    fn take(&mut self, sequence: usize, bytes: &[u8]) -> Result<()> {
+        // Sequences of another length go apart.
+        let each = self.input.len().checked_div(self.waiting.len());
+        if each.is_some_and(|numbers| numbers != bytes.len())
+            || self.waiting.len() == MAX_BATCH
+            || self.input.len() + bytes.len() > MAX_NUMBERS
+        {
+            self.answer()?;
+        }
+        self.recognizer.contract().feed(bytes, &mut self.input);
+        self.waiting.push(sequence);
+        Ok(())
+    }
+
+    fn answer(&mut self) -> Result<()> {
+        if self.waiting.is_empty() {
+            return Ok(());
+        }
+        let Outputs {
+            embedding,
+            embedding_dims,
+            embedding_parts,
+            scores,
+            classes,
+            ..
+        } = self.recognizer.run(&self.input, self.waiting.len())?;
+        let answers = &mut self.answers;
+        let answered = answers
+            .embeddings
+            .len()
+            .checked_div(answers.dims)
+            .unwrap_or(0);
+        if answered > 0 && answers.dims != embedding_dims {
+            return Err(Error::Failed(format!(
+                "{}: an embedding of {embedding_dims} numbers after one of {}: expected the same for all sequences",
+                self.recognizer.name(),
+                answers.dims
+            )));
+        }
+        if answers.embeddings.len() + embedding.len() > MAX_KEPT {
+            return Err(Error::Failed(format!(
+                "{}: more than {MAX_KEPT} numbers in all embeddings: choose fewer viewpoints or walks",
+                self.recognizer.name()
+            )));
+        }
+        for (row, &sequence) in self.waiting.iter().enumerate() {
+            answers.rows[sequence] = u32::try_from(answered + row).ok();
+        }
+        (answers.dims, answers.parts) = (embedding_dims, embedding_parts);
+        answers.embeddings.extend(embedding);
+        answers.classes = classes;
+        answers.scores.extend(scores.into_iter().flatten());
+        self.waiting.clear();
+        self.input.clear();
+        Ok(())
+    }
+}
+
+/// Shows the sequences of these numbers, which rise, to all recognizers in one form; `seen` is told
+/// of each picture.
+///
+/// # Errors
+/// When a sequence cannot be shown, or a recognizer fails.
+pub fn ask(
+    recognizers: &[&dyn Recognizer],
+    source: &Source<'_>,
+    wanted: &[usize],
+    form: &Form,
+    seen: &mut dyn FnMut(usize, &[u8]),
+) -> Result<(Vec<Answers>, Shown)> {
+    let mut listeners: Vec<Listener<'_>> = recognizers
+        .iter()
+        .map(|&recognizer| Listener {
+            recognizer,
+            answers: Answers {
+                rows: vec![None; source.sequences().list.len()],
+                ..Answers::default()
+            },
+            waiting: Vec::new(),
+            input: Vec::new(),
+        })
+        .collect();
+    let shown = source.show(wanted, form, &mut |sequence, bytes| {
+        seen(sequence, bytes);
+        listeners
+            .iter_mut()
+            .try_for_each(|listener| listener.take(sequence, bytes))
+    })?;
+    let done = |mut listener: Listener<'_>| listener.answer().map(|()| listener.answers);
+    let answers = listeners.into_iter().map(done).collect::<Result<_>>()?;
+    Ok((answers, shown))
+}

@@ -1,0 +1,129 @@
+//! The operators that multiply, and those that slide windows as they do.
+
+use super::Attribute;
+use super::rules::{Operands, broadcast};
+use super::walk::elements;
+
+/// Whether an operator's multiply-accumulates count.
+pub(super) fn is_counted(operator: &str) -> bool {
+    matches!(operator, "Conv" | "Gemm" | "MatMul")
+}
+
+/// Products that are summed for each number of the output of a counted operator.
+pub(super) fn summed(of: &Operands<'_>) -> Option<u64> {
+    match of.node.operator.as_str() {
+        "Conv" => Some(elements(of.shape(1)?.get(1..)?)),
+        "Gemm" => {
+            let axis = usize::from(of.integer("transA", 0) == 0);
+            of.shape(0)?.get(axis).copied()
+        }
+        "MatMul" => of.shape(0)?.last().copied(),
+        _ => None,
+    }
+}
+
+/// The sizes of the spatial axes after windows of `kernel` have slid over `input`.
+fn slide(of: &Operands<'_>, input: &[u64], kernel: &[u64]) -> Option<Vec<u64>> {
+    let rank = input.len();
+    if kernel.len() != rank {
+        return None;
+    }
+    let ones = vec![1; rank];
+    let strides = of.list("strides").unwrap_or(&ones);
+    let dilations = of.list("dilations").unwrap_or(&ones);
+    let zeros = vec![0; 2 * rank];
+    let pads = of.list("pads").unwrap_or(&zeros);
+    let automatic = match of.node.attributes.get("auto_pad") {
+        Some(Attribute::Text(mode)) => mode.as_str(),
+        _ => "NOTSET",
+    };
+    let rounds_up = of.integer("ceil_mode", 0) != 0;
+    (0..rank)
+        .map(|axis| {
+            let stride = u64::try_from(*strides.get(axis)?).ok().filter(|&s| s > 0)?;
+            let dilation = u64::try_from(*dilations.get(axis)?).ok()?;
+            let reach = dilation
+                .checked_mul(kernel[axis].checked_sub(1)?)?
+                .checked_add(1)?;
+            let (before, after) = match automatic {
+                "NOTSET" => (
+                    u64::try_from(*pads.get(axis)?).ok()?,
+                    u64::try_from(*pads.get(axis + rank)?).ok()?,
+                ),
+                "VALID" => (0, 0),
+                "SAME_UPPER" | "SAME_LOWER" => return Some(input[axis].div_ceil(stride)),
+                _ => return None,
+            };
+            let room = input[axis]
+                .checked_add(before)?
+                .checked_add(after)?
+                .checked_sub(reach)?;
+            let up = room.div_ceil(stride);
+            // A last window that would begin in the padding: runtimes disagree on it.
+            let is_clear = up.saturating_mul(stride) < input[axis].saturating_add(before);
+            match rounds_up {
+                false => (room / stride).checked_add(1),
+                true => up.checked_add(1).filter(|_| is_clear),
+            }
+        })
+        .collect()
+}
+
+pub(super) fn conv(of: &Operands<'_>) -> Option<Vec<u64>> {
+    let (&[batch, channels, ref input @ ..], &[filters, depth, ref kernel @ ..]) =
+        (of.shape(0)?, of.shape(1)?)
+    else {
+        return None;
+    };
+    let groups = u64::try_from(of.integer("group", 1)).ok()?;
+    if depth.checked_mul(groups)? != channels {
+        return None;
+    }
+    Some([vec![batch, filters], slide(of, input, kernel)?].concat())
+}
+
+pub(super) fn pool(of: &Operands<'_>) -> Option<Vec<u64>> {
+    let &[batch, channels, ref input @ ..] = of.shape(0)? else {
+        return None;
+    };
+    let kernel = of.list("kernel_shape")?.iter();
+    let kernel: Option<Vec<u64>> = kernel.map(|&size| u64::try_from(size).ok()).collect();
+    Some([vec![batch, channels], slide(of, input, &kernel?)?].concat())
+}
+
+pub(super) fn global_pool(of: &Operands<'_>) -> Option<Vec<u64>> {
+    let shape = of.shape(0)?;
+    let kept = shape.get(..2)?;
+    Some([kept, &vec![1; shape.len() - 2]].concat())
+}
+
+pub(super) fn gemm(of: &Operands<'_>) -> Option<Vec<u64>> {
+    let (&[a0, a1], &[b0, b1]) = (of.shape(0)?, of.shape(1)?) else {
+        return None;
+    };
+    let is_turned = |name| of.integer(name, 0) != 0;
+    let (rows, summed) = if is_turned("transA") {
+        (a1, a0)
+    } else {
+        (a0, a1)
+    };
+    let (depth, columns) = if is_turned("transB") {
+        (b1, b0)
+    } else {
+        (b0, b1)
+    };
+    (summed == depth).then(|| vec![rows, columns])
+}
+
+pub(super) fn matmul(of: &Operands<'_>) -> Option<Vec<u64>> {
+    let (a, b) = (of.shape(0)?, of.shape(1)?);
+    let (&[ref a_batch @ .., rows, summed], &[ref b_batch @ .., depth, columns]) = (a, b) else {
+        return None;
+    };
+    if summed != depth {
+        return None;
+    }
+    let mut shape = broadcast(a_batch, b_batch)?;
+    shape.extend([rows, columns]);
+    Some(shape)
+}

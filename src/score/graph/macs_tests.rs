@@ -1,0 +1,279 @@
+//! Multiply-accumulates of graphs whose figures are published or can be counted by hand.
+
+use std::path::Path;
+
+use crate::score::Graph;
+use crate::score::shipped;
+
+/// A protobuf field of bytes.
+fn field(number: u64, content: &[u8]) -> Vec<u8> {
+    let mut bytes = varint(number << 3 | 2);
+    bytes.extend(varint(content.len() as u64));
+    bytes.extend_from_slice(content);
+    bytes
+}
+
+fn varint(mut value: u64) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    while value >= 0x80 {
+        bytes.push(value as u8 | 0x80);
+        value >>= 7;
+    }
+    bytes.push(value as u8);
+    bytes
+}
+
+fn number(field: u64, value: i64) -> Vec<u8> {
+    [varint(field << 3), varint(value.cast_unsigned())].concat()
+}
+
+/// A node; attributes are lists of integers, or one integer, or text (as in `auto_pad=SAME_UPPER`).
+fn node(operator: &str, inputs: &str, outputs: &str, attributes: &[&str]) -> Vec<u8> {
+    let names = |number, names: &str| -> Vec<u8> {
+        let names = names.split(' ').map(|name| name.trim_matches('-'));
+        names
+            .flat_map(|name| field(number, name.as_bytes()))
+            .collect()
+    };
+    let mut node = [
+        names(1, inputs),
+        names(2, outputs),
+        field(4, operator.as_bytes()),
+    ]
+    .concat();
+    for attribute in attributes {
+        let (name, value) = attribute.split_once('=').expect("name=value");
+        let mut message = field(1, name.as_bytes());
+        match value.strip_prefix('[') {
+            Some(list) => {
+                for item in list.trim_end_matches(']').split(',') {
+                    message.extend(number(8, item.parse().expect("an integer")));
+                }
+            }
+            None => match value.parse() {
+                Ok(integer) => message.extend(number(3, integer)),
+                Err(_) => message.extend(field(4, value.as_bytes())),
+            },
+        }
+        node.extend(field(5, &message));
+    }
+    field(1, &node)
+}
+
+/// An initialiser of element type `element` without numbers.
+fn weights(name: &str, element: i64, shape: &[i64]) -> Vec<u8> {
+    let mut tensor: Vec<u8> = shape.iter().flat_map(|&size| number(1, size)).collect();
+    tensor.extend(number(2, element));
+    tensor.extend(field(8, name.as_bytes()));
+    field(5, &tensor)
+}
+
+/// An initialiser of 64-bit integers.
+fn integers(name: &str, values: &[i64]) -> Vec<u8> {
+    let raw: Vec<u8> = values
+        .iter()
+        .flat_map(|value| value.to_le_bytes())
+        .collect();
+    let mut tensor = [number(1, values.len() as i64), number(2, 7)].concat();
+    tensor.extend(field(8, name.as_bytes()));
+    tensor.extend(field(9, &raw));
+    field(5, &tensor)
+}
+
+/// What is stated of a tensor; 0 is the named dimension N.
+fn stated(number_of_field: u64, name: &str, shape: &[i64]) -> Vec<u8> {
+    let dimensions = shape.iter().flat_map(|&size| match size {
+        0 => field(1, &field(2, b"N")),
+        _ => field(1, &number(1, size)),
+    });
+    let shape: Vec<u8> = dimensions.collect();
+    let tensor = [number(1, 1), field(2, &shape)].concat();
+    let kind = field(2, &field(1, &tensor));
+    field(number_of_field, &[field(1, name.as_bytes()), kind].concat())
+}
+
+/// A model whose input `x` has this shape.
+fn graph(input: &[i64], parts: &[Vec<u8>]) -> Graph {
+    let graph = [stated(11, "x", input), parts.concat()].concat();
+    let operators = field(8, &number(2, 17));
+    let bytes = [number(1, 8), field(7, &graph), operators].concat();
+    Graph::read(Path::new("m.onnx"), &bytes).expect("a graph")
+}
+
+/// GEINet (Shiraga 2016) at 50x30 with 256 numbers before 26 people, without its
+/// normalisations; `flatten` goes from `p2` to `f`.
+fn geinet(flatten: &[Vec<u8>]) -> Graph {
+    let parts = [
+        weights("w1", 1, &[18, 1, 7, 7]),
+        weights("b1", 1, &[18]),
+        node("Conv", "x w1 b1", "c1", &["kernel_shape=[7,7]"]),
+        node("Relu", "c1", "r1", &[]),
+        node(
+            "MaxPool",
+            "r1",
+            "p1",
+            &["kernel_shape=[2,2]", "strides=[2,2]"],
+        ),
+        weights("w2", 1, &[45, 18, 5, 5]),
+        weights("b2", 1, &[45]),
+        node("Conv", "p1 w2 b2", "c2", &[]),
+        node("Relu", "c2", "r2", &[]),
+        node(
+            "MaxPool",
+            "r2",
+            "p2",
+            &["kernel_shape=[3,3]", "strides=[2,2]"],
+        ),
+        flatten.concat(),
+        weights("w3", 1, &[256, 1080]),
+        weights("b3", 1, &[256]),
+        node("Gemm", "f w3 b3", "h", &["transB=1"]),
+        node("Relu", "h", "r3", &[]),
+        weights("w4", 1, &[256, 26]),
+        weights("b4", 1, &[26]),
+        node("MatMul", "r3 w4", "m", &[]),
+        node("Add", "m b4", "out", &[]),
+        stated(12, "out", &[0, 26]),
+    ];
+    graph(&[0, 1, 50, 30], &parts)
+}
+
+#[test]
+fn geinet_has_the_parameters_and_multiply_accumulates_of_its_description() {
+    let found = geinet(&[node("Flatten", "p2", "f", &[])]);
+    assert_eq!(found.parameters, 304_613);
+    assert_eq!(found.macs(&[1, 1, 50, 30]), Ok(4_130_528));
+    assert_eq!(found.macs(&[64, 1, 50, 30]), Ok(64 * 4_130_528));
+}
+
+#[test]
+fn a_shape_that_the_graph_computes_is_followed() {
+    let found = geinet(&[
+        node("Shape", "p2", "s", &[]),
+        integers("first", &[0]),
+        node("Gather", "s first", "n", &[]),
+        integers("rest", &[-1]),
+        node("Concat", "n rest", "to", &["axis=0"]),
+        node("Reshape", "p2 to", "f", &[]),
+    ]);
+    assert_eq!(found.macs(&[1, 1, 50, 30]), Ok(4_130_528));
+}
+
+#[test]
+fn the_shipped_models_multiply_1500_by_25_and_25_by_26_numbers() {
+    for model in shipped::models().expect("the shipped models") {
+        let graph = model.graph();
+        assert_eq!(graph.macs(&[1, 1, 50, 30]), Ok(38_150));
+        assert_eq!(graph.parameters, 38_150 + 25 + 26);
+    }
+}
+
+#[test]
+fn a_quantised_convolution_counts_as_much_as_a_plain_one() {
+    let parts = [
+        weights("scale", 1, &[]),
+        weights("zero", 3, &[]),
+        node("QuantizeLinear", "x scale zero", "xq", &[]),
+        node("DequantizeLinear", "xq scale zero", "xd", &[]),
+        weights("w", 3, &[4, 1, 3, 3]),
+        node("DequantizeLinear", "w scale zero", "wd", &[]),
+        weights("b", 6, &[4]),
+        node("DequantizeLinear", "b scale", "bd", &[]),
+        node("Conv", "xd wd bd", "y", &[]),
+    ];
+    let found = graph(&[0, 1, 50, 30], &parts);
+    assert_eq!(found.macs(&[1, 1, 50, 30]), Ok(4 * 48 * 28 * 9));
+    assert_eq!(found.parameters, 36 + 4 + 2); // weights, 32-bit biases, scale and zero point
+}
+
+/// The multiply-accumulates of one convolution of 8 filters on `[1, 4, 50, 30]`.
+fn of_convolution(depth: i64, kernel: i64, attributes: &[&str]) -> Result<u64, String> {
+    let parts = [
+        weights("w", 1, &[8, depth, kernel, kernel]),
+        node("Conv", "x w", "y", attributes),
+    ];
+    graph(&[1, 4, 50, 30], &parts).macs(&[1, 4, 50, 30])
+}
+
+#[test]
+fn strides_pads_dilations_groups_and_automatic_padding_shape_the_output() {
+    // Rows: (50 + 1 + 1 - 3) / 2 + 1 = 25; columns: (30 + 2 - 3) / 2 + 1 = 15.
+    let strided = of_convolution(4, 3, &["strides=[2,2]", "pads=[1,1,1,1]"]);
+    assert_eq!(strided, Ok(8 * 25 * 15 * 4 * 9));
+    // A reach of 2 x 2 + 1 = 5 leaves 46 and 26.
+    assert_eq!(
+        of_convolution(4, 3, &["dilations=[2,2]"]),
+        Ok(8 * 46 * 26 * 4 * 9)
+    );
+    assert_eq!(of_convolution(1, 3, &["group=4"]), Ok(8 * 48 * 28 * 9));
+    let same = of_convolution(4, 3, &["auto_pad=SAME_UPPER", "strides=[4,4]"]);
+    assert_eq!(same, Ok(8 * 13 * 8 * 4 * 9));
+    assert_eq!(
+        of_convolution(4, 3, &["auto_pad=VALID"]),
+        Ok(8 * 48 * 28 * 4 * 9)
+    );
+    let refused = of_convolution(2, 3, &[]).expect_err("4 channels in 1 group");
+    assert_eq!(refused, "the shape that Conv (\"y\") gives is not known");
+}
+
+#[test]
+fn sets_of_silhouettes_are_followed_through_reductions_and_batched_products() {
+    // As GaitSet does it: the maximum over frames, strips, and a matrix a strip.
+    let parts = [
+        node("Unsqueeze", "x one", "u", &[]),
+        integers("one", &[2]),
+        integers("frames", &[1]),
+        node("ReduceMax", "u", "m", &["axes=[1]", "keepdims=0"]),
+        integers("strips", &[0, 1, 16, -1]),
+        node("Reshape", "m strips", "s", &[]),
+        node("ReduceMean", "s", "mean", &["axes=[-1]", "keepdims=0"]),
+        node("Transpose", "mean", "t", &["perm=[2,0,1]"]),
+        weights("w", 1, &[16, 1, 256]),
+        node("MatMul", "t w", "y", &[]),
+        node("Transpose", "y", "z", &["perm=[1,0,2]"]),
+        stated(12, "z", &[0, 16, 256]),
+    ];
+    let found = graph(&[0, 0, 64, 44], &parts);
+    assert_eq!(found.macs(&[1, 30, 64, 44]), Ok(16 * 256));
+}
+
+#[test]
+fn what_is_unknown_is_named_and_not_guessed() {
+    let macs = |parts: &[Vec<u8>]| graph(&[0, 1, 50, 30], parts).macs(&[1, 1, 50, 30]);
+    assert_eq!(
+        macs(&[node("LSTM", "x", "y", &[])]),
+        Err("LSTM (\"y\") is an unknown operator".into())
+    );
+    let turned = [
+        weights("w", 1, &[1, 4, 3, 3]),
+        node("ConvTranspose", "x w", "y", &[]),
+    ];
+    assert_eq!(
+        macs(&turned),
+        Err("ConvTranspose (\"y\") is an unknown operator".into())
+    );
+    let computed = [
+        node("Relu", "x", "to", &[]),
+        node("Reshape", "x to", "y", &[]),
+    ];
+    assert_eq!(
+        macs(&computed),
+        Err("the shape that Reshape (\"y\") gives is not known".into())
+    );
+    // The same, where the file states what comes out.
+    let product = [
+        stated(13, "y", &[0, 1500]),
+        weights("w", 1, &[1500, 2]),
+        node("Gemm", "y w", "z", &[]),
+    ];
+    assert_eq!(macs(&[computed.concat(), product.concat()]), Ok(3000));
+    let contradicted = [node("Flatten", "x", "y", &[]), stated(12, "y", &[0, 1499])];
+    assert_eq!(
+        macs(&contradicted),
+        Err("\"y\" is stated as [N, 1499], but would be [1, 1500]".into())
+    );
+    assert_eq!(
+        graph(&[0, 1, 50, 30], &[]).macs(&[1, 1, 64, 44]),
+        Err("\"x\" is stated as [N, 1, 50, 30], but would be [1, 1, 64, 44]".into())
+    );
+}

@@ -1,0 +1,401 @@
+//! Which shape each operator gives, by the operators' own description (onnx 1.23, `Operators.md`).
+
+use std::collections::HashMap;
+
+use super::kernels::{conv, gemm, global_pool, matmul, pool};
+use super::walk::elements;
+use super::{Attribute, Node};
+
+/// An operation and what is known of its inputs.
+pub(super) struct Operands<'a> {
+    pub node: &'a Node,
+    pub shapes: &'a HashMap<&'a str, Vec<u64>>,
+    pub integers: &'a HashMap<&'a str, Vec<i64>>,
+}
+
+impl<'a> Operands<'a> {
+    fn name(&self, at: usize) -> Option<&'a str> {
+        let name = self.node.inputs.get(at)?.as_str();
+        (!name.is_empty()).then_some(name)
+    }
+
+    pub fn shape(&self, at: usize) -> Option<&'a [u64]> {
+        self.shapes.get(self.name(at)?).map(Vec::as_slice)
+    }
+
+    fn known(&self, at: usize) -> Option<&'a [i64]> {
+        self.integers.get(self.name(at)?).map(Vec::as_slice)
+    }
+
+    pub fn integer(&self, name: &str, default: i64) -> i64 {
+        match self.node.attributes.get(name) {
+            Some(Attribute::Integer(value)) => *value,
+            _ => default,
+        }
+    }
+
+    pub fn list(&self, name: &str) -> Option<&'a [i64]> {
+        match self.node.attributes.get(name) {
+            Some(Attribute::Integers(values)) => Some(values),
+            _ => None,
+        }
+    }
+
+    /// An attribute of old operator sets, or the input that took its place; `Ok(None)` if there
+    /// is neither, and an error if the input is computed.
+    fn list_or_input(&self, name: &str, at: usize) -> Result<Option<&'a [i64]>, ()> {
+        match (self.list(name), self.name(at)) {
+            (Some(values), _) => Ok(Some(values)),
+            (None, None) => Ok(None),
+            (None, Some(_)) => self.known(at).map(Some).ok_or(()),
+        }
+    }
+}
+
+/// The shapes of an operation's outputs: none if they cannot be told from its inputs.
+/// `None` if the operator is unknown, so that it might multiply.
+pub(super) fn shapes(of: &Operands<'_>) -> Option<Vec<Vec<u64>>> {
+    let one = |shape: Option<Vec<u64>>| shape.into_iter().collect();
+    Some(match of.node.operator.as_str() {
+        "Abs"
+        | "BatchNormalization"
+        | "Cast"
+        | "Ceil"
+        | "Celu"
+        | "Clip"
+        | "DequantizeLinear"
+        | "Elu"
+        | "Erf"
+        | "Exp"
+        | "Floor"
+        | "Gelu"
+        | "GroupNormalization"
+        | "HardSigmoid"
+        | "HardSwish"
+        | "Identity"
+        | "InstanceNormalization"
+        | "LRN"
+        | "LayerNormalization"
+        | "LeakyRelu"
+        | "Log"
+        | "LogSoftmax"
+        | "LpNormalization"
+        | "Mish"
+        | "Neg"
+        | "Not"
+        | "PRelu"
+        | "QuantizeLinear"
+        | "Reciprocal"
+        | "Relu"
+        | "Round"
+        | "Selu"
+        | "Sigmoid"
+        | "Sign"
+        | "Softmax"
+        | "Softplus"
+        | "Sqrt"
+        | "Tanh"
+        | "ThresholdedRelu" => one(of.shape(0).map(<[u64]>::to_vec)),
+        "Dropout" => vec![of.shape(0).map(<[u64]>::to_vec); 2]
+            .into_iter()
+            .flatten()
+            .collect(),
+        "Add" | "And" | "Div" | "Equal" | "Greater" | "Less" | "Max" | "Mean" | "Min" | "Mod"
+        | "Mul" | "Or" | "Pow" | "Sub" | "Sum" | "Where" => one(broadcast_all(of)),
+        "Conv" => one(conv(of)),
+        "MaxPool" | "AveragePool" | "LpPool" => one(pool(of)),
+        "GlobalAveragePool" | "GlobalMaxPool" | "GlobalLpPool" => one(global_pool(of)),
+        "Gemm" => one(gemm(of)),
+        "MatMul" => one(matmul(of)),
+        "Flatten" => one(flatten(of)),
+        "Reshape" => one(reshape(of)),
+        "Expand" => one(expand(of)),
+        "Transpose" => one(transpose(of)),
+        "Squeeze" => one(squeeze(of)),
+        "Unsqueeze" => one(unsqueeze(of)),
+        "Concat" => one(concat(of)),
+        "Split" => split(of).unwrap_or_default(),
+        "Slice" => one(slice(of)),
+        "Gather" => one(gather(of)),
+        "Pad" => one(pad(of)),
+        "ArgMax" | "ArgMin" => one(reduce(of, Some(vec![of.integer("axis", 0)]))),
+        "ReduceL1" | "ReduceL2" | "ReduceLogSum" | "ReduceLogSumExp" | "ReduceMax"
+        | "ReduceMean" | "ReduceMin" | "ReduceProd" | "ReduceSum" | "ReduceSumSquare" => {
+            let axes = of.list_or_input("axes", 1);
+            one(axes
+                .ok()
+                .and_then(|axes| reduce(of, axes.map(<[i64]>::to_vec))))
+        }
+        "Constant" => one(constant(of)),
+        "Shape" => one(of.shape(0).and_then(|shape| {
+            let has_range = ["start", "end"].map(|name| of.node.attributes.contains_key(name));
+            (has_range == [false; 2]).then(|| vec![shape.len() as u64])
+        })),
+        _ => return None,
+    })
+}
+
+/// The numbers of an output that holds a shape, axes or indices, if they can be told.
+pub(super) fn integers(of: &Operands<'_>) -> Option<Vec<i64>> {
+    match of.node.operator.as_str() {
+        "Constant" => match of.node.attributes.iter().next()? {
+            (name, Attribute::Integer(value)) if name == "value_int" => Some(vec![*value]),
+            (name, Attribute::Integers(values)) if name == "value_ints" => Some(values.clone()),
+            (_, Attribute::Tensor(tensor)) => tensor.integers.clone(),
+            _ => None,
+        },
+        "Shape" if of.node.attributes.is_empty() => {
+            let sizes = of.shape(0)?.iter().map(|&size| i64::try_from(size).ok());
+            sizes.collect()
+        }
+        // INT64: other elements round.
+        "Cast" if of.integer("to", 0) == 7 => of.known(0).map(<[i64]>::to_vec),
+        "Identity" | "Squeeze" | "Unsqueeze" => of.known(0).map(<[i64]>::to_vec),
+        "Concat" => {
+            let parts = (0..of.node.inputs.len()).map(|at| of.known(at));
+            Some(parts.collect::<Option<Vec<_>>>()?.concat())
+        }
+        "Gather" => {
+            let from = of.known(0)?;
+            let picked = of.known(1)?.iter().map(|&at| {
+                let at = normal(at, from.len())?;
+                from.get(at).copied()
+            });
+            picked.collect()
+        }
+        "Add" => elementwise(of, i64::checked_add),
+        "Sub" => elementwise(of, i64::checked_sub),
+        "Mul" => elementwise(of, i64::checked_mul),
+        "Div" => elementwise(of, i64::checked_div),
+        _ => None,
+    }
+}
+
+fn elementwise(of: &Operands<'_>, f: impl Fn(i64, i64) -> Option<i64>) -> Option<Vec<i64>> {
+    let (a, b) = (of.known(0)?, of.known(1)?);
+    let length = a.len().max(b.len());
+    let at = |list: &[i64], at: usize| match list {
+        [single] => Some(*single),
+        _ => list.get(at).copied(),
+    };
+    (0..length).map(|i| f(at(a, i)?, at(b, i)?)).collect()
+}
+
+/// An axis or index counted from the start.
+fn normal(axis: i64, length: usize) -> Option<usize> {
+    let length = i64::try_from(length).ok()?;
+    let axis = if axis < 0 { axis + length } else { axis };
+    usize::try_from(axis).ok().filter(|_| axis < length)
+}
+
+pub(super) fn broadcast(a: &[u64], b: &[u64]) -> Option<Vec<u64>> {
+    let rank = a.len().max(b.len());
+    let at = |shape: &[u64], i: usize| match (i + shape.len()).checked_sub(rank) {
+        Some(i) => shape[i],
+        None => 1,
+    };
+    (0..rank)
+        .map(|i| match (at(a, i), at(b, i)) {
+            (x, 1) => Some(x),
+            (1, y) => Some(y),
+            (x, y) => (x == y).then_some(x),
+        })
+        .collect()
+}
+
+fn broadcast_all(of: &Operands<'_>) -> Option<Vec<u64>> {
+    (0..of.node.inputs.len()).try_fold(Vec::new(), |shape, at| broadcast(&shape, of.shape(at)?))
+}
+
+fn flatten(of: &Operands<'_>) -> Option<Vec<u64>> {
+    let shape = of.shape(0)?;
+    let axis = of.integer("axis", 1);
+    let (before, after) = match usize::try_from(axis) {
+        Ok(axis) => shape.split_at_checked(axis)?,
+        Err(_) => shape.split_at(normal(axis, shape.len())?),
+    };
+    Some(vec![elements(before), elements(after)])
+}
+
+fn reshape(of: &Operands<'_>) -> Option<Vec<u64>> {
+    let from = of.shape(0)?;
+    let keeps_zero = of.integer("allowzero", 0) != 0;
+    let asked = of
+        .known(1)?
+        .iter()
+        .enumerate()
+        .map(|(at, &size)| match size {
+            -1 => Some(None),
+            0 if !keeps_zero => from.get(at).copied().map(Some),
+            _ => u64::try_from(size).ok().map(Some),
+        });
+    let asked: Vec<Option<u64>> = asked.collect::<Option<_>>()?;
+    let stated: Vec<u64> = asked.iter().copied().flatten().collect();
+    let rest = elements(from).checked_div(elements(&stated))?;
+    let shape: Vec<u64> = asked.iter().map(|size| size.unwrap_or(rest)).collect();
+    let free = asked.len() - stated.len();
+    (free <= 1 && elements(&shape) == elements(from)).then_some(shape)
+}
+
+fn expand(of: &Operands<'_>) -> Option<Vec<u64>> {
+    let sizes = of.known(1)?.iter().map(|&size| u64::try_from(size).ok());
+    broadcast(of.shape(0)?, &sizes.collect::<Option<Vec<_>>>()?)
+}
+
+fn transpose(of: &Operands<'_>) -> Option<Vec<u64>> {
+    let shape = of.shape(0)?;
+    match of.list("perm") {
+        None => Some(shape.iter().rev().copied().collect()),
+        Some(order) if order.len() == shape.len() => {
+            let axes = order.iter().map(|&axis| normal(axis, shape.len()));
+            axes.map(|axis| Some(shape[axis?])).collect()
+        }
+        Some(_) => None,
+    }
+}
+
+fn squeeze(of: &Operands<'_>) -> Option<Vec<u64>> {
+    let shape = of.shape(0)?;
+    let Some(axes) = of.list_or_input("axes", 1).ok()? else {
+        return Some(shape.iter().copied().filter(|&size| size != 1).collect());
+    };
+    let axes = normal_all(axes, shape.len())?;
+    if axes.iter().any(|&axis| shape[axis] != 1) {
+        return None;
+    }
+    let kept = (0..shape.len()).filter(|axis| !axes.contains(axis));
+    Some(kept.map(|axis| shape[axis]).collect())
+}
+
+fn unsqueeze(of: &Operands<'_>) -> Option<Vec<u64>> {
+    let axes = of.list_or_input("axes", 1).ok()??;
+    let mut kept = of.shape(0)?.iter();
+    let rank = kept.len() + axes.len();
+    let axes = normal_all(axes, rank)?;
+    (0..rank)
+        .map(|axis| {
+            if axes.contains(&axis) {
+                Some(1)
+            } else {
+                kept.next().copied()
+            }
+        })
+        .collect()
+}
+
+fn normal_all(axes: &[i64], rank: usize) -> Option<Vec<usize>> {
+    axes.iter().map(|&axis| normal(axis, rank)).collect()
+}
+
+fn concat(of: &Operands<'_>) -> Option<Vec<u64>> {
+    let mut shape = of.shape(0)?.to_vec();
+    let axis = normal(of.integer("axis", 0), shape.len())?;
+    for at in 1..of.node.inputs.len() {
+        let next = of.shape(at)?;
+        let fits = |i: usize| i == axis || next[i] == shape[i];
+        if next.len() != shape.len() || !(0..next.len()).all(fits) {
+            return None;
+        }
+        shape[axis] = shape[axis].checked_add(next[axis])?;
+    }
+    Some(shape)
+}
+
+fn split(of: &Operands<'_>) -> Option<Vec<Vec<u64>>> {
+    let shape = of.shape(0)?;
+    let axis = normal(of.integer("axis", 0), shape.len())?;
+    let parts = of.node.outputs.len() as u64;
+    let lengths: Vec<u64> = match of.list_or_input("split", 1).ok()? {
+        Some(lengths) => lengths
+            .iter()
+            .map(|&n| u64::try_from(n).ok())
+            .collect::<Option<_>>()?,
+        None if shape[axis].is_multiple_of(parts) => {
+            vec![shape[axis] / parts; of.node.outputs.len()]
+        }
+        None => return None,
+    };
+    let part = |length| {
+        let mut part = shape.to_vec();
+        part[axis] = length;
+        part
+    };
+    let total = lengths
+        .iter()
+        .try_fold(0_u64, |sum, &length| sum.checked_add(length))?;
+    (total == shape[axis]).then(|| lengths.into_iter().map(part).collect())
+}
+
+fn slice(of: &Operands<'_>) -> Option<Vec<u64>> {
+    let mut shape = of.shape(0)?.to_vec();
+    let starts = of.list_or_input("starts", 1).ok()??;
+    let ends = of.list_or_input("ends", 2).ok()??;
+    let all: Vec<i64> = (0..).take(starts.len()).collect();
+    let axes = of.list_or_input("axes", 3).ok()?.unwrap_or(&all);
+    let ones = vec![1; starts.len()];
+    let steps = of.list_or_input("steps", 4).ok()?.unwrap_or(&ones);
+    for (((&start, &end), &axis), &step) in starts.iter().zip(ends).zip(axes).zip(steps) {
+        let axis = normal(axis, shape.len())?;
+        let length = i64::try_from(shape[axis]).ok()?;
+        let bound = |at: i64| if at < 0 { at + length } else { at }.clamp(0, length);
+        let step = u64::try_from(step).ok().filter(|&step| step > 0)?;
+        let span = u64::try_from(bound(end) - bound(start)).unwrap_or(0);
+        shape[axis] = span.div_ceil(step);
+    }
+    Some(shape)
+}
+
+fn gather(of: &Operands<'_>) -> Option<Vec<u64>> {
+    let (shape, indices) = (of.shape(0)?, of.shape(1)?);
+    let axis = normal(of.integer("axis", 0), shape.len())?;
+    Some([&shape[..axis], indices, &shape[axis + 1..]].concat())
+}
+
+fn pad(of: &Operands<'_>) -> Option<Vec<u64>> {
+    let shape = of.shape(0)?;
+    let pads = of.list_or_input("pads", 1).ok()??;
+    let all: Vec<i64> = (0..).take(shape.len()).collect();
+    let axes = match of.name(3) {
+        Some(_) => of.known(3)?,
+        None => &all,
+    };
+    let mut sizes: Vec<i64> = shape
+        .iter()
+        .map(|&n| i64::try_from(n).ok())
+        .collect::<Option<_>>()?;
+    for (at, &axis) in axes.iter().enumerate() {
+        let axis = normal(axis, shape.len())?;
+        let more = pads.get(at)?.checked_add(*pads.get(at + axes.len())?)?;
+        sizes[axis] = sizes[axis].checked_add(more)?;
+    }
+    sizes
+        .into_iter()
+        .map(|size| u64::try_from(size).ok())
+        .collect()
+}
+
+fn reduce(of: &Operands<'_>, axes: Option<Vec<i64>>) -> Option<Vec<u64>> {
+    let shape = of.shape(0)?;
+    let axes = normal_all(&axes.unwrap_or_default(), shape.len())?;
+    if axes.is_empty() && of.integer("noop_with_empty_axes", 0) != 0 {
+        return Some(shape.to_vec());
+    }
+    let is_reduced = |axis: &usize| axes.is_empty() || axes.contains(axis);
+    if of.integer("keepdims", 1) == 0 {
+        let kept = (0..shape.len()).filter(|axis| !is_reduced(axis));
+        return Some(kept.map(|axis| shape[axis]).collect());
+    }
+    let size = |axis| if is_reduced(&axis) { 1 } else { shape[axis] };
+    Some((0..shape.len()).map(size).collect())
+}
+
+fn constant(of: &Operands<'_>) -> Option<Vec<u64>> {
+    match of.node.attributes.iter().next()? {
+        (_, Attribute::Tensor(tensor)) => Some(tensor.shape.clone()),
+        (name, Attribute::Integers(values)) if name == "value_ints" => {
+            Some(vec![values.len() as u64])
+        }
+        (name, _) if name == "value_int" || name == "value_float" => Some(Vec::new()),
+        _ => None,
+    }
+}

@@ -1,0 +1,200 @@
+//! What a recognizer is fed: its template, the order of its axes, and the values of pixels.
+//!
+//! There is one channel, so that layouts differ in the shape that is stated and never in the
+//! order of the numbers: frame after frame, rows from the top.
+
+use serde::{Deserialize, Serialize};
+
+/// What is made of a walk's silhouettes before a recognizer sees them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Template {
+    /// A Gait Energy Image a cycle (Han & Bhanu 2006).
+    #[default]
+    Gei,
+    /// The silhouettes themselves, one after another.
+    Silhouettes,
+}
+
+impl Template {
+    /// The name under which contracts state it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Gei => "gei",
+            Self::Silhouettes => "silhouettes",
+        }
+    }
+}
+
+/// The values of background and foreground.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum InputRange {
+    /// Background 0, always-foreground 1.
+    #[default]
+    #[serde(rename = "0..1")]
+    Unit,
+    /// Background 0, always-foreground 255.
+    #[serde(rename = "0..255")]
+    Byte,
+}
+
+impl InputRange {
+    /// A pixel's byte in this range.
+    #[must_use]
+    pub fn of_byte(self, byte: u8) -> f32 {
+        match self {
+            Self::Unit => f32::from(byte) / 255.0,
+            Self::Byte => f32::from(byte),
+        }
+    }
+}
+
+/// The order of the input's axes: N inputs, T frames, C (one) channel, H rows, W columns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "UPPERCASE")]
+pub enum Layout {
+    /// GEIs: batch, channel, row, column.
+    #[default]
+    Nchw,
+    /// GEIs: batch, row, column, channel.
+    Nhwc,
+    /// GEIs: batch, row, column.
+    Nhw,
+    /// Silhouettes: batch, frame, row, column.
+    Nthw,
+    /// Silhouettes: batch, frame, channel, row, column.
+    Ntchw,
+    /// Silhouettes: batch, channel, frame, row, column.
+    Ncthw,
+}
+
+/// What an axis of an input counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Axis {
+    Batch,
+    Frame,
+    Channel,
+    Row,
+    Column,
+}
+
+impl Layout {
+    /// All layouts.
+    pub const ALL: [Self; 6] = [
+        Self::Nchw,
+        Self::Nhwc,
+        Self::Nhw,
+        Self::Nthw,
+        Self::Ntchw,
+        Self::Ncthw,
+    ];
+
+    /// The name under which contracts state it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Nchw => "NCHW",
+            Self::Nhwc => "NHWC",
+            Self::Nhw => "NHW",
+            Self::Nthw => "NTHW",
+            Self::Ntchw => "NTCHW",
+            Self::Ncthw => "NCTHW",
+        }
+    }
+
+    /// What it holds.
+    #[must_use]
+    pub const fn template(self) -> Template {
+        match self {
+            Self::Nchw | Self::Nhwc | Self::Nhw => Template::Gei,
+            Self::Nthw | Self::Ntchw | Self::Ncthw => Template::Silhouettes,
+        }
+    }
+
+    pub(super) const fn axes(self) -> &'static [Axis] {
+        use Axis::{Batch, Channel, Column, Frame, Row};
+        match self {
+            Self::Nchw => &[Batch, Channel, Row, Column],
+            Self::Nhwc => &[Batch, Row, Column, Channel],
+            Self::Nhw => &[Batch, Row, Column],
+            Self::Nthw => &[Batch, Frame, Row, Column],
+            Self::Ntchw => &[Batch, Frame, Channel, Row, Column],
+            Self::Ncthw => &[Batch, Channel, Frame, Row, Column],
+        }
+    }
+}
+
+/// How far apart two embeddings are. With parts, the mean over the parts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Distance {
+    /// The length of their difference.
+    #[default]
+    Euclidean,
+    /// One minus the cosine of the angle between them.
+    Cosine,
+}
+
+impl Distance {
+    /// The name under which contracts and results state it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Euclidean => "euclidean",
+            Self::Cosine => "cosine",
+        }
+    }
+
+    pub(super) fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_name_of_a_layout_spells_its_axes() {
+        for layout in Layout::ALL {
+            let letter = |axis: &Axis| match axis {
+                Axis::Batch => 'N',
+                Axis::Frame => 'T',
+                Axis::Channel => 'C',
+                Axis::Row => 'H',
+                Axis::Column => 'W',
+            };
+            let spelt: String = layout.axes().iter().map(letter).collect();
+            assert_eq!(layout.name(), spelt);
+            let has_frames = spelt.contains('T');
+            assert_eq!(layout.template() == Template::Silhouettes, has_frames);
+            let stated = serde_json::to_value(layout).expect("a name");
+            assert_eq!(stated, layout.name());
+        }
+    }
+
+    #[test]
+    fn contracts_state_names() {
+        let json = |value: &dyn Fn() -> serde_json::Result<serde_json::Value>| value().ok();
+        for template in [Template::Gei, Template::Silhouettes] {
+            assert_eq!(
+                json(&|| serde_json::to_value(template)),
+                Some(template.name().into())
+            );
+        }
+        for distance in [Distance::Euclidean, Distance::Cosine] {
+            assert_eq!(
+                json(&|| serde_json::to_value(distance)),
+                Some(distance.name().into())
+            );
+        }
+    }
+
+    #[test]
+    fn white_is_one_or_255() {
+        let of = |range: InputRange| [0, 51, 255].map(|byte| range.of_byte(byte));
+        assert_eq!(of(InputRange::Unit), [0.0, 0.2, 1.0]);
+        assert_eq!(of(InputRange::Byte), [0.0, 51.0, 255.0]);
+    }
+}

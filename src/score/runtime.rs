@@ -1,0 +1,272 @@
+//! What runs models: the embedded runtime or ONNX Runtime, and on which processor.
+
+use std::fmt;
+use std::path::Path;
+
+use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
+
+use super::{Model, Recognizer, onnx, rten};
+use crate::error::{Error, Result};
+
+/// Which software runs a model, for results.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RuntimeName {
+    /// `rten` or `onnxruntime`; `none` where nothing needs to run.
+    pub name: String,
+    /// Its version.
+    pub version: String,
+    /// The execution provider, by [`Provider::name`]; empty where there is no choice.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub provider: String,
+}
+
+impl RuntimeName {
+    /// Version, and the provider if it is not the processor itself.
+    #[must_use]
+    pub fn detail(&self) -> String {
+        if [Provider::Cpu.name(), ""].contains(&self.provider.as_str()) {
+            self.version.clone()
+        } else {
+            format!("{} ({})", self.version, self.provider)
+        }
+    }
+}
+
+impl fmt::Display for RuntimeName {
+    /// `onnxruntime 1.31.1 (xnnpack)`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(format!("{} {}", self.name, self.detail()).trim_end())
+    }
+}
+
+/// What ONNX Runtime computes with, where its library was built for it. What a provider does not
+/// support of a model is left to the processor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Provider {
+    /// The processor, in every library
+    #[default]
+    Cpu,
+    /// XNNPACK: the processor by Google's kernels
+    Xnnpack,
+    /// Arm Compute Library
+    Acl,
+    /// Arm NN
+    Armnn,
+    /// Android's Neural Networks API
+    Nnapi,
+    /// Apple's Core ML
+    Coreml,
+    /// Qualcomm AI Engine Direct
+    Qnn,
+    /// Rockchip's NPU
+    Rknpu,
+    /// Nvidia GPUs
+    Cuda,
+    /// Nvidia TensorRT
+    Tensorrt,
+    /// Intel OpenVINO
+    Openvino,
+}
+
+impl Provider {
+    /// The name under which flags and results state it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cpu => "cpu",
+            Self::Xnnpack => "xnnpack",
+            Self::Acl => "acl",
+            Self::Armnn => "armnn",
+            Self::Nnapi => "nnapi",
+            Self::Coreml => "coreml",
+            Self::Qnn => "qnn",
+            Self::Rknpu => "rknpu",
+            Self::Cuda => "cuda",
+            Self::Tensorrt => "tensorrt",
+            Self::Openvino => "openvino",
+        }
+    }
+}
+
+/// What [`Runtime::bare`] makes.
+pub type Bare = Box<dyn FnMut() -> Result<f32>>;
+
+/// Where a bare loop's outputs lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BareOutputs {
+    /// ONNX Runtime makes them anew in each call, as in the loops of its examples.
+    New,
+    /// In the same tensors each time.
+    Reused,
+}
+
+/// A runtime that is ready to load models.
+#[derive(Clone, Debug)]
+pub struct Runtime {
+    engine: Engine,
+    threads: usize,
+}
+
+#[derive(Clone, Debug)]
+enum Engine {
+    Rten,
+    Ort(onnx::Ort, Provider),
+}
+
+impl Runtime {
+    /// The embedded runtime: needs nothing, always there. One thread.
+    #[must_use]
+    pub const fn rten() -> Self {
+        Self {
+            engine: Engine::Rten,
+            threads: 1,
+        }
+    }
+
+    /// ONNX Runtime, from a shared library of version 1.18 or later. One thread, on the processor.
+    ///
+    /// The library is in the `onnxruntime` wheel from 1.19 on, as
+    /// `onnxruntime/capi/libonnxruntime.so.*`; [`find_library`](super::find_library) looks for
+    /// it. It stays loaded, so that a process has one: a second call has to name the same file.
+    /// Loading runs the library's code: name only one that you trust. Telemetry is off.
+    ///
+    /// # Errors
+    /// If the file is missing, cut short, for another system, not ONNX Runtime or too old, or
+    /// another one is loaded already.
+    pub fn ort(library: impl AsRef<Path>) -> Result<Self> {
+        Ok(Self {
+            engine: Engine::Ort(onnx::Ort::load(library.as_ref())?, Provider::Cpu),
+            threads: 1,
+        })
+    }
+
+    /// The same runtime, with `threads` (at least 1) for the work inside one call.
+    #[must_use]
+    pub fn with_threads(mut self, threads: usize) -> Self {
+        self.threads = threads.max(1);
+        self
+    }
+
+    /// The same runtime, computing with `provider`.
+    ///
+    /// # Errors
+    /// If the library has no such provider, naming those it has, or the runtime is the embedded
+    /// one, which has the processor only.
+    pub fn with_provider(mut self, provider: Provider) -> Result<Self> {
+        match &mut self.engine {
+            Engine::Rten if provider != Provider::Cpu => {
+                return Err(Error::Usage(format!(
+                    "--provider {}: the embedded runtime has cpu only (use --runtime ort)",
+                    provider.name()
+                )));
+            }
+            Engine::Rten => {}
+            Engine::Ort(ort, chosen) => {
+                ort.require(provider)?;
+                *chosen = provider;
+            }
+        }
+        Ok(self)
+    }
+
+    /// Its name, version and provider.
+    #[must_use]
+    pub fn name(&self) -> RuntimeName {
+        match &self.engine {
+            Engine::Rten => rten::runtime_name(),
+            Engine::Ort(ort, provider) => ort.runtime_name(*provider),
+        }
+    }
+
+    /// The tightest loop body around ONNX Runtime alone, to compare a recognizer with: one call
+    /// runs `model` on one input that was given once, and gives the sum of the first numbers of
+    /// its outputs. Nothing is copied or checked.
+    ///
+    /// # Errors
+    /// With the embedded runtime, or if ONNX Runtime refuses the model or the input.
+    pub fn bare(&self, model: &Model, input: &[f32], outputs: BareOutputs) -> Result<Bare> {
+        match &self.engine {
+            Engine::Rten => Err(Error::Usage(
+                "--bare compares with ONNX Runtime: expected --runtime ort, found the embedded runtime".into(),
+            )),
+            Engine::Ort(ort, provider) => {
+                let how = (*provider, self.threads);
+                onnx::OrtRecognizer::load(ort, model, how)?.into_bare(input, outputs)
+            }
+        }
+    }
+
+    /// Prepares `model` for running.
+    ///
+    /// # Errors
+    /// If the runtime does not support one of the model's operators, or refuses the file.
+    pub fn load(&self, model: &Model) -> Result<Box<dyn Recognizer>> {
+        Ok(match &self.engine {
+            Engine::Rten => Box::new(rten::RtenRecognizer::load(model, self.threads)?),
+            Engine::Ort(ort, provider) => {
+                let how = (*provider, self.threads);
+                Box::new(onnx::OrtRecognizer::load(ort, model, how)?)
+            }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::score::testing::{ort_library, small_model};
+
+    #[test]
+    fn flags_and_results_have_the_same_names_for_providers() {
+        for &provider in Provider::value_variants() {
+            let flag = provider.to_possible_value().expect("none is hidden");
+            assert_eq!(flag.get_name(), provider.name());
+        }
+    }
+
+    #[test]
+    fn a_name_states_the_provider_unless_it_is_the_processor() {
+        let name = |provider: &str| {
+            RuntimeName {
+                name: "onnxruntime".into(),
+                version: "1.31.1".into(),
+                provider: provider.into(),
+            }
+            .to_string()
+        };
+        assert_eq!(name("cpu"), "onnxruntime 1.31.1");
+        assert_eq!(name("xnnpack"), "onnxruntime 1.31.1 (xnnpack)");
+    }
+
+    #[test]
+    fn the_embedded_runtime_has_the_processor_only() {
+        assert!(Runtime::rten().with_provider(Provider::Cpu).is_ok());
+        let error = Runtime::rten().with_provider(Provider::Xnnpack);
+        assert!(error.is_err_and(|error| {
+            error.to_string()
+                == "--provider xnnpack: the embedded runtime has cpu only (use --runtime ort)"
+        }));
+    }
+
+    #[test]
+    fn a_provider_runs_or_is_refused_with_those_there_are() {
+        let Some(path) = ort_library() else { return };
+        let ort = Runtime::ort(path).expect("the real library");
+        for &provider in Provider::value_variants() {
+            match ort.clone().with_provider(provider) {
+                Ok(runtime) => {
+                    assert_eq!(runtime.name().provider, provider.name());
+                    let loaded = runtime.load(&small_model()).expect("our own model");
+                    assert!(loaded.run(&[0.5; 1500], 1).is_ok(), "{provider:?}");
+                }
+                Err(error) => {
+                    assert_ne!(provider, Provider::Cpu);
+                    let text = error.to_string();
+                    let start = format!("--provider {}: expected ", provider.name());
+                    assert!(text.starts_with(&start) && text.contains("cpu"), "{text}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,245 @@
+//! What recognizers are shown: sequences of a pack, of a dataset, or of a tree of silhouettes.
+//!
+//! A sequence is one gait cycle (or one recording) of one person, seen from one viewpoint. A
+//! protocol chooses among sequences by who walks, in which take, and from where, and does not
+//! know how they were made.
+
+mod dataset;
+mod tree;
+mod walks;
+
+pub use tree::Recordings;
+pub use walks::{Made, Walks};
+
+use crate::dataset::{Dataset, Tree};
+use crate::error::{Error, Result};
+use crate::score::Template;
+use crate::sweep::Settings;
+use edgegait_core::silhouette::Size;
+use std::collections::HashMap;
+use std::path::Path;
+
+/// One recording of a person: all cycles of one walk.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Take {
+    /// Number of the person in [`Sequences::subjects`].
+    pub subject: usize,
+    /// What it is called, such as `nm-01`.
+    pub name: String,
+    /// The condition, such as `normal` or `bag`; empty if the source does not say.
+    pub condition: String,
+}
+
+/// One cycle of a take, seen from one viewpoint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sequence {
+    /// Number of the take.
+    pub take: usize,
+    /// Which cycle of the take.
+    pub cycle: u32,
+    /// Number of the viewpoint in [`Sequences::views`].
+    pub view: usize,
+}
+
+/// Labels of all sequences of a source.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sequences {
+    /// Names of the people, each once.
+    pub subjects: Vec<String>,
+    /// The takes, in the source's order.
+    pub takes: Vec<Take>,
+    /// Viewpoints as (azimuth, elevation) in degrees, each once.
+    pub views: Vec<(f64, f64)>,
+    /// The sequences.
+    pub list: Vec<Sequence>,
+}
+
+impl Sequences {
+    /// The number of the person in a sequence.
+    #[must_use]
+    pub fn subject(&self, sequence: usize) -> usize {
+        self.takes[self.list[sequence].take].subject
+    }
+
+    /// Where a sequence is seen from, (azimuth, elevation) in degrees.
+    #[must_use]
+    pub fn angles(&self, sequence: usize) -> (f64, f64) {
+        self.views[self.list[sequence].view]
+    }
+}
+
+/// Numbers of equal things, in the order of their first appearance.
+#[derive(Debug)]
+struct Register<K> {
+    numbers: HashMap<K, usize>,
+}
+
+impl<K> Default for Register<K> {
+    fn default() -> Self {
+        Self {
+            numbers: HashMap::new(),
+        }
+    }
+}
+
+impl<K: std::hash::Hash + Eq> Register<K> {
+    /// The number of `key`; `add` is called if it is new.
+    fn number(&mut self, key: K, add: impl FnOnce()) -> usize {
+        let next = self.numbers.len();
+        *self.numbers.entry(key).or_insert_with(|| {
+            add();
+            next
+        })
+    }
+}
+
+/// Labels that are collected one by one.
+#[derive(Debug, Default)]
+struct Labels {
+    sequences: Sequences,
+    subjects: Register<String>,
+    takes: Register<(usize, String, String)>,
+    views: Register<(u64, u64)>,
+}
+
+impl Labels {
+    /// The number of a take, which is added if it is new.
+    fn take(&mut self, subject: &str, name: &str, condition: &str) -> usize {
+        let Sequences {
+            subjects, takes, ..
+        } = &mut self.sequences;
+        let person = self
+            .subjects
+            .number(subject.to_owned(), || subjects.push(subject.to_owned()));
+        let key = (person, name.to_owned(), condition.to_owned());
+        self.takes.number(key, || {
+            takes.push(Take {
+                subject: person,
+                name: name.to_owned(),
+                condition: condition.to_owned(),
+            });
+        })
+    }
+
+    /// The number of a viewpoint, (azimuth, elevation) in degrees.
+    fn view(&mut self, (azimuth_deg, elevation_deg): (f64, f64)) -> usize {
+        // Without a sign of zero.
+        let angles = (azimuth_deg + 0.0, elevation_deg + 0.0);
+        let views = &mut self.sequences.views;
+        let key = (angles.0.to_bits(), angles.1.to_bits());
+        self.views.number(key, || views.push(angles))
+    }
+
+    fn push(&mut self, take: usize, cycle: u32, view: usize) {
+        self.sequences.list.push(Sequence { take, cycle, view });
+    }
+}
+
+/// How sequences are wanted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Form {
+    /// GEIs, or the silhouettes themselves.
+    pub template: Template,
+    /// How they are drawn or, if they come from files, of which size and framing they are.
+    pub settings: Settings,
+    /// How many silhouettes of a recording a sequence has; all if not said. Of what is drawn, the
+    /// settings say it.
+    pub frames: Option<usize>,
+}
+
+/// What was shown, besides the pictures.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Shown {
+    /// Silhouettes in the GEIs and sequences.
+    pub silhouettes: u64,
+    /// Share of the figures' pixels that lay outside of the images, summed over silhouettes;
+    /// none if the source does not know.
+    pub clipped: Option<f64>,
+    /// Frames without a figure, which were left out.
+    pub empty: u64,
+}
+
+impl Shown {
+    /// Both together.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            silhouettes: self.silhouettes + other.silhouettes,
+            clipped: self.clipped.zip(other.clipped).map(|(a, b)| a + b),
+            empty: self.empty + other.empty,
+        }
+    }
+}
+
+/// Where sequences come from.
+pub enum Source<'a> {
+    /// Walks that are drawn.
+    Walks(Walks<'a>),
+    /// GEIs in a folder.
+    Dataset(dataset::Geis),
+    /// Silhouettes in folders.
+    Tree(Recordings),
+}
+
+impl Source<'_> {
+    /// A dataset, or a tree of silhouettes: `path` is a folder of one or the other kind.
+    ///
+    /// # Errors
+    /// If it is neither, or cannot be read.
+    pub fn open(path: &Path, made: &[Made]) -> Result<Self> {
+        if Tree::is_at(path) && !path.join("manifest.json").exists() {
+            return Ok(Self::Tree(Recordings::open(path)?));
+        }
+        let files = ["manifest.json", "index.csv", "geis.npy"];
+        if !files.iter().any(|name| path.join(name).exists()) {
+            return Err(Error::input(
+                path,
+                "expected a dataset (manifest.json, index.csv, geis.npy) or a tree of silhouettes (<person>/<take>/<view>/ with frames), found neither",
+            ));
+        }
+        let dataset = Dataset::open(path)?;
+        let geis = dataset::Geis::new(dataset, path.to_path_buf(), made);
+        Ok(Self::Dataset(geis))
+    }
+
+    /// The labels.
+    #[must_use]
+    pub const fn sequences(&self) -> &Sequences {
+        match self {
+            Self::Walks(walks) => &walks.sequences,
+            Self::Dataset(geis) => &geis.sequences,
+            Self::Tree(recordings) => &recordings.sequences,
+        }
+    }
+
+    /// Shows the sequences of these numbers, which rise: `sink` gets the number, and the bytes
+    /// (0 to 255, rows top first; of a sequence of silhouettes one after another).
+    ///
+    /// # Errors
+    /// The first of `sink`, or of what cannot be drawn or read.
+    pub fn show(
+        &self,
+        wanted: &[usize],
+        form: &Form,
+        sink: &mut dyn FnMut(usize, &[u8]) -> Result<()>,
+    ) -> Result<Shown> {
+        match self {
+            Self::Walks(walks) => walks.show(wanted, form, sink),
+            Self::Dataset(geis) => geis.show(wanted, form, sink),
+            Self::Tree(recordings) => recordings.show(wanted, form, sink),
+        }
+    }
+}
+
+/// The mean of silhouettes, half up, as the core's GEI is: pixels of 0 or 255 each.
+fn mean(silhouettes: &[u8], size: Size) -> Vec<u8> {
+    let pixels = size.pixels();
+    let frames = (silhouettes.len() / pixels) as u64;
+    (0..pixels)
+        .map(|pixel| {
+            let column = silhouettes.iter().skip(pixel).step_by(pixels);
+            let sum: u64 = column.map(|&byte| u64::from(byte)).sum();
+            u8::try_from((sum + frames / 2).checked_div(frames).unwrap_or(0)).unwrap_or(u8::MAX)
+        })
+        .collect()
+}

@@ -1,0 +1,213 @@
+//! Protocols by the command: the same people come to the same numbers however they are given.
+
+#[expect(dead_code, reason = "helpers of other tests of commands")]
+mod command;
+
+use command::{done, refused};
+use serde_json::Value;
+use std::path::Path;
+
+/// What a command with `--json -` found.
+fn found(at: &Path, arguments: &[&str]) -> Value {
+    let text = done(at, &[arguments, &["--json", "-"]].concat());
+    serde_json::from_str(&text).expect("JSON")
+}
+
+/// Four people with the takes that `walks` of them are called.
+fn four_people(at: &Path) {
+    let cohort = ["cohort", "--people", "4", "--speeds-kmh", "4,5,6"];
+    done(at, &[&cohort[..], &["--out", "four.egp"]].concat());
+    std::fs::write(
+        at.join("speeds.toml"),
+        "name = \"speeds\"\ndescription = \"Known at 4, looked for at 5 and 6 km/h.\"\n\
+         decision = \"nearest embedding\"\ngallery_views = \"each\"\n\
+         [gallery]\ntakes = [\"walk-4kmh\"]\n\
+         [[probes]]\nname = \"5\"\ntakes = [\"walk-5kmh\"]\n\
+         [[probes]]\nname = \"6\"\ntakes = [\"walk-6*\"]\n",
+    )
+    .expect("written");
+}
+
+const VIEWS: [&str; 6] = [
+    "--azimuth-deg",
+    "0,45,90",
+    "--elevation-deg",
+    "0",
+    "--raster",
+    "rows",
+];
+
+#[test]
+fn a_pack_and_a_dataset_of_it_score_alike_under_a_protocol_of_ones_own() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    four_people(at);
+    done(
+        at,
+        &[&["sweep", "four.egp", "--out", "four"], &VIEWS[..]].concat(),
+    );
+    let score = |data: &str, more: &[&str]| {
+        let common = ["score", "pixels", data, "--protocol", "speeds.toml"];
+        found(at, &[&common[..], more].concat())["recognizers"][0].clone()
+    };
+    let drawn = score("four.egp", &VIEWS);
+    let read = score("four", &[]);
+    assert_eq!(drawn["probe_sets"], read["probe_sets"]);
+    assert_eq!(drawn["by_viewpoint"].as_array().map(Vec::len), Some(3));
+    let sets = drawn["probe_sets"].as_array().expect("a list");
+    let names: Vec<_> = sets.iter().map(|set| set["name"].clone()).collect();
+    assert_eq!(names, ["5", "6"]);
+    for set in sets {
+        // 4 people from 3 viewpoints, each among 2 others, 4 pictures at once.
+        assert_eq!(set["probes"], 4 * 3 * 2);
+        assert_eq!(set["verification"]["genuine"], 4 * 3 * 2);
+        assert_eq!(set["verification"]["impostors"], 4 * 3 * 2 * 3);
+        assert_eq!(set["cross_view"]["rank1"].as_array().map(Vec::len), Some(3));
+        assert!(set["cross_view"]["mean_percent"].is_number());
+    }
+    let same_view = |set: &Value| {
+        let cells = set["cross_view"]["rank1"].as_array().expect("a matrix");
+        (0..3)
+            .map(|at| cells[at][at].as_f64().expect("a rate"))
+            .sum::<f64>()
+            / 3.0
+    };
+    // Each answer by itself adds up to the rates.
+    let common = ["score", "pixels", "four", "--protocol", "speeds.toml"];
+    done(at, &[&common[..], &["--probes-csv", "probes.csv"]].concat());
+    let mut rows = csv::Reader::from_path(at.join("probes.csv")).expect("a table");
+    let rows: Vec<csv::StringRecord> = rows.records().map(|row| row.expect("a row")).collect();
+    assert_eq!(rows.len(), 2 * 4 * 3 * 2);
+    for (set, name) in sets.iter().zip(["5", "6"]) {
+        let of_set = rows.iter().filter(|row| &row[1] == name);
+        let hits = of_set.clone().filter(|row| row[2] == row[9]).count();
+        let first = of_set.filter(|row| &row[11] == "1").count();
+        assert_eq!(hits as f64 / 24.0, set["rank1"].as_f64().expect("a rate"));
+        assert_eq!(hits, first);
+    }
+    // From the same viewpoint people are known better than from others.
+    assert!(same_view(&sets[0]) > sets[0]["rank1"].as_f64().expect("a rate"));
+}
+
+#[test]
+fn shipped_protocols_make_takes_of_one_walk_and_say_so() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    four_people(at);
+    let score = |protocol: &str| {
+        let arguments = ["score", "pixels", "four.egp", "--walks", "walk-5kmh"];
+        let more = ["--protocol", protocol, "--raster", "rows"];
+        found(at, &[&arguments[..], &more].concat())
+    };
+    for (protocol, probes) in [
+        // People, takes, viewpoints, other viewpoints.
+        ("casia-b", 4 * 2 * 11 * 10),
+        ("ou-mvlp", 4 * 14 * 13),
+        ("cross-view", 4 * 13 * 12),
+        ("verification", 4 * 3 * 7),
+    ] {
+        let results = score(protocol);
+        assert_eq!(results["recognizers"][0]["probes"], probes, "{protocol}");
+        assert_eq!(results["recognizers"][0]["protocol"], protocol);
+        let warning = results["warnings"][0].as_str().unwrap_or_default();
+        assert!(
+            warning.contains("seeded variations"),
+            "{protocol}: {results}"
+        );
+    }
+    refused(
+        at,
+        &["score", "pixels", "four.egp", "--protocol", "casia-b"],
+        1,
+        &["no take is in its gallery", "walk-4kmh"],
+    );
+    refused(
+        at,
+        &["score", "pixels", "four.egp", "--protocol", "nonsense"],
+        2,
+        &["casia-b", ".toml"],
+    );
+    refused(
+        at,
+        &[
+            "score",
+            "pixels",
+            "four.egp",
+            "--protocol",
+            "cross-view",
+            "--views",
+            "paper",
+        ],
+        1,
+        &["at most 64"],
+    );
+}
+
+/// Writes the silhouettes of a pack's walks as a tree of pictures, 64x64.
+fn write_tree(pack: &Path, root: &Path) {
+    use edgegait::sweep::{Job, Moments, Settings, Shot, View, silhouettes};
+    use edgegait_core::pack::Pack;
+    use edgegait_core::silhouette::Size;
+    let bytes = std::fs::read(pack).expect("a pack");
+    let pack = Pack::parse(&bytes).expect("it was just made");
+    let settings = Settings {
+        size: Size::S64x64,
+        ..Settings::default()
+    };
+    let views = [0.0, 45.0, 90.0].map(|azimuth| View::new(azimuth, 0.0).expect("a viewpoint"));
+    let subjects: Vec<&str> = pack.subjects().map(|subject| subject.name).collect();
+    for (number, walk) in pack.walks().enumerate() {
+        let shot = Shot {
+            job: Job {
+                walk: number,
+                cycle: 0,
+            },
+            moments: Moments::Cycle,
+            views: &views,
+        };
+        let seen = silhouettes(&pack, shot, settings).expect("drawn");
+        for (view, frames) in ["000", "045", "090"].iter().zip(seen) {
+            let folder = root.join(subjects[walk.subject]).join(walk.name).join(view);
+            std::fs::create_dir_all(&folder).expect("a folder");
+            for (at, frame) in frames.iter().enumerate() {
+                let pixels = frame.to_coverage().pixels().to_vec();
+                image::GrayImage::from_raw(64, 64, pixels)
+                    .expect("64x64")
+                    .save(folder.join(format!("{at:03}.png")))
+                    .expect("written");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_tree_of_pictures_scores_like_the_walks_that_they_show() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    four_people(at);
+    write_tree(&at.join("four.egp"), &at.join("tree"));
+    let score = |data: &str, more: &[&str]| {
+        let common = ["score", "pixels", data, "--protocol", "speeds.toml"];
+        let size = ["--size", "64x64"];
+        found(at, &[&common[..], &size, more].concat())["recognizers"][0].clone()
+    };
+    let views = ["--azimuth-deg", "0,45,90", "--elevation-deg", "0"];
+    let (drawn, read) = (score("four.egp", &views), score("tree", &[]));
+    // Framed once more, or, since they are framed already, as they are: the same to the last bit.
+    // People come in another order, by which intervals are drawn.
+    let stored = score("tree", &["--as-stored"]);
+    for set in 0..2 {
+        for key in ["cross_view", "cmc", "map", "minp"] {
+            let of = |result: &Value| result["probe_sets"][set][key].clone();
+            assert_eq!(of(&drawn), of(&read), "{key}");
+            assert_eq!(of(&drawn), of(&stored), "{key}");
+        }
+        let curve = |result: &Value| result["probe_sets"][set]["verification"]["roc"].clone();
+        assert!(curve(&drawn) == curve(&stored), "another ROC");
+    }
+    let common = ["score", "pixels", "four.egp", "--as-stored"];
+    refused(at, &common, 2, &["expected a tree of silhouettes"]);
+    std::fs::write(at.join("tree/F01/walk-4kmh/000/000.png"), b"no picture").expect("written");
+    let common = ["score", "pixels", "tree", "--protocol", "speeds.toml"];
+    refused(at, &common, 1, &["000.png"]);
+}
