@@ -71,6 +71,16 @@ impl Error {
         }
     }
 
+    /// A file's `text` is not the TOML that is expected, at the line that `error` names.
+    pub fn toml(path: impl AsRef<Path>, text: &str, error: &toml::de::Error) -> Self {
+        let line = error.span().map(|span| {
+            let before = text.as_bytes().iter().take(span.start);
+            1 + before.filter(|byte| **byte == b'\n').count()
+        });
+        let place = line.map_or(Place::File, Place::Line);
+        Self::at(path, place, error.message().trim())
+    }
+
     /// The system refused to read or write `path`.
     pub fn io(path: impl AsRef<Path>, source: std::io::Error) -> Self {
         Self::Io {

@@ -153,13 +153,9 @@ impl ContestArgs {
         let views = views.transpose()?;
         let is_seen = |sequence: &TreeSequence| {
             let seen_at = (sequence.azimuth_deg, sequence.elevation_deg);
-            views.as_ref().is_none_or(|views| {
-                let mut angles = views
-                    .list
-                    .iter()
-                    .map(|view| (f64::from(view.azimuth_deg), f64::from(view.elevation_deg)));
-                angles.any(|at| at == seen_at)
-            })
+            views
+                .as_ref()
+                .is_none_or(|views| views.list.iter().any(|view| view.angles_deg() == seen_at))
         };
         let wanted = |list: &[String], name: &String| list.is_empty() || list.contains(name);
         let recordings = recordings.only(|sequence| {
@@ -211,7 +207,7 @@ impl ContestArgs {
             // How these GEIs were drawn is theirs to say.
             for key in STATED {
                 if let Some(value) = geis.dataset().manifest().header.settings.get(key) {
-                    *header = header.clone().with(key, value.clone());
+                    header.settings.insert(key.to_owned(), value.clone());
                 }
             }
             given = Some((geis.dataset().size(), framing));

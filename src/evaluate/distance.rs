@@ -62,6 +62,9 @@ fn cosine(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evaluate::ranking::{Ranked, Role, rank};
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
 
     #[test]
     fn two_parts_have_the_distances_that_opengait_gives() {
@@ -114,5 +117,82 @@ mod tests {
     fn two_zero_vectors_are_0_apart_but_1_by_cosine() {
         assert_eq!(Distance::Euclidean.between(&[0.0; 4], &[0.0; 4], 2), 0.0);
         assert_eq!(Distance::Cosine.between(&[0.0; 4], &[0.0; 4], 2), 1.0);
+    }
+
+    /// What becomes of a probe among embeddings of `width` numbers, one after the other.
+    fn ranked(known: &[f32], width: usize, labels: &[usize], probe: (&[f32], usize)) -> Ranked {
+        let (found, truth) = probe;
+        let distances: Vec<f64> = known
+            .chunks(width)
+            .map(|known| Distance::Euclidean.between(found, known, 1))
+            .collect();
+        rank(&distances, |at| {
+            if labels[at] == truth {
+                Role::Mate
+            } else {
+                Role::Stranger
+            }
+        })
+    }
+
+    fn strangers_before(ranked: Ranked) -> Option<usize> {
+        match ranked {
+            Ranked::Found {
+                strangers_before, ..
+            } => Some(strangers_before),
+            Ranked::NoMate | Ranked::NonFinite => None,
+        }
+    }
+
+    #[test]
+    fn the_nearest_embedding_decides_and_the_lowest_index_wins_a_tie() {
+        let known = [0.0, 0.0, 3.0, 4.0, 6.0, 8.0];
+        let of = |probe: [f32; 2], truth| ranked(&known, 2, &[7, 8, 9], (&probe, truth));
+        assert_eq!(strangers_before(of([2.9, 4.2], 8)), Some(0));
+        let between = |truth| strangers_before(of([1.5, 2.0], truth));
+        assert_eq!((between(7), between(8)), (Some(0), Some(1)), "halfway");
+        assert_eq!(strangers_before(of([9.0, 9.0], 9)), Some(0));
+        assert_eq!(of([f32::NAN, 0.0], 9), Ranked::NonFinite);
+        assert_eq!(of([9.0, 9.0], 6), Ranked::NoMate);
+    }
+
+    #[test]
+    fn huge_embeddings_do_not_overflow() {
+        let found = ranked(&[f32::MAX, f32::MIN], 1, &[0, 1], (&[f32::MIN], 1));
+        assert_eq!(strangers_before(found), Some(0));
+    }
+
+    /// The oracle: sort every gallery entry by (distance, index), look at the first.
+    #[test]
+    fn rank_1_is_what_a_full_stable_sort_gives() {
+        let mut random = ChaCha8Rng::seed_from_u64(20_260_401);
+        for _ in 0..200 {
+            let (probes, gallery, width) = (
+                random.random_range(1..9),
+                random.random_range(1..12),
+                random.random_range(1..4),
+            );
+            // Few distinct values, so that there are many ties.
+            let mut numbers = |n: usize| -> Vec<f32> {
+                (0..n).map(|_| random.random_range(0..3) as f32).collect()
+            };
+            let (known, found) = (numbers(gallery * width), numbers(probes * width));
+            let labels: Vec<usize> = (0..gallery).map(|i| i % 4).collect();
+            for p in 0..probes {
+                let truth = (p * 7) % 5;
+                let mut order = Vec::new();
+                for g in 0..gallery {
+                    let mut sum = 0.0;
+                    for k in 0..width {
+                        sum += f64::from(known[g * width + k] - found[p * width + k]).powf(2.0);
+                    }
+                    order.push((sum as i64, g));
+                }
+                order.sort_unstable();
+                let probe = &found[p * width..][..width];
+                let is_hit = strangers_before(ranked(&known, width, &labels, (probe, truth)));
+                assert_eq!(is_hit == Some(0), labels[order[0].1] == truth);
+            }
+        }
     }
 }

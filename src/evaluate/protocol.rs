@@ -8,7 +8,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Result};
 use crate::source::{Made, Take};
 
 /// Most bytes of a protocol's file.
@@ -191,14 +191,8 @@ impl Protocol {
     /// # Errors
     /// If the text is not TOML, a key is unknown, or the protocol makes no sense.
     pub fn parse(path: &Path, text: &str) -> Result<Self> {
-        let protocol: Self = toml::from_str(text).map_err(|error| {
-            let line = error.span().map(|span| {
-                let before = text.as_bytes().iter().take(span.start);
-                1 + before.filter(|byte| **byte == b'\n').count()
-            });
-            let place = line.map_or(Place::File, Place::Line);
-            Error::at(path, place, error.message().trim())
-        })?;
+        let protocol: Self =
+            toml::from_str(text).map_err(|error| Error::toml(path, text, &error))?;
         match protocol.problem() {
             Some(problem) => Err(Error::input(path, problem)),
             None => Ok(protocol),

@@ -13,6 +13,7 @@ use crate::sweep::View;
 
 /// Most viewpoints that are compared each with each.
 const MAX_CROSS_VIEWS: usize = 64;
+
 /// Who is compared with whom.
 #[derive(Debug)]
 pub struct Trial<'a> {
@@ -21,7 +22,7 @@ pub struct Trial<'a> {
     pub(super) sequences: &'a Sequences,
     /// The class of each person, if class scores decide.
     pub(super) classes: Option<Vec<usize>>,
-    /// Sequences of the gallery by viewpoint.
+    /// Sequences of the gallery by viewpoint, their numbers rising.
     pub(super) gallery: Vec<Vec<usize>>,
 }
 
@@ -65,12 +66,9 @@ impl<'a> Trial<'a> {
         gallery_views: Option<Vec<View>>,
     ) -> Result<Self> {
         let is_seen = |at: &(f64, f64)| {
-            gallery_views.as_ref().is_none_or(|views| {
-                let mut angles = views
-                    .iter()
-                    .map(|view| (f64::from(view.azimuth_deg), f64::from(view.elevation_deg)));
-                angles.any(|angles| angles == *at)
-            })
+            gallery_views
+                .as_ref()
+                .is_none_or(|views| views.iter().any(|view| view.angles_deg() == *at))
         };
         let mut gallery = vec![Vec::new(); sequences.views.len()];
         for (number, sequence) in sequences.list.iter().enumerate() {
@@ -110,7 +108,7 @@ impl<'a> Trial<'a> {
     #[must_use]
     pub fn needs(&self, sequence: usize) -> bool {
         let view = self.sequences.list[sequence].view;
-        self.is_probe(sequence) || self.gallery[view].contains(&sequence)
+        self.is_probe(sequence) || self.gallery[view].binary_search(&sequence).is_ok()
     }
 
     /// How many times two embeddings are compared, or one with a class; at most.
@@ -215,9 +213,7 @@ impl<'a> Trial<'a> {
         };
         self.galleries(probe).into_iter().map(of).collect()
     }
-}
 
-impl Trial<'_> {
     /// Whom a recognizer took a probe for.
     pub(super) fn answered<'s>(
         &'s self,

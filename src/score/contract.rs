@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::input::{Axis, Distance, InputRange, Layout, Template};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Result};
 use crate::sweep::Framing;
 use edgegait_core::silhouette::Size;
 
@@ -106,17 +106,8 @@ impl Contract {
     /// # Errors
     /// If the text is not TOML, a key is unknown, or a value cannot be.
     pub fn parse(path: &Path, text: &str) -> Result<Self> {
-        let contract: Self = toml::from_str(text).map_err(|error| {
-            let line = error.span().map(|span| {
-                let before = text.as_bytes().iter().take(span.start);
-                1 + before.filter(|byte| **byte == b'\n').count()
-            });
-            Error::at(
-                path,
-                line.map_or(Place::File, Place::Line),
-                error.message().trim(),
-            )
-        })?;
+        let contract: Self =
+            toml::from_str(text).map_err(|error| Error::toml(path, text, &error))?;
         contract.check(path)?;
         Ok(contract)
     }

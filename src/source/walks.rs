@@ -108,7 +108,7 @@ impl<'a> Cycles<'a> {
     pub fn seen(self, first: &[View], views: impl Fn(usize) -> Vec<View>) -> Walks<'a> {
         let mut labels = Labels::default();
         for view in first {
-            labels.view(angles(view));
+            labels.view(view.angles_deg());
         }
         let mut counts: Vec<u32> = Vec::new();
         let mut begins = Vec::new();
@@ -117,7 +117,7 @@ impl<'a> Cycles<'a> {
             counts.resize(counts.len().max(take + 1), 0);
             begins.push((job, labels.sequences.list.len()));
             for view in views(take) {
-                let view = labels.view(angles(&view));
+                let view = labels.view(view.angles_deg());
                 labels.push(take, counts[take], view);
             }
             counts[take] += 1;
@@ -128,11 +128,6 @@ impl<'a> Cycles<'a> {
             jobs: begins,
         }
     }
-}
-
-/// (azimuth, elevation) in degrees.
-fn angles(view: &View) -> (f64, f64) {
-    (f64::from(view.azimuth_deg), f64::from(view.elevation_deg))
 }
 
 /// A cycle, and the sequences that are wanted of it with their viewpoints.

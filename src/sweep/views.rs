@@ -37,6 +37,12 @@ impl View {
         })
     }
 
+    /// (Azimuth, elevation), degrees.
+    #[must_use]
+    pub fn angles_deg(&self) -> (f64, f64) {
+        (f64::from(self.azimuth_deg), f64::from(self.elevation_deg))
+    }
+
     /// The direction for the core.
     #[must_use]
     pub const fn viewpoint(&self) -> Viewpoint {

@@ -4,11 +4,10 @@ use super::figure::Figure;
 use super::need::Need;
 use super::report::{Limit, Line, Outcome, Report};
 use super::results::{Results, assert_together};
-use edgegait::error::{Error, Place, Result};
+use edgegait::error::{Error, Result};
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZeroU32;
-use std::ops::Range;
 use std::path::Path;
 
 /// All gates of a file.
@@ -83,11 +82,7 @@ impl Gates {
     /// For TOML that is not such a list, names that are not unique, gates without a reason
     /// and sums without parts.
     pub fn parse(path: &Path, text: &str) -> Result<Self> {
-        let gates: Self = toml::from_str(text).map_err(|error| {
-            let line = |span: Range<usize>| 1 + text[..span.start].matches('\n').count();
-            let place = error.span().map(line).map_or(Place::File, Place::Line);
-            Error::at(path, place, error.message())
-        })?;
+        let gates: Self = toml::from_str(text).map_err(|error| Error::toml(path, text, &error))?;
         let mut seen = BTreeSet::new();
         for (name, reason) in gates.named() {
             if !seen.insert(name) {
