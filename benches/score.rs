@@ -41,14 +41,14 @@ fn geis() -> (Vec<f32>, Vec<usize>) {
     let bytes = common::pack();
     let pack = Pack::parse(&bytes).expect("our own pack");
     let jobs: Vec<Job> = (0..pack.walks().len())
-        .flat_map(|walk| (0..CYCLES).map(move |cycle| Job { walk, cycle }))
+        .flat_map(|walk| (0..CYCLES).map(move |cycle| Job::plain(walk, cycle)))
         .collect();
     let views = Views::grid("sides", [45.0, 90.0], [0.0]).expect("two viewpoints");
     let settings = Settings::default();
     let (mut pixels, mut people) = (Vec::new(), Vec::new());
     let sink = |job: Job, swept: edgegait::sweep::Swept| {
-        for gei in swept.geis {
-            pixels.extend(gei.pixels().iter().map(|&pixel| f32::from(pixel) / 255.0));
+        for gei in swept.templates {
+            pixels.extend(gei.iter().map(|&pixel| f32::from(pixel) / 255.0));
             people.push(job.walk);
         }
         Ok(())

@@ -69,13 +69,13 @@ fn sweeps(criterion: &mut Criterion) {
 
 /// How many GEIs were made.
 fn geis(pack: &Pack<'_>, cycles: u32, views: &[View], settings: Settings) -> usize {
-    let jobs: Vec<Job> = (0..cycles).map(|cycle| Job { walk: 0, cycle }).collect();
+    let jobs: Vec<Job<'_>> = (0..cycles).map(|cycle| Job::plain(0, cycle)).collect();
     let mut made = 0;
     let sink = |_, geis: usize| {
         made += geis;
         Ok(())
     };
-    let count = |_, swept: edgegait::sweep::Swept| Ok(black_box(swept).geis.len());
+    let count = |_, swept: edgegait::sweep::Swept| Ok(black_box(swept).templates.len());
     sweep(pack, &jobs, views, settings, count, sink).expect("a walker can be drawn");
     made
 }

@@ -12,15 +12,18 @@
 
 pub mod bench;
 pub mod cli;
+pub mod confound;
 pub mod dataset;
 pub mod encode;
 pub mod error;
 pub mod evaluate;
 pub mod frontier;
 pub mod import;
+mod named;
 pub mod report;
 pub mod scene;
 pub mod score;
 pub mod source;
 pub mod sweep;
+pub mod template;
 pub mod train;

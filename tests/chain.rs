@@ -8,7 +8,6 @@ use edgegait::sweep::{Framing, Job, Settings, View, Views, sweep};
 use edgegait_core::avatar::Avatar;
 use edgegait_core::pack::{Gait, Pack};
 use edgegait_core::pose::ModelPose;
-use edgegait_core::template::Gei;
 use glam::{DQuat, DVec3};
 
 /// Greatest distance from a point of one set to the nearest of the other, both ways, mm.
@@ -94,10 +93,15 @@ fn seeded(seed: u64) -> Settings {
 }
 
 /// Jobs and their GEIs, in the order in which they come.
-fn swept(bytes: &[u8], cycles: u32, views: &[View], settings: Settings) -> Vec<(Job, Vec<Gei>)> {
+fn swept(
+    bytes: &[u8],
+    cycles: u32,
+    views: &[View],
+    settings: Settings,
+) -> Vec<(Job<'static>, Vec<Vec<u8>>)> {
     let pack = Pack::parse(bytes).expect("a pack");
-    let jobs: Vec<Job> = (0..pack.walks().len())
-        .flat_map(|walk| (0..cycles).map(move |cycle| Job { walk, cycle }))
+    let jobs: Vec<Job<'static>> = (0..pack.walks().len())
+        .flat_map(|walk| (0..cycles).map(move |cycle| Job::plain(walk, cycle)))
         .collect();
     let mut found = Vec::new();
     let sink = |job, geis| {
@@ -109,7 +113,7 @@ fn swept(bytes: &[u8], cycles: u32, views: &[View], settings: Settings) -> Vec<(
         &jobs,
         views,
         settings,
-        |_, swept| Ok(swept.geis),
+        |_, swept| Ok(swept.templates),
         sink,
     )
     .expect("a sweep");
@@ -184,8 +188,8 @@ fn a_sweep_is_the_same_on_1_and_4_threads_and_its_seed_varies_all_cycles_but_the
 }
 
 /// Root of the mean squared difference of the first views' pixels, grey levels.
-fn distance(a: &[Gei], b: &[Gei]) -> f64 {
-    let pixels = a[0].pixels().iter().zip(b[0].pixels());
+fn distance(a: &[Vec<u8>], b: &[Vec<u8>]) -> f64 {
+    let pixels = a[0].iter().zip(&b[0]);
     let squares = pixels.map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2));
     (squares.sum::<f64>() / 1_500.0).sqrt()
 }

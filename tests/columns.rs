@@ -10,7 +10,7 @@ use edgegait::sweep::{
 use edgegait_core::pack::Pack;
 use edgegait_core::raster::Rasterizer;
 use edgegait_core::silhouette::{Frame, Size};
-use edgegait_core::template::{Gei, GeiBuilder};
+use edgegait_core::template::GeiBuilder;
 use glam::Vec3;
 
 /// Two people of the cohort, each walking at 5 km/h and running at 9.
@@ -35,7 +35,7 @@ fn settings(raster: impl Into<Raster>, framing: Framing) -> Settings {
 
 fn frames(pack: &Pack<'_>, walk: usize, views: &[View], settings: Settings) -> Vec<Vec<Frame>> {
     let shot = Shot {
-        job: Job { walk, cycle: 0 },
+        job: Job::plain(walk, 0),
         moments: Moments::Cycle,
         views,
     };
@@ -44,8 +44,8 @@ fn frames(pack: &Pack<'_>, walk: usize, views: &[View], settings: Settings) -> V
 
 /// Each walk's GEIs and clipped share.
 fn swept(pack: &Pack<'_>, views: &[View], settings: Settings) -> Vec<Swept> {
-    let jobs: Vec<Job> = (0..pack.walks().len())
-        .map(|walk| Job { walk, cycle: 0 })
+    let jobs: Vec<Job<'_>> = (0..pack.walks().len())
+        .map(|walk| Job::plain(walk, 0))
         .collect();
     let mut all = Vec::new();
     let sink = |_, swept| {
@@ -56,9 +56,9 @@ fn swept(pack: &Pack<'_>, views: &[View], settings: Settings) -> Vec<Swept> {
     all
 }
 
-fn geis(pack: &Pack<'_>, views: &[View], settings: Settings) -> Vec<Vec<Gei>> {
+fn geis(pack: &Pack<'_>, views: &[View], settings: Settings) -> Vec<Vec<Vec<u8>>> {
     let all = swept(pack, views, settings).into_iter();
-    all.map(|swept| swept.geis).collect()
+    all.map(|swept| swept.templates).collect()
 }
 
 #[test]
@@ -134,8 +134,8 @@ fn a_sweeps_geis_are_the_means_of_the_frames_that_are_rendered() {
             for (gei, frames) in geis.iter().zip(frames(&pack, 1, &views, settings)) {
                 let mut builder = GeiBuilder::new(size);
                 frames.iter().for_each(|frame| builder.add(frame));
-                assert_eq!(builder.finish(), *gei, "{size} {framing:?}");
-                assert!(gei.pixels().iter().any(|&mean| mean > 0));
+                assert_eq!(builder.finish().pixels(), *gei, "{size} {framing:?}");
+                assert!(gei.iter().any(|&mean| mean > 0));
             }
         }
     }
@@ -165,8 +165,8 @@ fn what_a_sensor_cuts_off_is_what_rows_say() {
         for (columns, rows) in columns.iter().zip(&rows) {
             assert_eq!(columns.clipped, rows.clipped);
             assert_eq!(columns.clipped > 0.0, is_cut);
-            for (a, b) in columns.geis.iter().zip(&rows.geis) {
-                let differing = a.pixels().iter().zip(b.pixels()).filter(|(a, b)| a != b);
+            for (a, b) in columns.templates.iter().zip(&rows.templates) {
+                let differing = a.iter().zip(b).filter(|(a, b)| a != b);
                 assert!(differing.count() <= 1);
             }
         }

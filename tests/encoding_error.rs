@@ -37,7 +37,7 @@ fn study(folder: &Path, error: &str) -> (Dataset, Value, Value) {
 /// Root mean square difference of all pixels, of 255.
 fn rmse(a: &Dataset, b: &Dataset) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
-    for (a, b) in a.geis().zip(b.geis()) {
+    for (a, b) in a.templates().zip(b.templates()) {
         for (a, b) in a.iter().zip(b) {
             sum += (f64::from(*a) - f64::from(*b)).powi(2);
             count += 1.0;

@@ -101,7 +101,8 @@ fn shipped_protocols_make_takes_of_one_walk_and_say_so() {
     };
     for (protocol, probes) in [
         // People, takes, viewpoints, other viewpoints.
-        ("casia-b", 4 * 2 * 11 * 10),
+        // NM, BG and CL.
+        ("casia-b", 3 * 4 * 2 * 11 * 10),
         ("ou-mvlp", 4 * 14 * 13),
         ("cross-view", 4 * 13 * 12),
         ("verification", 4 * 3 * 7),
@@ -158,10 +159,7 @@ fn write_tree(pack: &Path, root: &Path) {
     let subjects: Vec<&str> = pack.subjects().map(|subject| subject.name).collect();
     for (number, walk) in pack.walks().enumerate() {
         let shot = Shot {
-            job: Job {
-                walk: number,
-                cycle: 0,
-            },
+            job: Job::plain(number, 0),
             moments: Moments::Cycle,
             views: &views,
         };

@@ -17,8 +17,16 @@ pub const MAX_COLUMNS: usize = 64;
 /// Most pixels of any [`crate::silhouette::Size`].
 pub const MAX_PIXELS: usize = MAX_ROWS * MAX_COLUMNS;
 
+/// Frequencies of a cycle in the frequency-domain template, from 0: Makihara et al. (ECCV 2006).
+pub const FREQUENCIES: usize = 3;
+/// Most bytes of any template: as many images as there are frequencies.
+pub const MAX_TEMPLATE_BYTES: usize = FREQUENCIES * MAX_PIXELS;
+
 /// Hulls of one avatar. Ours: 24 for a fitted body and 8 for what it wears or carries.
 pub const MAX_HULLS: usize = 32;
+/// Hulls of one body whose points hang on several joints. Ours: a coat, a skirt, and two to
+/// spare; each takes 2 kB of a figure.
+pub const MAX_DRAPED_HULLS: usize = 4;
 /// Points of one hull. Keeps tiny-skia's edge list within 64 entries.
 pub const MAX_HULL_POINTS: usize = 32;
 /// Points of one avatar: 24 hulls of 32 points.

@@ -64,6 +64,26 @@ impl Viewpoint {
         })
     }
 
+    /// The same place, with the camera turned about its axis of sight: clockwise as seen from
+    /// behind it, so that the figure turns counterclockwise in the image. Multiples of 90
+    /// degrees are exact, and whole turns change nothing.
+    ///
+    /// An angle that is not finite gives a viewpoint from which every figure is refused as
+    /// not finite.
+    #[must_use]
+    pub fn rolled(self, degrees: f32) -> Self {
+        let (sin, cos) = sin_cos_degrees(degrees);
+        if (sin, cos) == (0.0, 1.0) {
+            return self;
+        }
+        let Self { right, up, toward } = self;
+        Self {
+            right: cos * right - sin * up,
+            up: cos * up + sin * right,
+            toward,
+        }
+    }
+
     /// The direction of the image's right, a unit vector.
     #[must_use]
     pub const fn right(&self) -> Vec3 {

@@ -274,7 +274,16 @@ fn everything_before_the_rasteriser_takes_nothing() {
             let subject = pack.subject(walk.subject).expect("a subject");
             let avatar: Avatar<'_> = pack.avatar(subject.avatar).expect("an avatar");
             let clip = pack.clip(walk.clip).expect("a clip");
-            let body = Body::new(&avatar);
+            let mut body = Body::new(&avatar);
+            let corners = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];
+            let joints = [
+                Joint::LeftShank,
+                Joint::RightShank,
+                Joint::Spine,
+                Joint::Head,
+            ];
+            let cloth = body.push_draped(joints.into_iter().zip(corners));
+            cloth.expect("within the budget");
             let mut figure = Figure::at_rest(&body);
             for frame in 0..32u8 {
                 let pose = clip.sample(f64::from(frame) / 32.0);

@@ -11,7 +11,7 @@ use edgegait_core::pose::{ModelPose, Pose};
 use edgegait_core::raster::{Drawing, Renderer, columns};
 use edgegait_core::silhouette::{Coverage, Frame, Ninths, Silhouette};
 use edgegait_core::skeleton::Skeleton;
-use edgegait_core::template::{Gei, GeiBuilder, GeiTally};
+use edgegait_core::template::{Gei, GeiBuilder, GeiTally, TemplateBuilder};
 
 /// Prints a line of the table.
 ///
@@ -41,8 +41,8 @@ fn types_are_as_small_as_the_readme_says() {
     assert_size::<Skeleton>("Skeleton", 228);
     assert_size::<Pose>("Pose", 316);
     assert_size::<ModelPose>("ModelPose", 912);
-    assert_size::<Body>("Body", 101_400);
-    assert_size::<Figure<'_>>("Figure", 41_992);
+    assert_size::<Body>("Body", 101_824);
+    assert_size::<Figure<'_>>("Figure", 50_088);
     assert_size::<Renderer>("Renderer", 30_688);
     assert_size::<Drawing<'_>>("Drawing", 16);
     assert_size::<columns::Renderer>("columns", 23576);
@@ -55,6 +55,7 @@ fn types_are_as_small_as_the_readme_says() {
     assert_size::<Frame>("Frame", 4_104);
     assert_size::<Gei>("Gei", 4_097);
     assert_size::<GeiBuilder>("GeiBuilder", 16_400);
+    assert_size::<TemplateBuilder>("TemplateBuilder", 81_970);
 }
 
 #[cfg(feature = "skia")]

@@ -8,7 +8,7 @@ use edgegait_core::body::Figure;
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::raster::{Rasterizer, Renderer};
 use edgegait_core::silhouette::{Coverage, Frame, Silhouette, Size};
-use edgegait_core::template::GeiBuilder;
+use edgegait_core::template::{GeiBuilder, Kind, TemplateBuilder};
 use glam::Vec2;
 use plain::{body, posed};
 use random::Random;
@@ -73,6 +73,155 @@ fn a_gei_is_the_mean_in_f64_rounded_half_up() {
             // Sums of ninths carry f64's rounding; a half is a multiple of 1 / (18 frames).
             let mean = sum / f64::from(frames) + 1e-9;
             assert_eq!(f64::from(pixel), (mean + 0.5).floor(), "{mean} of {frames}");
+        }
+    }
+}
+
+/// What a template should be, from all of its frames at once, before it is rounded to bytes.
+fn expected(kind: Kind, frames: &[Frame], (tau, decrement): (u32, u8)) -> Vec<f64> {
+    let size = frames[0].size();
+    let count = frames.len();
+    let on: Vec<Vec<bool>> = frames
+        .iter()
+        .map(|frame| {
+            let coverage = frame.silhouette().to_coverage();
+            coverage.pixels().iter().map(|&byte| byte > 0).collect()
+        })
+        .collect();
+    // What is covered, 0 to 1; ninths exactly.
+    let covered: Vec<Vec<f64>> = frames
+        .iter()
+        .map(|frame| {
+            let is_ninths = matches!(frame, Frame::Ninths(_));
+            let share = |&byte: &u8| {
+                let ninths = (f64::from(byte) * 9.0 / 255.0).round();
+                if is_ninths {
+                    ninths / 9.0
+                } else {
+                    f64::from(byte) / 255.0
+                }
+            };
+            frame.to_coverage().pixels().iter().map(share).collect()
+        })
+        .collect();
+    let bytes: Vec<Coverage> = frames.iter().map(Frame::to_coverage).collect();
+    let moved = |step: usize, pixel: usize| on[step][pixel] != on[step - 1][pixel];
+    let mean = |pixel: usize| covered.iter().map(|f| f[pixel]).sum::<f64>() / count as f64;
+    let of = |pixel: usize, frequency: usize| match kind {
+        Kind::Gei => 255.0 * mean(pixel),
+        Kind::Mei => {
+            let first = count.saturating_sub(tau as usize).max(1);
+            let has = (first..count).any(|step| moved(step, pixel));
+            255.0 * f64::from(u8::from(has))
+        }
+        Kind::Mhi => {
+            // Bobick & Davis, equation 1, step by step.
+            let step = |value: f64, step| {
+                if moved(step, pixel) {
+                    f64::from(tau)
+                } else {
+                    (value - 1.0).max(0.0)
+                }
+            };
+            255.0 * (1..count).fold(0.0, step) / f64::from(tau)
+        }
+        Kind::Msi => {
+            let frame = |value: f64, frame: &Vec<bool>| {
+                if frame[pixel] {
+                    255.0
+                } else {
+                    (value - f64::from(decrement)).max(0.0)
+                }
+            };
+            on.iter().fold(0.0, frame)
+        }
+        Kind::Ghi => {
+            let steps = (count - 1) as f64;
+            let last = (1..count).rfind(|&step| moved(step, pixel));
+            if on.iter().all(|frame| frame[pixel]) {
+                255.0
+            } else {
+                last.map_or(0.0, |last| {
+                    255.0 * last as f64 / steps * (1.0 - 1.0 / steps)
+                })
+            }
+        }
+        Kind::Geni => {
+            let p = mean(pixel).clamp(0.0, 1.0);
+            let term = |p: f64| if p > 1e-12 { -p * p.log2() } else { 0.0 };
+            term(p) + term(1.0 - p)
+        }
+        Kind::Frequency if frequency == 0 => 255.0 * mean(pixel),
+        Kind::Frequency => {
+            let (mut re, mut im) = (0.0, 0.0);
+            for (number, bytes) in bytes.iter().enumerate() {
+                let byte = f64::from(bytes.pixels()[pixel]);
+                let turns = (frequency * number) as f64 / count as f64;
+                re += byte * (std::f64::consts::TAU * turns).cos();
+                im -= byte * (std::f64::consts::TAU * turns).sin();
+            }
+            re.hypot(im) / count as f64
+        }
+    };
+    let planes = (0..kind.planes()).flat_map(|plane| (0..size.pixels()).map(move |at| (at, plane)));
+    let mut values: Vec<f64> = planes.map(|(pixel, plane)| of(pixel, plane)).collect();
+    if kind == Kind::Geni {
+        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let range = largest - least;
+        for value in &mut values {
+            *value = if range > 1e-12 {
+                (*value - least) * 255.0 / range
+            } else {
+                0.0
+            };
+        }
+    }
+    values
+}
+
+#[test]
+fn every_template_is_what_its_definition_gives_of_all_frames_at_once() {
+    let mut random = Random(7);
+    let cases = [
+        (1, 1, 1),
+        (2, 1, 255),
+        (3, 5, 2),
+        (9, 4, 50),
+        (33, 32, 1),
+        (120, 7, 3),
+    ];
+    for (turn, (count, tau, decrement)) in cases.into_iter().flat_map(|case| [case; 3]).enumerate()
+    {
+        let size = Size::ALL[turn % 2 + turn % 3 / 2];
+        let mut frames: Vec<Frame> = (0..count)
+            .map(|_| frame(&mut random, turn % 3, size))
+            .collect();
+        // Some pixels that hardly change, or never.
+        if let [first, .., _] = frames[..] {
+            frames
+                .iter_mut()
+                .skip(1)
+                .step_by(2)
+                .for_each(|frame| *frame = first);
+        }
+        for kind in Kind::ALL {
+            let mut builder = TemplateBuilder::new(kind, size, count)
+                .with_tau(tau)
+                .with_decrement(decrement);
+            frames.iter().for_each(|frame| builder.add(frame));
+            let mut found = vec![0; kind.bytes(size)];
+            builder.finish(&mut found);
+            let expected = expected(kind, &frames, (tau, decrement));
+            assert_eq!(found.len(), expected.len());
+            for (&byte, value) in found.iter().zip(expected) {
+                let off = f64::from(byte) - value;
+                // Rounded half up; what cannot be told apart from a half may be either.
+                assert!(
+                    (-0.5 - 1e-3..0.5 + 1e-3).contains(&off),
+                    "{kind:?} of {count} frames: {byte} for {value}"
+                );
+            }
         }
     }
 }

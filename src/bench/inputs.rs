@@ -1,8 +1,9 @@
 //! What a model is given: from a pack to the numbers of its input.
 
 use crate::error::Result;
-use crate::score::{Contract, Template};
+use crate::score::Contract;
 use crate::sweep::{Job, Moments, Settings, Shot, Swept, Views, silhouettes, sweep};
+use crate::template::Template;
 use edgegait_core::pack::Pack;
 
 /// What is drawn for a model.
@@ -20,41 +21,39 @@ pub struct Scene<'a> {
 impl Scene<'_> {
     /// The side view of the stored cycle of the walk at this place of the list, which begins
     /// anew at its end, as one input of a model with this contract: the walk is decoded, posed,
-    /// projected and drawn, and averaged to a GEI or kept as silhouettes, as many as the
+    /// projected and drawn, and made into the model's template or kept as silhouettes, as many as the
     /// contract says (or the settings, if it leaves that free). It is appended to `input`. On
     /// the pool of threads that this is called in.
     ///
     /// # Errors
     /// When a figure cannot be drawn.
     pub fn append_input(&self, contract: &Contract, at: usize, input: &mut Vec<f32>) -> Result<()> {
-        let job = Job {
-            walk: self.walks[at % self.walks.len()],
-            cycle: 0,
-        };
+        let job = Job::plain(self.walks[at % self.walks.len()], 0);
         let views = Views::side()?.list;
+        let settings = Settings {
+            template: contract.template,
+            ..self.settings
+        };
         match contract.template {
-            Template::Gei => {
-                let geis = |_: Job, swept: Swept| Ok(swept.geis);
-                sweep(self.pack, &[job], &views, self.settings, geis, |_, geis| {
-                    for gei in geis {
-                        contract.feed(gei.pixels(), input);
-                    }
-                    Ok(())
-                })
-            }
             Template::Silhouettes => {
                 let shot = Shot {
                     job,
                     moments: Moments::Cycle,
                     views: &views,
                 };
-                for frame in silhouettes(self.pack, shot, self.settings)?
-                    .iter()
-                    .flatten()
-                {
+                for frame in silhouettes(self.pack, shot, settings)?.iter().flatten() {
                     contract.feed(frame.to_coverage().pixels(), input);
                 }
                 Ok(())
+            }
+            _ => {
+                let made = |_: Job, swept: Swept| Ok(swept.templates);
+                sweep(self.pack, &[job], &views, settings, made, |_, made| {
+                    for bytes in made {
+                        contract.feed(&bytes, input);
+                    }
+                    Ok(())
+                })
             }
         }
     }
@@ -83,7 +82,6 @@ mod tests {
     use crate::scene::cohort::{self, CohortOptions};
     use crate::score::Layout;
     use crate::sweep::jobs;
-    use edgegait_core::template::Gei;
 
     #[test]
     fn a_models_input_is_its_walks_gei_or_its_silhouettes() {
@@ -105,8 +103,8 @@ mod tests {
         // Three inputs of two walks: the first, the second, the first.
         let geis = scene.inputs(&Contract::default(), 3).expect("drawn");
         let jobs = jobs(&pack, &[0, 1], 0..1).expect("cycles");
-        let mut swept: Vec<Vec<Gei>> = Vec::new();
-        let keep = |_: Job, swept: Swept| Ok(swept.geis);
+        let mut swept: Vec<Vec<Vec<u8>>> = Vec::new();
+        let keep = |_: Job<'_>, swept: Swept| Ok(swept.templates);
         sweep(
             &pack,
             &jobs,
@@ -120,7 +118,7 @@ mod tests {
         )
         .expect("drawn");
         for (found, walk) in geis.chunks(1500).zip([0, 1, 0]) {
-            let bytes = swept[walk][0].pixels().iter();
+            let bytes = swept[walk][0].iter();
             let expected: Vec<f32> = bytes.map(|&byte| f32::from(byte) / 255.0).collect();
             assert_eq!(found, expected);
         }

@@ -1,9 +1,11 @@
 //! Who is looked for among whom: the flags of it, and what they come to.
 
 use super::args::ViewArgs;
+use super::conditions::ConditionArgs;
 use super::drawing::{DrawArgs, STATED, framing_of, stated};
 use super::recognizers::{Given, load};
 use super::source::{SourceArgs, require};
+use crate::confound::Condition;
 use crate::dataset::{Header, IndexRow, InputFile, TreeSequence};
 use crate::error::{Error, Result};
 use crate::evaluate::contest::{Contest, Drawn, Entrant, Wish, usual};
@@ -34,6 +36,8 @@ pub struct ContestArgs {
     #[arg(long)]
     as_stored: bool,
     #[command(flatten)]
+    conditions: ConditionArgs,
+    #[command(flatten)]
     views: ViewArgs,
     #[command(flatten)]
     draw: DrawArgs,
@@ -61,6 +65,7 @@ impl ContestArgs {
             header.inputs.push(InputFile::of(name)?);
         }
         if let Some(folder) = data.as_ref().filter(|path| path.is_dir()) {
+            self.conditions.refuse_for_folders()?;
             let (source, given) = self.folder(folder, protocol.as_ref(), &mut header)?;
             let setup = (&self.draw, seed, given);
             let entrants = load(models, runtime, setup, &mut header)?;
@@ -84,6 +89,10 @@ impl ContestArgs {
         if self.as_stored {
             return Err(not_stored());
         }
+        let usual = protocol
+            .as_ref()
+            .and_then(|protocol| protocol.conditions.as_deref());
+        let conditions = self.conditions.load(usual, &mut header)?;
         let entrants = load(models, runtime, (&self.draw, seed, None), &mut header)?;
         let source_args = SourceArgs {
             pack: data,
@@ -100,7 +109,11 @@ impl ContestArgs {
             views,
             probes,
             warnings,
-        } = Drawn::new((&pack, &chosen), &entrants, self.wish(protocol)?)?;
+        } = Drawn::new(
+            (&pack, &chosen),
+            &entrants,
+            self.wish(protocol, &conditions)?,
+        )?;
         let all: Vec<_> = pack.walks().collect();
         let mut header = header
             .with("protocol", contest.protocol().name.as_str())
@@ -120,12 +133,17 @@ impl ContestArgs {
     ///
     /// # Errors
     /// If there is no such protocol or viewpoint.
-    fn wish(&self, protocol: Option<Protocol>) -> Result<Wish> {
+    fn wish<'a>(
+        &self,
+        protocol: Option<Protocol>,
+        conditions: &'a [Condition],
+    ) -> Result<Wish<'a>> {
         let views = self.views.is_given().then(|| self.views.views("paper"));
         Ok(Wish {
             protocol,
             cycles: self.cycles,
             views: views.transpose()?,
+            conditions,
         })
     }
 
@@ -210,7 +228,11 @@ impl ContestArgs {
                     header.settings.insert(key.to_owned(), value.clone());
                 }
             }
-            given = Some((geis.dataset().size(), framing));
+            given = Some(Given {
+                template: geis.dataset().template(),
+                size: geis.dataset().size(),
+                framing,
+            });
         }
         if let Source::Tree(recordings) = &source {
             let skipped = recordings.skipped().iter();

@@ -5,6 +5,7 @@ use crate::dataset::{Dataset, Header};
 use crate::error::{Error, Result};
 use crate::score::Contract;
 use crate::sweep::{Aim, Framing, Jitter, Lens, Raster, Sensor, Settings};
+use crate::template::Template;
 use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use edgegait_core::silhouette::Size;
@@ -12,7 +13,8 @@ use glam::Vec3;
 use std::path::Path;
 
 /// Names under which results state how silhouettes were drawn.
-pub const STATED: [&str; 10] = [
+pub const STATED: [&str; 11] = [
+    "template",
     "raster",
     "framing",
     "lens",
@@ -28,6 +30,10 @@ pub const STATED: [&str; 10] = [
 /// How silhouettes are drawn.
 #[derive(Clone, Debug, clap::Args)]
 pub struct DrawArgs {
+    /// What is made of each cycle's silhouettes; several names are for `render` only [default: gei,
+    /// or what a model's contract says; of `render` the silhouettes]
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub template: Vec<Template>,
     /// Rasteriser: tiny-skia, or bit rows; anti-aliased, or 3x3 samples a pixel; or all elevations
     /// at once, for --framing cycle and camera [default: skia]
     #[arg(long, value_name = "NAME", value_parser = raster())]
@@ -80,7 +86,10 @@ impl DrawArgs {
             (Some(frames), _) => u32::try_from(frames).ok(),
             (None, given) => given,
         };
+        let template = self.only_template()?;
+        contract.require_template(template.unwrap_or(contract.template), "use")?;
         let settings = Self {
+            template: vec![contract.template],
             size: self.size.or(known),
             framing: self.framing.or(Some(contract.framing)),
             frames_per_cycle: frames,
@@ -91,13 +100,36 @@ impl DrawArgs {
         Ok(settings)
     }
 
-    /// The flags without size and framing, which a tree of silhouettes is given as they are asked for.
+    /// The template asked for, if any is.
+    ///
+    /// # Errors
+    /// If several are.
+    pub fn only_template(&self) -> Result<Option<Template>> {
+        match *self.template.as_slice() {
+            [] => Ok(None),
+            [template] => Ok(Some(template)),
+            _ => Err(Error::Usage(
+                "--template: expected one name, found several (`render` takes several)".into(),
+            )),
+        }
+    }
+
+    /// The flags without the template, where silhouettes are drawn and made into templates later.
+    #[must_use]
+    pub fn without_template(&self) -> Self {
+        Self {
+            template: Vec::new(),
+            ..self.clone()
+        }
+    }
+
+    /// The flags without template, size and framing, which a tree of silhouettes is given as they are asked for.
     #[must_use]
     pub fn without_size(&self) -> Self {
         Self {
             size: None,
             framing: None,
-            ..self.clone()
+            ..self.without_template()
         }
     }
 
@@ -125,6 +157,7 @@ impl DrawArgs {
             jitter: self.jitter.unwrap_or_default(),
             frames_per_cycle: self.frames_per_cycle.unwrap_or(default.frames_per_cycle),
             seed,
+            template: self.only_template()?.unwrap_or_default(),
         };
         settings.check()?;
         self.refuse_idle(&settings)?;
@@ -183,6 +216,7 @@ impl DrawArgs {
             ("--walks", !walks.is_empty()),
             ("--cycles", cycles.is_some()),
             ("--views, --azimuth-deg, --elevation-deg", views.is_given()),
+            ("--template", !self.template.is_empty()),
             ("--raster", self.raster.is_some()),
             ("--framing", self.framing.is_some()),
             ("--lens", self.lens.is_some()),
@@ -211,6 +245,10 @@ pub fn stated(header: Header, settings: &Settings) -> Header {
         fov_deg,
         aim,
     } = settings.sensor;
+    let header = match settings.template {
+        Template::Gei => header,
+        other => header.with("template", other.name()),
+    };
     let mut header = header
         .with("raster", settings.rasterizer.name())
         .with("framing", settings.framing.name())

@@ -1,13 +1,17 @@
 //! The command line: one module a subcommand.
 
 mod args;
+mod augment;
 mod bench;
 mod body;
 mod cohort;
+mod conditions;
+mod confounders;
 mod contest;
 mod drawing;
 mod encoding;
 mod frontier;
+mod gallery;
 mod import;
 mod inspect;
 mod progress;
@@ -40,6 +44,7 @@ struct Cli {
 enum Command {
     Bench(bench::Args),
     Cohort(cohort::Args),
+    Confounders(confounders::Args),
     Frontier(frontier::Args),
     Import(import::Args),
     Inspect(inspect::Args),
@@ -66,6 +71,7 @@ fn run(command: &Command) -> Result<()> {
     match command {
         Command::Bench(args) => bench::run(args),
         Command::Cohort(args) => with_threads(&args.common, || cohort::run(args)),
+        Command::Confounders(args) => with_threads(&args.common, || confounders::run(args)),
         Command::Frontier(args) => with_threads(&args.common, || frontier::run(args)),
         Command::Import(args) => with_threads(&args.common, || import::run(args)),
         Command::Inspect(args) => with_threads(&args.common, || inspect::run(args)),

@@ -7,7 +7,8 @@ use crate::error::{Error, Result};
 use crate::evaluate::contest::Entrant;
 use crate::score::pixels::{self, Pixels};
 use crate::score::{Contract, Model, Runtime, shipped};
-use crate::sweep::Framing;
+use crate::sweep::{Framing, Settings};
+use crate::template::Template;
 use edgegait_core::silhouette::Size;
 use std::path::{Path, PathBuf};
 
@@ -32,11 +33,19 @@ pub fn is_baseline(path: &Path) -> bool {
     path == Path::new(pixels::NAME) && !path.exists()
 }
 
-/// How a folder's pictures are: size, and framing if it says.
-pub type Given = (Size, Option<Framing>);
+/// How a folder's templates are.
+#[derive(Clone, Copy, Debug)]
+pub struct Given {
+    /// Which they are.
+    pub template: Template,
+    /// Of which silhouettes.
+    pub size: Size,
+    /// How those were framed, if it says.
+    pub framing: Option<Framing>,
+}
 
 /// Loads the named models, or the shipped ones, and says how each is shown people: as its
-/// contract asks, where they are drawn, or as a folder's GEIs are `given`.
+/// contract asks, where they are drawn, or as a folder's templates are `given`.
 ///
 /// # Errors
 /// If a model cannot be used, or its contract asks for what is not given or can not be drawn.
@@ -49,15 +58,16 @@ pub fn load(
     let settings = draw.settings(seed)?;
     let mut entrants = Vec::new();
     if paths.iter().any(|path| is_baseline(path)) {
-        let (size, framing) = given.unwrap_or((settings.size, Some(settings.framing)));
-        let framing = framing.unwrap_or_default();
+        let settings = given.map_or(settings, |given| Settings {
+            template: given.template,
+            size: given.size,
+            framing: given.framing.unwrap_or_default(),
+            ..settings
+        });
+        let (template, size) = (settings.template, settings.size);
         entrants.push(Entrant {
-            recognizer: Box::new(Pixels::new(size, framing)),
-            settings: crate::sweep::Settings {
-                size,
-                framing,
-                ..settings
-            },
+            recognizer: Box::new(Pixels::new(template, size, settings.framing)),
+            settings,
         });
     }
     for model in models(paths)? {
@@ -71,11 +81,16 @@ pub fn load(
         }
         header.warnings.extend(model.warning());
         let settings = match given {
-            Some((size, framing)) => {
-                let contract = model.contract();
-                contract.require(size, framing, "sweep another dataset with")?;
-                crate::sweep::Settings {
-                    size,
+            Some(given) => {
+                let (contract, remedy) = (model.contract(), "sweep another dataset with");
+                // A dataset has no silhouettes, as it says itself.
+                if contract.template != Template::Silhouettes {
+                    contract.require_template(given.template, remedy)?;
+                }
+                contract.require(given.size, given.framing, remedy)?;
+                Settings {
+                    template: contract.template,
+                    size: given.size,
                     framing: contract.framing,
                     ..settings
                 }

@@ -1,17 +1,18 @@
 //! `edgegait render`: look at one walk.
 
 use super::args::{Common, ViewArgs};
+use super::conditions::ConditionArgs;
 use super::drawing::{DrawArgs, stated};
+use super::gallery;
 use super::source::SourceArgs;
 use crate::dataset::{Header, write_npy};
 use crate::error::{Error, Result};
-use crate::report::{contact_sheet, write_png};
-use crate::sweep::{Job, Moments, Shot, is_take, silhouettes, walk_name};
-use clap::ValueEnum;
+use crate::report::{cells, contact_sheet, write_png};
+use crate::sweep::{Job, Moments, Settings, Shot, is_take, silhouettes, walk_name};
+use crate::template::{Builder, Shape, Template};
 use edgegait_core::pack::Pack;
 use edgegait_core::silhouette::{Frame, Silhouette, Size};
-use edgegait_core::template::GeiBuilder;
-use ndarray::{ArrayView3, ArrayView4};
+use ndarray::{ArrayView, Dimension, IntoDimension};
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -19,14 +20,16 @@ use std::path::{Path, PathBuf};
 /// Render silhouettes or templates of walks: text art, a PNG contact sheet, or npy
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait render                          # text art of the first person\n  edgegait render --views side --out walk.png\n  edgegait render cohort.egp --subjects M03 --walks run-10kmh --azimuth-deg 0,45,90 --out run.npy\n  edgegait render turn.egp --start-s 1.5 --fps 25 --frames 50 --out turn.png"
+    after_help = "Examples:\n  edgegait render                          # text art of the first person\n  edgegait render --views side --out walk.png\n  edgegait render cohort.egp --subjects M03 --walks run-10kmh --azimuth-deg 0,45,90 --out run.npy\n  edgegait render turn.egp --start-s 1.5 --fps 25 --frames 50 --out turn.png\n  edgegait render --template gei,mei,mhi,msi,ghi,geni,frequency,kfd,row-width --out templates.png"
 )]
 pub struct Args {
     #[command(flatten)]
     source: SourceArgs,
-    /// Where to write: .png (a row for each walk and viewpoint and a column for each frame; of
-    /// templates a row for each walk and a column for each viewpoint) or .npy (one walk: u8
-    /// [T,50,30], [V,T,50,30] for several viewpoints, [V,50,30] for templates, or of --size)
+    /// Where to write: .png (a row for each walk, condition and viewpoint and a column for each frame; of
+    /// a template a row for each walk and condition and a column for each viewpoint; of several a row
+    /// for each walk, condition and viewpoint and a column for each template, three for the frequencies;
+    /// vectors as bars) or .npy (one walk: u8 [T,50,30], [V,T,50,30] for several viewpoints or conditions (the viewpoints of each), [V,50,30]
+    /// for a template, [V,150,30] for frequencies, [V,D] for vectors, or of --size)
     /// [default: text art on the terminal]
     #[arg(long, value_name = "PATH")]
     out: Option<PathBuf>,
@@ -53,25 +56,21 @@ pub struct Args {
     /// How many frames are drawn at --fps
     #[arg(long, value_name = "N", requires = "fps", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: Option<u32>,
-    /// Average the cycle into a template
-    #[arg(long, value_name = "NAME", conflicts_with = "fps")]
-    template: Option<Template>,
+    /// Write a gallery: for each walk and condition what the camera sees, a silhouette, and the
+    /// GEI, from one viewpoint; with --template the first walk in each of these, by name
+    #[arg(long, requires = "out", conflicts_with_all = ["fps", "scale"])]
+    gallery: bool,
     /// Pixels of the PNG for each pixel of a silhouette
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=16))]
     scale: u32,
+    #[command(flatten)]
+    conditions: ConditionArgs,
     #[command(flatten)]
     views: ViewArgs,
     #[command(flatten)]
     draw: DrawArgs,
     #[command(flatten)]
     pub common: Common,
-}
-
-/// Names of the templates.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Template {
-    /// Gait Energy Image
-    Gei,
 }
 
 /// Where the rendered goes.
@@ -105,14 +104,40 @@ impl Args {
         })
     }
 
+    /// The templates that are made of each cycle; none where silhouettes are asked for.
+    fn templates(&self) -> Result<&[Template]> {
+        let templates = self.draw.template.as_slice();
+        if templates == [Template::Silhouettes] {
+            return Ok(&[]);
+        }
+        if templates.contains(&Template::Silhouettes) {
+            return Err(Error::Usage(
+                "--template silhouettes: expected it alone, found it among templates".into(),
+            ));
+        }
+        if !templates.is_empty() && self.fps.is_some() {
+            return Err(Error::Usage(
+                "--template: a template is made of a whole cycle, which --fps does not draw".into(),
+            ));
+        }
+        Ok(templates)
+    }
+
     /// Where to write, refused before anything is drawn if it makes no sense.
-    fn output(&self) -> Result<Output<'_>> {
+    fn output(&self, templates: &[Template]) -> Result<Output<'_>> {
         match self.out.as_deref() {
-            None if self.template.is_some() => Err(Error::Usage(
+            None if !templates.is_empty() => Err(Error::Usage(
                 "--template needs --out: a template is grey, and text art is not".into(),
             )),
             None => Ok(Output::Terminal),
             Some(path) if has_extension(path, "png") => Ok(Output::Png(path)),
+            Some(path) if has_extension(path, "npy") && templates.len() > 1 => {
+                Err(Error::Usage(format!(
+                    "--out {}: a .npy holds one template, found {} (use .png, or one --template)",
+                    path.display(),
+                    templates.len()
+                )))
+            }
             Some(path) if has_extension(path, "npy") => Ok(Output::Npy(path)),
             Some(path) => Err(Error::Usage(format!(
                 "--out {}: expected a name that ends in .png or .npy",
@@ -135,10 +160,18 @@ struct Rendered {
 
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<()> {
-    let output = args.output()?;
+    let templates = args.templates()?;
+    let output = args.output(templates)?;
     let moments = args.moments()?;
     let views = args.views.views("side")?;
-    let settings = args.draw.settings(args.common.seed)?;
+    if args.gallery && (views.list.len() > 1 || !matches!(output, Output::Png(_))) {
+        return Err(Error::Usage(
+            "--gallery: expected one viewpoint and an --out that ends in .png".into(),
+        ));
+    }
+    let settings = args.draw.without_template().settings(args.common.seed)?;
+    let mut header = Header::new("render", args.common.seed);
+    let conditions = args.conditions.load(None, &mut header)?;
     let source = args.source.load()?;
     let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
     let mut walks = args.source.choose(&pack)?;
@@ -160,43 +193,46 @@ pub fn run(args: &Args) -> Result<()> {
     for &walk in &walks {
         refuse_beyond(&pack, walk, moments)?;
     }
-    let shot = |&walk: &usize| Shot {
-        job: Job {
-            walk,
-            cycle: args.cycle,
-        },
+    let jobs = walks.iter().map(|&walk| Job::plain(walk, args.cycle));
+    let under = |job| Job::under(&[job], &conditions);
+    let shot = |job| Shot {
+        job,
         moments,
         views: &views.list,
     };
-    let shots: Vec<Shot<'_>> = walks.iter().map(shot).collect();
+    let jobs: Vec<Job<'_>> = jobs.flat_map(under).collect();
+    let shots: Vec<Shot<'_>> = jobs.iter().copied().map(shot).collect();
     let mut frames: Vec<Vec<Frame>> = Vec::new();
     for &shot in &shots {
         frames.extend(silhouettes(&pack, shot, settings)?);
     }
-    let rows: Vec<Vec<Vec<u8>>> = match args.template {
-        None => frames
-            .iter()
-            .map(|frames| frames.iter().map(pixels).collect())
-            .collect(),
-        Some(Template::Gei) => frames
-            .chunks(views.list.len())
-            .map(|views| {
-                views
-                    .iter()
-                    .map(|frames| gei(frames, settings.size))
-                    .collect()
-            })
-            .collect(),
-    };
+    let per_walk = views.list.len();
     match &output {
         Output::Terminal => args.common.say(text_art(&pack, &shots, &frames)),
-        Output::Png(path) => write_png(path, &contact_sheet(&rows, settings.size, args.scale)?)?,
-        Output::Npy(path) => write_array(path, &rows, settings.size)?,
+        Output::Png(path) if args.gallery && templates.is_empty() => {
+            write_png(path, &gallery::of(&pack, &jobs, &views.list[0], settings)?)?;
+        }
+        Output::Png(_) if args.gallery && jobs.len() > 1 => {
+            return Err(Error::Usage(format!(
+                "--gallery with --template: expected one walk under one condition, found {}",
+                jobs.len()
+            )));
+        }
+        Output::Png(path) if args.gallery => {
+            let of = |&template| (template, made(template, &frames[0], settings.size));
+            let made: Vec<_> = templates.iter().map(of).collect();
+            write_png(path, &gallery::of_templates(&made, settings)?)?;
+        }
+        Output::Png(path) => {
+            let rows = pictures(templates, &frames, per_walk, settings);
+            write_png(path, &contact_sheet(&rows, settings.size, args.scale)?)?;
+        }
+        Output::Npy(path) => write_array(path, templates.first().copied(), &frames, settings.size)?,
     }
     if let Some(path) = &args.out {
         args.common.say(format_args!("wrote {}", path.display()));
     }
-    let mut header = stated(Header::new("render", args.common.seed), &settings)
+    let mut header = stated(header, &settings)
         .with("cycle", args.cycle)
         .with("start_s", args.fps.map(|_| args.start_s))
         .with("fps", args.fps)
@@ -205,8 +241,8 @@ pub fn run(args: &Args) -> Result<()> {
         .with("views", views.name.as_str())
         .with("subjects", args.source.subjects.join(","))
         .with("walks", args.source.walks.join(","))
-        .with("template", args.template.map(|_| "gei"));
-    header.inputs = source.inputs;
+        .with("template", names(templates));
+    header.inputs.extend(source.inputs);
     args.common.write_json(&Rendered {
         header,
         out: args.out.as_ref().map(|path| path.display().to_string()),
@@ -226,29 +262,91 @@ fn pixels(frame: &Frame) -> Vec<u8> {
     frame.to_coverage().pixels().to_vec()
 }
 
-/// The GEI of a cycle's frames.
-fn gei(frames: &[Frame], size: Size) -> Vec<u8> {
-    let mut builder = GeiBuilder::new(size);
+/// The names of templates; none if there are none.
+fn names(templates: &[Template]) -> Option<String> {
+    let names: Vec<&str> = templates.iter().map(|template| template.name()).collect();
+    (!names.is_empty()).then(|| names.join(","))
+}
+
+/// A template of a cycle's frames.
+fn made(template: Template, frames: &[Frame], size: Size) -> Vec<u8> {
+    let mut builder = Builder::new(template, size, frames.len() as u32);
     for frame in frames {
         builder.add(frame);
     }
-    builder.finish().pixels().to_vec()
+    builder.finish()
 }
 
-/// Writes rows of frames as `[V,T,rows,columns]`, and a single row as `[T,rows,columns]`.
-fn write_array(path: &Path, rows: &[Vec<Vec<u8>>], size: Size) -> Result<()> {
-    let bytes = rows.concat().concat();
-    let (views, frames) = (rows.len(), rows.first().map_or(0, Vec::len));
-    let (height, width) = (size.rows(), size.columns());
-    let shape = |error: ndarray::ShapeError| Error::Failed(error.to_string());
-    if views == 1 {
-        let array = ArrayView3::from_shape((frames, height, width), &bytes).map_err(shape)?;
-        write_npy(path, &array)
-    } else {
-        let array =
-            ArrayView4::from_shape((views, frames, height, width), &bytes).map_err(shape)?;
-        write_npy(path, &array)
+/// What a contact sheet shows: a row of frames for each viewpoint of each walk; of one template a
+/// row for each walk with its viewpoints; of several a row for each viewpoint with its templates.
+fn pictures(
+    templates: &[Template],
+    frames: &[Vec<Frame>],
+    per_walk: usize,
+    settings: Settings,
+) -> Vec<Vec<Vec<u8>>> {
+    let size = settings.size;
+    let shown = |template: &Template, frames: &[Frame]| {
+        cells(&made(*template, frames, size), template.shape(size), size)
+    };
+    match templates {
+        [] => {
+            let of_view = |frames: &Vec<Frame>| frames.iter().map(pixels).collect();
+            frames.iter().map(of_view).collect()
+        }
+        [template] => {
+            let of_view = |frames: &Vec<Frame>| shown(template, frames);
+            let of_walk = |views: &[Vec<Frame>]| views.iter().flat_map(of_view).collect();
+            frames.chunks(per_walk).map(of_walk).collect()
+        }
+        several => {
+            let of_view = |frames: &Vec<Frame>| {
+                let of = |template| shown(template, frames);
+                several.iter().flat_map(of).collect()
+            };
+            frames.iter().map(of_view).collect()
+        }
     }
+}
+
+/// Writes the frames of several viewpoints as `[V,T,rows,columns]`, of one as `[T,rows,columns]`;
+/// a template of each as `[V,rows,columns]`, or `[V,numbers]` if it is a vector.
+fn write_array(
+    path: &Path,
+    template: Option<Template>,
+    frames: &[Vec<Frame>],
+    size: Size,
+) -> Result<()> {
+    let views = frames.len();
+    let (height, width) = (size.rows(), size.columns());
+    let Some(template) = template else {
+        let bytes: Vec<u8> = frames.iter().flatten().flat_map(pixels).collect();
+        let count = frames.first().map_or(0, Vec::len);
+        return match views {
+            1 => write_bytes(path, (count, height, width), &bytes),
+            _ => write_bytes(path, (views, count, height, width), &bytes),
+        };
+    };
+    let of = |frames: &Vec<Frame>| made(template, frames, size);
+    let bytes: Vec<u8> = frames.iter().flat_map(of).collect();
+    match template.shape(size) {
+        Shape::Image {
+            planes,
+            rows,
+            columns,
+        } => write_bytes(path, (views, planes * rows, columns), &bytes),
+        Shape::Vector(numbers) => write_bytes(path, (views, numbers), &bytes),
+    }
+}
+
+fn write_bytes<D: Dimension>(
+    path: &Path,
+    shape: impl IntoDimension<Dim = D>,
+    bytes: &[u8],
+) -> Result<()> {
+    let array = ArrayView::from_shape(shape.into_dimension(), bytes)
+        .map_err(|error| Error::Failed(error.to_string()))?;
+    write_npy(path, &array)
 }
 
 /// Two frames of the first view side by side, of moments the first and the last one, two rows of pixels a line.

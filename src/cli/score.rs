@@ -12,6 +12,7 @@ use crate::evaluate::contest::{Contest, Entrant, Picture};
 use crate::evaluate::results::{Answered, Latency, RunTime, ScoreResults};
 use crate::report::{Sample, table, write_page};
 use crate::score::Recognizer;
+use crate::template::Shape;
 use std::io::Write as _;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -21,7 +22,7 @@ const WARM_UP: usize = 20;
 const TIMED: usize = 300;
 /// Ends the measurement of a slow recognizer.
 const MOST_TIMED: Duration = Duration::from_secs(10);
-/// Viewpoints of which the report shows GEIs, where they were swept.
+/// Viewpoints of which the report shows templates, where they were swept.
 const SHOWN: [(f64, f64); 8] = [
     (0.0, 0.0),
     (45.0, 0.0),
@@ -41,7 +42,7 @@ const SHOWN_PEOPLE: usize = 3;
     after_help = "Examples:\n  edgegait score                                # the shipped models, 26 people, 703 viewpoints\n  edgegait score mine.onnx cohort.egp --walks walk-5kmh --views side --json -\n  edgegait score --runtime ort --ort-lib /path/to/libonnxruntime.so\n\nPeople whom a model has classes for are probed with cycles that training has not seen, and\nthe highest class score decides. Others are enrolled by their first take at the model's\ntraining viewpoints, probed with their other takes, and the nearest embedding decides."
 )]
 pub struct Args {
-    /// ONNX models or "pixels" (the GEI itself), and a pack, a dataset or a tree of silhouettes
+    /// ONNX models or "pixels" (the GEI or --template itself), and a pack, a dataset or a tree of silhouettes
     /// (<person>/<take>/<view>/ with PNG frames or a pickled array) [default: the shipped models,
     /// the built-in cohort]
     #[arg(value_name = "MODEL|PACK|DATASET|TREE")]
@@ -114,7 +115,7 @@ pub fn run(args: &Args) -> Result<()> {
 /// A table that is being written.
 type Rows = csv::Writer<Vec<u8>>;
 
-/// The results of a contest, and the GEIs that the report shows.
+/// The results of a contest, and the templates that the report shows.
 fn judged(
     contest: &Contest<'_>,
     entrants: &[Entrant],
@@ -144,17 +145,22 @@ fn judged(
         if inputs[entrant].len() < SHOWN_PEOPLE * SHOWN.len() {
             inputs[entrant].push(bytes.to_vec());
         }
-        let size = entrants[entrant].settings.size;
-        if !is_probe || bytes.len() != size.pixels() || samples.len() == SHOWN_PEOPLE * SHOWN.len()
-        {
+        let contract = entrants[entrant].recognizer.contract();
+        let Shape::Image { planes, .. } = contract.shape() else {
+            return;
+        };
+        let is_one = bytes.len() == contract.numbers();
+        if !is_probe || !is_one || samples.len() == SHOWN_PEOPLE * SHOWN.len() {
             return;
         }
         let (azimuth, elevation) = sequences.angles(sequence);
         let name = &sequences.subjects[sequences.subject(sequence)];
         let sample = Sample {
             caption: format!("{name}, {azimuth}°/{elevation}°"),
-            size,
-            gei: bytes.to_vec(),
+            template: contract.template,
+            rows: planes * contract.rows,
+            columns: contract.columns,
+            pixels: bytes.to_vec(),
         };
         if SHOWN.contains(&(azimuth, elevation)) {
             samples.push(sample);

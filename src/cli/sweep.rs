@@ -1,6 +1,8 @@
 //! `edgegait sweep`: walks by viewpoints, as a dataset.
 
 use super::args::{Common, ViewArgs, gei_rmse, stated_choice};
+use super::augment::{AugmentArgs, stated_augmentation};
+use super::conditions::{ConditionArgs, listing};
 use super::drawing::{DrawArgs, stated};
 use super::progress::Progress;
 use super::source::SourceArgs;
@@ -8,21 +10,23 @@ pub use crate::bench::peak_rss_bytes;
 use crate::dataset::{DatasetWriter, Existing, Header, IndexRow};
 use crate::error::{Error, Result};
 use crate::frontier::choose;
-use crate::sweep::{jobs, sweep};
+use crate::sweep::{Job, jobs, sweep};
+use crate::template::Template;
+use crate::template::augment::varied;
 use edgegait_core::pack::Pack;
 use serde::Serialize;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Sweep walks over viewpoints into a dataset of GEIs
+/// Sweep walks over viewpoints into a dataset of GEIs or other templates
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait sweep --out dataset                 # 26 people at 5 km/h, 703 viewpoints\n  edgegait sweep cohort.egp --views side --cycles 8 --out side --json -"
+    after_help = "Examples:\n  edgegait sweep --out dataset                 # 26 people at 5 km/h, 703 viewpoints\n  edgegait sweep cohort.egp --views side --cycles 8 --out side --json -\n  edgegait sweep --views side --template mhi --augment flip,crop --out mhi"
 )]
 pub struct Args {
     #[command(flatten)]
     source: SourceArgs,
-    /// Folder to write (geis.npy, index.csv, manifest.json)
+    /// Folder to write (geis.npy or, of another template, NAME.npy; index.csv, manifest.json)
     #[arg(long, value_name = "PATH", default_value = "dataset")]
     out: PathBuf,
     /// Replace the dataset in that folder
@@ -35,6 +39,11 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
     first_cycle: u32,
     #[command(flatten)]
+    conditions: ConditionArgs,
+    /// List all confounders and built-in conditions, and do nothing else
+    #[arg(long, exclusive = true)]
+    list_conditions: bool,
+    #[command(flatten)]
     views: ViewArgs,
     #[command(flatten)]
     draw: DrawArgs,
@@ -42,6 +51,8 @@ pub struct Args {
     /// coverage, root mean square of 255, on a sample of these walks and viewpoints
     #[arg(long, value_name = "X", value_parser = gei_rmse, conflicts_with_all = ["raster", "jitter", "frames_per_cycle"])]
     max_gei_rmse: Option<f64>,
+    #[command(flatten)]
+    augment: AugmentArgs,
     #[command(flatten)]
     pub common: Common,
 }
@@ -64,13 +75,35 @@ struct Results {
 
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<()> {
+    if args.list_conditions {
+        args.common.say(listing()?);
+        return Ok(());
+    }
+    let mut header = Header::new("sweep", args.common.seed);
+    let conditions = args.conditions.load(None, &mut header)?;
     let views = args.views.views("paper")?;
     let mut settings = args.draw.settings(args.common.seed)?;
+    let (template, size) = (settings.template, settings.size);
+    if template == Template::Silhouettes {
+        return Err(Error::Usage(
+            "--template silhouettes: a dataset holds one image of each cycle (`render --out x.npy` writes silhouettes)".into(),
+        ));
+    }
+    if args.max_gei_rmse.is_some() && template != Template::Gei {
+        return Err(Error::Usage(format!(
+            "--max-gei-rmse is about GEIs, found --template {}",
+            template.name()
+        )));
+    }
+    let augmentation = args.augment.augmentation()?;
+    augmentation.check(template, size)?;
+    let variants = augmentation.variants();
     let source = args.source.load()?;
     let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
     let walks = args.source.choose(&pack)?;
     let last = args.first_cycle + args.cycles;
     let jobs = jobs(&pack, &walks, args.first_cycle..last)?;
+    let jobs = Job::under(&jobs, &conditions);
     let choice = match args.max_gei_rmse {
         Some(most) => {
             let choice = choose::drawing(&pack, (&walks, &views.list), settings, most)?;
@@ -85,8 +118,9 @@ pub fn run(args: &Args) -> Result<()> {
     } else {
         Existing::Refuse
     };
-    let geis = jobs.len() * views.list.len();
-    let mut writer = DatasetWriter::create(&args.out, settings.size, geis, existing)?;
+    let drawn = jobs.len() * views.list.len();
+    let geis = drawn * variants.len();
+    let mut writer = DatasetWriter::create(&args.out, (template, size), geis, existing)?;
     let mut clipped = 0.0;
     let walk_list: Vec<_> = pack.walks().collect();
     let subjects: Vec<_> = pack.subjects().collect();
@@ -105,29 +139,34 @@ pub fn run(args: &Args) -> Result<()> {
             |job, swept| {
                 clipped += swept.clipped;
                 let walk = walk_list[job.walk];
-                for (view, gei) in views.list.iter().zip(&swept.geis) {
-                    writer.push(
-                        gei.pixels(),
-                        &IndexRow {
-                            subject: subjects[walk.subject].name.into(),
-                            walk: walk.name.into(),
-                            cycle: u32::from(walk.cycle) * last + job.cycle,
-                            speed_kmh: kmh(walk.speed_mm_per_s),
-                            azimuth_deg: f64::from(view.azimuth_deg),
-                            elevation_deg: f64::from(view.elevation_deg),
-                            condition: "normal".into(),
-                            frames: settings.frames_per_cycle,
-                            seed: settings.seed,
-                        },
-                    )?;
+                for (view, bytes) in views.list.iter().zip(&swept.templates) {
+                    let row = IndexRow {
+                        subject: subjects[walk.subject].name.into(),
+                        walk: walk.name.into(),
+                        cycle: u32::from(walk.cycle) * last + job.cycle,
+                        speed_kmh: kmh(walk.speed_mm_per_s),
+                        azimuth_deg: f64::from(view.azimuth_deg),
+                        elevation_deg: f64::from(view.elevation_deg),
+                        condition: job.condition_name().into(),
+                        frames: settings.frames_per_cycle,
+                        seed: settings.seed,
+                    };
+                    writer.push(bytes, &row)?;
+                    for &variant in variants.iter().skip(1) {
+                        let row = IndexRow {
+                            condition: variant.condition(&row.condition),
+                            ..row.clone()
+                        };
+                        writer.push(&varied(bytes, size, variant), &row)?;
+                    }
                 }
                 Ok(())
             },
         )?;
     }
     let seconds = started.elapsed().as_secs_f64();
-    let silhouettes = geis as u64 * u64::from(settings.frames_per_cycle);
-    let mut header = stated(Header::new("sweep", args.common.seed), &settings)
+    let silhouettes = drawn as u64 * u64::from(settings.frames_per_cycle);
+    let mut header = stated(header, &settings)
         .with("pack", source.name.as_str())
         .with("views", views.name.as_str())
         .with("viewpoints", views.list.len())
@@ -137,7 +176,8 @@ pub fn run(args: &Args) -> Result<()> {
     if let Some(choice) = &choice {
         header = stated_choice(header, args.max_gei_rmse, choice);
     }
-    header.inputs = source.inputs;
+    header = stated_augmentation(header, augmentation);
+    header.inputs.extend(source.inputs);
     writer.finish(header.clone())?;
     let results = Results {
         header,
@@ -152,9 +192,10 @@ pub fn run(args: &Args) -> Result<()> {
         clipped_share: clipped / silhouettes as f64,
     };
     args.common.say(format_args!(
-        "wrote {}: {} GEIs of {} silhouettes in {:.1} s, {:.0} silhouettes a second on {} threads; {:.2} % of the figures lay outside of the image",
+        "wrote {}: {} {} of {} silhouettes in {:.1} s, {:.0} silhouettes a second on {} threads; {:.2} % of the figures lay outside of the image",
         args.out.display(),
         results.geis,
+        template.plural(),
         results.silhouettes,
         results.seconds,
         results.silhouettes_per_second,

@@ -1,14 +1,17 @@
 //! `edgegait train`: fit a recognizer and export it as ONNX.
 
 use super::args::{Common, ViewArgs};
+use super::augment::{AugmentArgs, append_varied, described, stated_augmentation};
 use super::drawing::{DrawArgs, framing_of, stated};
 use super::progress::Progress;
 use super::source::SourceArgs;
 use crate::dataset::{Dataset, Header, InputFile, sha256_of_bytes, write_atomically};
 use crate::error::{Error, Result};
 use crate::evaluate::rank::{Outcome, closed_set};
-use crate::score::{Contract, OutputNames, Training};
+use crate::score::{Contract, Layout, OutputNames, Training};
 use crate::sweep::{Framing, Lens, jobs, sweep};
+use crate::template::Template;
+use crate::template::augment::Augmentation;
 use crate::train::{Analysed, Components, LinearRecognizer, Method, Options, Real, onnx};
 use edgegait_core::pack::Pack;
 use edgegait_core::silhouette::Size;
@@ -23,7 +26,7 @@ const CYCLES: u32 = 8;
 /// Train PCA + LDA or PCA + SVM recognizers and export each as one ONNX graph of plain operators
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait train --out side.onnx                      # built-in cohort, side view\n  edgegait train --azimuth-deg 0,45,90,135,180 --elevation-deg 0,30,60 --out spread.onnx\n  edgegait train dataset --out mine.onnx              # a dataset that `sweep` wrote\n  edgegait train --method svm --components 5,10,20,50 # recognizer-5.onnx, recognizer-10.onnx ..."
+    after_help = "Examples:\n  edgegait train --out side.onnx                      # built-in cohort, side view\n  edgegait train --azimuth-deg 0,45,90,135,180 --elevation-deg 0,30,60 --out spread.onnx\n  edgegait train dataset --out mine.onnx              # a dataset that `sweep` wrote\n  edgegait train --template geni --augment flip,crop --out geni.onnx\n  edgegait train --method svm --components 5,10,20,50 # recognizer-5.onnx, recognizer-10.onnx ..."
 )]
 pub struct Args {
     #[command(flatten)]
@@ -54,6 +57,8 @@ pub struct Args {
     views: ViewArgs,
     #[command(flatten)]
     draw: DrawArgs,
+    #[command(flatten)]
+    augment: AugmentArgs,
     #[command(flatten)]
     pub common: Common,
 }
@@ -91,9 +96,10 @@ struct ModelResult {
     training_rank1: f64,
 }
 
-/// GEIs with their people; `training.description` says of what and how.
+/// Templates with their people; `training.description` says of what and how.
 struct Samples {
-    pixels: Vec<f32>,
+    numbers: Vec<f32>,
+    template: Template,
     size: Size,
     framing: Framing,
     labels: Vec<usize>,
@@ -119,8 +125,9 @@ pub fn run(args: &Args) -> Result<()> {
     for (name, value) in recipe {
         samples.header = samples.header.with(name, value);
     }
-    let pixels = std::mem::take(&mut samples.pixels);
-    let matrix = Array2::from_shape_vec((samples.labels.len(), samples.size.pixels()), pixels)
+    let numbers = std::mem::take(&mut samples.numbers);
+    let columns = samples.template.shape(samples.size).numbers();
+    let matrix = Array2::from_shape_vec((samples.labels.len(), columns), numbers)
         .map_err(|error| Error::Failed(error.to_string()))?;
     let models = match args.precision {
         Precision::F64 => train::<f64>(args, method, &outs, &samples, &matrix)?,
@@ -197,12 +204,14 @@ fn train<F: Real>(
     matrix: &Array2<f32>,
 ) -> Result<Vec<ModelResult>> {
     let (labels, classes) = (&samples.labels, samples.names.len());
-    let analysed = Analysed::<F>::new(matrix.view(), labels, classes)?;
+    let form = (samples.template, samples.size);
+    let analysed = Analysed::<F>::of(form, matrix.view(), labels, classes)?;
     let mut models = Vec::new();
     if outs.len() > 1 {
         args.common.say(format_args!(
-            "trained on {} GEIs of {classes} people: {method}\n\n{:>10}  {:>5}  {:>8}  {:>17}",
+            "trained on {} {} of {classes} people: {method}\n\n{:>10}  {:>5}  {:>8}  {:>17}",
             labels.len(),
+            samples.template.plural(),
             "components",
             "dims",
             "bytes",
@@ -229,9 +238,10 @@ fn train<F: Real>(
             ));
         } else {
             args.common.say(format_args!(
-                "wrote {}: {bytes} bytes, {classes} people, {dims} dimensions, trained on {} GEIs, of which it recognizes {percent:.2} %",
+                "wrote {}: {bytes} bytes, {classes} people, {dims} dimensions, trained on {} {}, of which it recognizes {percent:.2} %",
                 out.display(),
                 labels.len(),
+                samples.template.plural(),
             ));
         }
         models.push(ModelResult {
@@ -268,7 +278,9 @@ fn contract(args: &Args, samples: &Samples, method: Method, components: u16) -> 
     Contract {
         rows: samples.size.rows(),
         columns: samples.size.columns(),
+        layout: Layout::of(samples.template),
         framing: samples.framing,
+        template: samples.template,
         classes: samples.names.clone(),
         outputs: OutputNames {
             embedding: Some(onnx::EMBEDDING.into()),
@@ -310,6 +322,15 @@ fn write(
 fn from_walks(args: &Args) -> Result<Samples> {
     let views = args.views.views("side")?;
     let settings = args.draw.settings(args.common.seed)?;
+    let (template, size) = (settings.template, settings.size);
+    if template == Template::Silhouettes {
+        return Err(Error::Usage(
+            "--template silhouettes: these recognizers take one image or vector of each cycle"
+                .into(),
+        ));
+    }
+    let augmentation = args.augment.augmentation()?;
+    augmentation.check(template, size)?;
     let source = args.source.load()?;
     let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
     let walks = args.source.choose(&pack)?;
@@ -318,7 +339,7 @@ fn from_walks(args: &Args) -> Result<Samples> {
     people.dedup();
     let cycles = args.cycles.unwrap_or(CYCLES);
     let jobs = jobs(&pack, &walks, 0..cycles)?;
-    let (mut pixels, mut labels) = (Vec::new(), Vec::new());
+    let (mut numbers, mut labels) = (Vec::new(), Vec::new());
     let progress = Progress::new("cycles", jobs.len());
     sweep(
         &pack,
@@ -332,9 +353,9 @@ fn from_walks(args: &Args) -> Result<Samples> {
         |job, swept| {
             let person = all[job.walk].subject;
             let label = people.iter().position(|&p| p == person).unwrap_or(0);
-            for gei in &swept.geis {
-                pixels.extend(gei.pixels().iter().map(|&pixel| f32::from(pixel) / 255.0));
-                labels.push(label);
+            for bytes in &swept.templates {
+                let added = append_varied(bytes, (size, augmentation), &mut numbers);
+                labels.extend(std::iter::repeat_n(label, added));
             }
             Ok(())
         },
@@ -347,12 +368,13 @@ fn from_walks(args: &Args) -> Result<Samples> {
         .with("walks", names.join(","))
         .with("cycles", cycles)
         .with("views", views.name.as_str());
+    header = stated_augmentation(header, augmentation);
     header.inputs = source.inputs;
     let subjects: Vec<_> = pack.subjects().collect();
     Ok(Samples {
         training: Training {
             description: format!(
-                "{} of {}, cycles 0 to {}, {} viewpoints, seed {}, raster {}{}",
+                "{} of {}, cycles 0 to {}, {} viewpoints, seed {}, raster {}{}{}",
                 names.join(","),
                 source.name,
                 cycles - 1,
@@ -364,6 +386,7 @@ fn from_walks(args: &Args) -> Result<Samples> {
                 } else {
                     String::new()
                 },
+                described(augmentation),
             ),
             viewpoints: views
                 .list
@@ -374,8 +397,9 @@ fn from_walks(args: &Args) -> Result<Samples> {
             cycles,
             seed: args.common.seed,
         },
-        pixels,
-        size: settings.size,
+        numbers,
+        template,
+        size,
         framing: settings.framing,
         labels,
         names: people
@@ -386,12 +410,22 @@ fn from_walks(args: &Args) -> Result<Samples> {
     })
 }
 
-/// All of a dataset's GEIs.
+/// All of a dataset's templates.
 fn from_dataset(args: &Args, path: &Path) -> Result<Samples> {
     let names = [args.source.subjects.as_slice(), &args.source.walks];
     args.draw
         .refuse_for_folders(names, args.cycles, &args.views)?;
     let dataset = Dataset::open(path)?;
+    let (template, size) = (dataset.template(), dataset.size());
+    let augmentation = args.augment.augmentation()?;
+    augmentation.check(template, size)?;
+    let settings = &dataset.manifest().header.settings;
+    if augmentation != Augmentation::default() && settings.contains_key("augment") {
+        return Err(Error::Usage(format!(
+            "--augment: {} is augmented already",
+            path.display()
+        )));
+    }
     let mut names: Vec<String> = Vec::new();
     let mut viewpoints: Vec<[f64; 2]> = Vec::new();
     let mut labels = Vec::new();
@@ -410,8 +444,16 @@ fn from_dataset(args: &Args, path: &Path) -> Result<Samples> {
     let mut walks: Vec<String> = rows.iter().map(|row| row.walk.clone()).collect();
     walks.sort_unstable();
     walks.dedup();
-    let pixels = dataset.geis().flatten();
-    let mut header = Header::new("train", args.common.seed);
+    let (mut numbers, mut labels_of_all) = (Vec::new(), Vec::new());
+    for (bytes, &label) in dataset.templates().zip(&labels) {
+        let added = append_varied(bytes, (size, augmentation), &mut numbers);
+        labels_of_all.extend(std::iter::repeat_n(label, added));
+    }
+    let header = Header::new("train", args.common.seed);
+    let mut header = stated_augmentation(header, augmentation);
+    if template != Template::Gei {
+        header = header.with("template", template.name());
+    }
     let framing = framing_of(&dataset, path)?;
     if framing.is_none() {
         header.warnings.push(format!(
@@ -422,16 +464,23 @@ fn from_dataset(args: &Args, path: &Path) -> Result<Samples> {
     header.inputs = vec![InputFile::of(path.join("manifest.json"))?];
     Ok(Samples {
         training: Training {
-            description: format!("the {} GEIs of {}", labels.len(), path.display()),
+            description: format!(
+                "the {} {} of {}{}",
+                labels.len(),
+                template.plural(),
+                path.display(),
+                described(augmentation)
+            ),
             viewpoints,
             walks,
             cycles: 1 + rows.iter().map(|row| row.cycle).max().unwrap_or(0),
             seed: rows.first().map_or(0, |row| row.seed),
         },
-        pixels: pixels.map(|&pixel| f32::from(pixel) / 255.0).collect(),
-        size: dataset.size(),
+        numbers,
+        template,
+        size,
         framing: framing.unwrap_or_default(),
-        labels,
+        labels: labels_of_all,
         names,
         header,
     })

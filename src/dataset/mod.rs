@@ -1,9 +1,13 @@
-//! A dataset: a folder of Gait Energy Images (GEI) that any tool can read.
+//! A dataset: a folder of Gait Energy Images (GEI) or other templates that any tool can read.
 //!
 //! `geis.npy` holds the images (u8, `[N, 50, 30]`, or of another size), `index.csv` says for each of
 //! them who walked, how, and from where it was seen, and `manifest.json` says
 //! what made them and which bytes they are. NumPy and a spreadsheet open the
 //! first two without us; the third lets a result be traced and repeated.
+//!
+//! Other templates are in a file of their name, such as `mhi.npy` (`frequency.npy` is
+//! `[N, 150, 30]`, three images one below the other; vectors are `[N, D]`), and the manifest names
+//! them.
 
 mod file;
 mod header;
@@ -21,9 +25,9 @@ pub use reader::Dataset;
 pub use tree::{Silhouettes, Tree, TreeSequence};
 pub use writer::{DatasetWriter, Existing};
 
+use crate::template::Template;
 use serde::{Deserialize, Serialize};
 
-const GEIS: &str = "geis.npy";
 const INDEX: &str = "index.csv";
 const MANIFEST: &str = "manifest.json";
 
@@ -33,10 +37,30 @@ pub struct Manifest {
     /// The command, its version, seed, inputs and settings.
     #[serde(flatten)]
     pub header: Header,
-    /// GEIs in `geis.npy`, which is also the number of rows of `index.csv`.
+    /// Which template it holds; GEIs if it does not say.
+    #[serde(default, skip_serializing_if = "is_gei")]
+    pub template: Template,
+    /// GEIs in `geis.npy`, or templates in the file of their name, which is also the number of
+    /// rows of `index.csv`.
     pub geis: usize,
     /// The other two files with their SHA-256. A dataset made elsewhere may
     /// leave them out: then its bytes are not checked.
     #[serde(default)]
     pub files: Vec<InputFile>,
+}
+
+/// The name of the file that holds the templates.
+fn file_of(template: Template) -> String {
+    match template {
+        Template::Gei => "geis.npy".to_owned(),
+        other => format!("{}.npy", other.name()),
+    }
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde calls it with a reference"
+)]
+fn is_gei(template: &Template) -> bool {
+    *template == Template::Gei
 }

@@ -4,11 +4,12 @@
 
 use std::path::Path;
 
-use ndarray::{ArrayView, ArrayView3, Dimension};
+use ndarray::{ArrayView, ArrayView2, ArrayView3, Dimension};
 use ndarray_npy::{ViewNpyError, ViewNpyExt, WriteNpyError, WriteNpyExt};
 
 use crate::dataset::write_atomically;
 use crate::error::{Error, Result};
+use crate::template::{Shape, Template};
 use edgegait_core::silhouette::Size;
 
 /// The longest header that is parsed. NumPy writes 128 bytes for our shapes; the
@@ -31,31 +32,72 @@ pub fn write_npy<D: Dimension>(path: impl AsRef<Path>, array: &ArrayView<'_, u8,
     })
 }
 
-/// The GEIs in the bytes of the .npy file `path`: where the first begins, their size, and
-/// how many they are.
-pub(super) fn gei_bytes(path: &Path, bytes: &[u8]) -> Result<(usize, Size, usize)> {
+/// The templates in the bytes of the .npy file `path`: where the first begins, the size of the
+/// silhouettes that they are made of, and how many they are. Vectors do not tell that size, which
+/// must be `stated`.
+pub(super) fn template_bytes(
+    path: &Path,
+    bytes: &[u8],
+    (template, stated): (Template, Option<Size>),
+) -> Result<(usize, Size, usize)> {
     let refuse = |problem: String| Error::input(path, problem);
     if header_is_hostile(bytes) {
         return Err(refuse(format!(
             "expected a .npy header of at most {MAX_HEADER} bytes without nesting, found another"
         )));
     }
+    if let Shape::Vector(_) = template.shape(Size::default()) {
+        let array = ArrayView2::<u8>::view_npy(bytes).map_err(|error| refuse(vectors(&error)))?;
+        let (count, numbers) = array.dim();
+        let Some(size) = stated else {
+            return Err(refuse(
+                "expected the size of the silhouettes under \"settings\" in manifest.json, as in \"size\": \"50x30\", found none".into(),
+            ));
+        };
+        let expected = template.shape(size).numbers();
+        if numbers != expected {
+            return Err(refuse(format!(
+                "expected shape [N, {expected}], found [{count}, {numbers}]"
+            )));
+        }
+        require_c_order(array.is_standard_layout()).map_err(refuse)?;
+        return Ok((bytes.len() - count * numbers, size, count));
+    }
     let array = ArrayView3::<u8>::view_npy(bytes).map_err(|error| refuse(problem(&error)))?;
     let (count, rows, columns) = array.dim();
+    let stacked = |size: Size| {
+        let rows = template.shape(size).numbers() / size.columns();
+        (rows, size.columns())
+    };
     let size = Size::ALL
         .into_iter()
-        .find(|size| (size.rows(), size.columns()) == (rows, columns));
+        .find(|&size| stacked(size) == (rows, columns));
     let Some(size) = size else {
+        let [a, b, c] = Size::ALL
+            .map(stacked)
+            .map(|(r, c)| format!("[N, {r}, {c}]"));
         return Err(refuse(format!(
-            "expected shape [N, 50, 30], [N, 64, 44] or [N, 64, 64], found [{count}, {rows}, {columns}]"
+            "expected shape {a}, {b} or {c}, found [{count}, {rows}, {columns}]"
         )));
     };
-    if !array.is_standard_layout() {
-        return Err(refuse(
-            "expected C order, found Fortran order (save numpy.ascontiguousarray of it)".into(),
-        ));
+    require_c_order(array.is_standard_layout()).map_err(refuse)?;
+    Ok((bytes.len() - count * rows * columns, size, count))
+}
+
+fn require_c_order(is_standard: bool) -> std::result::Result<(), String> {
+    if is_standard {
+        return Ok(());
     }
-    Ok((bytes.len() - count * size.pixels(), size, count))
+    Err("expected C order, found Fortran order (save numpy.ascontiguousarray of it)".into())
+}
+
+fn vectors(error: &ViewNpyError) -> String {
+    match error {
+        ViewNpyError::WrongNdim(_, found) => {
+            format!("expected 2 dimensions [N, numbers], found {found}")
+        }
+        other => problem(other),
+    }
 }
 
 fn header_is_hostile(bytes: &[u8]) -> bool {
@@ -104,8 +146,10 @@ mod tests {
         bytes
     }
 
+    const GEIS: (Template, Option<Size>) = (Template::Gei, None);
+
     fn refusal(header: &str, data: usize) -> String {
-        gei_bytes(Path::new("geis.npy"), &npy(header, data))
+        template_bytes(Path::new("geis.npy"), &npy(header, data), GEIS)
             .unwrap_err()
             .to_string()
     }
@@ -141,7 +185,7 @@ mod tests {
             3000,
         );
         assert_eq!(
-            gei_bytes(Path::new("g"), &bytes).unwrap(),
+            template_bytes(Path::new("g"), &bytes, GEIS).unwrap(),
             (bytes.len() - 3000, Size::S50x30, 2)
         );
     }
@@ -179,9 +223,9 @@ mod tests {
             ),
             "geis.npy: expected C order, found Fortran order (save numpy.ascontiguousarray of it)"
         );
-        assert!(gei_bytes(Path::new("g"), b"").is_err());
-        assert!(gei_bytes(Path::new("g"), b"\x93NUMPY\x01\x00").is_err());
-        assert!(gei_bytes(Path::new("g"), b"PK\x03\x04 a zip of some length").is_err());
+        assert!(template_bytes(Path::new("g"), b"", GEIS).is_err());
+        assert!(template_bytes(Path::new("g"), b"\x93NUMPY\x01\x00", GEIS).is_err());
+        assert!(template_bytes(Path::new("g"), b"PK\x03\x04 a zip of some length", GEIS).is_err());
     }
 
     #[test]
@@ -191,6 +235,6 @@ mod tests {
         assert!(refusal(&"(".repeat(60_000), 10).contains("without nesting"));
         let mut version_2 = b"\x93NUMPY\x02\x00\xff\xff\xff\xff".to_vec();
         version_2.extend([b'('; 100]);
-        assert!(gei_bytes(Path::new("g"), &version_2).is_err());
+        assert!(template_bytes(Path::new("g"), &version_2, GEIS).is_err());
     }
 }

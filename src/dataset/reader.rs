@@ -4,13 +4,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::index::read_index;
-use super::npy::gei_bytes;
-use super::{GEIS, INDEX, IndexRow, MANIFEST, Manifest, SCHEMA};
+use super::npy::template_bytes;
+use super::{INDEX, IndexRow, MANIFEST, Manifest, SCHEMA, file_of};
 use crate::dataset::sha256_of_bytes;
 use crate::error::{Error, Place, Result};
+use crate::template::Template;
 use edgegait_core::silhouette::Size;
 
-/// A dataset in memory: a byte for each pixel, and the index.
+/// A dataset in memory: a byte for each number, and the index.
 #[derive(Clone, Debug)]
 pub struct Dataset {
     manifest: Manifest,
@@ -31,14 +32,20 @@ impl Dataset {
     pub fn open(dir: impl AsRef<Path>) -> Result<Self> {
         let dir = dir.as_ref();
         let manifest = read_manifest(&dir.join(MANIFEST))?;
-        let (npy_path, npy) = read(dir, GEIS, &manifest)?;
-        let (first, size, count) = gei_bytes(&npy_path, &npy)?;
+        let (template, name) = (manifest.template, file_of(manifest.template));
+        let (npy_path, npy) = read(dir, &name, &manifest)?;
+        let stated = manifest.header.settings.get("size");
+        let stated = Size::ALL
+            .into_iter()
+            .find(|size| stated.is_some_and(|stated| stated == size.name()));
+        let (first, size, count) = template_bytes(&npy_path, &npy, (template, stated))?;
         if count != manifest.geis {
             return Err(Error::input(
                 npy_path,
                 format!(
-                    "expected {} GEIs, as {MANIFEST} says, found {count}",
-                    manifest.geis
+                    "expected {} {}, as {MANIFEST} says, found {count}",
+                    manifest.geis,
+                    template.plural()
                 ),
             ));
         }
@@ -48,7 +55,11 @@ impl Dataset {
             return Err(Error::input(
                 index_path,
                 format!(
-                    "expected {count} rows, one for each GEI of {GEIS}, found {}",
+                    "expected {count} rows, one for each {} of {name}, found {}",
+                    match template {
+                        Template::Gei => "GEI",
+                        other => other.name(),
+                    },
                     index.len()
                 ),
             ));
@@ -68,36 +79,42 @@ impl Dataset {
         &self.manifest
     }
 
-    /// What each GEI shows, in the order of [`Self::geis`].
+    /// What each template shows, in the order of [`Self::templates`].
     #[must_use]
     pub fn index(&self) -> &[IndexRow] {
         &self.index
     }
 
-    /// Rows and columns of each GEI.
+    /// Which template it holds.
+    #[must_use]
+    pub const fn template(&self) -> Template {
+        self.manifest.template
+    }
+
+    /// Rows and columns of the silhouettes that they are made of.
     #[must_use]
     pub const fn size(&self) -> Size {
         self.size
     }
 
-    /// The GEIs' pixels, row by row from the top, in the order of [`Self::index`].
+    /// The templates' bytes, of images row by row from the top, in the order of [`Self::index`].
     ///
     /// # Guarantees
     ///
-    /// As many as the index has rows, each of the pixels of [`Self::size`].
-    pub fn geis(&self) -> std::slice::ChunksExact<'_, u8> {
-        self.npy[self.first..].chunks_exact(self.size.pixels())
+    /// As many as the index has rows, each of the numbers of [`Template::shape`].
+    pub fn templates(&self) -> std::slice::ChunksExact<'_, u8> {
+        self.npy[self.first..].chunks_exact(self.template().shape(self.size).numbers())
     }
 
-    /// The pixels of one GEI.
+    /// The bytes of one template.
     ///
     /// # Panics
     ///
     /// If the index has no such row.
     #[must_use]
-    pub fn gei(&self, row: usize) -> &[u8] {
-        let pixels = self.size.pixels();
-        &self.npy[self.first + row * pixels..][..pixels]
+    pub fn bytes(&self, row: usize) -> &[u8] {
+        let numbers = self.template().shape(self.size).numbers();
+        &self.npy[self.first + row * numbers..][..numbers]
     }
 }
 
@@ -159,7 +176,9 @@ mod tests {
     fn written() -> (tempfile::TempDir, PathBuf) {
         let folder = tempfile::tempdir().unwrap();
         let dir = folder.path().join("walks");
-        let mut writer = DatasetWriter::create(&dir, Size::S50x30, 2, Existing::Refuse).unwrap();
+        let mut writer =
+            DatasetWriter::create(&dir, (Template::Gei, Size::S50x30), 2, Existing::Refuse)
+                .unwrap();
         writer.push(&[3; PIXELS], &row("a", 0.0)).unwrap();
         writer.push(&[250; PIXELS], &row("b", 90.0)).unwrap();
         writer
@@ -185,26 +204,72 @@ mod tests {
     fn a_dataset_comes_back_as_it_was_written() {
         let (_folder, dir) = written();
         let dataset = Dataset::open(&dir).unwrap();
-        assert!(dataset.geis().eq([[3; PIXELS], [250; PIXELS]]));
-        assert_eq!(dataset.gei(1), [250; PIXELS]);
+        assert!(dataset.templates().eq([[3; PIXELS], [250; PIXELS]]));
+        assert_eq!(dataset.bytes(1), [250; PIXELS]);
         assert_eq!(dataset.index(), [row("a", 0.0), row("b", 90.0)]);
         assert_eq!(dataset.manifest().header.settings["framing"], "height");
         assert_eq!(dataset.manifest().geis, 2);
     }
 
+    /// Writes two of a template, all 3 and all 250, of silhouettes of 64 by 44 pixels.
+    fn written_as(template: Template) -> (tempfile::TempDir, PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let dir = folder.path().join("walks");
+        let size = Size::S64x44;
+        let mut writer =
+            DatasetWriter::create(&dir, (template, size), 2, Existing::Refuse).unwrap();
+        for (shade, subject) in [(3, "a"), (250, "b")] {
+            let bytes = vec![shade; template.shape(size).numbers()];
+            writer.push(&bytes, &row(subject, 0.0)).unwrap();
+        }
+        let header = Header::new("sweep", 1).with("size", size.name());
+        writer.finish(header).unwrap();
+        (folder, dir)
+    }
+
+    #[test]
+    fn another_template_is_in_a_file_of_its_name() {
+        for (template, name, numbers) in [
+            (Template::Mhi, "mhi.npy", 64 * 44),
+            (Template::Frequency, "frequency.npy", 3 * 64 * 44),
+            (Template::RowWidth, "row-width.npy", 64),
+            (Template::Kfd, "kfd.npy", 60),
+        ] {
+            let (_folder, dir) = written_as(template);
+            assert_eq!(fs::read(dir.join(name)).unwrap().len(), 128 + 2 * numbers);
+            let dataset = Dataset::open(&dir).unwrap();
+            assert_eq!(
+                (dataset.template(), dataset.size()),
+                (template, Size::S64x44)
+            );
+            assert!(
+                dataset
+                    .templates()
+                    .eq([vec![3; numbers], vec![250; numbers]])
+            );
+            assert_eq!(dataset.bytes(1), vec![250; numbers]);
+        }
+        // What the manifest says is looked for.
+        let (_folder, dir) = written_as(Template::Mhi);
+        let manifest = fs::read_to_string(dir.join(MANIFEST)).unwrap();
+        let manifest = manifest.replace("\"template\": \"mhi\"", "\"template\": \"kfd\"");
+        fs::write(dir.join(MANIFEST), manifest).unwrap();
+        assert!(refusal(&dir).starts_with("kfd.npy: No such file"));
+    }
+
     #[test]
     fn a_file_that_was_changed_is_refused() {
         let (_folder, dir) = written();
-        let mut bytes = fs::read(dir.join(GEIS)).unwrap();
+        let mut bytes = fs::read(dir.join("geis.npy")).unwrap();
         *bytes.last_mut().unwrap() ^= 1;
-        fs::write(dir.join(GEIS), bytes).unwrap();
+        fs::write(dir.join("geis.npy"), bytes).unwrap();
         let refusal = refusal(&dir);
         assert!(
             refusal.starts_with("geis.npy: expected SHA-256 "),
             "{refusal}"
         );
         without_hashes(&dir);
-        assert_eq!(Dataset::open(&dir).unwrap().gei(1)[PIXELS - 1], 251);
+        assert_eq!(Dataset::open(&dir).unwrap().bytes(1)[PIXELS - 1], 251);
     }
 
     #[test]

@@ -1,7 +1,7 @@
-//! Writes a dataset as its GEIs come, and leaves nothing half-written behind.
+//! Writes a dataset as its templates come, and leaves nothing half-written behind.
 //!
 //! Everything is made in a hidden folder beside the target and renamed at the
-//! end. Memory does not grow with the number of GEIs.
+//! end. Memory does not grow with their number.
 
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
@@ -12,9 +12,10 @@ use tempfile::TempDir;
 
 use super::file::{folder_of, staging_beside};
 use super::reader::read_manifest;
-use super::{GEIS, INDEX, IndexRow, MANIFEST};
+use super::{INDEX, IndexRow, MANIFEST, file_of};
 use crate::dataset::{Header, InputFile, Manifest, sha256_of_file};
 use crate::error::{Error, Result};
+use crate::template::{Shape, Template};
 use edgegait_core::silhouette::Size;
 
 /// What to do with a folder that is already there.
@@ -32,15 +33,16 @@ pub struct DatasetWriter {
     target: PathBuf,
     existing: Existing,
     staging: TempDir,
-    geis: BufWriter<File>,
+    images: BufWriter<File>,
     index: csv::Writer<File>,
+    template: Template,
     size: Size,
     count: usize,
     written: usize,
 }
 
 impl DatasetWriter {
-    /// Begins a dataset of `count` GEIs of `size` that will be the folder `dir`. The folder
+    /// Begins a dataset of `count` templates of silhouettes of this size that will be the folder `dir`. The folder
     /// that holds it is made if need be; `dir` itself is not touched yet.
     ///
     /// # Errors
@@ -48,7 +50,7 @@ impl DatasetWriter {
     /// If `dir` is there and must not be replaced ([`Existing`]), or the system's.
     pub fn create(
         dir: impl AsRef<Path>,
-        size: Size,
+        (template, size): (Template, Size),
         count: usize,
         existing: Existing,
     ) -> Result<Self> {
@@ -60,63 +62,77 @@ impl DatasetWriter {
         let made = staging.path().join("made");
         fs::create_dir(&made).map_err(|source| Error::io(&made, source))?;
 
-        let path = made.join(GEIS);
+        let path = made.join(file_of(template));
         let file = File::create(&path).map_err(|source| Error::io(&path, source))?;
         if count
-            .checked_mul(size.pixels())
+            .checked_mul(template.shape(size).numbers())
             .is_none_or(|bytes| i64::try_from(bytes).is_err())
         {
             return Err(Error::Usage(format!(
-                "{count} GEIs are more than a file can hold"
+                "{count} {} are more than a file can hold",
+                template.plural()
             )));
         }
-        // Leaves the cursor at the first GEI.
-        write_zeroed_npy::<u8, _>(&file, (count, size.rows(), size.columns()))
-            .map_err(|error| Error::input(&path, error.to_string()))?;
+        // Leaves the cursor at the first one.
+        match template.shape(size) {
+            Shape::Image {
+                planes,
+                rows,
+                columns,
+            } => write_zeroed_npy::<u8, _>(&file, (count, planes * rows, columns)),
+            Shape::Vector(numbers) => write_zeroed_npy::<u8, _>(&file, (count, numbers)),
+        }
+        .map_err(|error| Error::input(&path, error.to_string()))?;
         let index_path = made.join(INDEX);
         let index = csv::Writer::from_path(&index_path).map_err(|e| csv_error(&index_path, e))?;
         Ok(Self {
             target,
             existing,
             staging,
-            geis: BufWriter::with_capacity(1 << 16, file),
+            images: BufWriter::with_capacity(1 << 16, file),
             index,
+            template,
             size,
             count,
             written: 0,
         })
     }
 
-    /// Appends a GEI, row by row from the top, and what it shows.
+    /// Appends a template, row by row from the top, and what it shows.
     ///
     /// # Errors
     ///
-    /// If the row cannot be (a speed below 0, say), if the GEI is of another size, if there are already as many
-    /// GEIs as [`Self::create`] was told, or the system's.
-    pub fn push(&mut self, gei: &[u8], row: &IndexRow) -> Result<()> {
+    /// If the row cannot be (a speed below 0, say), if the template is of another size, if there are already as many
+    /// as [`Self::create`] was told, or the system's.
+    pub fn push(&mut self, bytes: &[u8], row: &IndexRow) -> Result<()> {
         let place = |problem: String| {
             Error::Failed(format!(
-                "{}: GEI {}: {problem}",
+                "{}: {} {}: {problem}",
                 self.target.display(),
+                self.name(),
                 self.written
             ))
         };
         if self.written == self.count {
-            return Err(place(format!("expected no more than {} GEIs", self.count)));
-        }
-        if gei.len() != self.size.pixels() {
             return Err(place(format!(
-                "expected the {} pixels of {}, found {}",
-                self.size.pixels(),
+                "expected no more than {} {}",
+                self.count,
+                self.template.plural()
+            )));
+        }
+        let numbers = self.template.shape(self.size).numbers();
+        if bytes.len() != numbers {
+            return Err(place(format!(
+                "expected the {numbers} pixels of {}, found {}",
                 self.size,
-                gei.len()
+                bytes.len()
             )));
         }
         if let Some(problem) = row.problem() {
             return Err(place(problem));
         }
-        self.geis
-            .write_all(gei)
+        self.images
+            .write_all(bytes)
             .map_err(|source| Error::io(&self.target, source))?;
         self.index
             .serialize(row)
@@ -125,31 +141,43 @@ impl DatasetWriter {
         Ok(())
     }
 
+    /// What one of them is called.
+    fn name(&self) -> &'static str {
+        match self.template {
+            Template::Gei => "GEI",
+            other => other.name(),
+        }
+    }
+
     /// Writes the manifest and gives the folder its name.
     ///
     /// # Errors
     ///
-    /// If fewer GEIs came than [`Self::create`] was told, if `dir` has appeared
+    /// If fewer templates came than [`Self::create`] was told, if `dir` has appeared
     /// meanwhile and must not be replaced, or the system's; then `dir` is as before.
     pub fn finish(self, header: Header) -> Result<()> {
         let Self {
             target,
             existing,
             staging,
-            geis,
+            images,
             index,
+            template,
             count,
             written,
             ..
         } = self;
         if written != count {
             return Err(Error::Failed(format!(
-                "{}: expected {count} GEIs, found {written}",
-                target.display()
+                "{}: expected {count} {}, found {written}",
+                target.display(),
+                template.plural()
             )));
         }
         let io = |source| Error::io(&target, source);
-        geis.into_inner().map_err(|error| io(error.into_error()))?;
+        images
+            .into_inner()
+            .map_err(|error| io(error.into_error()))?;
         close_index(index, written).map_err(|error| csv_error(&target, error))?;
 
         let made = staging.path().join("made");
@@ -161,8 +189,9 @@ impl DatasetWriter {
         };
         let manifest = Manifest {
             header,
+            template,
             geis: count,
-            files: vec![file(GEIS)?, file(INDEX)?],
+            files: vec![file(&file_of(template))?, file(INDEX)?],
         };
         let mut json = serde_json::to_string_pretty(&manifest)
             .map_err(|error| Error::Failed(error.to_string()))?;
@@ -225,9 +254,11 @@ fn check_replaceable(target: &Path, existing: Existing) -> Result<()> {
         return refuse("the folder already holds files (name another, or use --overwrite)".into());
     }
     names.sort();
+    let images = Template::ALL.map(file_of);
+    let files = images.iter().map(String::as_str).chain([INDEX, MANIFEST]);
     if let Some(other) = names
         .iter()
-        .find(|name| ![GEIS, INDEX, MANIFEST].iter().any(|n| name == n))
+        .find(|name| !files.clone().any(|file| *name == file))
     {
         return refuse(format!(
             "holds {}, which is no part of a dataset (name another folder)",
@@ -271,7 +302,7 @@ mod tests {
     }
 
     fn write(dir: &Path, shade: u8, existing: Existing) -> Result<()> {
-        let mut writer = DatasetWriter::create(dir, Size::S50x30, 1, existing)?;
+        let mut writer = DatasetWriter::create(dir, (Template::Gei, Size::S50x30), 1, existing)?;
         writer.push(&[shade; PIXELS], &row())?;
         writer.finish(Header::new("sweep", 1))
     }
@@ -286,9 +317,13 @@ mod tests {
     #[test]
     fn a_dataset_that_is_not_finished_leaves_nothing() {
         let folder = tempfile::tempdir().unwrap();
-        let mut writer =
-            DatasetWriter::create(folder.path().join("d"), Size::S50x30, 2, Existing::Refuse)
-                .unwrap();
+        let mut writer = DatasetWriter::create(
+            folder.path().join("d"),
+            (Template::Gei, Size::S50x30),
+            2,
+            Existing::Refuse,
+        )
+        .unwrap();
         writer.push(&[1; PIXELS], &row()).unwrap();
         assert_eq!(names(folder.path()).len(), 1, "the hidden folder");
         let short = writer
@@ -314,7 +349,7 @@ mod tests {
         );
         assert_eq!(refused.exit_code(), 2);
         write(&dir, 2, Existing::Replace).unwrap();
-        assert_eq!(Dataset::open(&dir).unwrap().gei(0)[0], 2);
+        assert_eq!(Dataset::open(&dir).unwrap().bytes(0)[0], 2);
 
         fs::write(dir.join("thesis.tex"), "years").unwrap();
         let refused = write(&dir, 3, Existing::Replace).unwrap_err().to_string();
@@ -322,7 +357,7 @@ mod tests {
             refused.contains("holds thesis.tex, which is no part"),
             "{refused}"
         );
-        assert_eq!(Dataset::open(&dir).unwrap().gei(0)[0], 2);
+        assert_eq!(Dataset::open(&dir).unwrap().bytes(0)[0], 2);
         assert_eq!(names(folder.path()), ["d"]);
 
         fs::remove_file(dir.join("thesis.tex")).unwrap();
@@ -346,9 +381,13 @@ mod tests {
     #[test]
     fn a_row_that_cannot_be_and_geis_of_another_size_or_too_many_are_refused() {
         let folder = tempfile::tempdir().unwrap();
-        let mut writer =
-            DatasetWriter::create(folder.path().join("d"), Size::S64x44, 1, Existing::Refuse)
-                .unwrap();
+        let mut writer = DatasetWriter::create(
+            folder.path().join("d"),
+            (Template::Gei, Size::S64x44),
+            1,
+            Existing::Refuse,
+        )
+        .unwrap();
         let refused = writer.push(&[0; PIXELS], &row()).unwrap_err().to_string();
         assert!(
             refused.ends_with("GEI 0: expected the 2816 pixels of 64x44, found 1500"),
@@ -374,7 +413,7 @@ mod tests {
         let (a, b) = (folder.path().join("a"), folder.path().join("b"));
         write(&a, 5, Existing::Refuse).unwrap();
         write(&b, 5, Existing::Refuse).unwrap();
-        for name in [GEIS, INDEX, MANIFEST] {
+        for name in ["geis.npy", INDEX, MANIFEST] {
             assert_eq!(
                 fs::read(a.join(name)).unwrap(),
                 fs::read(b.join(name)).unwrap()
@@ -386,9 +425,14 @@ mod tests {
     fn an_empty_dataset_opens() {
         let folder = tempfile::tempdir().unwrap();
         let dir = folder.path().join("new/d");
-        let writer = DatasetWriter::create(&dir, Size::S64x64, 0, Existing::Refuse).unwrap();
+        let writer =
+            DatasetWriter::create(&dir, (Template::Gei, Size::S64x64), 0, Existing::Refuse)
+                .unwrap();
         writer.finish(Header::new("sweep", 1)).unwrap();
         let dataset = Dataset::open(&dir).unwrap();
-        assert_eq!((dataset.geis().len(), dataset.size()), (0, Size::S64x64));
+        assert_eq!(
+            (dataset.templates().len(), dataset.size()),
+            (0, Size::S64x64)
+        );
     }
 }

@@ -5,7 +5,7 @@
 //! makes Rank-k, mAP and mINP of distances, [`verification`] EER, ROC and AUC, and [`cross_view`]
 //! the means over pairs of views. [`wilson`] and [`bootstrap`] say how far a rate can be trusted,
 //! [`bands`] and [`angle`] sum it over viewpoints, and [`results`] is the JSON that
-//! `edgegait score` writes.
+//! `edgegait score` writes; [`strengths`] is what each confounder does.
 
 pub mod angle;
 pub mod bands;
@@ -18,6 +18,7 @@ pub mod protocol;
 pub mod rank;
 pub mod ranking;
 pub mod results;
+pub mod strengths;
 #[cfg(test)]
 pub(crate) mod testing;
 pub mod trial;

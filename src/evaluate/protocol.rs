@@ -8,11 +8,10 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use crate::confound::{Condition, NORMAL};
 use crate::error::{Error, Result};
+use crate::named::toml_of;
 use crate::source::{Made, Take};
-
-/// Most bytes of a protocol's file.
-const MAX_BYTES: u64 = 1 << 20;
 
 /// Names of the built-in protocols.
 pub const NAMES: [&str; 7] = [
@@ -55,6 +54,8 @@ pub struct Protocol {
     pub gallery: Option<Choice>,
     /// The takes that are looked for, in sets that are reported apart.
     pub probes: Vec<ProbeSet>,
+    /// The conditions that made takes name: built in, or a `.toml` file.
+    pub conditions: Option<String>,
     /// Takes that a walk stands for where nobody has more than one.
     #[serde(default)]
     pub made: Vec<Made>,
@@ -157,33 +158,40 @@ impl Roles {
     }
 }
 
+impl Roles {
+    /// The parts of takes that are probed under conditions, as [`Protocol::under`] has them: those
+    /// that the same takes have without.
+    #[must_use]
+    pub fn under(&self, conditions: &[Condition], plain: &[Take], takes: &[Take]) -> Self {
+        let origin = |take: &Take| {
+            let same = |other: &Take| (other.subject, &other.name) == (take.subject, &take.name);
+            plain.iter().position(same)
+        };
+        let parts = |part: &[bool], condition: &str| {
+            let has = |take: &Take| {
+                take.condition == condition && origin(take).is_some_and(|take| part[take])
+            };
+            takes.iter().map(has).collect()
+        };
+        let under = |set: &Vec<bool>| -> Vec<Vec<bool>> {
+            let each = conditions.iter();
+            each.map(|condition| parts(set, &condition.name)).collect()
+        };
+        Self {
+            gallery: parts(&self.gallery, NORMAL),
+            probes: self.probes.iter().flat_map(under).collect(),
+        }
+    }
+}
+
 impl Protocol {
     /// A built-in protocol by its name, or that of a `.toml` file.
     ///
     /// # Errors
     /// If there is no such protocol, or the file cannot be used.
     pub fn named(name: &str) -> Result<Self> {
-        if let Some(at) = NAMES.iter().position(|known| *known == name) {
-            return Self::parse(Path::new(name), BUILT_IN[at]);
-        }
-        let path = Path::new(name);
-        if path.extension().is_none_or(|extension| extension != "toml") {
-            return Err(Error::Usage(format!(
-                "there is no protocol {name:?}: expected {} or a .toml file",
-                NAMES.join(", ")
-            )));
-        }
-        let length = std::fs::metadata(path)
-            .map_err(|error| Error::io(path, error))?
-            .len();
-        if length > MAX_BYTES {
-            return Err(Error::input(
-                path,
-                format!("expected a protocol of at most {MAX_BYTES} bytes, found {length}"),
-            ));
-        }
-        let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, error))?;
-        Self::parse(path, &text)
+        let text = toml_of(name, "protocol", &NAMES, &BUILT_IN)?;
+        Self::parse(Path::new(name), &text)
     }
 
     /// A protocol from TOML; `path` is for messages.
@@ -222,6 +230,12 @@ impl Protocol {
         }
         if let Some(name) = twice(self.made.iter().map(|one| one.take.as_str()).collect()) {
             return Some(format!("made: {name:?} is there twice"));
+        }
+        let named = self.made.iter().any(|one| one.condition.is_some());
+        if named != self.conditions.is_some() {
+            return Some(
+                "expected conditions where takes of made name one, and none elsewhere".into(),
+            );
         }
         let cycles: Vec<u32> = self.made.iter().map(|one| one.cycle).collect();
         let first = cycles.iter().enumerate();
@@ -315,13 +329,38 @@ impl Protocol {
         let of = |made: &Made| {
             let count = if is_probe(&made) { cycles } else { 1 };
             let name = made.take.clone();
-            let first = made.cycle;
+            let (first, condition) = (made.cycle, made.condition.clone());
             (0..count).map(move |at| Made {
                 take: name.clone(),
                 cycle: first + at * step,
+                condition: condition.clone(),
             })
         };
         self.made.iter().flat_map(of).collect()
+    }
+}
+
+impl Protocol {
+    /// The same, of takes that are probed under each of these conditions: a set of probes of each
+    /// set under each of them. People stay known by their takes as they are.
+    #[must_use]
+    pub fn under(self, conditions: &[Condition]) -> Self {
+        let alone = self.probes.len() == 1;
+        let set = |set: &ProbeSet, condition: &Condition| ProbeSet {
+            name: if alone {
+                condition.name.clone()
+            } else {
+                format!("{}, {}", set.name, condition.name)
+            },
+            conditions: vec![condition.name.clone()],
+            ..set.clone()
+        };
+        let sets = self.probes.iter();
+        let sets = sets.flat_map(|one| conditions.iter().map(move |condition| set(one, condition)));
+        Self {
+            probes: sets.collect(),
+            ..self
+        }
     }
 }
 
@@ -370,116 +409,4 @@ fn matches(pattern: &str, name: &str) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn take(subject: usize, name: &str) -> Take {
-        Take {
-            subject,
-            name: name.into(),
-            condition: String::new(),
-        }
-    }
-
-    fn refused(text: &str) -> String {
-        let parsed = Protocol::parse(Path::new("p.toml"), text);
-        parsed.expect_err("makes no sense").to_string()
-    }
-
-    #[test]
-    fn every_built_in_protocol_has_its_name() {
-        for name in NAMES {
-            let protocol = Protocol::named(name).expect("built in");
-            assert_eq!(protocol.name, name);
-            assert!(protocol.description.ends_with('.'), "{name}");
-            assert!(
-                !protocol.made.is_empty(),
-                "{name}: nothing to make of a walk"
-            );
-        }
-        let error = Protocol::named("casia-c").expect_err("unknown").to_string();
-        assert!(error.contains("closed-set, first-take"), "{error}");
-    }
-
-    /// Yu, Tan and Tan 2006, as OpenGait evaluates it.
-    #[test]
-    fn casia_b_enrols_four_normal_walks_and_looks_for_three_kinds() {
-        let protocol = Protocol::named("casia-b").expect("built in");
-        let names = [
-            "bg-01", "bg-02", "cl-01", "cl-02", "nm-01", "nm-02", "nm-03", "nm-04", "nm-05",
-            "nm-06",
-        ];
-        let takes: Vec<Take> = names.map(|name| take(0, name)).to_vec();
-        let roles = protocol.roles(&takes).expect("all are there");
-        let chosen = |is_in: &[bool]| -> Vec<&str> {
-            let names = names.iter().zip(is_in);
-            names
-                .filter(|(_, is_in)| **is_in)
-                .map(|(name, _)| *name)
-                .collect()
-        };
-        assert_eq!(chosen(&roles.gallery), ["nm-01", "nm-02", "nm-03", "nm-04"]);
-        let sets: Vec<_> = protocol
-            .probes
-            .iter()
-            .map(|set| set.name.as_str())
-            .collect();
-        assert_eq!(sets, ["NM", "BG", "CL"]);
-        assert_eq!(chosen(&roles.probes[0]), ["nm-05", "nm-06"]);
-        assert_eq!(chosen(&roles.probes[1]), ["bg-01", "bg-02"]);
-        assert_eq!(chosen(&roles.probes[2]), ["cl-01", "cl-02"]);
-        assert_eq!(protocol.gallery_views, GalleryViews::Each);
-        let error = protocol
-            .roles(&[take(0, "walk-5kmh")])
-            .expect_err("none is there");
-        assert!(error.to_string().contains("found walk-5kmh"), "{error}");
-    }
-
-    #[test]
-    fn the_first_take_of_each_person_enrols_and_the_others_probe() {
-        let protocol = Protocol::named("first-take").expect("built in");
-        let takes = [take(0, "a"), take(1, "b"), take(0, "c"), take(0, "d")];
-        let roles = protocol.roles(&takes).expect("someone has two");
-        assert_eq!(roles.gallery, [true, true, false, false]);
-        assert_eq!(roles.probes, [[false, false, true, true]]);
-        assert!(
-            protocol.roles(&takes[..2]).is_err(),
-            "nothing is looked for"
-        );
-    }
-
-    #[test]
-    fn cycles_of_made_takes_do_not_overlap() {
-        let names = |protocol: &str, cycles| -> Vec<(String, u32)> {
-            let made = Protocol::named(protocol).expect("built in").made(cycles);
-            made.into_iter().map(|one| (one.take, one.cycle)).collect()
-        };
-        let probe = |cycle| ("probe".to_owned(), cycle);
-        assert_eq!(names("closed-set", 2), [probe(1000), probe(1001)]);
-        let enrolled = ("enrolled".to_owned(), 0);
-        assert_eq!(names("first-take", 2), [enrolled, probe(1000), probe(1001)]);
-        for name in NAMES {
-            let made = Protocol::named(name).expect("built in").made(3);
-            let mut cycles: Vec<u32> = made.iter().map(|one| one.cycle).collect();
-            cycles.sort_unstable();
-            cycles.dedup();
-            assert_eq!(cycles.len(), made.len(), "{name}");
-        }
-    }
-
-    #[test]
-    fn what_makes_no_sense_is_refused() {
-        let head = "name = \"p\"\ndescription = \"d\"\n";
-        let nearest = "decision = \"nearest embedding\"\n";
-        let probes = "[[probes]]\nname = \"all\"\n";
-        assert!(refused(&format!("{head}{nearest}{probes}")).contains("expected a [gallery]"));
-        assert!(
-            refused(&format!("{head}decision = \"class score\"\nprobes = []\n"))
-                .contains("at least one")
-        );
-        let twice = format!("{head}{nearest}{probes}{probes}[gallery]\n");
-        assert!(refused(&twice).contains("\"all\" is there twice"));
-        let unknown = format!("{head}{nearest}gallery_view = \"all\"\n{probes}[gallery]\n");
-        assert!(refused(&unknown).starts_with("p.toml:4: unknown field"));
-    }
-}
+mod tests;

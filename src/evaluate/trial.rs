@@ -127,9 +127,16 @@ impl<'a> Trial<'a> {
     /// What a probe is compared with: lists of sequences, each with its viewpoint if that is one.
     fn galleries(&self, probe: usize) -> Vec<(Option<usize>, Vec<usize>)> {
         let own = &self.sequences.list[probe];
+        // The same recording, under whatever condition.
+        let takes = &self.sequences.takes;
+        let is_own = |other: usize| {
+            other == own.take
+                || (takes[other].subject, &takes[other].name)
+                    == (takes[own.take].subject, &takes[own.take].name)
+        };
         let kept = |&other: &usize| {
             let other_take = self.sequences.list[other].take;
-            other != probe && !(self.protocol.exclude_own_take && other_take == own.take)
+            other != probe && !(self.protocol.exclude_own_take && is_own(other_take))
         };
         let of_view = |view: usize| self.gallery[view].iter().copied().filter(kept);
         match self.protocol.gallery_views {

@@ -3,19 +3,17 @@
 use super::Point;
 use super::pareto::{Merits, pareto};
 use crate::error::{Error, Result};
+use crate::report::drawing::{COLOURS, FONT, failed, register_font};
 use image::RgbImage;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use std::io::Cursor;
 use std::ops::Range;
-use std::sync::Once;
 
 /// The chart, and the list of names beside it, pixels.
 const CHART: (u32, u32) = (820, 820);
 const LIST_WIDTH: u32 = 380;
-/// The only font: a monospaced one lines the list up. SVG viewers take their own.
-const FONT: &str = "monospace";
 const TEXT_SIZE: u32 = 13;
 const TITLE_SIZE: u32 = 15;
 /// Width and height of a character of the labels.
@@ -23,16 +21,6 @@ const CHARACTER: (i32, i32) = (8, 13);
 const DOT: i32 = 5;
 /// Radius of the ring about the default, which no label covers either.
 const RING: i32 = 9;
-
-/// Okabe and Ito's colours (2008), safe for the colour-blind.
-const COLOURS: [RGBColor; 6] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
-];
 
 /// The plot as SVG.
 ///
@@ -69,20 +57,6 @@ pub fn png(points: &[Point]) -> Result<Vec<u8>> {
 
 const fn size() -> (u32, u32) {
     (CHART.0 + LIST_WIDTH, CHART.1)
-}
-
-fn failed(error: impl std::fmt::Display) -> Error {
-    Error::Failed(format!("cannot plot: {error}"))
-}
-
-/// The font, from this program alone: what the system has does not matter.
-fn register_font() {
-    static ONCE: Once = Once::new();
-    ONCE.call_once(|| {
-        let font = epaint_default_fonts::HACK_REGULAR;
-        let known = plotters::style::register_font(FONT, FontStyle::Normal, font);
-        debug_assert!(known.is_ok(), "the font is a font");
-    });
 }
 
 /// A point's place: microseconds of a GEI, and its error.

@@ -6,7 +6,6 @@ use crate::evaluate::rank::{Tally, closed_set};
 use crate::score::{Recognizer, Runtime, shipped};
 use crate::sweep::{Job, Settings, Swept, sweep};
 use edgegait_core::pack::Pack;
-use edgegait_core::template::Gei;
 
 /// Rank-1 of a recognizer, 0..=1.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,10 +46,7 @@ impl Recognition {
         settings: Settings,
     ) -> Result<Vec<Rank1>> {
         let mut geis = Vec::with_capacity(sample.jobs.len());
-        let pixels = |_: Job, swept: Swept| {
-            let pixels = swept.geis.iter().map(|gei: &Gei| gei.pixels().to_vec());
-            Ok(pixels.collect::<Vec<_>>())
-        };
+        let pixels = |_: Job<'_>, swept: Swept| Ok(swept.templates);
         sweep(
             pack,
             &sample.jobs,

@@ -15,7 +15,7 @@ pub const REFERENCE_FRAMES: u32 = 128;
 #[derive(Clone, Debug)]
 pub struct Sample {
     /// Which cycles.
-    pub jobs: Vec<Job>,
+    pub jobs: Vec<Job<'static>>,
     /// From where.
     pub views: Vec<View>,
 }
@@ -24,7 +24,7 @@ impl Sample {
     /// At most so many walks and views of these, spread evenly; the cycles are the stored ones.
     #[must_use]
     pub fn spread(walks: &[usize], views: &[View], most: (usize, usize)) -> Self {
-        let job = |walk| Job { walk, cycle: 0 };
+        let job = |walk| Job::plain(walk, 0);
         Self {
             jobs: spread(walks, most.0).into_iter().map(job).collect(),
             views: spread(views, most.1),
@@ -182,7 +182,7 @@ fn exact<T: Send>(
         frames_per_cycle: REFERENCE_FRAMES,
         ..settings
     };
-    let draw = |renderer: &mut ExactRenderer, &job: &Job| {
+    let draw = |renderer: &mut ExactRenderer, &job: &Job<'_>| {
         let figures = figures(pack, job, settings)?;
         let mut views = Vec::with_capacity(sample.views.len());
         for view in &sample.views {

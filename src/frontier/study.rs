@@ -330,7 +330,7 @@ impl Study<'_> {
         let finest = parse(&packs.finest)?;
         let walks = finest.walks().enumerate();
         let probed = walks.filter(|(_, walk)| walk.name == "walk-5kmh");
-        let jobs = probed.flat_map(|(walk, _)| PROBES.map(|cycle| Job { walk, cycle }));
+        let jobs = probed.flat_map(|(walk, _)| PROBES.map(|cycle| Job::plain(walk, cycle)));
         let sample = Sample {
             jobs: jobs.collect(),
             views: self.views()?.list,

@@ -44,11 +44,11 @@ pub fn least_ns(
 
 /// The mean time of a silhouette, ns.
 fn once(case: &Timed<'_>, views: &[View]) -> Result<f64> {
-    let jobs = [Job { walk: 0, cycle: 0 }];
+    let jobs = [Job::plain(0, 0)];
     let started = Instant::now();
     let mut geis = 0.0;
     while started.elapsed() < SHORTEST {
-        let count = |_: Job, swept: Swept| Ok(swept.geis.len());
+        let count = |_: Job<'_>, swept: Swept| Ok(swept.templates.len());
         sweep(&case.pack, &jobs, views, case.settings, count, |_, made| {
             geis += made as f64;
             Ok(())

@@ -20,19 +20,23 @@ use crate::error::{Error, Result};
 use crate::evaluate::bands::{Bands, ELEVATIONS};
 use crate::evaluate::rank::Tally;
 use crate::evaluate::results::ScoreResults;
-use edgegait_core::silhouette::Size;
+use crate::template::Template;
 
 const CSS: &str = include_str!("style.css");
 
-/// A GEI to show, and what it is.
+/// A template to show, and what it is.
 #[derive(Clone, Debug)]
 pub struct Sample {
     /// A few words, such as `s03, 90° / 0°`.
     pub caption: String,
-    /// Rows and columns of the image.
-    pub size: Size,
+    /// Which template it is.
+    pub template: Template,
+    /// Rows of the image, or of several below each other together.
+    pub rows: usize,
+    /// Columns of the image.
+    pub columns: usize,
     /// The image, row by row from the top.
-    pub gei: Vec<u8>,
+    pub pixels: Vec<u8>,
 }
 
 /// Writes the page of [`page`], whole or not at all, and makes its folder if need be.
@@ -112,9 +116,12 @@ pub fn page(results: &ScoreResults, samples: &[Sample]) -> Result<String> {
                     @for result in &results.recognizers { (recognizer(result)) }
                     @if let Some(first) = samples.first() {
                         h2 { "What the recognizers see" }
-                        p.quiet { "Gait Energy Images, " (first.size.rows()) " rows by "
-                            (first.size.columns()) " columns, enlarged: the mean of the "
-                            "silhouettes of a gait cycle. White is where the walker always is." }
+                        p.quiet { (name(first.template)) "s, " (first.rows) " rows by "
+                            (first.columns) " columns, enlarged"
+                            @if first.template == Template::Gei {
+                                ": the mean of the "
+                                "silhouettes of a gait cycle. White is where the walker always is"
+                            } "." }
                         div.samples { @for picture in &pictures { (picture) } }
                     }
                     (reading())
@@ -131,7 +138,11 @@ fn facts(results: &ScoreResults) -> Markup {
     html! {
         p.facts {
             "edgegait " (header.version) " " (header.command) " · seed " (header.seed)
-            " · " (grouped(results.geis, THIN)) " GEIs of "
+            " · " (grouped(results.geis, THIN))
+            @match header.settings.get("template") {
+                None => " GEIs of ",
+                Some(_) => " templates of ",
+            }
             (grouped(results.silhouettes, THIN)) " silhouettes"
             @if let Some(share) = results.clipped_share {
                 " · " (percent(share)) " % of the figures cut off by the frame"
@@ -252,15 +263,23 @@ fn summary(results: &ScoreResults) -> Markup {
     }
 }
 
+/// What a template is called.
+fn name(template: Template) -> String {
+    match template {
+        Template::Gei => "Gait Energy Image".to_owned(),
+        other => format!("{} template", other.name()),
+    }
+}
+
 fn sample(sample: &Sample) -> Result<Markup> {
-    let (rows, columns) = (sample.size.rows(), sample.size.columns());
-    let picture = GrayImage::from_raw(columns as u32, rows as u32, sample.gei.clone())
-        .ok_or_else(|| Error::Failed(format!("a GEI has {rows} x {columns} bytes")))?;
+    let (rows, columns) = (sample.rows, sample.columns);
+    let picture = GrayImage::from_raw(columns as u32, rows as u32, sample.pixels.clone())
+        .ok_or_else(|| Error::Failed(format!("expected {rows} x {columns} bytes of a picture")))?;
     let source = format!("data:image/png;base64,{}", STANDARD.encode(png(&picture)?));
     Ok(html! {
         figure {
             img src=(source) width=(columns * 3) height=(rows * 3)
-                alt=(format!("Gait Energy Image: {}", sample.caption));
+                alt=(format!("{}: {}", name(sample.template), sample.caption));
             figcaption { (sample.caption) }
         }
     })
@@ -345,8 +364,10 @@ mod tests {
     fn a_page_needs_nothing_else() {
         let samples = [Sample {
             caption: "s01".into(),
-            size: Size::S64x44,
-            gei: vec![128; 64 * 44],
+            template: Template::Gei,
+            rows: 64,
+            columns: 44,
+            pixels: vec![128; 64 * 44],
         }];
         let page = page(&results_of(vec![grid()]), &samples).unwrap();
         assert!(page.starts_with("<!DOCTYPE html><html lang=\"en\">"));
@@ -378,8 +399,10 @@ mod tests {
             &results,
             &[Sample {
                 caption: evil.into(),
-                size: Size::default(),
-                gei: vec![0; 1500],
+                template: Template::Gei,
+                rows: 50,
+                columns: 30,
+                pixels: vec![0; 1500],
             }],
         )
         .unwrap();

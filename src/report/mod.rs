@@ -3,15 +3,24 @@
 //! A report never computes a result: it shows what [`crate::evaluate`] found.
 
 mod chart;
+mod confounders;
+pub(crate) mod drawing;
+mod gallery;
 mod heatmap;
 mod html;
 mod measures;
 mod picture;
+pub mod pixels;
+pub mod scene;
+mod strengths;
 mod table;
 mod viewpoints;
 
+pub use confounders::{strength_table, write_strengths};
+pub use gallery::{GalleryRow, Raster, TemplateCell, gallery, template_sheet};
 pub use html::{Sample, page, write_page};
-pub use picture::{contact_sheet, png, write_png};
+pub use picture::{cells, contact_sheet, png, write_png};
+pub use strengths::{StrengthPanel, strength_chart};
 pub use table::table;
 
 /// U+202F, a narrow space that does not break a line.

@@ -3,10 +3,11 @@
 use std::io::{Cursor, Write};
 use std::path::Path;
 
-use image::{GrayImage, ImageFormat, Luma};
+use image::{GrayImage, ImageBuffer, ImageFormat, Luma, PixelWithColorType};
 
 use crate::dataset::write_atomically;
 use crate::error::{Error, Result};
+use crate::template::Shape;
 use edgegait_core::silhouette::Size;
 
 /// Grey of the lines between cells: neither a figure's 255 nor the ground's 0.
@@ -50,12 +51,57 @@ pub fn contact_sheet<P: AsRef<[u8]>>(rows: &[Vec<P>], size: Size, scale: u32) ->
     Ok(sheet)
 }
 
+/// A template of silhouettes of this size as images of that size: of several images each of them, of
+/// a vector bars from below, a column for each number (as many images as that takes); if it has a
+/// number for each row, bars about the middle.
+#[must_use]
+pub fn cells(bytes: &[u8], shape: Shape, size: Size) -> Vec<Vec<u8>> {
+    let (rows, columns) = (size.rows(), size.columns());
+    let Shape::Vector(numbers) = shape else {
+        let images = bytes.chunks_exact(size.pixels());
+        return images.map(<[u8]>::to_vec).collect();
+    };
+    if numbers == rows {
+        let row = |&byte: &u8| {
+            let width = (usize::from(byte) * columns + 127) / 255;
+            let left = (columns - width) / 2;
+            (0..columns).map(move |at| {
+                if (left..left + width).contains(&at) {
+                    255
+                } else {
+                    0
+                }
+            })
+        };
+        return vec![bytes.iter().flat_map(row).collect()];
+    }
+    let of_numbers = |numbers: &[u8]| {
+        let is_within = |row: usize, column: usize| {
+            let height =
+                (usize::from(numbers.get(column).copied().unwrap_or(0)) * rows + 127) / 255;
+            row >= rows - height
+        };
+        let pixel = |at: usize| {
+            if is_within(at / columns, at % columns) {
+                255
+            } else {
+                0
+            }
+        };
+        (0..size.pixels()).map(pixel).collect()
+    };
+    bytes.chunks(columns).map(of_numbers).collect()
+}
+
 /// A picture as the bytes of a PNG file.
 ///
 /// # Errors
 ///
 /// If the encoder fails, which only a lack of memory makes it do.
-pub fn png(picture: &GrayImage) -> Result<Vec<u8>> {
+pub fn png<P>(picture: &ImageBuffer<P, Vec<u8>>) -> Result<Vec<u8>>
+where
+    P: PixelWithColorType<Subpixel = u8>,
+{
     let mut bytes = Cursor::new(Vec::new());
     picture
         .write_to(&mut bytes, ImageFormat::Png)
@@ -68,7 +114,10 @@ pub fn png(picture: &GrayImage) -> Result<Vec<u8>> {
 /// # Errors
 ///
 /// The system's, if the file cannot be written.
-pub fn write_png(path: impl AsRef<Path>, picture: &GrayImage) -> Result<()> {
+pub fn write_png<P>(path: impl AsRef<Path>, picture: &ImageBuffer<P, Vec<u8>>) -> Result<()>
+where
+    P: PixelWithColorType<Subpixel = u8>,
+{
     let path = path.as_ref();
     let bytes = png(picture)?;
     write_atomically(path, |file| {
@@ -137,6 +186,29 @@ mod tests {
         );
         assert_eq!([at(64, 2), at(123, 101), at(124, 50)], [20, 20, LINE]);
         assert_eq!([at(2, 104), at(64, 104), at(125, 205)], [30, 0, LINE]);
+    }
+
+    #[test]
+    fn vectors_are_shown_as_bars() {
+        let size = Size::S50x30;
+        // 60 numbers in two images: the first 10 rows high, the last one 50.
+        let mut numbers = vec![0; 60];
+        (numbers[0], numbers[59]) = (51, 255);
+        let found = cells(&numbers, Shape::Vector(60), size);
+        let white = |image: &[u8], column: usize| {
+            (0..50)
+                .filter(|row| image[row * 30 + column] == 255)
+                .count()
+        };
+        assert_eq!(found.len(), 2);
+        assert_eq!([white(&found[0], 0), white(&found[0], 1)], [10, 0]);
+        assert_eq!([white(&found[1], 0), white(&found[1], 29)], [0, 50]);
+        // 10 of 30 columns in the middle of the first of 50 rows.
+        let mut widths = vec![0; 50];
+        widths[0] = 85;
+        let found = cells(&widths, Shape::Vector(50), size);
+        let row: Vec<usize> = (0..1500).filter(|&at| found[0][at] == 255).collect();
+        assert_eq!(row, (10..20).collect::<Vec<_>>());
     }
 
     #[test]

@@ -8,9 +8,10 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::input::{Axis, Distance, InputRange, Layout, Template};
+use super::input::{Axis, Distance, InputRange, Layout};
 use crate::error::{Error, Result};
 use crate::sweep::Framing;
+use crate::template::{Shape, Template};
 use edgegait_core::silhouette::Size;
 
 /// Most bytes a contract may have.
@@ -26,17 +27,19 @@ pub struct Contract {
     pub name: String,
     /// What background and foreground are: `"0..1"` (default) or `"0..255"`.
     pub input_range: InputRange,
-    /// Rows of the input, 50 unless given.
+    /// Rows of the silhouettes that the input is made of, 50 unless given.
     pub rows: usize,
-    /// Columns of the input, 30 unless given.
+    /// Columns of the silhouettes that the input is made of, 30 unless given.
     pub columns: usize,
-    /// Order of the input's axes, with one channel: `"NCHW"` (default), `"NHWC"` or `"NHW"` for
-    /// GEIs, `"NTHW"`, `"NTCHW"` or `"NCTHW"` for silhouettes.
+    /// Order of the input's axes: `"NCHW"` (default), `"NHWC"` or `"NHW"` for GEIs and other
+    /// single images, `"NCHW"` for several (frequency), `"NTHW"`, `"NTCHW"` or `"NCTHW"` for
+    /// silhouettes, `"NC"` for vectors.
     pub layout: Layout,
     /// How figures were framed in training: `"height"` (default), `"box"`, `"cycle"` or
     /// `"camera"`.
     pub framing: Framing,
-    /// Which template the recognizer takes: `"gei"` (default) or `"silhouettes"`.
+    /// Which template the recognizer takes: `"gei"` (default), `"silhouettes"`, `"mei"`, `"mhi"`,
+    /// `"msi"`, `"ghi"`, `"geni"`, `"frequency"`, `"kfd"` or `"row-width"`.
     pub template: Template,
     /// Frames of one input of silhouettes; if left out, as many as the model's file says, or any
     /// number if it leaves them free.
@@ -150,10 +153,24 @@ impl Contract {
         toml::to_string(self).map_err(|error| Error::Failed(format!("contract: {error}")))
     }
 
-    /// Numbers in one GEI or silhouette.
+    /// What the numbers of one template or silhouette are.
     #[must_use]
-    pub const fn pixels(&self) -> usize {
-        self.rows * self.columns
+    pub const fn shape(&self) -> Shape {
+        self.template.shape_of(self.rows, self.columns)
+    }
+
+    /// Numbers in one template or silhouette.
+    #[must_use]
+    pub const fn numbers(&self) -> usize {
+        self.shape().numbers()
+    }
+
+    /// Channels of the input: its images, or the numbers of a vector.
+    pub(super) const fn channels(&self) -> usize {
+        match self.shape() {
+            Shape::Image { planes, .. } => planes,
+            Shape::Vector(numbers) => numbers,
+        }
     }
 
     /// Appends pixels (0 to 255) in the contract's range.
@@ -161,32 +178,33 @@ impl Contract {
         into.extend(bytes.iter().map(|&byte| self.input_range.of_byte(byte)));
     }
 
-    /// How many frames each of `batch` inputs has that are so many numbers together; 1 for GEIs.
+    /// How many frames each of `batch` inputs has that are so many numbers together; 1 for
+    /// templates.
     ///
     /// # Errors
     /// If that is no whole number, none, or another than the contract states.
     pub fn frames_in(&self, numbers: usize, batch: usize) -> Result<usize> {
         let frames = batch
-            .checked_mul(self.pixels())
+            .checked_mul(self.numbers())
             .filter(|step| *step > 0 && numbers.is_multiple_of(*step))
             .map_or(0, |step| numbers / step);
         let expected = match self.template {
-            Template::Gei => Some(1),
             Template::Silhouettes => self.frames,
+            _ => Some(1),
         };
         if frames > 0 && expected.is_none_or(|expected| expected == frames) {
             return Ok(frames);
         }
-        let (rows, columns) = (self.rows, self.columns);
         let inputs = match (self.template, self.frames) {
-            (Template::Gei, _) => "GEIs".to_owned(),
             (Template::Silhouettes, Some(frames)) => format!("sequences of {frames} silhouettes"),
             (Template::Silhouettes, None) => "sequences of equally many silhouettes".to_owned(),
+            (template, _) => template.plural().to_owned(),
         };
         Err(Error::Failed(format!(
-            "{}: expected {batch} {inputs} of {rows} x {columns} = {} numbers and at least one, found {numbers} numbers",
+            "{}: expected {batch} {inputs} of {} = {} numbers and at least one, found {numbers} numbers",
             self.name,
-            self.pixels(),
+            self.shape(),
+            self.numbers(),
         )))
     }
 
@@ -196,14 +214,30 @@ impl Contract {
         let size = |axis: &Axis| match axis {
             Axis::Batch => batch,
             Axis::Frame => frames,
-            Axis::Channel => 1,
+            Axis::Channel => self.channels(),
             Axis::Row => self.rows,
             Axis::Column => self.columns,
         };
         self.layout.axes().iter().map(size).collect()
     }
 
-    /// Refuses GEIs of another size, and of another framing if it is known, than the model
+    /// Refuses another template than the model asks for. `remedy` is as of [`Self::require`].
+    ///
+    /// # Errors
+    /// Naming both, and the flag.
+    pub fn require_template(&self, template: Template, remedy: &str) -> Result<()> {
+        if template == self.template {
+            return Ok(());
+        }
+        Err(Error::Failed(format!(
+            "{}: the model's contract asks for template {asked}, found {} ({remedy} --template {asked})",
+            self.name,
+            template.name(),
+            asked = self.template.name(),
+        )))
+    }
+
+    /// Refuses silhouettes, or templates of them, of another size, and of another framing if it is known, than the model
     /// asks for. `remedy` says what to do, before the flag to do it with.
     ///
     /// # Errors
@@ -217,8 +251,9 @@ impl Contract {
                 "only 50x30, 64x44 and 64x64 can be drawn".to_owned()
             };
             return Err(Error::Failed(format!(
-                "{}: the model's contract asks for GEIs of {asked}, found {size} ({remedy})",
-                self.name
+                "{}: the model's contract asks for {} of {asked}, found {size} ({remedy})",
+                self.name,
+                self.template.plural()
             )));
         }
         match framing {
@@ -241,10 +276,10 @@ impl Contract {
                 ));
             }
         }
-        if self.layout.template() != self.template {
+        if !self.layout.holds(self.template) {
             let fitting = Layout::ALL
                 .iter()
-                .filter(|layout| layout.template() == self.template);
+                .filter(|layout| layout.holds(self.template));
             let names: Vec<_> = fitting.map(|layout| layout.name()).collect();
             return Err(Error::input(
                 path,
@@ -259,10 +294,11 @@ impl Contract {
         }
         if let Some(frames) = self.frames {
             let problem = match self.template {
-                Template::Gei => "template \"gei\" has none".to_owned(),
                 Template::Silhouettes => format!("expected 1 to {MAX_SIDE}"),
+                template => format!("template {:?} has none", template.name()),
             };
-            if self.template == Template::Gei || !(1..=MAX_SIDE).contains(&frames) {
+            let is_sequence = self.template == Template::Silhouettes;
+            if !is_sequence || !(1..=MAX_SIDE).contains(&frames) {
                 return Err(Error::input(
                     path,
                     format!("frames: {problem}, found {frames}"),
@@ -292,195 +328,4 @@ fn first_repeated(names: &[String]) -> Option<&String> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const ALL: &str = r#"
-name = "pca-lda-side"
-input_range = "0..255"
-rows = 64
-columns = 44
-layout = "NCHW"
-framing = "cycle"
-template = "gei"
-classes = ["s01", "s02"]
-
-[outputs]
-embedding = "features"
-scores = "logits"
-
-[training]
-description = "26 people, side view, seed 7"
-viewpoints = [[90.0, 0.0], [270.0, 15.0]]
-"#;
-
-    fn parse(text: &str) -> Result<Contract> {
-        Contract::parse(Path::new("m.toml"), text)
-    }
-
-    #[test]
-    fn every_key_is_read() {
-        let contract = parse(ALL).expect("all keys are known");
-        assert_eq!(contract.name, "pca-lda-side");
-        assert_eq!(contract.input_range, InputRange::Byte);
-        assert_eq!(
-            (contract.rows, contract.columns, contract.pixels()),
-            (64, 44, 2816)
-        );
-        assert_eq!(contract.framing, Framing::Cycle);
-        assert_eq!(contract.classes, ["s01", "s02"]);
-        assert_eq!(contract.outputs.embedding.as_deref(), Some("features"));
-        assert_eq!(contract.outputs.scores.as_deref(), Some("logits"));
-        assert_eq!(contract.training.viewpoints, [[90.0, 0.0], [270.0, 15.0]]);
-    }
-
-    #[test]
-    fn a_written_contract_reads_back() {
-        let contract = parse(ALL).expect("all keys are known");
-        let text = contract.to_toml().expect("plain values");
-        assert_eq!(parse(&text).expect("our own text"), contract);
-        let defaults = Contract::default();
-        assert_eq!(
-            parse(&defaults.to_toml().expect("plain values")).expect("our own text"),
-            defaults
-        );
-    }
-
-    #[test]
-    fn geis_of_another_size_or_framing_are_refused_with_the_flag_that_helps() {
-        let contract = parse(ALL).expect("all keys are known");
-        let refusal = |size, framing| {
-            let found = contract.require(size, framing, "use");
-            found.map_err(|error| error.to_string())
-        };
-        assert_eq!(refusal(Size::S64x44, Some(Framing::Cycle)), Ok(()));
-        assert_eq!(refusal(Size::S64x44, None), Ok(()));
-        assert_eq!(
-            refusal(Size::S50x30, Some(Framing::Cycle)),
-            Err("pca-lda-side: the model's contract asks for GEIs of 64x44, found 50x30 (use --size 64x44)".into())
-        );
-        assert_eq!(
-            refusal(Size::S64x44, Some(Framing::Height)),
-            Err("pca-lda-side: the model's contract asks for framing cycle, found height (use --framing cycle)".into())
-        );
-        let odd = Contract {
-            rows: 128,
-            ..contract.clone()
-        };
-        let refused = odd
-            .require(Size::S64x44, None, "use")
-            .map_err(|e| e.to_string());
-        assert!(refused.is_err_and(|text| text.contains("only 50x30, 64x44")));
-    }
-
-    #[test]
-    fn an_empty_contract_is_the_default() {
-        let contract = parse("").expect("every key may be left out");
-        assert_eq!(contract, Contract::default());
-        let mut fed = vec![0.5];
-        contract.feed(&[0, 255], &mut fed);
-        assert_eq!(fed, [0.5, 0.0, 1.0]);
-    }
-
-    #[test]
-    fn a_sequence_model_states_its_layout_frames_and_distance() {
-        let text =
-            "template = \"silhouettes\"\nlayout = \"NTHW\"\nframes = 30\ndistance = \"cosine\"\n";
-        let contract = parse(text).expect("all keys are known");
-        assert_eq!(contract.template, Template::Silhouettes);
-        assert_eq!(contract.frames, Some(30));
-        assert_eq!(contract.distance, Distance::Cosine);
-        assert_eq!(contract.input_shape(2, 30), [2, 30, 50, 30]);
-        let written = contract.to_toml().expect("plain values");
-        assert_eq!(parse(&written).expect("our own text"), contract);
-
-        let refusal = |text: &str| parse(text).expect_err("a mistake").to_string();
-        assert_eq!(
-            refusal("template = \"silhouettes\""),
-            "m.toml: layout: template \"silhouettes\" comes as NTHW, NTCHW, NCTHW, found NCHW (NCHW unless it is given)"
-        );
-        assert!(refusal("layout = \"NTHW\"").contains("template \"gei\" comes as NCHW, NHWC, NHW"));
-        assert_eq!(
-            refusal("frames = 30"),
-            "m.toml: frames: template \"gei\" has none, found 30"
-        );
-        assert_eq!(
-            refusal("template = \"silhouettes\"\nlayout = \"NTHW\"\nframes = 0"),
-            "m.toml: frames: expected 1 to 4096, found 0"
-        );
-    }
-
-    #[test]
-    fn frames_are_counted_from_the_numbers_given() {
-        let gei = Contract::default();
-        assert_eq!(gei.frames_in(3 * 1500, 3).ok(), Some(1));
-        assert!(gei.frames_in(3 * 1500, 1).is_err());
-        let any = Contract {
-            name: "set".into(),
-            template: Template::Silhouettes,
-            layout: Layout::Nthw,
-            ..Contract::default()
-        };
-        assert_eq!(any.frames_in(12 * 1500, 3).ok(), Some(4));
-        let wrong = [(0, 1), (1500, 0), (1501, 1), (1500, 2), (1500, usize::MAX)];
-        assert!(
-            wrong
-                .iter()
-                .all(|&(numbers, batch)| any.frames_in(numbers, batch).is_err())
-        );
-        let thirty = Contract {
-            frames: Some(30),
-            ..any
-        };
-        assert_eq!(thirty.frames_in(60 * 1500, 2).ok(), Some(30));
-        let error = thirty.frames_in(29 * 1500, 1).expect_err("29 of 30");
-        assert_eq!(
-            error.to_string(),
-            "set: expected 1 sequences of 30 silhouettes of 50 x 30 = 1500 numbers and at least one, found 43500 numbers"
-        );
-    }
-
-    #[test]
-    fn mistakes_are_named_with_their_line() {
-        let refusal = |text: &str| parse(text).expect_err("a mistake").to_string();
-        let text = refusal("name = \"x\"\ninput_rnage = \"0..1\"\n");
-        assert!(
-            text.starts_with("m.toml:2") && text.contains("input_rnage"),
-            "{text}"
-        );
-        let text = refusal("input_range = \"-1..1\"\n");
-        assert!(
-            text.starts_with("m.toml:1") && text.contains("0..255"),
-            "{text}"
-        );
-        assert!(refusal("layout = \"CHW\"").contains("`NCHW`"));
-        let text = refusal("template = \"mhi\"");
-        assert!(
-            text.starts_with("m.toml:1") && text.contains("`gei` or `silhouettes`"),
-            "{text}"
-        );
-        assert!(refusal("distance = \"dtw\"").contains("`euclidean` or `cosine`"));
-        assert_eq!(
-            refusal("rows = 0"),
-            "m.toml: rows: expected 1 to 4096, found 0"
-        );
-        assert_eq!(
-            refusal("classes = [\"a\", \"a\"]"),
-            "m.toml: classes: \"a\" is there twice"
-        );
-        assert!(refusal("training = { viewpoints = [[nan, 0.0]] }").contains("found NaN"));
-        assert!(refusal("rows = ").starts_with("m.toml:1"));
-    }
-
-    #[test]
-    fn a_model_without_a_contract_has_the_default_one() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let model = folder.path().join("m.onnx");
-        assert_eq!(
-            Contract::beside(&model).expect("none there"),
-            Contract::default()
-        );
-        std::fs::write(folder.path().join("m.toml"), "name = \"here\"").expect("written");
-        assert_eq!(Contract::beside(&model).expect("one there").name, "here");
-    }
-}
+mod tests;

@@ -1,31 +1,10 @@
 //! What a recognizer is fed: its template, the order of its axes, and the values of pixels.
 //!
-//! There is one channel, so that layouts differ in the shape that is stated and never in the
-//! order of the numbers: frame after frame, rows from the top.
+//! There is one channel, or channels come first, so that layouts differ in the shape that is
+//! stated and never in the order of the numbers: frame after frame, rows from the top.
 
+use crate::template::{Shape, Template};
 use serde::{Deserialize, Serialize};
-
-/// What is made of a walk's silhouettes before a recognizer sees them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Template {
-    /// A Gait Energy Image a cycle (Han & Bhanu 2006).
-    #[default]
-    Gei,
-    /// The silhouettes themselves, one after another.
-    Silhouettes,
-}
-
-impl Template {
-    /// The name under which contracts state it.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Gei => "gei",
-            Self::Silhouettes => "silhouettes",
-        }
-    }
-}
 
 /// The values of background and foreground.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -50,16 +29,17 @@ impl InputRange {
     }
 }
 
-/// The order of the input's axes: N inputs, T frames, C (one) channel, H rows, W columns.
+/// The order of the input's axes: N inputs, T frames, C channels (one, but of templates of several
+/// images, and the numbers of vectors), H rows, W columns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "UPPERCASE")]
 pub enum Layout {
-    /// GEIs: batch, channel, row, column.
+    /// Images: batch, channel, row, column.
     #[default]
     Nchw,
-    /// GEIs: batch, row, column, channel.
+    /// Single images: batch, row, column, channel.
     Nhwc,
-    /// GEIs: batch, row, column.
+    /// Single images: batch, row, column.
     Nhw,
     /// Silhouettes: batch, frame, row, column.
     Nthw,
@@ -67,6 +47,8 @@ pub enum Layout {
     Ntchw,
     /// Silhouettes: batch, channel, frame, row, column.
     Ncthw,
+    /// Vectors: batch, channel.
+    Nc,
 }
 
 /// What an axis of an input counts.
@@ -81,13 +63,14 @@ pub(super) enum Axis {
 
 impl Layout {
     /// All layouts.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Nchw,
         Self::Nhwc,
         Self::Nhw,
         Self::Nthw,
         Self::Ntchw,
         Self::Ncthw,
+        Self::Nc,
     ];
 
     /// The name under which contracts state it.
@@ -100,16 +83,28 @@ impl Layout {
             Self::Nthw => "NTHW",
             Self::Ntchw => "NTCHW",
             Self::Ncthw => "NCTHW",
+            Self::Nc => "NC",
         }
     }
 
-    /// What it holds.
+    /// Whether a template can be given so.
     #[must_use]
-    pub const fn template(self) -> Template {
-        match self {
-            Self::Nchw | Self::Nhwc | Self::Nhw => Template::Gei,
-            Self::Nthw | Self::Ntchw | Self::Ncthw => Template::Silhouettes,
+    pub fn holds(self, template: Template) -> bool {
+        let is_sequence = template == Template::Silhouettes;
+        match (self, template.shape_of(1, 1)) {
+            (Self::Nc, shape) => matches!(shape, Shape::Vector(_)),
+            (_, Shape::Vector(_)) => false,
+            (Self::Nthw | Self::Ntchw | Self::Ncthw, _) => is_sequence,
+            (Self::Nchw, _) => !is_sequence,
+            (Self::Nhwc | Self::Nhw, shape) => !is_sequence && shape.numbers() == 1,
         }
+    }
+
+    /// How a template is given where nothing is said: the first that holds it.
+    #[must_use]
+    pub fn of(template: Template) -> Self {
+        let first = Self::ALL.into_iter().find(|layout| layout.holds(template));
+        first.unwrap_or_default()
     }
 
     pub(super) const fn axes(self) -> &'static [Axis] {
@@ -121,6 +116,7 @@ impl Layout {
             Self::Nthw => &[Batch, Frame, Row, Column],
             Self::Ntchw => &[Batch, Frame, Channel, Row, Column],
             Self::Ncthw => &[Batch, Channel, Frame, Row, Column],
+            Self::Nc => &[Batch, Channel],
         }
     }
 }
@@ -168,7 +164,11 @@ mod tests {
             let spelt: String = layout.axes().iter().map(letter).collect();
             assert_eq!(layout.name(), spelt);
             let has_frames = spelt.contains('T');
-            assert_eq!(layout.template() == Template::Silhouettes, has_frames);
+            assert_eq!(layout.holds(Template::Silhouettes), has_frames);
+            assert_eq!(layout.holds(Template::Kfd), spelt == "NC");
+            assert_eq!(layout.holds(Template::Frequency), spelt == "NCHW");
+            let is_of_one_image = ["NCHW", "NHWC", "NHW"].contains(&spelt.as_str());
+            assert_eq!(layout.holds(Template::Mhi), is_of_one_image);
             let stated = serde_json::to_value(layout).expect("a name");
             assert_eq!(stated, layout.name());
         }
@@ -177,12 +177,6 @@ mod tests {
     #[test]
     fn contracts_state_names() {
         let json = |value: &dyn Fn() -> serde_json::Result<serde_json::Value>| value().ok();
-        for template in [Template::Gei, Template::Silhouettes] {
-            assert_eq!(
-                json(&|| serde_json::to_value(template)),
-                Some(template.name().into())
-            );
-        }
         for distance in [Distance::Euclidean, Distance::Cosine] {
             assert_eq!(
                 json(&|| serde_json::to_value(distance)),

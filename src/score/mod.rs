@@ -21,7 +21,7 @@ pub mod shipped;
 
 pub use contract::{Contract, OutputNames, Training};
 pub use graph::{Dimension, Graph, Port};
-pub use input::{Distance, InputRange, Layout, Template};
+pub use input::{Distance, InputRange, Layout};
 pub use model::Model;
 pub use ports::Batching;
 pub use runtime::{Bare, BareOutputs, Provider, Runtime, RuntimeName};
@@ -97,7 +97,7 @@ fn run_batch(
     let step = if ports.batching.is_one() { 1 } else { batch };
     let shape = contract.input_shape(step, frames);
     let mut outputs = Outputs::default();
-    for input in input.chunks_exact(step * frames * contract.pixels()) {
+    for input in input.chunks_exact(step * frames * contract.numbers()) {
         let (embedding, scores) = run_once(input, &shape)?;
         let refuse = |name: &str, expected: &str, found: &Tensor| {
             Error::Failed(format!(

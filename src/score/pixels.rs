@@ -1,18 +1,19 @@
-//! The baseline that needs no model: a GEI is its own embedding.
+//! The baseline that needs no model: a GEI, or another template, is its own embedding.
 //!
 //! Comparing GEIs pixel by pixel (Han & Bhanu 2006, "Individual recognition using gait energy
 //! image", IEEE Trans. Pattern Anal. 28:316, "real templates") shows what the pictures alone tell
 //! of a person, before anything has been learnt.
 
-use super::{Contract, Outputs, Recognizer, RuntimeName};
+use super::{Contract, Layout, Outputs, Recognizer, RuntimeName};
 use crate::error::Result;
 use crate::sweep::Framing;
+use crate::template::Template;
 use edgegait_core::silhouette::Size;
 
 /// What the baseline is called among models.
 pub const NAME: &str = "pixels";
 
-/// Answers with the GEI that it was given.
+/// Answers with the template that it was given.
 #[derive(Clone, Debug)]
 pub struct Pixels {
     contract: Contract,
@@ -20,15 +21,17 @@ pub struct Pixels {
 }
 
 impl Pixels {
-    /// The baseline for GEIs of this size and framing.
+    /// The baseline for this template of silhouettes of this size and framing.
     #[must_use]
-    pub fn new(size: Size, framing: Framing) -> Self {
+    pub fn new(template: Template, size: Size, framing: Framing) -> Self {
         Self {
             contract: Contract {
                 name: NAME.into(),
                 rows: size.rows(),
                 columns: size.columns(),
+                layout: Layout::of(template),
                 framing,
+                template,
                 ..Contract::default()
             },
             runtime: RuntimeName {
@@ -52,7 +55,7 @@ impl Recognizer for Pixels {
         self.contract.frames_in(geis.len(), batch)?;
         Ok(Outputs {
             embedding: geis.to_vec(),
-            embedding_dims: self.contract.pixels(),
+            embedding_dims: geis.len() / batch.max(1),
             embedding_parts: 1,
             non_finite: geis.iter().filter(|number| !number.is_finite()).count(),
             ..Outputs::default()

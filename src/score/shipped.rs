@@ -52,18 +52,13 @@ mod tests {
         let people = cohort::subjects(&options).expect("four people");
         let bytes = crate::encode::encode_subjects(&people, 5.0, &|| {}).expect("a pack");
         let pack = Pack::parse(&bytes).expect("it was just encoded");
-        let jobs: Vec<Job> = (0..4).map(|walk| Job { walk, cycle: 1_000 }).collect();
+        let jobs: Vec<Job<'_>> = (0..4).map(|walk| Job::plain(walk, 1_000)).collect();
         let settings = Settings::default();
         let views = Views::side().expect("the side view").list;
         let mut geis = Vec::new();
-        let keep = |_: Job, swept: crate::sweep::Swept| Ok(swept.geis);
+        let keep = |_: Job<'_>, swept: crate::sweep::Swept| Ok(swept.templates);
         sweep(&pack, &jobs, &views, settings, keep, |_, found| {
-            geis.extend(
-                found[0]
-                    .pixels()
-                    .iter()
-                    .map(|&pixel| f32::from(pixel) / 255.0),
-            );
+            geis.extend(found[0].iter().map(|&pixel| f32::from(pixel) / 255.0));
             Ok(())
         })
         .expect("four GEIs");

@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use super::{Contract, Layout, Model, Template};
+use super::{Contract, Layout, Model};
+use crate::template::Template;
 use crate::train::{onnx, testing::small_recognizer};
 
 /// The library that `EDGEGAIT_ORT_LIB` names; says that it skips if there is none.

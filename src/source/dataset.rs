@@ -1,12 +1,12 @@
-//! Sequences of a dataset: GEIs as they are.
+//! Sequences of a dataset: templates as they are.
 
 use super::{Form, Labels, Made, Sequences, Shown};
 use crate::dataset::Dataset;
 use crate::error::{Error, Result};
-use crate::score::Template;
+use crate::template::Template;
 use std::path::PathBuf;
 
-/// The GEIs of a dataset with their labels.
+/// The templates of a dataset with their labels.
 pub struct Geis {
     dataset: Dataset,
     path: PathBuf,
@@ -57,15 +57,22 @@ impl Geis {
         form: &Form,
         sink: &mut dyn FnMut(usize, &[u8]) -> Result<()>,
     ) -> Result<Shown> {
-        if form.template != Template::Gei {
+        let (wanted_is, found_is) = (form.settings.template, self.dataset.template());
+        if wanted_is != found_is {
+            let expected = match wanted_is {
+                Template::Silhouettes => {
+                    "a pack or a tree of silhouettes, as the model takes them one by one".to_owned()
+                }
+                other => format!("{}, as the model takes them", other.plural()),
+            };
             return Err(Error::input(
                 &self.path,
-                "expected a pack or a tree of silhouettes, as the model takes them one by one, found GEIs",
+                format!("expected {expected}, found {}", found_is.plural()),
             ));
         }
         let mut silhouettes = 0;
         for &number in wanted {
-            sink(number, self.dataset.gei(number))?;
+            sink(number, self.dataset.bytes(number))?;
             silhouettes += u64::from(self.dataset.index()[number].frames);
         }
         Ok(Shown {

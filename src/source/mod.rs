@@ -13,7 +13,6 @@ pub use walks::{Made, Walks};
 
 use crate::dataset::{Dataset, Tree};
 use crate::error::{Error, Result};
-use crate::score::Template;
 use crate::sweep::Settings;
 use edgegait_core::silhouette::Size;
 use std::collections::HashMap;
@@ -138,9 +137,8 @@ impl Labels {
 /// How sequences are wanted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Form {
-    /// GEIs, or the silhouettes themselves.
-    pub template: Template,
-    /// How they are drawn or, if they come from files, of which size and framing they are.
+    /// Which template is made of silhouettes, and how these are drawn or, if they come from
+    /// files, of which size and framing they are.
     pub settings: Settings,
     /// How many silhouettes of a recording a sequence has; all if not said. Of what is drawn, the
     /// settings say it.

@@ -3,7 +3,8 @@
 use super::{Form, Labels, Sequences, Shown, mean};
 use crate::dataset::{Tree, TreeSequence};
 use crate::error::{Error, Result};
-use crate::score::Template;
+use crate::template::{Builder, Template};
+use edgegait_core::silhouette::{Coverage, Frame, Size};
 use std::path::Path;
 
 /// The recordings of a tree with their labels.
@@ -88,7 +89,7 @@ impl Recordings {
             shown.empty += found.empty as u64;
             shown.clipped =
                 Some(shown.clipped.unwrap_or(0.0) + found.clipped_share * frames as f64);
-            let bytes = match (form.template, form.frames) {
+            let bytes = match (form.settings.template, form.frames) {
                 (Template::Gei, _) => mean(&found.pixels, size),
                 (Template::Silhouettes, None) => found.pixels,
                 (Template::Silhouettes, Some(wanted)) => (0..wanted)
@@ -102,10 +103,35 @@ impl Recordings {
                         found.pixels[from * size.pixels()..][..size.pixels()].to_vec()
                     })
                     .collect(),
+                (template, _) => {
+                    let most = Builder::MAX_FRAMES as usize;
+                    if frames > most {
+                        return Err(Error::input(
+                            self.tree.folder(self.numbers[number]),
+                            format!(
+                                "expected at most {most} frames for {}, found {frames}",
+                                template.plural()
+                            ),
+                        ));
+                    }
+                    whole(template, &found.pixels, size)
+                }
             };
             shown.silhouettes += frames as u64;
             sink(number, &bytes)?;
         }
         Ok(shown)
     }
+}
+
+/// The template of silhouettes, bytes one after another, which count as one cycle.
+fn whole(template: Template, silhouettes: &[u8], size: Size) -> Vec<u8> {
+    let frames = silhouettes.chunks_exact(size.pixels());
+    let mut builder = Builder::new(template, size, frames.len() as u32);
+    for bytes in frames {
+        let mut coverage = Coverage::empty(size);
+        coverage.pixels_mut().copy_from_slice(bytes);
+        builder.add(&Frame::Grey(coverage));
+    }
+    builder.finish()
 }

@@ -1,12 +1,12 @@
 //! Sequences of a pack's walks, drawn when they are wanted.
 
 use super::{Form, Labels, Sequences, Shown};
-use crate::error::Result;
-use crate::score::Template;
+use crate::confound::Condition;
+use crate::error::{Error, Result};
 use crate::sweep::{Job, Moments, Settings, Shot, Swept, View, jobs, silhouettes, sweep};
+use crate::template::Template;
 use edgegait_core::pack::Pack;
 use edgegait_core::silhouette::Frame;
-use edgegait_core::template::Gei;
 use rayon::prelude::*;
 use serde::Deserialize;
 
@@ -21,6 +21,8 @@ pub struct Made {
     pub take: String,
     /// Which variation of the stored cycle it begins with; 0 is that cycle itself.
     pub cycle: u32,
+    /// Under which condition it is walked, by name; as it is if not said.
+    pub condition: Option<String>,
 }
 
 /// Which sequences of a pack there are.
@@ -29,16 +31,27 @@ pub struct Walks<'a> {
     pack: &'a Pack<'a>,
     pub(super) sequences: Sequences,
     /// The cycles, and where the sequences of each begin.
-    jobs: Vec<(Job, usize)>,
+    jobs: Vec<(Job<'a>, usize)>,
 }
 
 /// The takes of walks, before it is said from where each is seen.
 #[derive(Clone, Debug)]
 pub struct Cycles<'a> {
     pack: &'a Pack<'a>,
-    labels: Vec<(String, String)>,
-    jobs: Vec<Job>,
+    labels: Vec<Label>,
+    jobs: Vec<Job<'a>>,
 }
+
+/// Who walks, in which take, under which condition.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Label {
+    person: String,
+    take: String,
+    condition: String,
+}
+
+/// A take of a walk: its name, which cycle, and under which condition.
+type Taken<'a> = (String, u32, Option<&'a Condition>);
 
 impl<'a> Walks<'a> {
     /// The recorded cycles of the walks of these numbers.
@@ -46,26 +59,43 @@ impl<'a> Walks<'a> {
     /// # Errors
     /// If one of them is a whole take, not a cycle.
     pub fn recorded(pack: &'a Pack<'a>, walks: &[usize]) -> Result<Cycles<'a>> {
-        Self::cycles(pack, walks, &|name| vec![(name.to_owned(), 0)])
+        Self::cycles(pack, walks, &|name| vec![(name.to_owned(), 0, None)])
     }
 
-    /// Takes made of each of the walks.
+    /// Takes made of each of the walks, under `conditions` where they name one.
     ///
     /// # Errors
-    /// If one of them is a whole take, not a cycle.
-    pub fn made(pack: &'a Pack<'a>, walks: &[usize], made: &[Made]) -> Result<Cycles<'a>> {
-        let all = |_: &str| {
-            made.iter()
-                .map(|one| (one.take.clone(), one.cycle))
-                .collect()
+    /// If one of them is a whole take, not a cycle, or there is no condition of a name.
+    pub fn made(
+        pack: &'a Pack<'a>,
+        walks: &[usize],
+        made: &[Made],
+        conditions: &'a [Condition],
+    ) -> Result<Cycles<'a>> {
+        let condition = |name: &String| {
+            let found = conditions.iter().find(|condition| condition.name == *name);
+            found.ok_or_else(|| {
+                let known: Vec<&str> = conditions.iter().map(|it| it.name.as_str()).collect();
+                Error::Usage(format!(
+                    "there is no condition {name:?}, as the protocol asks for: expected it among {} (--conditions)",
+                    known.join(", ")
+                ))
+            })
         };
-        Self::cycles(pack, walks, &all)
+        let takes: Vec<_> = made
+            .iter()
+            .map(|one| {
+                let under = one.condition.as_ref().map(condition).transpose()?;
+                Ok((one.take.clone(), one.cycle, under))
+            })
+            .collect::<Result<_>>()?;
+        Self::cycles(pack, walks, &|_| takes.clone())
     }
 
     fn cycles(
         pack: &'a Pack<'a>,
         walks: &[usize],
-        takes: &dyn Fn(&str) -> Vec<(String, u32)>,
+        takes: &dyn Fn(&str) -> Vec<Taken<'a>>,
     ) -> Result<Cycles<'a>> {
         // Refuses what has no cycles.
         jobs(pack, walks, 0..1)?;
@@ -73,9 +103,18 @@ impl<'a> Walks<'a> {
         let names: Vec<&str> = pack.subjects().map(|subject| subject.name).collect();
         let (mut labels, mut jobs) = (Vec::new(), Vec::new());
         for &walk in walks {
-            for (take, cycle) in takes(all[walk].name) {
-                labels.push((names[all[walk].subject].to_owned(), take));
-                jobs.push(Job { walk, cycle });
+            for (take, cycle, condition) in takes(all[walk].name) {
+                let job = Job {
+                    walk,
+                    cycle,
+                    condition,
+                };
+                labels.push(Label {
+                    person: names[all[walk].subject].to_owned(),
+                    take,
+                    condition: job.condition_name().to_owned(),
+                });
+                jobs.push(job);
             }
         }
         Ok(Cycles { pack, labels, jobs })
@@ -86,18 +125,59 @@ impl<'a> Cycles<'a> {
     /// Whether no person has more than one take.
     #[must_use]
     pub fn are_of_one_take(&self) -> bool {
-        self.labels.iter().enumerate().all(|(at, (person, take))| {
+        self.labels.iter().enumerate().all(|(at, label)| {
             let before = self.labels[..at].iter();
-            before.clone().all(|(p, t)| p != person || t == take)
+            let other = |l: &Label| l.person == label.person && l.take != label.take;
+            !before.clone().any(other)
         })
+    }
+
+    /// The same takes, those that are `probed` under each of the conditions; as they are they
+    /// stay if they are `known`, or not probed.
+    #[must_use]
+    pub fn under(
+        self,
+        conditions: &'a [Condition],
+        known: impl Fn(usize) -> bool,
+        probed: impl Fn(usize) -> bool,
+    ) -> Self {
+        let mut numbers = Labels::default();
+        let mut cycles = Self {
+            pack: self.pack,
+            labels: Vec::new(),
+            jobs: Vec::new(),
+        };
+        for (label, job) in self.labels.into_iter().zip(self.jobs) {
+            let take = numbers.take(&label.person, &label.take, &label.condition);
+            if known(take) || !probed(take) {
+                cycles.labels.push(label.clone());
+                cycles.jobs.push(job);
+            }
+            if !probed(take) {
+                continue;
+            }
+            for job in Job::under(&[job], conditions) {
+                cycles.labels.push(Label {
+                    condition: job.condition_name().to_owned(),
+                    ..label.clone()
+                });
+                cycles.jobs.push(job);
+            }
+        }
+        cycles
     }
 
     /// The takes, each once, in order, as the sequences will number them.
     #[must_use]
     pub fn sequences(&self) -> Sequences {
         let mut labels = Labels::default();
-        for (person, take) in &self.labels {
-            labels.take(person, take, "");
+        for Label {
+            person,
+            take,
+            condition,
+        } in &self.labels
+        {
+            labels.take(person, take, condition);
         }
         labels.sequences
     }
@@ -112,8 +192,8 @@ impl<'a> Cycles<'a> {
         }
         let mut counts: Vec<u32> = Vec::new();
         let mut begins = Vec::new();
-        for ((person, take), &job) in self.labels.iter().zip(&self.jobs) {
-            let take = labels.take(person, take, "");
+        for (label, &job) in self.labels.iter().zip(&self.jobs) {
+            let take = labels.take(&label.person, &label.take, &label.condition);
             counts.resize(counts.len().max(take + 1), 0);
             begins.push((job, labels.sequences.list.len()));
             for view in views(take) {
@@ -131,11 +211,11 @@ impl<'a> Cycles<'a> {
 }
 
 /// A cycle, and the sequences that are wanted of it with their viewpoints.
-type Wanted = (Job, Vec<usize>, Vec<View>);
+type Wanted<'a> = (Job<'a>, Vec<usize>, Vec<View>);
 
 impl Walks<'_> {
     /// What is wanted of each cycle.
-    fn by_job(&self, wanted: &[usize]) -> Result<Vec<Wanted>> {
+    fn by_job(&self, wanted: &[usize]) -> Result<Vec<Wanted<'_>>> {
         let mut rest = wanted;
         let mut found = Vec::new();
         for (at, &(job, _)) in self.jobs.iter().enumerate() {
@@ -163,49 +243,55 @@ impl Walks<'_> {
         sink: &mut dyn FnMut(usize, &[u8]) -> Result<()>,
     ) -> Result<Shown> {
         let by_job = self.by_job(wanted)?;
-        let clipped = match form.template {
-            Template::Gei => self.show_geis(&by_job, form.settings, sink)?,
-            Template::Silhouettes => self.show_silhouettes(&by_job, form.settings, sink)?,
-        };
         let frames = form.settings.frames_per_cycle;
-        Ok(Shown {
+        let shown = Shown {
             silhouettes: wanted.len() as u64 * u64::from(frames),
-            clipped,
-            empty: 0,
+            ..Shown::default()
+        };
+        if form.settings.template == Template::Silhouettes {
+            self.show_silhouettes(&by_job, form.settings, sink)?;
+            return Ok(shown);
+        }
+        let (clipped, empty) = self.show_templates(&by_job, form.settings, sink)?;
+        Ok(Shown {
+            clipped: Some(clipped),
+            empty,
+            ..shown
         })
     }
 
-    fn show_geis(
+    fn show_templates(
         &self,
-        wanted: &[Wanted],
+        wanted: &[Wanted<'_>],
         settings: Settings,
         sink: &mut dyn FnMut(usize, &[u8]) -> Result<()>,
-    ) -> Result<Option<f64>> {
-        let mut clipped = 0.0;
+    ) -> Result<(f64, u64)> {
+        let (mut clipped, mut empty) = (0.0, 0);
         for alike in wanted.chunk_by(|a, b| a.2 == b.2) {
-            let jobs: Vec<Job> = alike.iter().map(|(job, ..)| *job).collect();
+            let jobs: Vec<Job<'_>> = alike.iter().map(|(job, ..)| *job).collect();
             let mut numbers = alike.iter().map(|(_, numbers, _)| numbers);
-            let keep = |_: Job, swept: Swept| Ok(swept);
+            let keep = |_: Job<'_>, swept: Swept| Ok(swept);
             sweep(self.pack, &jobs, &alike[0].2, settings, keep, |_, swept| {
                 clipped += swept.clipped;
+                empty += swept.empty;
                 let numbers = numbers.next().into_iter().flatten();
-                for (&number, gei) in numbers.zip(swept.geis.iter().map(Gei::pixels)) {
-                    sink(number, gei)?;
+                for (&number, bytes) in numbers.zip(&swept.templates) {
+                    sink(number, bytes)?;
                 }
                 Ok(())
             })?;
         }
-        Ok(Some(clipped))
+        Ok((clipped, empty))
     }
 
     /// Frames as they come from the core: coverage of those that have more than a bit a pixel.
     fn show_silhouettes(
         &self,
-        wanted: &[Wanted],
+        wanted: &[Wanted<'_>],
         settings: Settings,
         sink: &mut dyn FnMut(usize, &[u8]) -> Result<()>,
-    ) -> Result<Option<f64>> {
-        let parts: Vec<(Job, &[usize], &[View])> = wanted
+    ) -> Result<()> {
+        let parts: Vec<(Job<'_>, &[usize], &[View])> = wanted
             .iter()
             .flat_map(|(job, numbers, views)| {
                 let parts = numbers
@@ -238,6 +324,6 @@ impl Walks<'_> {
                 }
             }
         }
-        Ok(None)
+        Ok(())
     }
 }

@@ -1,12 +1,13 @@
 //! Sweeps by columns: all elevations of an azimuth at once.
 
+use super::Seen;
 use super::film::{Film, Sight};
 use super::views::{View, by_azimuth};
 use crate::error::{Error, Result};
 use edgegait_core::raster::columns::{self, Azimuth, Images};
 use edgegait_core::raster::{Rasterizer, Renderer};
 use edgegait_core::silhouette::{Frame, Size};
-use edgegait_core::template::{Gei, GeiTally};
+use edgegait_core::template::GeiTally;
 
 /// What draws and sums by columns. 310 kB.
 pub struct Columns {
@@ -32,21 +33,20 @@ impl Columns {
         }
     }
 
-    /// The GEIs of the views of these numbers, and for each the sum over the frames of the
-    /// share that lay outside of the image; none of the other views.
+    /// The GEIs of the views of these numbers; none of the other views.
     pub fn see(
         &mut self,
         film: &mut Film<'_>,
         views: &[View],
         numbers: &[usize],
-    ) -> Result<Vec<Option<(Gei, f64)>>> {
+    ) -> Result<Vec<Option<Seen>>> {
         let mut seen = vec![None; views.len()];
         for group in by_azimuth(views, numbers)? {
             let sights: Vec<Sight<'_>> = group
                 .views
                 .iter()
                 .map(|&at| film.sight(&views[at]))
-                .collect();
+                .collect::<Result<_>>()?;
             let mut clipped = vec![0.0; sights.len()];
             self.tally.clear();
             for frame in 0..film.len() {
@@ -58,7 +58,11 @@ impl Columns {
                 }
             }
             for (elevation, (&at, clipped)) in group.views.iter().zip(clipped).enumerate() {
-                seen[at] = Some((self.tally.gei(elevation), clipped));
+                seen[at] = Some(Seen {
+                    template: self.tally.gei(elevation).pixels().to_vec(),
+                    clipped,
+                    empty: 0,
+                });
             }
         }
         Ok(seen)

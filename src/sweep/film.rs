@@ -1,20 +1,20 @@
 //! The frames of one job, posed once and seen from any view.
 
 use super::columns::ColumnRenderer;
+use super::recording;
 use super::settings::{Aim, Framing, Lens, Settings};
+use super::stage::Extras;
+use super::walker::{Dressed, Posed, Walker};
 use super::{Job, Moments, View, walk_name};
+use crate::confound::Plan;
+use crate::confound::image::Setup;
 use crate::error::{Error, Result};
-use crate::scene::variation::{CycleSeed, Variation};
-use edgegait_core::avatar::Avatar;
-use edgegait_core::body::{Body, Figure};
+use crate::template::Builder;
 use edgegait_core::camera::{self, Camera, Viewpoint};
-use edgegait_core::clip::Clip;
-use edgegait_core::format::crc32;
-use edgegait_core::pack::{Pack, Subject, Walk};
-use edgegait_core::pose::{ModelPose, Pose};
+use edgegait_core::pack::Pack;
 use edgegait_core::raster::columns::{Azimuth, Images, Place};
 use edgegait_core::raster::{Drawing, Renderer};
-use edgegait_core::skeleton::Skeleton;
+use edgegait_core::silhouette::Size;
 use glam::{DVec3, Vec3};
 use std::fmt::Display;
 use std::ops::Range;
@@ -28,15 +28,19 @@ const CHUNK: usize = 16;
 
 /// Posed frames of one job.
 pub struct Film<'a> {
-    job: Job,
+    job: Job<'a>,
     /// For errors.
     name: String,
-    settings: Settings,
-    first: u32,
-    frames: Vec<Posed<'a>>,
+    pub(super) settings: Settings,
+    pub(super) plan: &'a Plan,
+    pub(super) frames: Vec<Posed<'a>>,
+    /// What their pictures have besides the figure, if anything acts on these.
+    pub(super) extras: Vec<Extras<'a>>,
+    /// Which frame each of them shows: itself, unless it was lost.
+    pub(super) sources: Vec<u32>,
     /// Mean position of the pelvis.
     mean: Vec3,
-    walker: Walker<'a>,
+    pub(super) walker: Walker<'a>,
     /// Points of all frames by axis, to fit them.
     points: [Vec<f32>; 3],
     /// The framing fitted last, and for which direction of the image's right.
@@ -47,36 +51,47 @@ pub struct Film<'a> {
 #[derive(Clone, Copy)]
 pub struct Sight<'v> {
     view: &'v View,
+    viewpoint: Viewpoint,
     framing: Option<camera::Framing>,
 }
 
-impl Sight<'_> {
+impl<'v> Sight<'v> {
+    /// The view that it is one of.
+    pub const fn view(&self) -> &'v View {
+        self.view
+    }
+
     /// From where it is.
     pub const fn viewpoint(&self) -> Viewpoint {
-        self.view.viewpoint()
+        self.viewpoint
     }
 }
 
-/// A figure at one moment.
-struct Posed<'a> {
-    figure: Figure<'a>,
-    pelvis: Vec3,
-}
-
 impl<'a> Film<'a> {
-    /// The job's figure, with the body that [`body`] gives, without any frame.
+    /// The job's figure, dressed for it, without any frame.
     ///
     /// # Errors
     /// When there is no such walk or variation.
-    pub fn new(pack: &Pack<'a>, job: Job, body: &'a Body, settings: Settings) -> Result<Self> {
+    pub fn new(
+        pack: &Pack<'a>,
+        job: Job<'a>,
+        dressed: &'a Dressed,
+        settings: Settings,
+    ) -> Result<Self> {
+        let plan = dressed.plan();
+        let settings = recording::settings(plan, settings);
+        settings.check()?;
+        recording::check(plan, &settings)?;
         Ok(Self {
             job,
             name: walk_name(pack, job.walk),
             settings,
-            first: 0,
+            plan,
             frames: Vec::new(),
+            extras: Vec::new(),
+            sources: Vec::new(),
             mean: Vec3::ZERO,
-            walker: Walker::new(pack, job, body, settings.seed)?,
+            walker: Walker::new(pack, job, dressed, settings.seed)?,
             points: Default::default(),
             fitted: None,
         })
@@ -84,12 +99,19 @@ impl<'a> Film<'a> {
 
     /// Poses these frames in place of those before.
     pub fn pose(&mut self, moments: Moments, frames: Range<u32>) {
-        self.first = frames.start;
+        let all = moments.count(self.settings.frames_per_cycle);
+        self.sources = recording::sources(self.plan, frames, all);
         self.frames.clear();
-        self.frames.extend(frames.map(|frame| {
+        self.extras.clear();
+        for &frame in &self.sources {
             let moment = moments.of_frame(frame, self.settings.frames_per_cycle);
-            self.walker.at(moment)
-        }));
+            let posed = self.walker.at(moment);
+            if self.acts_on_images() {
+                let extras = Extras::new(self.plan, &self.walker, moment, &posed);
+                self.extras.push(extras);
+            }
+            self.frames.push(posed);
+        }
         let sum: DVec3 = self.frames.iter().map(|f| f.pelvis.as_dvec3()).sum();
         self.mean = (sum / self.frames.len().max(1) as f64).as_vec3();
         self.fitted = None;
@@ -120,15 +142,44 @@ impl<'a> Film<'a> {
         self.frames.len()
     }
 
+    /// Whether silhouettes are [`Self::segmented`] rather than drawn.
+    pub fn acts_on_images(&self) -> bool {
+        recording::acts_on_images(self.plan, self.settings.framing)
+    }
+
+    /// Rows and columns of what is drawn.
+    pub const fn size(&self) -> Size {
+        self.settings.size
+    }
+
+    /// What makes templates as the settings say.
+    pub fn builder(&self) -> Builder {
+        let Settings {
+            template,
+            size,
+            frames_per_cycle,
+            ..
+        } = self.settings;
+        Builder::new(template, size, frames_per_cycle)
+    }
+
     /// A view with the framing that the frames share there.
-    pub fn sight<'v>(&mut self, view: &'v View) -> Sight<'v> {
+    ///
+    /// # Errors
+    /// When the condition puts the camera where none can be.
+    pub fn sight<'v>(&mut self, view: &'v View) -> Result<Sight<'v>> {
+        let viewpoint = recording::viewpoint(self.plan, view)?;
         let framing = match self.settings.framing {
             Framing::Height => Some(camera::Framing::Height),
             Framing::Box => Some(camera::Framing::Box),
             Framing::Cycle => Some(self.fit(view.viewpoint())),
             Framing::Camera => None,
         };
-        Sight { view, framing }
+        Ok(Sight {
+            view,
+            viewpoint,
+            framing,
+        })
     }
 
     /// Draws one of the posed frames.
@@ -142,9 +193,12 @@ impl<'a> Film<'a> {
         renderer: &'r mut Renderer,
     ) -> Result<Drawing<'r>> {
         let posed = &self.frames[index];
-        let (camera, framing) = self.placed(sight.view, posed, sight.framing)?;
-        let jitter = self.settings.jitter.of_frame(self.first + index as u32);
-        let jitter = jitter * self.settings.rasterizer.spacing();
+        let Setup {
+            camera,
+            framing,
+            jitter,
+            ..
+        } = self.setup(index, sight)?;
         renderer
             .draw(&posed.figure, &camera, framing, jitter)
             .map_err(|error| self.refusal(sight.view, &error))
@@ -166,7 +220,7 @@ impl<'a> Film<'a> {
             return Ok(Vec::new());
         };
         let posed = &self.frames[index];
-        let (_, framing) = self.placed(sight.view, posed, sight.framing)?;
+        let (_, framing) = self.placed(sight, posed)?;
         let camera::Framing::Fixed {
             centre,
             pixels_per_metre,
@@ -177,7 +231,7 @@ impl<'a> Film<'a> {
         let place = Place {
             centre,
             pixels_per_metre,
-            jitter: self.settings.jitter.of_frame(self.first + index as u32),
+            jitter: self.settings.jitter.of_frame(self.sources[index]),
         };
         let drawn = renderer
             .columns
@@ -193,13 +247,20 @@ impl<'a> Film<'a> {
         sights.iter().map(&mut clipped).collect()
     }
 
+    /// How one of the posed frames is drawn.
+    pub(super) fn setup(&self, index: usize, sight: &Sight<'_>) -> Result<Setup> {
+        let (camera, framing) = self.placed(sight, &self.frames[index])?;
+        let jitter = self.settings.jitter.of_frame(self.sources[index]);
+        Ok(Setup {
+            camera,
+            framing,
+            size: self.settings.size,
+            jitter: jitter * self.settings.rasterizer.spacing(),
+        })
+    }
+
     /// The camera and the framing of one frame: what a sensor sees, unless frames share one.
-    fn placed(
-        &self,
-        view: &View,
-        posed: &Posed,
-        shared: Option<camera::Framing>,
-    ) -> Result<(Camera, camera::Framing)> {
+    fn placed(&self, sight: &Sight<'_>, posed: &Posed<'_>) -> Result<(Camera, camera::Framing)> {
         let Settings {
             sensor, lens, size, ..
         } = self.settings;
@@ -209,11 +270,11 @@ impl<'a> Film<'a> {
             Aim::Point(point) => point,
         };
         let camera = match lens {
-            Lens::Ortho => Camera::orthographic(view.viewpoint()),
-            Lens::Persp => Camera::perspective(view.viewpoint(), aim, sensor.distance_m as f32)
-                .map_err(|error| self.refusal(view, &error))?,
+            Lens::Ortho => Camera::orthographic(sight.viewpoint),
+            Lens::Persp => Camera::perspective(sight.viewpoint, aim, sensor.distance_m as f32)
+                .map_err(|error| self.refusal(sight.view, &error))?,
         };
-        let framing = shared.unwrap_or_else(|| camera::Framing::Fixed {
+        let framing = sight.framing.unwrap_or_else(|| camera::Framing::Fixed {
             centre: aim,
             pixels_per_metre: sensor.pixels_per_metre(size),
         });
@@ -290,123 +351,10 @@ impl<'a> Film<'a> {
         fitted
     }
 
-    fn refusal(&self, view: &View, error: &impl Display) -> Error {
+    pub(super) fn refusal(&self, view: &View, error: &impl Display) -> Error {
         Error::Failed(format!(
             "{}, cycle {}, azimuth {} and elevation {} degrees: {error}",
             self.name, self.job.cycle, view.azimuth_deg, view.elevation_deg
         ))
     }
-}
-
-/// A moment of a walk.
-#[derive(Clone, Copy, Debug)]
-enum Moment {
-    /// In cycles.
-    Phase(f32),
-    /// From the clip's first frame.
-    Seconds(f64),
-}
-
-impl Moments {
-    /// The moment of a frame.
-    fn of_frame(self, frame: u32, frames_per_cycle: u32) -> Moment {
-        match self {
-            Self::Cycle => Moment::Phase(frame as f32 / frames_per_cycle as f32),
-            Self::Seconds { start_s, fps, .. } => Moment::Seconds(start_s + f64::from(frame) / fps),
-        }
-    }
-}
-
-/// One job's figure at any moment.
-struct Walker<'a> {
-    body: &'a Body,
-    skeleton: Skeleton,
-    clip: Clip<'a>,
-    variation: Variation,
-}
-
-impl<'a> Walker<'a> {
-    fn new(pack: &Pack<'a>, job: Job, body: &'a Body, seed: u64) -> Result<Self> {
-        let (walk, subject, avatar, clip) = parts(pack, job)?;
-        if job.cycle > 0 && clip.as_take().is_some() {
-            return Err(Error::Failed(format!(
-                "{} is a whole take: it has no variations (leave out --cycle)",
-                walk_name(pack, job.walk)
-            )));
-        }
-        Ok(Self {
-            skeleton: avatar.skeleton(),
-            body,
-            clip,
-            variation: Variation::new(CycleSeed {
-                seed,
-                subject: u64::from(crc32(subject.name.as_bytes())),
-                walk: u64::from(crc32(walk.name.as_bytes())) << 16 | u64::from(walk.cycle),
-                cycle: job.cycle,
-            }),
-        })
-    }
-
-    /// The posed figure; a varied one keeps the stored cycle's clearance from the floor.
-    fn at(&self, moment: Moment) -> Posed<'a> {
-        let duration_s = self.clip.duration_s();
-        let (mut pose, phase) = match (moment, self.clip.as_loop()) {
-            (Moment::Phase(phase), Some(cycle)) => (cycle.pose(phase), phase),
-            (Moment::Phase(phase), None) => {
-                (self.clip.sample(f64::from(phase) * duration_s), phase)
-            }
-            (Moment::Seconds(seconds), _) => {
-                #[expect(clippy::cast_possible_truncation, reason = "a phase")]
-                let phase = (seconds / duration_s).rem_euclid(1.0) as f32;
-                (self.clip.sample(seconds), phase)
-            }
-        };
-        let model = |pose: &Pose| ModelPose::new(&self.skeleton, pose);
-        let mut figure = Figure::new(self.body, &model(&pose));
-        let before = pose.rotations;
-        self.variation.apply(&mut pose, phase);
-        if pose.rotations != before {
-            let clearance = lowest(&figure);
-            figure.update(&model(&pose));
-            pose.root.y += clearance - lowest(&figure);
-            figure.update(&model(&pose));
-        }
-        Posed {
-            figure,
-            pelvis: pose.root,
-        }
-    }
-}
-
-/// The body of a job's walker, unpacked: 101 kB.
-///
-/// # Errors
-/// When there is no such walk.
-pub fn body(pack: &Pack<'_>, job: Job) -> Result<Box<Body>> {
-    let (_, _, avatar, _) = parts(pack, job)?;
-    Ok(Box::new(Body::new(&avatar)))
-}
-
-type Parts<'a> = (Walk<'a>, Subject<'a>, Avatar<'a>, Clip<'a>);
-
-/// What a job is made of.
-fn parts<'a>(pack: &Pack<'a>, job: Job) -> Result<Parts<'a>> {
-    let walk = pack.walks().nth(job.walk);
-    let subject = walk.and_then(|walk| pack.subject(walk.subject));
-    let parts = walk.zip(subject).and_then(|(walk, subject)| {
-        let (avatar, clip) = (pack.avatar(subject.avatar)?, pack.clip(walk.clip)?);
-        Some((walk, subject, avatar, clip))
-    });
-    parts.ok_or_else(|| {
-        Error::Failed(format!(
-            "there is no walk {}: expected a number below {}",
-            job.walk,
-            pack.walks().len()
-        ))
-    })
-}
-
-/// The height of a figure's lowest point, metres.
-fn lowest(figure: &Figure<'_>) -> f32 {
-    figure.points().map(|p| p.y).fold(f32::MAX, f32::min)
 }

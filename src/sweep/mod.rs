@@ -5,46 +5,94 @@
 
 mod columns;
 mod film;
+mod recording;
+mod scene;
 mod settings;
+mod stage;
 mod views;
+mod walker;
 
+pub use scene::{Hulls, Scene, Thing, scene};
 pub use settings::{Aim, FRAMES_PER_CYCLE, Framing, Jitter, Lens, Raster, Sensor, Settings};
 pub use views::{View, Views};
 
+use crate::confound::image::FineRenderer;
+use crate::confound::{Condition, NORMAL};
 use crate::error::{Error, Result};
+use crate::template::{Builder, Template};
 use columns::Columns;
 use edgegait_core::pack::Pack;
-use edgegait_core::raster::Renderer;
-use edgegait_core::silhouette::Frame;
-use edgegait_core::template::{Gei, GeiBuilder};
+use edgegait_core::raster::{Rasterizer, Renderer};
+use edgegait_core::silhouette::{Frame, Silhouette, Size};
 use film::{Film, Sight};
 use glam::Vec3;
 use rayon::prelude::*;
+use walker::Dressed;
 
 /// Frames of a take that are posed at once, where they do not depend on others: 9 MB.
 const FRAMES_AT_ONCE: u32 = 1_024;
 
-/// One cycle of one walk.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Job {
+/// One cycle of one walk, under one condition.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Job<'c> {
     /// Number of the walk in its pack.
     pub walk: usize,
     /// Which variation of the stored cycle; 0 is the cycle itself.
     pub cycle: u32,
+    /// What acts on it, if anything does.
+    pub condition: Option<&'c Condition>,
+}
+
+impl<'c> Job<'c> {
+    /// A cycle on which nothing acts.
+    #[must_use]
+    pub const fn plain(walk: usize, cycle: u32) -> Self {
+        Self {
+            walk,
+            cycle,
+            condition: None,
+        }
+    }
+
+    /// The same cycles under each of the conditions; as they are without any.
+    #[must_use]
+    pub fn under(jobs: &[Self], conditions: &'c [Condition]) -> Vec<Self> {
+        if conditions.is_empty() {
+            return jobs.to_vec();
+        }
+        let under = |condition| {
+            move |&job: &Self| Self {
+                condition: Some(condition),
+                ..job
+            }
+        };
+        let each = conditions.iter().flat_map(|c| jobs.iter().map(under(c)));
+        each.collect()
+    }
+
+    /// What results call its condition.
+    #[must_use]
+    pub fn condition_name(&self) -> &'c str {
+        self.condition.map_or(NORMAL, |condition| &condition.name)
+    }
 }
 
 /// The same cycles of each walk, walk by walk.
 ///
 /// # Errors
 /// Naming the first walk that is a take: it has no cycles.
-pub fn jobs(pack: &Pack<'_>, walks: &[usize], cycles: std::ops::Range<u32>) -> Result<Vec<Job>> {
+pub fn jobs(
+    pack: &Pack<'_>,
+    walks: &[usize],
+    cycles: std::ops::Range<u32>,
+) -> Result<Vec<Job<'static>>> {
     if let Some(take) = walks.iter().copied().find(|&walk| is_take(pack, walk)) {
         return Err(Error::Failed(format!(
             "{} is a whole take: a GEI needs a gait cycle (import it without --track clip, or choose others with --walks)",
             walk_name(pack, take)
         )));
     }
-    let of = |&walk: &usize| cycles.clone().map(move |cycle| Job { walk, cycle });
+    let of = |&walk: &usize| cycles.clone().map(move |cycle| Job::plain(walk, cycle));
     Ok(walks.iter().flat_map(of).collect())
 }
 
@@ -82,37 +130,44 @@ pub enum Moments {
 #[derive(Clone, Copy, Debug)]
 pub struct Shot<'a> {
     /// Which walk, and which of its cycles.
-    pub job: Job,
+    pub job: Job<'a>,
     /// When.
     pub moments: Moments,
     /// From where.
     pub views: &'a [View],
 }
 
-/// The GEIs of one job, one for each view.
+/// The templates of one job, one for each view.
 #[derive(Clone, Debug)]
 pub struct Swept {
-    /// In the order of the views.
-    pub geis: Vec<Gei>,
+    /// In the order of the views: the bytes of each, as many as its shape has.
+    pub templates: Vec<Vec<u8>>,
     /// Sum over all frames and views of the share that lay outside of the image.
     pub clipped: f64,
+    /// Frames in which nothing was left of the figure, over all views: no template has them.
+    pub empty: u64,
 }
 
-/// Sees every job from every view. `map` runs on all cores and turns a job's GEIs into
+/// Sees every job from every view. `map` runs on all cores and turns a job's templates into
 /// what is wanted of them; `sink` takes the results one by one, in the jobs' order.
-/// At most two jobs' GEIs for each thread are alive at once.
+/// At most two jobs' templates for each thread are alive at once.
 ///
 /// # Errors
 /// The first, in job order, of `map`'s, `sink`'s, and of what could not be drawn.
-pub fn sweep<R: Send>(
+pub fn sweep<'c, R: Send>(
     pack: &Pack<'_>,
-    jobs: &[Job],
+    jobs: &[Job<'c>],
     views: &[View],
     settings: Settings,
-    map: impl Fn(Job, Swept) -> Result<R> + Sync,
-    mut sink: impl FnMut(Job, R) -> Result<()>,
+    map: impl Fn(Job<'c>, Swept) -> Result<R> + Sync,
+    mut sink: impl FnMut(Job<'c>, R) -> Result<()>,
 ) -> Result<()> {
     settings.check()?;
+    if (settings.rasterizer, settings.template) == (Raster::Columns, Template::Silhouettes) {
+        return Err(Error::Failed(
+            "a sweep by columns sums frames as it draws them: expected the template gei, found silhouettes".into(),
+        ));
+    }
     let firsts = views::firsts(views);
     let chunk = 2 * rayon::current_num_threads();
     for jobs in jobs.chunks(chunk.max(1)) {
@@ -121,8 +176,8 @@ pub fn sweep<R: Send>(
             .map_init(
                 || Painter::new(&settings),
                 |painter, &job| {
-                    let body = film::body(pack, job)?;
-                    let mut film = Film::new(pack, job, &body, settings)?;
+                    let dressed = Dressed::new(pack, job, settings.seed)?;
+                    let mut film = Film::new(pack, job, &dressed, settings)?;
                     film.pose(Moments::Cycle, 0..settings.frames_per_cycle);
                     map(job, painter.sweep(&mut film, views, &firsts)?)
                 },
@@ -135,13 +190,13 @@ pub fn sweep<R: Send>(
     Ok(())
 }
 
-/// Views whose GEIs are summed at once: few enough for their sums to stay in a processor's
+/// Views whose templates are made at once: few enough for their sums to stay in a processor's
 /// cache, and many enough for a figure to be worth fetching.
 const VIEWS_AT_ONCE: usize = 16;
 
 /// What draws, by one of the ways of [`Raster`].
 enum Painter {
-    Each(Box<Renderer>),
+    Each(Box<Brush>, Vec<Builder>),
     Columns(Box<Columns>),
 }
 
@@ -149,57 +204,132 @@ impl Painter {
     fn new(settings: &Settings) -> Self {
         match settings.rasterizer {
             Raster::Each(rasterizer) => {
-                Self::Each(Box::new(Renderer::new(rasterizer, settings.size)))
+                Self::Each(Box::new(Brush::new(rasterizer, settings.size)), Vec::new())
             }
             Raster::Columns => Self::Columns(Box::new(Columns::new(settings.size))),
         }
     }
 
-    /// One job's GEIs; views that are the same are drawn once.
+    /// One job's templates; views that are the same are drawn once.
     fn sweep(&mut self, film: &mut Film<'_>, views: &[View], firsts: &[usize]) -> Result<Swept> {
         let drawn: Vec<usize> = (0..views.len()).filter(|&at| firsts[at] == at).collect();
         let seen = match self {
-            Self::Each(renderer) => see(film, views, &drawn, renderer)?,
+            Self::Each(brush, builders) => {
+                let seen = see(film, views, &drawn, (brush, builders));
+                if seen.is_err() {
+                    // They hold a part of what could not be drawn.
+                    builders.clear();
+                }
+                seen?
+            }
             Self::Columns(columns) => columns.see(film, views, &drawn)?,
         };
         let seen = firsts.iter().filter_map(|&first| seen[first].as_ref());
         Ok(Swept {
-            clipped: seen.clone().map(|(_, clipped)| clipped).sum(),
-            geis: seen.map(|(gei, _)| *gei).collect(),
+            clipped: seen.clone().map(|seen| seen.clipped).sum(),
+            empty: seen.clone().map(|seen| seen.empty).sum(),
+            templates: seen.map(|seen| seen.template.clone()).collect(),
         })
     }
 
     /// One frame from one view.
     fn frame(&mut self, film: &Film<'_>, frame: usize, sight: Sight<'_>) -> Result<Frame> {
         match self {
-            Self::Each(renderer) => Ok(*film.draw(frame, &sight, renderer)?.frame),
+            Self::Each(brush, _) => {
+                let (frame, _) = brush.draw(film, frame, &sight)?;
+                let size = film.size();
+                Ok(frame.map_or_else(|| Frame::Binary(Silhouette::empty(size)), |frame| *frame))
+            }
             Self::Columns(columns) => columns.frame(film, frame, sight),
         }
     }
 }
 
-/// The GEIs of the views of these numbers, and for each the sum over the frames of the share
-/// that lay outside of the image; none of the other views.
+/// What draws frames one by one.
+struct Brush {
+    renderer: Renderer,
+    /// Of what is confounded before it is framed; made when it is needed.
+    fine: Option<FineRenderer>,
+    framed: Frame,
+}
+
+impl Brush {
+    fn new(rasterizer: Rasterizer, size: Size) -> Self {
+        Self {
+            renderer: Renderer::new(rasterizer, size),
+            fine: None,
+            framed: Frame::Binary(Silhouette::empty(size)),
+        }
+    }
+
+    /// One of the posed frames, if anything is left of the figure, and the share of it outside
+    /// of the image.
+    fn draw(
+        &mut self,
+        film: &Film<'_>,
+        frame: usize,
+        sight: &Sight<'_>,
+    ) -> Result<(Option<&Frame>, f64)> {
+        if !film.acts_on_images() {
+            let drawing = film.draw(frame, sight, &mut self.renderer)?;
+            return Ok((Some(drawing.frame), f64::from(drawing.clipped_share)));
+        }
+        let fine = match &mut self.fine {
+            Some(fine) => fine,
+            none => none.insert(FineRenderer::new(
+                self.renderer.rasterizer(),
+                self.renderer.size(),
+            )?),
+        };
+        let Some(framed) = film.segmented(frame, sight, fine)? else {
+            return Ok((None, 0.0));
+        };
+        self.framed = Frame::Binary(framed.silhouette);
+        Ok((Some(&self.framed), f64::from(framed.clipped_share)))
+    }
+}
+
+/// A view's template.
+#[derive(Clone, Debug, Default)]
+struct Seen {
+    template: Vec<u8>,
+    /// Sum over the frames of the share that lay outside of the image.
+    clipped: f64,
+    /// Frames in which nothing was left of the figure.
+    empty: u64,
+}
+
+/// The templates of the views of these numbers; none of the other views.
 fn see(
     film: &mut Film<'_>,
     views: &[View],
     numbers: &[usize],
-    renderer: &mut Renderer,
-) -> Result<Vec<Option<(Gei, f64)>>> {
+    (brush, builders): (&mut Brush, &mut Vec<Builder>),
+) -> Result<Vec<Option<Seen>>> {
     let mut seen = vec![None; views.len()];
-    let mut sums = vec![(GeiBuilder::new(renderer.size()), 0.0); VIEWS_AT_ONCE];
+    while builders.len() < numbers.len().min(VIEWS_AT_ONCE) {
+        builders.push(film.builder());
+    }
     for batch in numbers.chunks(VIEWS_AT_ONCE) {
-        let sights: Vec<_> = batch.iter().map(|&at| film.sight(&views[at])).collect();
+        let mut all = vec![Seen::default(); batch.len()];
+        let sights: Vec<_> = batch
+            .iter()
+            .map(|&at| film.sight(&views[at]))
+            .collect::<Result<_>>()?;
         for frame in 0..film.len() {
-            for (sight, (builder, clipped)) in sights.iter().zip(&mut sums) {
-                let drawing = film.draw(frame, sight, renderer)?;
-                *clipped += f64::from(drawing.clipped_share);
-                builder.add(drawing.frame);
+            let sums = builders.iter_mut().zip(&mut all);
+            for (sight, (builder, seen)) in sights.iter().zip(sums) {
+                let (drawn, clipped) = brush.draw(film, frame, sight)?;
+                seen.clipped += clipped;
+                match drawn {
+                    Some(frame) => builder.add(frame),
+                    None => seen.empty += 1,
+                }
             }
         }
-        for (&at, (builder, clipped)) in batch.iter().zip(&mut sums) {
-            seen[at] = Some((builder.finish(), *clipped));
-            (*builder, *clipped) = (GeiBuilder::new(renderer.size()), 0.0);
+        for (&at, (builder, mut one)) in batch.iter().zip(builders.iter_mut().zip(all)) {
+            one.template = builder.finish();
+            seen[at] = Some(one);
         }
     }
     Ok(seen)
@@ -209,9 +339,9 @@ fn see(
 ///
 /// # Errors
 /// When there is no such walk or variation.
-pub fn figures(pack: &Pack<'_>, job: Job, settings: Settings) -> Result<Vec<Vec<Vec<Vec3>>>> {
-    let body = film::body(pack, job)?;
-    let mut film = Film::new(pack, job, &body, settings)?;
+pub fn figures(pack: &Pack<'_>, job: Job<'_>, settings: Settings) -> Result<Vec<Vec<Vec<Vec3>>>> {
+    let dressed = Dressed::new(pack, job, settings.seed)?;
+    let mut film = Film::new(pack, job, &dressed, settings)?;
     film.pose(Moments::Cycle, 0..settings.frames_per_cycle);
     Ok(film.figures())
 }
@@ -222,8 +352,8 @@ pub fn figures(pack: &Pack<'_>, job: Job, settings: Settings) -> Result<Vec<Vec<
 /// When a figure cannot be drawn.
 pub fn silhouettes(pack: &Pack<'_>, shot: Shot<'_>, settings: Settings) -> Result<Vec<Vec<Frame>>> {
     settings.check()?;
-    let body = film::body(pack, shot.job)?;
-    let mut film = Film::new(pack, shot.job, &body, settings)?;
+    let dressed = Dressed::new(pack, shot.job, settings.seed)?;
+    let mut film = Film::new(pack, shot.job, &dressed, settings)?;
     let mut painter = Painter::new(&settings);
     let firsts = views::firsts(shot.views);
     let frames = match shot.moments {
@@ -245,7 +375,7 @@ pub fn silhouettes(pack: &Pack<'_>, shot: Shot<'_>, settings: Settings) -> Resul
                 all[at].extend(known);
                 continue;
             }
-            let sight = film.sight(view);
+            let sight = film.sight(view)?;
             for frame in 0..film.len() {
                 all[at].push(painter.frame(&film, frame, sight)?);
             }

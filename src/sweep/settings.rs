@@ -1,6 +1,7 @@
 //! How silhouettes are drawn: everything of which a result depends, but for who walks.
 
 use crate::error::{Error, Result};
+use crate::template::Template;
 use clap::ValueEnum;
 use edgegait_core::raster::Rasterizer;
 use edgegait_core::silhouette::Size;
@@ -32,6 +33,8 @@ pub struct Settings {
     pub frames_per_cycle: u32,
     /// Seed of the cycles' variations.
     pub seed: u64,
+    /// What is made of each cycle's silhouettes.
+    pub template: Template,
 }
 
 impl Default for Settings {
@@ -45,6 +48,7 @@ impl Default for Settings {
             jitter: Jitter::default(),
             frames_per_cycle: FRAMES_PER_CYCLE,
             seed: 1,
+            template: Template::default(),
         }
     }
 }
@@ -105,6 +109,13 @@ impl Settings {
                 "--raster columns: it draws all elevations of an azimuth at once, for which they have to share one scale and parallel rays, but {flag} has {has} (use --raster rows)"
             )))
         };
+        let is_summed = !matches!(self.template, Template::Gei | Template::Silhouettes);
+        if self.rasterizer == Raster::Columns && is_summed {
+            return Err(Error::Usage(format!(
+                "--raster columns: it sums frames as it draws them, which makes a gei, not --template {} (use --raster rows)",
+                self.template.name()
+            )));
+        }
         match (self.rasterizer, self.framing, self.lens) {
             (Raster::Columns, Framing::Height | Framing::Box, _) => refuse(
                 &format!("--framing {}", self.framing.name()),
@@ -133,6 +144,12 @@ impl Raster {
             Self::Each(rasterizer) => rasterizer.name(),
             Self::Columns => "columns",
         }
+    }
+
+    /// Whether it draws frames one by one, of pixels that are on or off.
+    #[must_use]
+    pub const fn is_binary(self) -> bool {
+        matches!(self, Self::Each(Rasterizer::Skia | Rasterizer::Rows))
     }
 
     /// How far apart the samples are, pixels.
@@ -349,6 +366,11 @@ mod tests {
             assert_eq!(columns.is_ok(), is_drawn);
             assert!(is_drawn || columns.is_err_and(|text| text.contains("--raster rows")));
         }
+        let history = refusal(&|s| {
+            (s.rasterizer, s.framing, s.template) =
+                (Raster::Columns, Framing::Camera, Template::Mhi);
+        });
+        assert!(history.is_err_and(|text| text.contains("--template mhi (use --raster rows)")));
         for bad in [0.0, f64::NAN, 2e6] {
             assert!(refusal(&|s| s.sensor.distance_m = bad).is_err(), "{bad}");
         }

@@ -17,6 +17,7 @@ use edgegait_core::silhouette::Size;
 use ndarray::{Array1, Array2, ArrayView1, ArrayView2, s};
 
 use crate::error::{Error, Result};
+use crate::template::Template;
 use lda::{Classes, Lda};
 use pca::Pca;
 use std::fmt;
@@ -120,7 +121,9 @@ pub enum Classifier {
 /// A recognizer that is an affine map and a linear classifier.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearRecognizer {
-    /// Rows and columns of its GEIs.
+    /// Which template it takes.
+    pub template: Template,
+    /// Rows and columns of the silhouettes that its templates are made of.
     pub size: Size,
     /// Pixels in 0..1 to an embedding. Of LDA its variance within classes is 1 in every direction;
     /// of SVM it is the coordinates along the principal components.
@@ -164,10 +167,10 @@ impl LinearRecognizer {
         }
     }
 
-    /// The embedding of a GEI with pixels in 0..1.
+    /// The embedding of a template with numbers in 0..1.
     ///
     /// # Panics
-    /// If `gei` does not have the pixels of its size.
+    /// If `gei` does not have the numbers of its shape.
     #[must_use]
     pub fn embed(&self, gei: &[f32]) -> Array1<f32> {
         self.embedding.apply(ArrayView1::from(gei))
@@ -202,8 +205,9 @@ impl LinearRecognizer {
     }
 }
 
-/// GEIs whose principal components are known, to fit recognizers on any number of them.
+/// Templates whose principal components are known, to fit recognizers on any number of them.
 pub struct Analysed<'a, F> {
+    template: Template,
     size: Size,
     samples: ArrayView2<'a, f32>,
     labels: &'a [usize],
@@ -215,8 +219,7 @@ impl<'a, F: Real> Analysed<'a, F> {
     /// Analyses GEIs of `classes` people, one a row with pixels in 0..1.
     ///
     /// # Errors
-    /// If the samples are not GEIs of finite numbers, there are fewer than two classes, a class
-    /// has no sample, or two classes have the same mean.
+    /// If the samples are not GEIs of a known size, or as [`Self::of`].
     pub fn new(samples: ArrayView2<'a, f32>, labels: &'a [usize], classes: usize) -> Result<Self> {
         let size = Size::ALL
             .into_iter()
@@ -227,7 +230,30 @@ impl<'a, F: Real> Analysed<'a, F> {
                     samples.ncols()
                 ))
             })?;
+        Self::of((Template::Gei, size), samples, labels, classes)
+    }
+
+    /// Analyses templates of `classes` people, of silhouettes of this size, one a row with numbers
+    /// in 0..1.
+    ///
+    /// # Errors
+    /// If the samples are no such templates of finite numbers, there are fewer than two classes, a
+    /// class has no sample, or two classes have the same mean.
+    pub fn of(
+        (template, size): (Template, Size),
+        samples: ArrayView2<'a, f32>,
+        labels: &'a [usize],
+        classes: usize,
+    ) -> Result<Self> {
+        let (expected, found) = (template.shape(size).numbers(), samples.ncols());
+        if found != expected {
+            return Err(Error::Failed(format!(
+                "expected {} of {expected} numbers, found {found}",
+                template.plural()
+            )));
+        }
         Ok(Self {
+            template,
             size,
             samples,
             labels,
@@ -283,6 +309,7 @@ impl<'a, F: Real> Analysed<'a, F> {
     fn recognizer(&self, weights: Array2<F>, classifier: Classifier) -> LinearRecognizer {
         let bias = -weights.dot(&self.pca.mean);
         LinearRecognizer {
+            template: self.template,
             size: self.size,
             embedding: Affine {
                 weights: weights.mapv(F::exported),

@@ -10,13 +10,12 @@
 use ndarray::Array2;
 
 use super::{Affine, Classifier, LinearRecognizer};
+use crate::template::{Shape, Template};
 
 /// `IR_VERSION` of the file.
 pub const IR_VERSION: u64 = 8;
 /// Version of the default operator set.
 pub const OPSET: u64 = 17;
-/// Name of the input: f32 `[N, 1, rows, columns]`, pixels in 0..1.
-pub const INPUT: &str = "gei";
 /// Name of the first output: f32 `[N, dims]`.
 pub const EMBEDDING: &str = "embedding";
 /// Name of the second output: f32 `[N, classes]`.
@@ -27,18 +26,28 @@ const FLOAT: u64 = 1;
 
 /// A model file that computes `recognizer`: Flatten, Gemm, Gemm.
 ///
+/// The input is called as the template: f32 `[N, 1, rows, columns]` of a GEI, numbers in 0..1.
 /// `name` becomes the graph's name; `properties` are stored as model metadata, in this order.
 ///
 /// # Guarantees
 /// Equal arguments give equal bytes.
 #[must_use]
 pub fn write(recognizer: &LinearRecognizer, name: &str, properties: &[(&str, &str)]) -> Vec<u8> {
-    let pixels = [
-        Axis::Named("N"),
-        Axis::Size(1),
-        Axis::Size(recognizer.size.rows()),
-        Axis::Size(recognizer.size.columns()),
-    ];
+    let input = match recognizer.template {
+        // No other name has a hyphen, which ONNX does not take.
+        Template::RowWidth => "row_width",
+        template => template.name(),
+    };
+    let sides = match recognizer.template.shape(recognizer.size) {
+        Shape::Image {
+            planes,
+            rows,
+            columns,
+        } => vec![planes, rows, columns],
+        Shape::Vector(numbers) => vec![numbers],
+    };
+    let sides = sides.into_iter().map(Axis::Size);
+    let numbers: Vec<Axis> = std::iter::once(Axis::Named("N")).chain(sides).collect();
     let outputs = |size| [Axis::Named("N"), Axis::Size(size)];
 
     let score_weights = match recognizer.classifier {
@@ -46,7 +55,7 @@ pub fn write(recognizer: &LinearRecognizer, name: &str, properties: &[(&str, &st
         Classifier::Svm(_) => "scores_weights",
     };
     let mut graph = Message::default();
-    graph.message(1, &node("Flatten", &[INPUT], "pixels"));
+    graph.message(1, &node("Flatten", &[input], "pixels"));
     graph.message(
         1,
         &node(
@@ -70,7 +79,7 @@ pub fn write(recognizer: &LinearRecognizer, name: &str, properties: &[(&str, &st
         [score_weights, "scores_bias"],
         &recognizer.score_map(),
     );
-    graph.message(11, &value_info(INPUT, &pixels));
+    graph.message(11, &value_info(input, &numbers));
     graph.message(12, &value_info(EMBEDDING, &outputs(recognizer.dims())));
     graph.message(12, &value_info(SCORES, &outputs(recognizer.classes())));
 

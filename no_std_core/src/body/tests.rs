@@ -134,3 +134,108 @@ fn what_exceeds_the_budget_is_refused_whole() {
     assert_eq!(many.push(Joint::Pelvis, [Vec3::ZERO]), Err(OverBudget));
     assert_eq!(len(&many), MAX_HULLS);
 }
+
+#[test]
+fn the_points_of_a_draped_hull_hang_on_a_joint_each() {
+    // LeftShank is joint 14, RightShank 17; the quarter takes (x, y, z) to (z, y, -x).
+    let mut body = body(&[(Joint::Head, &[[0.0; 3]])]);
+    let cloth = [
+        (Joint::LeftShank, Vec3::ZERO),
+        (Joint::RightShank, Vec3::new(1.0, 2.0, 3.0)),
+        (Joint::Pelvis, Vec3::Y),
+        (Joint::RightShank, Vec3::X),
+    ];
+    assert_eq!(body.push_draped(cloth), Ok(()));
+    let figure = Figure::new(&body, &quarter_turns());
+    let expected = [
+        [14.0, 10.0, 0.0],
+        [20.0, 12.0, -1.0],
+        [0.0, 11.0, 0.0],
+        [17.0, 10.0, -1.0],
+    ];
+    let found = figure.hulls().nth(1).expect("the cloth");
+    assert!(found.eq(expected.map(Vec3::from)));
+    // A tetrahedron in this pose and at rest.
+    for figure in [&figure, &Figure::at_rest(&body)] {
+        let part = figure.hull_parts().nth(1).expect("the cloth");
+        assert_eq!((part.from.len(), part.facets.len()), (6, LANES));
+    }
+}
+
+#[test]
+fn facets_of_a_draped_hull_are_found_anew_in_each_pose() {
+    let corners = PYRAMID.map(Vec3::from).into_iter().zip([
+        Joint::LeftThigh,
+        Joint::LeftThigh,
+        Joint::RightThigh,
+        Joint::RightThigh,
+        Joint::Spine,
+    ]);
+    let mut body = Body::default();
+    assert_eq!(
+        body.push_draped(corners.map(|(point, joint)| (joint, point))),
+        Ok(())
+    );
+    let mut pose = quarter_turns();
+    pose.positions = [10.0 * Vec3::Y; JOINTS];
+    let mut figure = Figure::at_rest(&body);
+    // Upright, then upside down: the apex below the square.
+    for (apex, sign) in [(12.0, 1.0), (8.0, -1.0)] {
+        pose.positions[Joint::Spine.index()].y = apex - 2.0;
+        figure.update(&pose);
+        let part = figure.hull_parts().next().expect("the cloth");
+        let normals = part.facets.filter_map(|facet| figure.normals.get(facet));
+        let slopes = normals.filter(|normal| normal.y * sign > 0.1).count();
+        assert_eq!(slopes, 4);
+    }
+    // Flat: a border and no facet.
+    pose.positions[Joint::Spine.index()].y = 8.0;
+    figure.update(&pose);
+    let part = figure.hull_parts().next().expect("the cloth");
+    assert_eq!(part.facets.len(), 0);
+    assert_ne!(part.border, [0; 2]);
+}
+
+#[test]
+fn draped_hulls_beyond_the_budget_are_refused_whole() {
+    let hanging = |points: usize| (0..points).map(|_| (Joint::Head, Vec3::ZERO));
+    let mut body = Body::default();
+    assert_eq!(
+        body.push_draped(hanging(MAX_HULL_POINTS + 1)),
+        Err(OverBudget)
+    );
+    for _ in 0..MAX_DRAPED_HULLS {
+        assert_eq!(body.push_draped(hanging(MAX_HULL_POINTS)), Ok(()));
+    }
+    assert_eq!(body.push_draped(hanging(1)), Err(OverBudget));
+    assert_eq!(
+        Figure::at_rest(&body).len(),
+        MAX_DRAPED_HULLS * MAX_HULL_POINTS
+    );
+    // Rigid ones still fit, as many as points are left.
+    for _ in MAX_DRAPED_HULLS..MAX_POINTS / MAX_HULL_POINTS {
+        assert_eq!(
+            body.push(Joint::Head, [Vec3::ZERO; MAX_HULL_POINTS]),
+            Ok(())
+        );
+    }
+    assert_eq!(body.push(Joint::Head, [Vec3::ZERO]), Err(OverBudget));
+}
+
+#[test]
+fn as_many_hulls_with_as_many_facets_as_there_can_be_fit() {
+    // Octahedra: 6 points and 8 facets, of which rigid and draped ones take a register each.
+    let octahedron = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
+    let mut body = Body::default();
+    for hull in 0..MAX_HULLS {
+        let pushed = if hull < MAX_DRAPED_HULLS {
+            body.push_draped(octahedron.map(|point| (Joint::Head, point)))
+        } else {
+            body.push(Joint::Head, octahedron)
+        };
+        assert_eq!(pushed, Ok(()));
+    }
+    assert_eq!(body.push(Joint::Head, octahedron), Err(OverBudget));
+    let figure = Figure::new(&body, &quarter_turns());
+    assert!(figure.hull_parts().all(|part| part.from.len() == 12));
+}

@@ -1,8 +1,89 @@
 //! Templates: one image that stands for a gait cycle, built frame by frame.
 
+mod builder;
+mod entropy;
+mod frequency;
 mod gei;
+mod history;
 mod sums;
 mod tally;
 
+pub use builder::TemplateBuilder;
 pub use gei::{Gei, GeiBuilder};
 pub use tally::GeiTally;
+
+use crate::budget::FREQUENCIES;
+use crate::silhouette::Size;
+
+/// Which template. Those called "-style" follow an idea whose publication leaves details
+/// open, which are ours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Kind {
+    /// Gait Energy Image, the mean: Han & Bhanu 2006, "Individual recognition using gait energy
+    /// image", equation 1.
+    Gei,
+    /// Motion Energy Image, where anything moved in the last tau steps: Bobick & Davis 2001,
+    /// "The recognition of human movement using temporal templates", with the difference of
+    /// consecutive silhouettes as motion; from the first frame to the last, without a step
+    /// from there back to the first.
+    Mei,
+    /// Motion History Image, how recently it moved, of tau steps: Bobick & Davis 2001, with the
+    /// same motion, over tau.
+    Mhi,
+    /// Motion Silhouette Image, how recently the figure was there: Lam & Lee 2006, "Human
+    /// identification by using the motion and static characteristic of gait".
+    Msi,
+    /// Gait History Image-style: white where the figure always was, grey where it changed, the
+    /// brighter the later. After Liu & Zheng 2007, "Gait history image: a novel temporal template
+    /// for gait recognition"; of P steps the last change in step t is t/P (1 - 1/P), which is ours.
+    Ghi,
+    /// Gait Entropy Image, Shannon's entropy of each pixel, from its least to its largest: Bashir,
+    /// Xiang & Gong 2009, "Gait recognition using gait entropy image".
+    Geni,
+    /// Amplitudes of the frequencies 0, 1 and 2 of a cycle, one below the other, times 255:
+    /// Makihara et al. 2006, "Gait recognition using a view transformation model in the
+    /// frequency domain".
+    Frequency,
+}
+
+impl Kind {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Gei,
+        Self::Mei,
+        Self::Mhi,
+        Self::Msi,
+        Self::Ghi,
+        Self::Geni,
+        Self::Frequency,
+    ];
+
+    /// The name under which results state it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Gei => "gei",
+            Self::Mei => "mei",
+            Self::Mhi => "mhi",
+            Self::Msi => "msi",
+            Self::Ghi => "ghi",
+            Self::Geni => "geni",
+            Self::Frequency => "frequency",
+        }
+    }
+
+    /// How many images of the silhouettes' size it is, one below the other.
+    #[must_use]
+    pub const fn planes(self) -> usize {
+        match self {
+            Self::Frequency => FREQUENCIES,
+            _ => 1,
+        }
+    }
+
+    /// How many bytes it has.
+    #[must_use]
+    pub const fn bytes(self, size: Size) -> usize {
+        self.planes() * size.pixels()
+    }
+}

@@ -97,37 +97,62 @@ impl Sums {
         }
     }
 
+    /// Forgets all frames.
+    pub fn clear(&mut self) {
+        self.frames = 0;
+        self.kind = Kind::None;
+    }
+
     /// The mean of each pixel over the frames so far, 0..=255, rounded half up; 0 without any.
     pub fn means(&mut self) -> [u8; MAX_PIXELS] {
-        let mut means = [0; MAX_PIXELS];
-        let (counter, samples) = match &mut self.kind {
-            Kind::None => return means,
-            Kind::Bits(counter) => (counter, 1),
-            Kind::Ninths(counter) => (counter, 9),
+        if let Kind::Grey(_) = self.kind {
+            let frames = self.frames;
+            return self.map(0, |sum| rounded(sum, frames));
+        }
+        let scale = Scale::new(self.whole().max(1));
+        self.map(0, |sum| scale.mean(sum))
+    }
+
+    /// The sum of a pixel that is on in all frames.
+    pub const fn whole(&self) -> u32 {
+        self.frames
+            * match self.kind {
+                Kind::None | Kind::Bits(_) => 1,
+                Kind::Ninths(_) => 9,
+                Kind::Grey(_) => 255,
+            }
+    }
+
+    /// What `of` makes of each pixel's sum, row by row, and `none` beyond the size; `none` of all
+    /// if there is no frame.
+    #[inline(always)]
+    pub fn map<T: Copy>(&mut self, none: T, mut of: impl FnMut(u32) -> T) -> [T; MAX_PIXELS] {
+        let mut mapped = [none; MAX_PIXELS];
+        let whole = self.whole();
+        let counter = match &mut self.kind {
+            Kind::None => return mapped,
+            Kind::Bits(counter) | Kind::Ninths(counter) => counter,
             Kind::Grey(sums) => {
-                for (mean, &mut sum) in means.iter_mut().zip(sums) {
-                    *mean = rounded(sum, self.frames);
-                }
-                return means;
+                let pixels = mapped.iter_mut().zip(sums).take(self.size.pixels());
+                pixels.for_each(|(mapped, &mut sum)| *mapped = of(sum));
+                return mapped;
             }
         };
         counter.settle();
-        let all = samples * self.frames;
-        let scale = Scale::new(all);
-        let bits = (u32::BITS - all.leading_zeros()) as usize;
+        let bits = (u32::BITS - whole.leading_zeros()) as usize;
         let columns = self.size.columns();
-        let rows = means.chunks_exact_mut(columns).take(self.size.rows());
+        let rows = mapped.chunks_exact_mut(columns).take(self.size.rows());
         for (row, pixels) in rows.enumerate() {
             for (byte, pixels) in pixels.chunks_mut(8).enumerate() {
                 let low = counter.eight_counts(row, byte, 0..bits.min(8));
                 // Of counts above 255 only.
                 let high = counter.eight_counts(row, byte, 8..bits.max(8));
-                for ((mean, low), high) in pixels.iter_mut().zip(low).zip(high) {
-                    *mean = scale.mean(u32::from(low) + 256 * u32::from(high));
+                for ((mapped, low), high) in pixels.iter_mut().zip(low).zip(high) {
+                    *mapped = of(u32::from(low) + 256 * u32::from(high));
                 }
             }
         }
-        means
+        mapped
     }
 }
 

@@ -1,6 +1,7 @@
 //! Contests about walks that are drawn.
 
 use super::{Contest, Entrant, training_views};
+use crate::confound::Condition;
 use crate::error::{Error, Result};
 use crate::evaluate::protocol::{Decision, GalleryViews, Protocol};
 use crate::source::{Source, Walks};
@@ -9,7 +10,7 @@ use edgegait_core::pack::Pack;
 
 /// What is asked of a contest about walks that are drawn.
 #[derive(Clone, Debug, Default)]
-pub struct Wish {
+pub struct Wish<'a> {
     /// Who is looked for among whom; if not said, by class scores where every recognizer has a
     /// class for all people, else by their first takes.
     pub protocol: Option<Protocol>,
@@ -17,6 +18,9 @@ pub struct Wish {
     pub cycles: Option<u32>,
     /// From where probes are seen; if not said, as the protocol says, or from the paper's viewpoints.
     pub views: Option<Views>,
+    /// Those that made takes name, if the protocol does; else probes are seen under each of them,
+    /// as they are without any.
+    pub conditions: &'a [Condition],
 }
 
 /// A contest about walks that are drawn.
@@ -32,6 +36,16 @@ pub struct Drawn<'a> {
 }
 
 impl<'a> Drawn<'a> {
+    /// Whether probes of the usual protocol are variations, of which there are any number.
+    ///
+    /// # Errors
+    /// If one of the walks is a whole take.
+    pub fn is_made((pack, walks): (&Pack<'_>, &[usize]), entrants: &[Entrant]) -> Result<bool> {
+        let cycles = Walks::recorded(pack, walks)?;
+        let protocol = usual(entrants, &cycles.sequences().subjects)?;
+        Ok(protocol.decision == Decision::ClassScore || cycles.are_of_one_take())
+    }
+
     /// A contest about the walks of these numbers. Where class scores decide, or nobody has more
     /// than one take, takes are made of the walks as the protocol says.
     ///
@@ -40,10 +54,10 @@ impl<'a> Drawn<'a> {
     pub fn new(
         (pack, walks): (&'a Pack<'a>, &[usize]),
         entrants: &[Entrant],
-        wish: Wish,
+        wish: Wish<'a>,
     ) -> Result<Self> {
         let mut cycles = Walks::recorded(pack, walks)?;
-        let protocol = match wish.protocol {
+        let mut protocol = match wish.protocol {
             Some(protocol) => protocol,
             None => usual(entrants, &cycles.sequences().subjects)?,
         };
@@ -64,7 +78,7 @@ impl<'a> Drawn<'a> {
                     "every person has one take: others are made of it, as seeded variations of its cycle".into(),
                 );
             }
-            cycles = Walks::made(pack, walks, &made)?;
+            cycles = Walks::made(pack, walks, &made, wish.conditions)?;
         } else if wish.cycles.is_some() {
             return Err(Error::Usage(format!(
                 "--cycles: protocol {} probes with recorded cycles here, since people have several takes",
@@ -79,7 +93,17 @@ impl<'a> Drawn<'a> {
             }
             (None, None) => Views::paper()?,
         };
-        let roles = protocol.roles(&cycles.sequences().takes)?;
+        let mut roles = protocol.roles(&cycles.sequences().takes)?;
+        if protocol.conditions.is_none() && !wish.conditions.is_empty() {
+            let (known, probed) = (
+                |take: usize| roles.gallery[take],
+                |take| roles.is_probed(take),
+            );
+            let plain = cycles.sequences().takes;
+            cycles = cycles.under(wish.conditions, known, probed);
+            roles = roles.under(wish.conditions, &plain, &cycles.sequences().takes);
+            protocol = protocol.under(wish.conditions);
+        }
         let mut gallery = Vec::new();
         if protocol.gallery_views == GalleryViews::Training {
             for entrant in entrants {
@@ -99,7 +123,7 @@ impl<'a> Drawn<'a> {
             seen
         });
         Ok(Self {
-            contest: Contest::new(Source::Walks(walks), protocol)?,
+            contest: Contest::with_roles(Source::Walks(walks), protocol, roles),
             views,
             probes,
             warnings,

@@ -34,8 +34,10 @@ impl Entrant {
     fn form(&self) -> Form {
         let contract = self.recognizer.contract();
         Form {
-            template: contract.template,
-            settings: self.settings,
+            settings: Settings {
+                template: contract.template,
+                ..self.settings
+            },
             frames: contract.frames,
         }
     }
@@ -95,11 +97,16 @@ impl<'a> Contest<'a> {
     /// If none of its takes is known by or looked for.
     pub fn new(source: Source<'a>, protocol: Protocol) -> Result<Self> {
         let roles = protocol.roles(&source.sequences().takes)?;
-        Ok(Self {
+        Ok(Self::with_roles(source, protocol, roles))
+    }
+
+    /// The same where it is known already which part each take has.
+    const fn with_roles(source: Source<'a>, protocol: Protocol, roles: Roles) -> Self {
+        Self {
             source,
             protocol,
             roles,
-        })
+        }
     }
 
     /// Who is looked for.

@@ -1,6 +1,7 @@
 use super::*;
 use crate::dataset::{DatasetWriter, Existing, Header, IndexRow};
 use crate::score::{InputRange, Outputs, RuntimeName};
+use crate::template::Template;
 use edgegait_core::budget::PIXELS;
 use edgegait_core::silhouette::Size;
 
@@ -22,7 +23,7 @@ impl Recognizer for FirstTwoPixels {
 
     fn run(&self, geis: &[f32], _batch: usize) -> Result<Outputs> {
         let two: Vec<f32> = geis
-            .chunks(self.contract.pixels())
+            .chunks(self.contract.numbers())
             .flat_map(|gei| [gei[0], gei[1]])
             .map(|pixel| if pixel == 13.0 { f32::NAN } else { pixel })
             .collect();
@@ -46,7 +47,12 @@ const SIDE: (f64, f64) = (90.0, 0.0);
 fn outcome(protocol: &str, classes: &[&str], geis: &[Gei<'_>]) -> Result<Outcome> {
     let folder = tempfile::tempdir().expect("a folder");
     let dir = folder.path().join("geis");
-    let mut writer = DatasetWriter::create(&dir, Size::S50x30, geis.len(), Existing::Refuse)?;
+    let mut writer = DatasetWriter::create(
+        &dir,
+        (Template::Gei, Size::S50x30),
+        geis.len(),
+        Existing::Refuse,
+    )?;
     for &(subject, walk, (azimuth_deg, elevation_deg), (first, second)) in geis {
         let mut pixels = [0; PIXELS];
         pixels[..2].copy_from_slice(&[first, second]);

@@ -27,6 +27,8 @@ pub enum AzimuthError {
     Elevations(usize),
     /// The viewpoint of this number has another azimuth than the first one.
     Differs(usize),
+    /// The camera of the viewpoint of this number is rolled: its image's right is not level.
+    Rolled(usize),
 }
 
 impl fmt::Display for AzimuthError {
@@ -40,6 +42,10 @@ impl fmt::Display for AzimuthError {
                 f,
                 "viewpoint {at}: expected the azimuth of the first one (draw it by itself)"
             ),
+            Self::Rolled(at) => write!(
+                f,
+                "viewpoint {at}: expected an upright camera, found a rolled one (draw it by rows)"
+            ),
         }
     }
 }
@@ -50,12 +56,17 @@ impl Azimuth {
     /// Viewpoints whose images have the same right, in the order of the images.
     ///
     /// # Errors
-    /// For none, more than [`MAX_ELEVATIONS`], or different azimuths.
+    /// For none, more than [`MAX_ELEVATIONS`], rolled cameras, or different azimuths.
     pub fn new(viewpoints: &[Viewpoint]) -> Result<Self, AzimuthError> {
         let count = viewpoints.len();
         let Some(first) = viewpoints.first().filter(|_| count <= MAX_ELEVATIONS) else {
             return Err(AzimuthError::Elevations(count));
         };
+        // A NaN fails the comparisons.
+        let is_upright = |it: &Viewpoint| it.right().y == 0.0 && it.up().y >= 0.0;
+        if let Some(at) = viewpoints.iter().position(|it| !is_upright(it)) {
+            return Err(AzimuthError::Rolled(at));
+        }
         let right = first.right();
         if let Some(at) = viewpoints.iter().position(|other| other.right() != right) {
             return Err(AzimuthError::Differs(at));

@@ -1,0 +1,151 @@
+//! When each pixel changed last, or was on last: what the templates of motion are made from.
+//!
+//! Motion is the difference of consecutive silhouettes, so that only the pixels at a figure's
+//! edge are touched from frame to frame, and ages are told when the template is asked for.
+
+use crate::budget::{MAX_PIXELS, MAX_ROWS};
+use crate::silhouette::{Silhouette, Size};
+
+/// Which pixels get the number of the step before a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Event {
+    /// Those that the frame changes: the number of the step that leads to it, from 1.
+    Change,
+    /// Those that it turns off: the number of the last frame in which they were on, from 1.
+    End,
+}
+
+/// The last event of each pixel. 9 kB.
+#[derive(Clone, Debug)]
+pub(super) struct History {
+    event: Event,
+    frames: u16,
+    /// The last frame.
+    last: Silhouette,
+    /// Pixels that were on in all frames.
+    always: [u64; MAX_ROWS],
+    /// The number of the last event; 0 if there was none.
+    numbers: [u16; MAX_PIXELS],
+}
+
+impl History {
+    pub const fn new(event: Event, size: Size) -> Self {
+        Self {
+            event,
+            frames: 0,
+            last: Silhouette::empty(size),
+            always: [u64::MAX; MAX_ROWS],
+            numbers: [0; MAX_PIXELS],
+        }
+    }
+
+    pub const fn frames(&self) -> u16 {
+        self.frames
+    }
+
+    /// Forgets all frames.
+    pub fn clear(&mut self) {
+        self.frames = 0;
+        self.always = [u64::MAX; MAX_ROWS];
+        self.numbers.fill(0);
+    }
+
+    /// Adds a frame of the same size; beyond 65,535 none is taken.
+    pub fn add(&mut self, frame: &Silhouette) {
+        if self.frames == u16::MAX {
+            return;
+        }
+        let columns = self.last.size().columns();
+        let before = self.last.all_rows().iter().zip(frame.all_rows());
+        for (row, (&before, &now)) in before.enumerate() {
+            let mut events = match self.event {
+                _ if self.frames == 0 => 0,
+                Event::Change => before ^ now,
+                Event::End => before & !now,
+            };
+            while events != 0 {
+                let pixel = row * columns + events.trailing_zeros() as usize;
+                if let Some(number) = self.numbers.get_mut(pixel) {
+                    *number = self.frames;
+                }
+                events &= events - 1;
+            }
+        }
+        for (always, now) in self.always.iter_mut().zip(frame.all_rows()) {
+            *always &= now;
+        }
+        self.last = *frame;
+        self.frames += 1;
+    }
+
+    /// How bright each pixel is with motion in the last `tau` steps (at least 1): white in the
+    /// last one, and a tau-th less for each step before.
+    pub fn motion(&self, tau: u32, bytes: &mut [u8]) {
+        let tau = tau.max(1);
+        let steps = u32::from(self.frames.saturating_sub(1));
+        for (byte, &number) in bytes.iter_mut().zip(&self.numbers) {
+            let age = steps - u32::from(number);
+            let value = if number == 0 {
+                0
+            } else {
+                tau.saturating_sub(age)
+            };
+            *byte = share(u64::from(value), u64::from(tau));
+        }
+    }
+
+    /// White where it is not black with motion in the last `tau` steps.
+    pub fn moved(&self, tau: u32, bytes: &mut [u8]) {
+        let steps = u32::from(self.frames.saturating_sub(1));
+        for (byte, &number) in bytes.iter_mut().zip(&self.numbers) {
+            let has = number > 0 && steps - u32::from(number) < tau.max(1);
+            *byte = if has { u8::MAX } else { 0 };
+        }
+    }
+
+    /// White where the last frame is on, and `decrement` less for each frame since it was.
+    pub fn presence(&self, decrement: u8, bytes: &mut [u8]) {
+        let is_on = Self::pixels(self.last.size(), self.last.all_rows());
+        for ((byte, &number), is_on) in bytes.iter_mut().zip(&self.numbers).zip(is_on) {
+            let since = u32::from(self.frames - number) * u32::from(decrement);
+            *byte = match (is_on, number) {
+                (true, _) => u8::MAX,
+                (false, 0) => 0,
+                _ => u8::MAX.saturating_sub(u8::try_from(since).unwrap_or(u8::MAX)),
+            };
+        }
+    }
+
+    /// White where all frames are on, and of P steps t/P (1 - 1/P) where step t was the last
+    /// that changed the pixel.
+    pub fn lasting(&self, bytes: &mut [u8]) {
+        let always = if self.frames == 0 {
+            &[0; MAX_ROWS]
+        } else {
+            &self.always
+        };
+        let steps = u64::from(self.frames.saturating_sub(1));
+        let is_always = Self::pixels(self.last.size(), always);
+        for ((byte, &number), is_always) in bytes.iter_mut().zip(&self.numbers).zip(is_always) {
+            *byte = match (is_always, number) {
+                (true, _) => u8::MAX,
+                (false, 0) => 0,
+                _ => share(u64::from(number) * (steps - 1), steps * steps),
+            };
+        }
+    }
+
+    /// Whether each pixel is on, row by row.
+    fn pixels(size: Size, rows: &[u64; MAX_ROWS]) -> impl Iterator<Item = bool> {
+        let columns = move |row: &u64| {
+            let row = *row;
+            (0..size.columns()).map(move |column| row >> column & 1 == 1)
+        };
+        rows.iter().take(size.rows()).flat_map(columns)
+    }
+}
+
+/// 255 times a share of 0..=1, rounded half up.
+fn share(part: u64, whole: u64) -> u8 {
+    u8::try_from((255 * part + whole / 2) / whole).unwrap_or(u8::MAX)
+}

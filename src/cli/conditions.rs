@@ -1,0 +1,119 @@
+//! Flags that say under which conditions people walk.
+
+use crate::confound::{CATALOGUE, Condition, Conditions, Dose, Doses, NAMES, Unit, dose};
+use crate::dataset::{Header, InputFile};
+use crate::error::{Error, Result};
+use std::fmt::Write as _;
+
+/// Under which conditions people walk.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct ConditionArgs {
+    /// Conditions: casia-b (NM, BG, CL), tum-iitkgp, each (every confounder alone, at strength 1), or
+    /// a .toml file
+    #[arg(long, value_name = "NAME|FILE", conflicts_with = "confound")]
+    conditions: Option<String>,
+    /// One condition, of these confounders with their strengths, as in backpack=0.5,roll=5deg
+    /// (`edgegait sweep --list-conditions` lists them)
+    #[arg(long, value_name = "NAME=STRENGTH[,..]", value_delimiter = ',', value_parser = dose, allow_hyphen_values = true)]
+    confound: Vec<Dose>,
+}
+
+impl ConditionArgs {
+    /// Whether any was asked for.
+    #[must_use]
+    pub fn is_given(&self) -> bool {
+        self.conditions.is_some() || !self.confound.is_empty()
+    }
+
+    /// Refuses conditions where what is in a folder is used as it is.
+    ///
+    /// # Errors
+    /// If any was asked for.
+    pub fn refuse_for_folders(&self) -> Result<()> {
+        if self.is_given() {
+            return Err(Error::Usage(
+                "--conditions, --confound: a folder is used as it was drawn (use a pack, or sweep another dataset)".into(),
+            ));
+        }
+        Ok(())
+    }
+
+    /// The conditions, in order; those of `usual` if none were asked for, and none without that.
+    /// Results state them, and the file that they are from.
+    ///
+    /// # Errors
+    /// If there are none of this name, or the file cannot be used.
+    pub fn load(&self, usual: Option<&str>, header: &mut Header) -> Result<Vec<Condition>> {
+        if let Some(twice) = (1..self.confound.len()).find(|&at| {
+            let before = self.confound[..at].iter();
+            before
+                .clone()
+                .any(|dose| dose.kind == self.confound[at].kind)
+        }) {
+            let name = self.confound[twice].kind.confounder().name;
+            return Err(Error::Usage(format!("--confound: {name} is there twice")));
+        }
+        let list = match self.conditions.as_deref().or(usual) {
+            Some(name) if self.confound.is_empty() => {
+                if name.ends_with(".toml") {
+                    header.inputs.push(InputFile::of(name)?);
+                }
+                Conditions::named(name)?.list
+            }
+            _ if self.confound.is_empty() => Vec::new(),
+            _ => vec![Condition::of(Doses::new(self.confound.iter().copied()))],
+        };
+        if !list.is_empty() {
+            *header = header.clone().with("conditions", serde_json::json!(list));
+        }
+        Ok(list)
+    }
+}
+
+/// All confounders and built-in conditions, as text.
+///
+/// # Errors
+/// Never: what is built in can be read.
+pub fn listing() -> Result<String> {
+    let mut text = String::from("confounders (strength 0 to 1; ± marks those from -1):\n");
+    let mut class = None;
+    let mut all: Vec<_> = CATALOGUE.iter().collect();
+    all.sort_by_key(|confounder| confounder.class);
+    for confounder in all {
+        if class != Some(confounder.class) {
+            class = Some(confounder.class);
+            let _ = writeln!(text, "\n  {}", confounder.class.name());
+        }
+        let sign = if confounder.is_signed { "±" } else { " " };
+        let unit = confounder
+            .unit
+            .map_or(String::new(), |Unit { name, full }| {
+                format!(" [1 = {full} {name}]")
+            });
+        let _ = writeln!(
+            text,
+            "  {sign} {:<18} {}{unit}",
+            confounder.name, confounder.at_full
+        );
+    }
+    text.push_str("\nconditions that are built in:\n");
+    for set in NAMES {
+        let _ = writeln!(text, "\n  --conditions {set}");
+        for condition in Conditions::named(set)?.list {
+            let _ = writeln!(text, "    {:<18} {}", condition.name, described(&condition));
+        }
+    }
+    Ok(text)
+}
+
+/// What acts in a condition.
+fn described(condition: &Condition) -> String {
+    let own = condition.confounders.to_string();
+    let choices: Vec<String> = condition.one_of.iter().map(Doses::to_string).collect();
+    match (own.is_empty(), choices.is_empty()) {
+        (true, true) => "nothing".to_owned(),
+        (false, true) => own,
+        (true, false) => format!("one of {}, by person", choices.join(" | ")),
+        (false, false) => format!("{own}, and one of {}, by person", choices.join(" | ")),
+    }
+}

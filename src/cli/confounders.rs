@@ -1,0 +1,216 @@
+//! `edgegait confounders`: what each confounder does to recognizers.
+
+use super::args::{Common, ViewArgs};
+use super::drawing::{DrawArgs, stated};
+use super::progress::Progress;
+use super::recognizers::{load, sort_inputs};
+use super::runtime::RuntimeArgs;
+use super::source::SourceArgs;
+use crate::confound::catalogue::{CATALOGUE, Confounder, named};
+use crate::dataset::Header;
+use crate::error::{Error, Result};
+use crate::evaluate::contest::{Drawn, Wish};
+use crate::evaluate::strengths::{ConfounderResult, Study};
+use crate::report::{strength_table, write_strengths};
+use crate::sweep::Views;
+use edgegait_core::pack::Pack;
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// Cycles of each walk that are looked for, unless a user says otherwise.
+const CYCLES: u32 = 4;
+/// How often each cost is measured: the least counts.
+const ROUNDS: usize = 3;
+/// Azimuths, degrees, from which costs are measured: what is done once a walk is shared by so many.
+const COST_AZIMUTHS_DEG: [f32; 10] = [
+    0.0, 20.0, 40.0, 60.0, 80.0, 100.0, 120.0, 140.0, 160.0, 180.0,
+];
+/// Elevation of the camera, degrees: from there shadows are seen.
+const ELEVATION_DEG: f32 = 10.0;
+
+/// Measure what each confounder does to recognizers, by its strength, and what it costs
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Examples:\n  edgegait confounders                                 # the shipped models, 26 people, azimuth 90, elevation 10, all confounders\n  edgegait confounders pixels cohort.egp --only coat,backpack --views models/spread.csv --json -"
+)]
+pub struct Args {
+    /// ONNX models or "pixels" (the template itself), and a pack [default: the shipped models, the
+    /// built-in cohort]
+    #[arg(value_name = "MODEL|PACK")]
+    inputs: Vec<PathBuf>,
+    /// Only these confounders [default: all; `edgegait sweep --list-conditions` lists them]
+    #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',', value_parser = confounder)]
+    only: Vec<&'static Confounder>,
+    /// Strengths above 0; confounders with an opposite are measured at their negatives too
+    #[arg(long, value_name = "S[,S..]", value_delimiter = ',', default_value = "0.25,0.5,0.75,1", value_parser = strength)]
+    strengths: Vec<f64>,
+    /// Only these people, by name
+    #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
+    subjects: Vec<String>,
+    /// Only these walks, by name [default: walk-5kmh of the built-in cohort, all of a pack]
+    #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
+    walks: Vec<String>,
+    /// Cycles of each walk to probe with, where these are seeded variations [default: 4]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    cycles: Option<u32>,
+    /// Picture of rank-1 against strength to write
+    #[arg(long, value_name = "PNG", default_value = "edgegait-confounders.png")]
+    out: PathBuf,
+    #[command(flatten)]
+    runtime: RuntimeArgs,
+    #[command(flatten)]
+    views: ViewArgs,
+    #[command(flatten)]
+    draw: DrawArgs,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// A confounder by its name.
+fn confounder(name: &str) -> std::result::Result<&'static Confounder, String> {
+    named(name).ok_or_else(|| {
+        let names: Vec<&str> = CATALOGUE.iter().map(|known| known.name).collect();
+        format!("expected one of {}", names.join(", "))
+    })
+}
+
+/// The first of a list that stands before itself.
+fn repeated<T: PartialEq>(list: &[T]) -> Option<&T> {
+    let twice = (1..list.len()).find(|&at| list[..at].contains(&list[at]));
+    twice.map(|at| &list[at])
+}
+
+fn strength(text: &str) -> std::result::Result<f64, String> {
+    match text.parse() {
+        Ok(strength) if strength > 0.0 && strength <= 1.0 => Ok(strength),
+        _ => Err("expected a strength above 0, at most 1".to_owned()),
+    }
+}
+
+/// The results.
+#[derive(Serialize)]
+struct Results {
+    #[serde(flatten)]
+    header: Header,
+    /// People among whom each recognizer chooses.
+    classes: usize,
+    /// Probes of each recognizer at each strength.
+    probes: u64,
+    confounders: Vec<ConfounderResult>,
+}
+
+/// Runs the subcommand.
+pub fn run(args: &Args) -> Result<()> {
+    let seed = args.common.seed;
+    if let Some(twice) = repeated(&args.strengths) {
+        return Err(Error::Usage(format!("--strengths: {twice} is there twice")));
+    }
+    if let Some(twice) = repeated(&args.only) {
+        return Err(Error::Usage(format!(
+            "--only: {} is there twice",
+            twice.name
+        )));
+    }
+    let runtime = args.runtime.runtime()?;
+    let (models, data) = sort_inputs(&args.inputs)?;
+    if let Some(folder) = data.as_ref().filter(|path| path.is_dir()) {
+        return Err(Error::Usage(format!(
+            "{}: expected a pack: what is in a folder cannot be drawn otherwise",
+            folder.display()
+        )));
+    }
+    let mut header = Header::new("confounders", seed).with("runtime", runtime.name().name);
+    let entrants = load(&models, &runtime, (&args.draw, seed, None), &mut header)?;
+    let source_args = SourceArgs {
+        pack: data,
+        subjects: args.subjects.clone(),
+        walks: args.walks.clone(),
+    };
+    let source = source_args.load()?;
+    let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
+    let walks = source_args.choose(&pack)?;
+    let views = if args.views.is_given() {
+        args.views.views("side")?
+    } else {
+        Views::grid("side from above", [90.0], [ELEVATION_DEG])?
+    };
+    let around = Views::grid("around", COST_AZIMUTHS_DEG, [ELEVATION_DEG])?;
+    let all: Vec<&'static Confounder> = CATALOGUE.iter().collect();
+    let chosen = if args.only.is_empty() {
+        &all
+    } else {
+        &args.only
+    };
+    let study = Study::new(chosen, &args.strengths);
+    let settings = entrants
+        .first()
+        .map(|entrant| entrant.settings)
+        .ok_or_else(|| Error::Usage("expected a model".into()))?;
+
+    let rounds = (1 + chosen.len()) * ROUNDS;
+    let progress = Progress::new("costs and effects", rounds + study.conditions().len());
+    let step = || progress.step();
+    let costs = study.costs(&pack, walks[0], &around.list, settings, ROUNDS, &step)?;
+    let effects = study.effects(&pack, &walks, &views.list, settings, &step)?;
+    drop(progress);
+    let wish = Wish {
+        protocol: None,
+        cycles: None,
+        views: Some(views.clone()),
+        conditions: study.conditions(),
+    };
+    let drawn = match args.cycles {
+        None if Drawn::is_made((&pack, &walks), &entrants)? => Wish {
+            cycles: Some(CYCLES),
+            ..wish
+        },
+        cycles => Wish { cycles, ..wish },
+    };
+    let Drawn {
+        contest,
+        probes,
+        warnings,
+        ..
+    } = Drawn::new((&pack, &walks), &entrants, drawn)?;
+    let sequences = contest.source().sequences().list.len();
+    let progress = Progress::new("sequences", sequences * entrants.len());
+    let outcome = contest.run(&entrants, seed, &mut |_| progress.step(), &mut |_| ())?;
+    drop(progress);
+
+    let mut header = stated(header, &settings)
+        .with("pack", source.name.as_str())
+        .with("views", views.name.as_str())
+        .with("viewpoints", views.list.len())
+        .with("walks", walks.len())
+        .with("protocol", contest.protocol().name.as_str())
+        .with("probes", probes)
+        .with("strengths", args.strengths.clone());
+    header.inputs.extend(source.inputs);
+    header.warnings.extend(warnings);
+    if outcome.shown.empty > 0 {
+        header.warnings.push(format!(
+            "in {} frames nothing was left of the figure: templates are of the others",
+            outcome.shown.empty
+        ));
+    }
+    let confounders = study.results(&outcome.results, &effects, &costs)?;
+    let first = outcome.results.first();
+    let results = Results {
+        classes: first.map_or(0, |result| result.classes),
+        probes: first.map_or(0, |result| result.probes / study.conditions().len() as u64),
+        header,
+        confounders,
+    };
+    write_strengths(&args.out, &results.confounders, results.classes)?;
+    args.common.say(strength_table(
+        &results.confounders,
+        results.classes,
+        results.probes,
+    ));
+    for warning in &results.header.warnings {
+        args.common.say(format_args!("warning: {warning}"));
+    }
+    args.common
+        .say(format_args!("wrote {}", args.out.display()));
+    args.common.write_json(&results)
+}

@@ -1,0 +1,168 @@
+//! A gallery: what confounders do to one walk, as pictures.
+
+use crate::confound::appearance::Part;
+use crate::confound::image::straightened;
+use crate::confound::{Condition, Kind};
+use crate::error::Result;
+use crate::report::pixels::{faded, mean, pixelated, warped};
+use crate::report::scene::{Floor, Kind as Colour, Shot as Window, ShownHull, frame};
+use crate::report::{GalleryRow, Raster, TemplateCell, gallery, template_sheet};
+use crate::sweep::{
+    Hulls, Job, Moments, Scene, Settings, Shot, Swept, Thing, View, scene, silhouettes, sweep,
+};
+use crate::template::{Shape, Template};
+use edgegait_core::pack::Pack;
+use glam::{DVec2, Vec3};
+use image::RgbImage;
+
+/// Width and height of what a camera sees, pixels.
+const FRAME_PX: (u32, u32) = (104, 100);
+/// Metres that this is high, in front of parallel rays.
+const FRAME_M: f32 = 2.3;
+/// Blocks side by side.
+const BLOCKS: usize = 4;
+/// Templates side by side.
+const TEMPLATE_COLUMNS: usize = 5;
+/// The moment that is shown, as a share of the cycle: legs apart, and moving.
+const MOMENT: f64 = 0.1;
+
+/// A row for each job: what the camera sees, the silhouette, and the template of the cycle.
+///
+/// # Errors
+/// When a figure cannot be drawn.
+pub fn of(pack: &Pack<'_>, jobs: &[Job<'_>], view: &View, settings: Settings) -> Result<RgbImage> {
+    let mut rows = Vec::new();
+    let has_several = jobs.iter().any(|job| job.walk != jobs[0].walk);
+    let at = (MOMENT * f64::from(settings.frames_per_cycle)) as u32;
+    for &job in jobs {
+        let shot = Shot {
+            job,
+            moments: Moments::Cycle,
+            views: std::slice::from_ref(view),
+        };
+        let frames = silhouettes(pack, shot, settings)?;
+        let silhouette = frames[0][at as usize].to_coverage();
+        let mut templates = Vec::new();
+        let keep = |_: Job<'_>, swept: Swept| Ok(swept.templates);
+        sweep(pack, &[job], shot.views, settings, keep, |_, made| {
+            templates.extend(made);
+            Ok(())
+        })?;
+        let columns = settings.size.columns();
+        let raster = |bytes: Vec<u8>| Raster { bytes, columns };
+        rows.push(GalleryRow {
+            label: label(pack, job, has_several),
+            class: class(job.condition).to_owned(),
+            frame: painted(&scene(pack, job, view, settings, at)?),
+            silhouette: raster(silhouette.pixels().to_vec()),
+            template: raster(templates.pop().unwrap_or_default()),
+        });
+    }
+    let title = "what the camera sees, a silhouette, and the GEI of the cycle";
+    gallery(title, &rows, BLOCKS)
+}
+
+/// One walk in every one of these templates, each with its name.
+///
+/// # Errors
+/// If there is none.
+pub fn of_templates(made: &[(Template, Vec<u8>)], settings: Settings) -> Result<RgbImage> {
+    let cell = |(template, bytes): &(Template, Vec<u8>)| {
+        let (columns, numbers) = match template.shape(settings.size) {
+            Shape::Image { rows, columns, .. } => (columns, rows * columns),
+            Shape::Vector(numbers) => (1, numbers),
+        };
+        let plane = |plane: &[u8]| Raster {
+            bytes: plane.to_vec(),
+            columns,
+        };
+        TemplateCell {
+            label: template.plural().to_owned(),
+            planes: bytes.chunks(numbers).map(plane).collect(),
+        }
+    };
+    let cells: Vec<TemplateCell> = made.iter().map(cell).collect();
+    template_sheet("one walk in each template", &cells, TEMPLATE_COLUMNS)
+}
+
+/// What acts, and on whom if there are several walks.
+fn label(pack: &Pack<'_>, job: Job<'_>, has_several: bool) -> String {
+    let condition = job.condition_name();
+    let walk = pack.walks().nth(job.walk);
+    match walk.and_then(|walk| pack.subject(walk.subject).zip(Some(walk))) {
+        Some((subject, walk)) if has_several => {
+            format!("{}, {}, {condition}", subject.name, walk.name)
+        }
+        _ => condition.to_owned(),
+    }
+}
+
+/// The class of what acts; of several the first one's.
+fn class(condition: Option<&Condition>) -> &'static str {
+    let doses = condition.map(|condition| condition.doses(0));
+    let first = doses.as_ref().and_then(|doses| doses.list().first());
+    first.map_or("none", |dose| dose.kind.confounder().class.name())
+}
+
+/// The picture of a scene, as the lens and the sensor take it.
+fn painted(scene: &Scene) -> RgbImage {
+    let aim = Vec3::new(scene.pelvis.x, 0.92, scene.pelvis.z);
+    let window = Window {
+        camera: scene.camera,
+        centre: aim,
+        height_m: FRAME_M,
+        floor: Floor {
+            point: scene.floor.point,
+            normal: scene.floor.normal,
+        },
+        size_px: FRAME_PX,
+    };
+    let exposures: Vec<RgbImage> = scene
+        .exposures
+        .iter()
+        .map(|hulls| frame(&shown(hulls), &window))
+        .collect();
+    let mut picture = mean(&exposures).unwrap_or_else(|| frame(&shown(&scene.hulls), &window));
+    // Of the picture's rows, as many as a figure of 1.7 m has of its 150 fine samples.
+    let sample_px = f64::from(FRAME_PX.1) / f64::from(FRAME_M) * 1.7 / 150.0;
+    for dose in scene.doses.list() {
+        picture = match dose.kind {
+            Kind::RadialDistortion => {
+                let (width, height) = (f64::from(FRAME_PX.0), f64::from(FRAME_PX.1));
+                let unit = height / f64::from(FRAME_M) * 1.7;
+                warped(&picture, |[x, y]| {
+                    let middle = DVec2::new(0.5 * width, 0.5 * height);
+                    let place = (DVec2::new(x, y) - middle) / unit;
+                    (straightened(place, dose.strength) * unit + middle).to_array()
+                })
+            }
+            Kind::Resolution => pixelated(&picture, sample_px * (1.0 + 14.0 * dose.strength)),
+            Kind::Light => faded(
+                &picture,
+                1.0 - 0.5 * dose.strength,
+                1.0 - 0.85 * dose.strength,
+            ),
+            _ => picture,
+        };
+    }
+    match scene.coarseness {
+        Some(cell) => pixelated(&picture, sample_px * cell),
+        None => picture,
+    }
+}
+
+fn shown(hulls: &Hulls) -> Vec<ShownHull> {
+    let colour = |thing| match thing {
+        Thing::Worn(Part::Body) => Colour::Body,
+        Thing::Worn(Part::Hair) => Colour::Hair,
+        Thing::Worn(Part::Garment) => Colour::Garment,
+        Thing::Worn(Part::Load) => Colour::Load,
+        Thing::Shadow => Colour::Shadow,
+        Thing::Occluder => Colour::Occluder,
+    };
+    let hull = |(thing, points): &(Thing, Vec<Vec3>)| ShownHull {
+        points: points.clone(),
+        kind: colour(*thing),
+    };
+    hulls.iter().map(hull).collect()
+}

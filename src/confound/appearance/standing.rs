@@ -1,0 +1,151 @@
+//! Where hulls are in the rest pose, and how far they reach there: what clothes are cut by.
+//!
+//! At rest every joint's frame is parallel to the world, so that a point is where its joint is,
+//! plus itself.
+
+use super::{Outfit, Part, WornHull};
+use edgegait_core::facets::Facets;
+use edgegait_core::skeleton::{JOINTS, Joint, Skeleton};
+use glam::{DVec2, DVec3, Vec3};
+use std::ops::RangeInclusive;
+
+/// Where the joints are at rest, metres; the pelvis is at the origin.
+#[derive(Clone, Debug)]
+pub struct Standing([DVec3; JOINTS]);
+
+impl Standing {
+    pub fn of(skeleton: &Skeleton) -> Self {
+        let mut places = [DVec3::ZERO; JOINTS];
+        for joint in Joint::ALL {
+            if let Some(parent) = joint.parent() {
+                let offset = skeleton.offsets[joint.index()].as_dvec3();
+                places[joint.index()] = places[parent.index()] + offset;
+            }
+        }
+        Self(places)
+    }
+
+    /// Where a joint is.
+    pub const fn at(&self, joint: Joint) -> DVec3 {
+        self.0[joint.index()]
+    }
+
+    /// Where a point is.
+    pub fn place(&self, (joint, point): (Joint, Vec3)) -> DVec3 {
+        self.at(joint) + point.as_dvec3()
+    }
+
+    /// A place as a point of a joint.
+    pub fn hang(&self, joint: Joint, place: DVec3) -> (Joint, Vec3) {
+        (joint, (place - self.at(joint)).as_vec3())
+    }
+
+    /// The height of a pair of joints.
+    pub fn height(&self, left: Joint) -> f64 {
+        0.5 * (self.at(left).y + self.at(left.mirrored()).y)
+    }
+
+    /// What the points on `joints` of each hull span between two heights.
+    pub fn slice(&self, outfit: &Outfit, joints: &[Joint], heights: RangeInclusive<f64>) -> Slice {
+        let mut slice = Slice { points: Vec::new() };
+        for hull in &outfit.hulls {
+            let on = hull
+                .points
+                .iter()
+                .filter(|(joint, _)| joints.contains(joint));
+            let points: Vec<DVec3> = on.map(|&point| self.place(point)).collect();
+            slice
+                .points
+                .extend(points.iter().filter(|point| heights.contains(&point.y)));
+            for height in [*heights.start(), *heights.end()] {
+                slice.points.extend(crossings(&points, height));
+            }
+        }
+        slice
+    }
+}
+
+/// Where the lines between points cross a height: among them are the corners of the section of
+/// their hull, and none is outside of it.
+fn crossings(points: &[DVec3], height: f64) -> impl Iterator<Item = DVec3> {
+    let pairs = points
+        .iter()
+        .flat_map(move |&a| points.iter().map(move |&b| (a, b)));
+    pairs
+        .filter(move |(a, b)| a.y < height && height < b.y)
+        .map(move |(a, b)| a + (b - a) * ((height - a.y) / (b.y - a.y)))
+}
+
+/// Points of a body, and of the sections that cut it off.
+#[derive(Clone, Debug)]
+pub struct Slice {
+    points: Vec<DVec3>,
+}
+
+impl Slice {
+    /// Whether nothing is there.
+    pub const fn is_empty(&self) -> bool {
+        self.points.is_empty()
+    }
+
+    /// The least and the greatest coordinates; of nothing, zeros.
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        let all = || self.points.iter().copied();
+        let min = all().reduce(DVec3::min).unwrap_or_default();
+        let max = all().reduce(DVec3::max).unwrap_or_default();
+        (min, max)
+    }
+
+    /// The middle of the bounds.
+    pub fn centre(&self) -> DVec3 {
+        let (min, max) = self.bounds();
+        0.5 * (min + max)
+    }
+
+    /// How far it reaches from its centre in a horizontal direction (x, z).
+    pub fn reach(&self, direction: DVec2) -> f64 {
+        let centre = self.centre();
+        let along =
+            |point: &DVec3| (point.x - centre.x) * direction.x + (point.z - centre.z) * direction.y;
+        self.points.iter().map(along).fold(0.0, f64::max)
+    }
+}
+
+/// Moves the points of a hull outward, each by as many metres as `amount` says of where it is,
+/// and the facets beside it by at least that; `along` scales the axes of the movement. What is
+/// flat or inside stays.
+///
+/// Each point goes along the mean normal of the facets that it is a corner of, weighted by
+/// their angles there, as far as takes the facet that turns away most out by the amount, at
+/// most twice it. The grown hull encloses the hull where no facet beside a corner looks away
+/// from where the corner goes.
+pub fn swell(hull: &mut WornHull, part: Part, along: DVec3, amount: impl Fn((Joint, Vec3)) -> f64) {
+    let places: Vec<Vec3> = hull.points.iter().map(|(_, point)| *point).collect();
+    let mut normals = vec![Vec::new(); places.len()];
+    for facet in &Facets::of(&places).facets {
+        let corners = facet.corners.map(usize::from);
+        let [a, b, c] = corners.map(|corner| places[corner].as_dvec3());
+        let Some(normal) = (b - a).cross(c - a).try_normalize() else {
+            continue;
+        };
+        for (corner, (at, sides)) in
+            corners
+                .into_iter()
+                .zip([(a, [b, c]), (b, [c, a]), (c, [a, b])])
+        {
+            let [p, q] = sides.map(|side| (side - at).normalize_or_zero());
+            let angle = libm::acos(p.dot(q).clamp(-1.0, 1.0));
+            normals[corner].push((normal, angle));
+        }
+    }
+    for (point, normals) in hull.points.iter_mut().zip(&normals) {
+        let sum: DVec3 = normals.iter().map(|(normal, angle)| *normal * *angle).sum();
+        let Some(outward) = sum.try_normalize() else {
+            continue;
+        };
+        let turned = normals.iter().map(|(normal, _)| normal.dot(outward));
+        let way = outward * (amount(*point) / turned.fold(1.0, f64::min).max(0.5));
+        point.1 += (way * along).as_vec3();
+    }
+    hull.part = part;
+}

@@ -1,0 +1,173 @@
+//! The confounders: names, classes, and what each is at strength 1.
+
+use serde::Serialize;
+
+/// What varies: the classes of Charalambous & Bharath (BMVC 2016, section 1).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Class {
+    /// Where the walker walks, and what stands there.
+    Environment,
+    /// How the walker is seen.
+    Imaging,
+    /// What the walker is like, wears and carries.
+    Appearance,
+}
+
+impl Class {
+    /// The name under which lists and results state it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Environment => "environment",
+            Self::Imaging => "imaging",
+            Self::Appearance => "appearance",
+        }
+    }
+}
+
+/// Where in the making of a silhouette a confounder acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// On the body's hulls, before it is posed.
+    Body,
+    /// On poses.
+    Motion,
+    /// On which frames there are.
+    Time,
+    /// On the camera.
+    Camera,
+    /// On the silhouette, before it is framed.
+    Image,
+}
+
+/// A confounder's physical unit, where its strength is in proportion to a quantity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unit {
+    /// As conditions state it, such as `deg`.
+    pub name: &'static str,
+    /// The amount at strength 1.
+    pub full: f64,
+}
+
+/// Something that makes the same walk look different.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Confounder {
+    /// Which.
+    pub kind: Kind,
+    /// The name under which conditions and results state it.
+    pub name: &'static str,
+    /// What varies.
+    pub class: Class,
+    /// Where it acts.
+    pub stage: Stage,
+    /// Whether it has an opposite: strengths from -1 on, otherwise from 0 on.
+    pub is_signed: bool,
+    /// The unit of its strength, if it has one.
+    pub unit: Option<Unit>,
+    /// What it is at strength 1.
+    pub at_full: &'static str,
+}
+
+/// Declares [`Kind`] and [`CATALOGUE`].
+macro_rules! confounders {
+    ($($kind:ident $name:literal $class:ident $stage:ident $signed:literal $unit:expr, $full:literal;)*) => {
+        /// A confounder. The order is that in which they are applied.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum Kind {
+            $(#[doc = $full] $kind,)*
+        }
+
+        /// All confounders, in the order in which they are applied.
+        pub const CATALOGUE: [Confounder; [$(stringify!($kind)),*].len()] = [
+            $(Confounder {
+                kind: Kind::$kind,
+                name: $name,
+                class: Class::$class,
+                stage: Stage::$stage,
+                is_signed: $signed,
+                unit: $unit,
+                at_full: $full,
+            },)*
+        ];
+    };
+}
+
+const fn unit(full: f64, name: &'static str) -> Option<Unit> {
+    Some(Unit { name, full })
+}
+
+confounders! {
+    BodyMass "body-mass" Appearance Body true None, "1.3 times the mass at the same stature (-1: divided by 1.3)";
+    Build "build" Appearance Body true unit(2.0, "sd"), "two residual standard deviations broader at the same mass (-1: slenderer)";
+    Age "age" Appearance Body false None, "80 years old: shorter trunk, wider waist, stoop, shorter steps";
+    WideTrousers "wide-trousers" Appearance Body false None, "legs 1 cm wider all around at the hips, 5.5 cm at the ankles";
+    Shoes "shoes" Appearance Body false None, "soles of 2 cm, heels of 3.5 cm, 2.5 cm longer than the toes";
+    Skirt "skirt" Appearance Body false None, "a skirt nine tenths down the legs, taut between them";
+    Coat "coat" Appearance Body false None, "a coat, 2 cm thick, from the shoulders to below the knees";
+    Hair "hair" Appearance Body false None, "full hair, 3 cm thick, down to the shoulder blades";
+    Hat "hat" Appearance Body false None, "a brim of 7 cm and a crown 5 cm above the head";
+    Backpack "backpack" Appearance Body false None, "32 x 46 x 20 cm on the back, and a lean of 10 degrees";
+    ShoulderBag "shoulder-bag" Appearance Body false None, "38 x 30 x 12 cm at the left hip";
+    Suitcase "suitcase" Appearance Body false None, "55 x 40 x 20 cm in the right hand, which hangs";
+    Speed "speed" Appearance Motion true None, "1.5 times as fast (-1: two thirds), strides longer by 1.5^0.42";
+    ArmStill "arm-still" Appearance Motion false None, "the right arm does not swing";
+    HandsInPockets "hands-in-pockets" Appearance Motion false None, "both hands in the pockets";
+    AsymmetricGait "asymmetric-gait" Appearance Motion false None, "a limp: the right hip keeps 60 % of its swing, the trunk tips by 10 degrees";
+    Slope "slope" Environment Motion true unit(20.0, "deg"), "20 degrees up (-1: down)";
+    FrameRate "frame-rate" Imaging Time false None, "a tenth of the frames; each is shown until the next one";
+    DroppedFrames "dropped-frames" Imaging Time false unit(90.0, "%"), "90 % of the frames lost; the one before is shown again";
+    Azimuth "azimuth" Imaging Camera true unit(30.0, "deg"), "the camera 30 degrees further round";
+    Elevation "elevation" Imaging Camera true unit(30.0, "deg"), "the camera 30 degrees higher, at most straight above";
+    Roll "roll" Imaging Camera true unit(20.0, "deg"), "the camera turned by 20 degrees about its line of sight";
+    Distance "distance" Imaging Camera false None, "the camera 1.5 m away (0: as far as it was; parallel rays come from infinity)";
+    FocalLength "focal-length" Imaging Camera false None, "a quarter of the focal length: of a figure's 150 rows on the sensor 38 are left";
+    Shadow "shadow" Environment Image false None, "the whole shadow of a sun 45 degrees high, ahead to the left; a level camera sees none";
+    StaticOccluder "static-occluder" Environment Image false None, "a pillar, half a metre thick, that the walker passes behind";
+    MovingOccluder "moving-occluder" Environment Image false None, "somebody as large who crosses in front";
+    MotionBlur "motion-blur" Imaging Image false unit(0.125, "s"), "an exposure of 1/8 s by a camera that stands still";
+    RadialDistortion "radial-distortion" Imaging Image true None, "k1 = -0.3, k2 = 0.08 (-1: k1 = 0.3), the figure 39 degrees off the axis";
+    Resolution "resolution" Imaging Image false None, "a figure of ten rows";
+    Light "light" Environment Image false None, "patches without contrast, noise, light from one side, through segmentation";
+    Holes "holes" Environment Image false None, "six holes with a quarter of the figure's area";
+    MissingParts "missing-parts" Environment Image false None, "the head, a band or half a leg taken for background";
+    MergedBackground "merged-background" Environment Image false None, "three blobs with half of the figure's area joined to it";
+    Erosion "erosion" Environment Image false unit(3.0, "cm"), "an outline drawn 3 cm too tight";
+    Dilation "dilation" Environment Image false unit(3.0, "cm"), "an outline drawn 3 cm too wide";
+    SaltAndPepper "salt-and-pepper" Environment Image false unit(10.0, "%"), "10 % of the samples around the figure turned over";
+}
+
+impl Kind {
+    /// What is known of it.
+    #[must_use]
+    pub fn confounder(self) -> &'static Confounder {
+        &CATALOGUE[self as usize]
+    }
+}
+
+/// The confounder of this name.
+#[must_use]
+pub fn named(name: &str) -> Option<&'static Confounder> {
+    CATALOGUE.iter().find(|confounder| confounder.name == name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_told_apart_and_kinds_find_their_entry() {
+        for (at, confounder) in CATALOGUE.iter().enumerate() {
+            assert_eq!(confounder.kind.confounder(), confounder);
+            assert_eq!(named(confounder.name), Some(confounder));
+            let known = |c: char| c.is_ascii_lowercase() || c == '-';
+            assert!(confounder.name.chars().all(known), "{}", confounder.name);
+            assert!(
+                CATALOGUE[..at]
+                    .iter()
+                    .all(|other| other.stage <= confounder.stage)
+            );
+        }
+        assert_eq!(named("fog"), None);
+    }
+}

@@ -1,0 +1,332 @@
+//! What segmentation gets wrong: holes, parts that are missing or added, and noise.
+//!
+//! Places are drawn as shares of the figure: with the same random numbers they stay where they
+//! are on the body from frame to frame, and from strength to strength.
+
+use super::fine::Fine;
+use super::picture::{Bounds, Picture};
+use glam::DVec2;
+use rand::RngExt as _;
+use rand_chacha::ChaCha8Rng;
+use std::f64::consts::PI;
+
+/// Area of all holes at strength 1, of the figure's. Ours.
+const HOLES_AREA: f64 = 0.25;
+/// How many.
+const HOLES: usize = 6;
+/// Area of all blobs at strength 1, of the figure's: about half of it lies on the figure. Ours.
+const BLOBS_AREA: f64 = 0.5;
+/// How many.
+const BLOBS: usize = 3;
+/// Share of samples that salt and pepper turn at strength 1. Ours.
+const TURNED: f64 = 0.1;
+
+/// Cuts six elliptic holes, which have a quarter of the figure's area at strength 1, as far as
+/// they lie on the figure and not on each other.
+pub fn holes(picture: &mut Picture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
+    let area = picture.area();
+    let spots = Spot::draw::<HOLES>(rng);
+    let radius = radius(fine, area as f64 * HOLES_AREA * strength / HOLES as f64);
+    let centres = spots.map(|spot| nth(picture, spot.place));
+    for (spot, centre) in spots.iter().zip(centres) {
+        if let Some(centre) = centre {
+            ellipse(picture, centre, radius * spot.shape, false);
+        }
+    }
+}
+
+/// Joins three elliptic blobs whose middles lie on the figure's left or right border, and which
+/// have half of its area at strength 1; about half of that lies beside it.
+pub fn merged_background(picture: &mut Picture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
+    let area = picture.area();
+    let spots = Spot::draw::<BLOBS>(rng);
+    let radius = radius(fine, area as f64 * BLOBS_AREA * strength / BLOBS as f64);
+    let centres = spots.map(|spot| border(picture, spot));
+    for (spot, centre) in spots.iter().zip(centres) {
+        if let Some(centre) = centre {
+            ellipse(picture, centre, radius * spot.shape, true);
+        }
+    }
+}
+
+/// Takes away one of three parts: the head, the uppermost fifth of the figure at strength 1; a
+/// leg, half of it from the foot up on one side of the legs' middle; or a band about a height
+/// of a quarter to three quarters, a quarter of it.
+pub fn missing_part(picture: &mut Picture, strength: f64, rng: &mut ChaCha8Rng) {
+    let (part, place) = (rng.random_range(0..4_u8), rng.random::<f64>());
+    let Some(bounds) = picture.bounds() else {
+        return;
+    };
+    let height = (bounds.bottom - bounds.top) as f64;
+    let row = |share: f64| at_most(libm::round(share * height), bounds.bottom - bounds.top);
+    let (left, right) = (bounds.left.cast_signed(), bounds.right.cast_signed());
+    let (rows, columns) = match part {
+        0 => (0..row(0.2 * strength), left..right),
+        1 => {
+            let middle = 0.25 + 0.5 * place;
+            let half = 0.125 * strength;
+            (row(middle - half)..row(middle + half), left..right)
+        }
+        side => {
+            let first = row(1.0 - 0.5 * strength);
+            let middle = middle_column(picture, bounds, bounds.top + row(0.5));
+            let columns = if side == 2 {
+                left..middle
+            } else {
+                middle..right
+            };
+            (first..row(1.0), columns)
+        }
+    };
+    for row in rows {
+        picture.fill(bounds.top + row, columns.start, columns.end, false);
+    }
+}
+
+/// Turns samples of the figure's rectangle over at random, a tenth of them at strength 1.
+pub fn salt_and_pepper(picture: &mut Picture, strength: f64, rng: &mut ChaCha8Rng) {
+    let Some(bounds) = picture.bounds() else {
+        return;
+    };
+    /// Binary digits of the share.
+    const DIGITS: u32 = 16;
+    let share = libm::round(TURNED * strength * f64::from(1 << DIGITS));
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "0 to 2^16"
+    )]
+    let share = share as u32;
+    let mut mask = Picture::empty(1, picture.columns() / 64);
+    mask.fill(
+        0,
+        bounds.left.cast_signed(),
+        bounds.right.cast_signed(),
+        true,
+    );
+    for row in bounds.top..bounds.bottom {
+        let words = picture.row_mut(row).iter_mut().zip(mask.row(0));
+        for (word, mask) in words.filter(|(_, mask)| **mask != 0) {
+            // A number of 16 random digits in each bit is below the share: compared from the
+            // last digit on, 64 at once.
+            let mut below = 0;
+            for digit in 0..DIGITS {
+                let random = rng.random::<u64>();
+                below = if share >> digit & 1 == 1 {
+                    !random | below
+                } else {
+                    !random & below
+                };
+            }
+            *word ^= below & mask;
+        }
+    }
+}
+
+/// Where a hole or a blob is, and its shape.
+#[derive(Clone, Copy)]
+struct Spot {
+    /// A share of the figure, 0..1.
+    place: f64,
+    is_left: bool,
+    /// Half width and half height in mean radii.
+    shape: DVec2,
+}
+
+impl Spot {
+    fn draw<const N: usize>(rng: &mut ChaCha8Rng) -> [Self; N] {
+        std::array::from_fn(|_| {
+            let [place, size, aspect] = [0; 3].map(|_| rng.random::<f64>());
+            let is_left = rng.random::<bool>();
+            // Areas of 0.4 to 1.6 of the mean, up to twice as high as wide or the reverse.
+            let radius = libm::sqrt(0.4 + 1.2 * size);
+            let aspect = libm::sqrt(libm::exp2(2.0 * aspect - 1.0));
+            Self {
+                place,
+                is_left,
+                shape: DVec2::new(radius / aspect, radius * aspect),
+            }
+        })
+    }
+}
+
+/// Half width and half height of what is a circle in the scene, of an area in samples.
+fn radius(fine: &Fine, area: f64) -> DVec2 {
+    let stretch = fine.samples_per_metre();
+    let round = libm::sqrt(area / PI);
+    let aspect = libm::sqrt(stretch.x / stretch.y);
+    DVec2::new(round * aspect, round / aspect)
+}
+
+/// The sample, of those that are on, behind this share of them.
+fn nth(picture: &Picture, share: f64) -> Option<DVec2> {
+    let bounds = picture.bounds()?;
+    let mut left = share * picture.area() as f64;
+    for row in bounds.top..bounds.bottom {
+        let on = f64::from(picture.count(row, bounds.left, bounds.right));
+        if left < on {
+            let mut columns = (bounds.left..bounds.right).filter(|&c| picture.is_on(row, c));
+            let column = columns.nth(at_most(left, picture.columns()))?;
+            return Some(DVec2::new(column as f64 + 0.5, row as f64 + 0.5));
+        }
+        left -= on;
+    }
+    None
+}
+
+/// The sample at the figure's left or right border at a share of its height.
+fn border(picture: &Picture, spot: Spot) -> Option<DVec2> {
+    let bounds = picture.bounds()?;
+    let height = bounds.bottom - bounds.top;
+    let first = bounds.top + at_most(spot.place * height as f64, height - 1);
+    let mut rows = (first..bounds.bottom).chain(bounds.top..first);
+    let row = rows.find(|&row| picture.count(row, bounds.left, bounds.right) > 0)?;
+    let mut columns = bounds.left..bounds.right;
+    let is_on = |column: &usize| picture.is_on(row, *column);
+    let column = if spot.is_left {
+        columns.find(is_on)?
+    } else {
+        columns.rfind(is_on)?
+    };
+    Some(DVec2::new(column as f64 + 0.5, row as f64 + 0.5))
+}
+
+/// The mean column of what is on from a row on.
+fn middle_column(picture: &Picture, bounds: Bounds, from: usize) -> isize {
+    let (mut sum, mut count) = (0, 0);
+    for row in from..bounds.bottom {
+        for column in (bounds.left..bounds.right).filter(|&c| picture.is_on(row, c)) {
+            (sum, count) = (sum + column, count + 1);
+        }
+    }
+    sum.checked_div(count).unwrap_or(bounds.left).cast_signed()
+}
+
+/// Turns the samples on or off whose middles lie within an ellipse.
+fn ellipse(picture: &mut Picture, centre: DVec2, radii: DVec2, on: bool) {
+    let first = at_most(centre.y - radii.y, picture.rows());
+    let end = at_most(centre.y + radii.y + 1.0, picture.rows());
+    for row in first..end {
+        let up = (row as f64 + 0.5 - centre.y) / radii.y;
+        let half = radii.x * libm::sqrt(1.0 - up * up);
+        // A NaN above and below the ellipse fills nothing.
+        #[expect(clippy::cast_possible_truncation, reason = "samples of a picture")]
+        let column = |at: f64| libm::ceil(at - 0.5) as isize;
+        picture.fill(row, column(centre.x - half), column(centre.x + half), on);
+    }
+}
+
+/// A number as a count from 0 to `most`.
+fn at_most(number: f64, most: usize) -> usize {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "clamped"
+    )]
+    let count = number.clamp(0.0, most as f64) as usize;
+    count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::side_view;
+    use super::*;
+    use rand::SeedableRng as _;
+
+    fn seeded(seed: u64) -> ChaCha8Rng {
+        ChaCha8Rng::seed_from_u64(seed)
+    }
+
+    /// Samples that are on in the first picture only.
+    fn without(picture: &Picture, other: &Picture) -> u64 {
+        let mut rest = picture.clone();
+        rest.remove(other);
+        rest.area()
+    }
+
+    #[test]
+    fn holes_take_a_share_of_the_area_and_grow_with_strength() {
+        let mut taken = 0.0;
+        for seed in 0..30 {
+            let (fine, before, _) = side_view(3);
+            let cut = |strength| {
+                let mut picture = before.clone();
+                holes(&mut picture, &fine, strength, &mut seeded(seed));
+                picture
+            };
+            let (some, most) = (cut(0.3), cut(1.0));
+            assert_eq!(without(&some, &before) + without(&most, &some), 0);
+            let share = without(&before, &most) as f64 / before.area() as f64;
+            // All draws of sizes at their largest.
+            assert!(share <= 1.6 * HOLES_AREA + 0.01, "{share}");
+            taken += share / 30.0;
+        }
+        // Less what lies beside the figure or on another hole.
+        assert!((0.1..0.25).contains(&taken), "{taken}");
+    }
+
+    #[test]
+    fn blobs_touch_the_figure_add_only_and_grow_with_strength() {
+        for seed in 0..30 {
+            let (fine, before, _) = side_view(6);
+            let joined = |strength| {
+                let mut picture = before.clone();
+                merged_background(&mut picture, &fine, strength, &mut seeded(seed));
+                picture
+            };
+            let (some, most) = (joined(0.3), joined(1.0));
+            assert_eq!(without(&before, &some) + without(&some, &most), 0);
+            let share = without(&most, &before) as f64 / before.area() as f64;
+            assert!((0.05..1.6 * BLOBS_AREA).contains(&share), "{share}");
+        }
+    }
+
+    #[test]
+    fn a_missing_part_is_a_head_a_band_or_a_leg() {
+        let mut seen = [false; 4];
+        for seed in 0..40 {
+            let (_, before, bounds) = side_view(0);
+            let mut picture = before.clone();
+            missing_part(&mut picture, 1.0, &mut seeded(seed));
+            assert_eq!(without(&picture, &before), 0);
+            let height = bounds.bottom - bounds.top;
+            let now = picture.bounds().expect("most of the figure");
+            let is_empty = |row: usize| picture.row(row).iter().all(|&word| word == 0);
+            let gap = (now.top..now.bottom).filter(|&row| is_empty(row)).count();
+            if now.top > bounds.top {
+                assert_eq!(now.top - bounds.top, (height + 2) / 5);
+                seen[0] = true;
+            } else if gap > 0 {
+                assert!(gap.abs_diff(height / 4) <= 1, "{gap} of {height}");
+                seen[1] = true;
+            } else {
+                let upper = |picture: &Picture| {
+                    let rows = bounds.top..bounds.top + height / 2 - 1;
+                    rows.map(|row| picture.count(row, 0, 9_999)).sum::<u32>()
+                };
+                assert_eq!(upper(&picture), upper(&before));
+                let lost = without(&before, &picture) as f64 / before.area() as f64;
+                assert!((0.05..0.35).contains(&lost), "{lost}");
+                seen[if now.left > bounds.left { 2 } else { 3 }] = true;
+            }
+        }
+        assert_eq!(seen, [true; 4]);
+    }
+
+    #[test]
+    fn salt_and_pepper_turn_the_stated_share_of_the_rectangle_over() {
+        for (strength, share) in [(1.0, 0.1), (0.25, 0.025)] {
+            let (_, before, bounds) = side_view(9);
+            let mut picture = before.clone();
+            salt_and_pepper(&mut picture, strength, &mut seeded(8));
+            let turned = (without(&before, &picture) + without(&picture, &before)) as f64;
+            let area = ((bounds.bottom - bounds.top) * (bounds.right - bounds.left)) as f64;
+            // Five standard deviations of a binomial number.
+            let spread = 5.0 * (area * share * (1.0 - share)).sqrt();
+            assert!((turned - area * share).abs() < spread, "{turned} of {area}");
+            let now = picture.bounds().expect("samples");
+            assert!(now.top >= bounds.top && now.bottom <= bounds.bottom);
+            assert!(now.left >= bounds.left && now.right <= bounds.right);
+        }
+    }
+}

@@ -1,0 +1,451 @@
+//! Where a fine picture lies, and how the core draws figures into it.
+//!
+//! A fine picture has three by three samples for each pixel that the silhouette would have, at
+//! the same places: the middle one of each three by three is the sample that the core would
+//! take. It is drawn in nine phases of one sample a pixel.
+
+use super::phases::{FINE, WINDOW, interleaved, merge, phase_offset, tiles, within};
+use super::picture::{Bounds, Picture};
+use crate::error::{Error, Result};
+use edgegait_core::body::{Body, Figure};
+use edgegait_core::camera::{Camera, Framing, NEAR_M};
+use edgegait_core::raster::{DrawError, Rasterizer, Renderer};
+use edgegait_core::silhouette::{Frame, Size};
+use edgegait_core::skeleton::Joint;
+use glam::{DVec2, Vec2, Vec3};
+
+/// Pixels above and below, and on each side of, what is drawn, for effects that widen it: 16
+/// and 28 % of a figure of 50 rows. Ours: what a lens stretches stays inside.
+const ABOVE: usize = 8;
+const BESIDE: usize = 14;
+
+/// Most pixels along an axis from the image's corner to something drawn, as the core has it of
+/// columns: 16 windows of 128.
+const MAX_REACH: f64 = 2_048.0;
+
+/// How a figure is seen and fitted into its silhouette.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setup {
+    /// Where it is seen from.
+    pub camera: Camera,
+    /// How it is fitted into the image.
+    pub framing: Framing,
+    /// Rows and columns of the silhouette.
+    pub size: Size,
+    /// How far from the pixels' centres samples are, pixels to the right and down, each within
+    /// half a pixel.
+    pub jitter: Vec2,
+}
+
+/// A rectangle of a fine picture, samples; y runs down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rectangle {
+    /// Upper left corner.
+    pub corner: DVec2,
+    /// Width and height.
+    pub size: DVec2,
+}
+
+/// Draws fine pictures.
+#[derive(Debug)]
+pub struct FineRenderer {
+    /// Draws whole silhouettes.
+    silhouettes: Renderer,
+    /// Draws phases.
+    windows: Renderer,
+}
+
+impl FineRenderer {
+    /// A renderer of one sample a pixel, for silhouettes of this size.
+    ///
+    /// # Errors
+    /// For rasterisers that draw grey: what is segmented is on or off.
+    pub fn new(rasterizer: Rasterizer, size: Size) -> Result<Self> {
+        match rasterizer {
+            Rasterizer::Skia | Rasterizer::Rows => Ok(Self {
+                silhouettes: Renderer::new(rasterizer, size),
+                windows: Renderer::new(rasterizer, Size::S64x64),
+            }),
+            Rasterizer::SkiaAa | Rasterizer::Rows3x3 => Err(Error::Usage(format!(
+                "--raster {rasterizer}: confounders of the image segment it into on and off, expected rows or skia, which have one sample a pixel"
+            ))),
+        }
+    }
+}
+
+/// Where a fine picture lies, and what of it the silhouette shows.
+#[derive(Clone, Debug)]
+pub struct Fine {
+    pub(super) setup: Setup,
+    /// The rectangle of the figure's projected points, metres in the image.
+    extent: Extent,
+    /// Image pixels a metre, to the right and down: three samples each.
+    scale: DVec2,
+    /// An image point, metres, and on which of the silhouette's pixel coordinates it falls.
+    anchor: DVec2,
+    at: DVec2,
+    /// Pixels of the picture left of and above pixel (0, 0).
+    pub(super) left: usize,
+    pub(super) above: usize,
+    rows: usize,
+    words: usize,
+    /// A point in front of the camera.
+    reference: Vec3,
+}
+
+impl Fine {
+    /// The picture of `figure`, large enough for `others` too: its shadow.
+    ///
+    /// [`Framing::Height`] and [`Framing::Box`] are as the core has them of the figure alone,
+    /// [`Framing::Fixed`] is what it says.
+    ///
+    /// # Errors
+    /// For figures without an image; see [`DrawError`].
+    pub fn of(
+        figure: &Figure<'_>,
+        others: &[&Figure<'_>],
+        setup: Setup,
+    ) -> std::result::Result<Self, DrawError> {
+        // A NaN fails the comparison.
+        if !setup.jitter.abs().cmple(Vec2::splat(0.5)).all() {
+            return Err(DrawError::Jitter(setup.jitter));
+        }
+        let reference = figure.points().next().ok_or(DrawError::Empty)?;
+        let extent = Extent::of(figure, &setup.camera)?;
+        let image = pixels(setup.size);
+        // Scales in the core's arithmetic.
+        let full = (image.as_vec2() / (extent.max - extent.min)).as_dvec2();
+        let (scale, anchor, at) = match setup.framing {
+            Framing::Height => {
+                let middle = 0.5 * (extent.min.x + extent.max.x);
+                let anchor = Vec2::new(middle, extent.max.y).as_dvec2();
+                (DVec2::splat(full.y), anchor, DVec2::ZERO)
+            }
+            Framing::Box => {
+                let anchor = Vec2::new(extent.min.x, extent.max.y).as_dvec2();
+                (full, anchor, DVec2::ZERO)
+            }
+            Framing::Fixed {
+                centre,
+                pixels_per_metre,
+            } => {
+                // A NaN fails the comparison.
+                if !(pixels_per_metre > 0.0 && pixels_per_metre.is_finite()) {
+                    return Err(DrawError::Scale(pixels_per_metre));
+                }
+                let anchor = projected(&setup.camera, centre)?.as_dvec2();
+                (DVec2::splat(pixels_per_metre.into()), anchor, 0.5 * image)
+            }
+        };
+        if !scale.is_finite() {
+            return Err(DrawError::Flat);
+        }
+        let mut fine = Self {
+            setup,
+            extent,
+            scale,
+            anchor,
+            at,
+            left: 0,
+            above: 0,
+            rows: 0,
+            words: 0,
+            reference,
+        };
+        let (mut min, mut max) = fine.pixels_of(&extent);
+        for other in others {
+            let (from, to) = fine.pixels_of(&Extent::of(other, &setup.camera)?);
+            (min, max) = (min.min(from), max.max(to));
+        }
+        if setup.framing != Framing::Height {
+            (min, max) = (min.min(DVec2::ZERO), max.max(image));
+        }
+        let reach = min.abs().max(max.abs()).max_element();
+        if reach > MAX_REACH {
+            #[expect(clippy::cast_possible_truncation, reason = "for a message")]
+            return Err(DrawError::TooWide(reach as f32));
+        }
+        let (before, behind) = ((-min).max(DVec2::ZERO), max.max(DVec2::ZERO));
+        fine.left = whole(before.x.ceil()) + BESIDE;
+        fine.above = whole(before.y.ceil()) + ABOVE;
+        fine.rows = FINE * (fine.above + whole(behind.y.ceil()) + ABOVE);
+        fine.words = (FINE * (fine.left + whole(behind.x.ceil()) + BESIDE)).div_ceil(64);
+        Ok(fine)
+    }
+
+    /// A picture of this layout, nothing on.
+    #[must_use]
+    pub fn blank(&self) -> Picture {
+        Picture::empty(self.rows, self.words)
+    }
+
+    /// The rectangle of the figure's projected points.
+    #[must_use]
+    pub fn figure(&self) -> Rectangle {
+        let (min, max) = self.pixels_of(&self.extent);
+        let corner = min + DVec2::new(self.left as f64, self.above as f64);
+        Rectangle {
+            corner: FINE as f64 * corner,
+            size: FINE as f64 * (max - min),
+        }
+    }
+
+    /// Samples for each metre, to the right and down.
+    #[must_use]
+    pub fn samples_per_metre(&self) -> DVec2 {
+        FINE as f64 * self.scale
+    }
+
+    /// Draws the figure that the picture is of, and tells where it is on. Its framing is the
+    /// silhouette that the core draws.
+    ///
+    /// # Errors
+    /// For figures without an image; see [`DrawError`].
+    pub fn draw_figure(
+        &self,
+        renderer: &mut FineRenderer,
+        figure: &Figure<'_>,
+    ) -> std::result::Result<(Picture, Bounds), DrawError> {
+        let mut picture = self.draw(renderer, figure)?;
+        let Setup {
+            camera,
+            framing,
+            size,
+            jitter,
+        } = self.setup;
+        if renderer.silhouettes.size() != size {
+            let rasterizer = renderer.silhouettes.rasterizer();
+            renderer.silhouettes = Renderer::new(rasterizer, size);
+        }
+        let drawing = renderer
+            .silhouettes
+            .draw(figure, &camera, framing, jitter)?;
+        if let Frame::Binary(silhouette) = drawing.frame {
+            self.settle(&mut picture, silhouette);
+        }
+        let bounds = picture.bounds().ok_or(DrawError::Vanished)?;
+        Ok((picture, bounds))
+    }
+
+    /// Draws another figure: a shadow, or what stands before the walker. What lies outside of
+    /// the picture does not show.
+    ///
+    /// [`Framing::Box`] of a figure that is not square stretches its hulls before it draws
+    /// them, about 0.5 ms.
+    ///
+    /// # Errors
+    /// For figures without an image; see [`DrawError`].
+    pub fn draw(
+        &self,
+        renderer: &mut FineRenderer,
+        figure: &Figure<'_>,
+    ) -> std::result::Result<Picture, DrawError> {
+        let mut picture = self.blank();
+        let extent = Extent::of(figure, &self.setup.camera)?;
+        let (min, max) = self.pixels_of(&extent);
+        let jitter = self.setup.jitter.as_dvec2();
+        let columns = tiles(
+            (min.x - jitter.x, max.x - jitter.x),
+            self.left,
+            picture.columns() / FINE,
+        );
+        let rows = tiles(
+            (min.y - jitter.y, max.y - jitter.y),
+            self.above,
+            self.rows / FINE,
+        );
+        if columns.is_empty() || rows.is_empty() {
+            return Ok(picture);
+        }
+        let stretch = self.stretch();
+        let stretched = if stretch == 1.0 {
+            None
+        } else {
+            Some(self.stretched(figure, stretch)?)
+        };
+        let stretched = stretched.as_deref().map(Figure::at_rest);
+        let figure = stretched.as_ref().unwrap_or(figure);
+        for &row in &rows {
+            for &column in &columns {
+                self.draw_tile(renderer, figure, (column, row), &mut picture)?;
+            }
+        }
+        Ok(picture)
+    }
+
+    /// Draws the part of a figure in the window whose upper left pixel is this one.
+    fn draw_tile(
+        &self,
+        renderer: &mut FineRenderer,
+        figure: &Figure<'_>,
+        (column, row): (isize, isize),
+        picture: &mut Picture,
+    ) -> std::result::Result<(), DrawError> {
+        let offset = FINE.cast_signed() * (column + self.left.cast_signed());
+        let first = FINE.cast_signed() * (row + self.above.cast_signed());
+        for down in 0..FINE {
+            let mut phases = [[0; WINDOW]; FINE];
+            for (across, phase) in phases.iter_mut().enumerate() {
+                let (x, jitter_x) = within(phase_offset(across) + f64::from(self.setup.jitter.x));
+                let (y, jitter_y) = within(phase_offset(down) + f64::from(self.setup.jitter.y));
+                let middle = DVec2::new((column + x) as f64, (row + y) as f64)
+                    + DVec2::splat(0.5 * WINDOW as f64);
+                let framing = self.window(middle);
+                let jitter = Vec2::new(jitter_x, jitter_y);
+                let windows = &mut renderer.windows;
+                match windows.draw(figure, &self.setup.camera, framing, jitter) {
+                    Ok(drawing) => {
+                        if let Frame::Binary(silhouette) = drawing.frame {
+                            phase.copy_from_slice(silhouette.rows());
+                        }
+                    }
+                    // A shadow that is seen edge on has no area.
+                    Err(DrawError::Vanished) => (),
+                    Err(error) => return Err(error),
+                }
+            }
+            for row in 0..WINDOW {
+                let bits = interleaved(phases.map(|phase| phase[row]));
+                let at = first + (FINE * row + down).cast_signed();
+                let at = usize::try_from(at).ok().filter(|&at| at < picture.rows());
+                if let Some(at) = at.filter(|_| bits != [0; FINE]) {
+                    merge(picture.row_mut(at), bits, offset);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The framing that shows these pixel coordinates in the middle of a window.
+    fn window(&self, middle: DVec2) -> Framing {
+        let metres = (middle - self.at) / self.scale;
+        let target = self.anchor + DVec2::new(metres.x, -metres.y);
+        let target = DVec2::new(self.stretch() * target.x, target.y);
+        #[expect(clippy::cast_possible_truncation, reason = "pixels a metre")]
+        let pixels_per_metre = self.scale.y as f32;
+        Framing::Fixed {
+            centre: self.seen_at(target),
+            pixels_per_metre,
+        }
+    }
+
+    /// A point that appears at an image point, at the depth of the reference point.
+    fn seen_at(&self, target: DVec2) -> Vec3 {
+        let camera = &self.setup.camera;
+        let right = camera.viewpoint().right();
+        let up = camera.viewpoint().up();
+        let growth = self.growth(self.reference);
+        let mut point = self.reference;
+        // The second step takes back what the first one rounded.
+        for _ in 0..2 {
+            let away = (target - camera.project(point).as_dvec2()) / growth;
+            point =
+                (point.as_dvec3() + right.as_dvec3() * away.x + up.as_dvec3() * away.y).as_vec3();
+        }
+        point
+    }
+
+    /// Image metres for a metre at the depth of a point: 1 with parallel rays.
+    fn growth(&self, point: Vec3) -> f64 {
+        let camera = &self.setup.camera;
+        let right = camera.viewpoint().right();
+        f64::from(camera.project(point + right).x) - f64::from(camera.project(point).x)
+    }
+
+    /// How many times as wide as high a metre is drawn.
+    fn stretch(&self) -> f64 {
+        self.scale.x / self.scale.y
+    }
+
+    /// A figure that is `stretch` times as far from the image's line x = 0.
+    ///
+    /// Every depth stays as it is, so that the image is stretched, whatever the lens is.
+    fn stretched(
+        &self,
+        figure: &Figure<'_>,
+        stretch: f64,
+    ) -> std::result::Result<Box<Body>, DrawError> {
+        let camera = &self.setup.camera;
+        let right = camera.viewpoint().right().as_dvec3();
+        let mut body = Box::<Body>::default();
+        for hull in figure.hulls() {
+            let points = hull.map(|point| {
+                let from_line = f64::from(camera.project(point).x) / self.growth(point);
+                (point.as_dvec3() + right * ((stretch - 1.0) * from_line)).as_vec3()
+            });
+            // As many as the figure has, which are within the budget.
+            let fits = body.push(Joint::Pelvis, points);
+            debug_assert!(fits.is_ok(), "a figure is within the budget");
+        }
+        Ok(body)
+    }
+
+    /// The silhouette's pixel coordinates of a rectangle of the image.
+    fn pixels_of(&self, extent: &Extent) -> (DVec2, DVec2) {
+        let place = |x: f32, y: f32| {
+            let from = Vec2::new(x, y).as_dvec2() - self.anchor;
+            DVec2::new(from.x, -from.y) * self.scale + self.at
+        };
+        (
+            place(extent.min.x, extent.max.y),
+            place(extent.max.x, extent.min.y),
+        )
+    }
+}
+
+/// The rectangle that a figure takes in the image, metres.
+#[derive(Clone, Copy, Debug)]
+struct Extent {
+    min: Vec2,
+    max: Vec2,
+}
+
+impl Extent {
+    fn of(figure: &Figure<'_>, camera: &Camera) -> std::result::Result<Self, DrawError> {
+        let mut points = figure.points();
+        let first = projected(camera, points.next().ok_or(DrawError::Empty)?)?;
+        let mut extent = Self {
+            min: first,
+            max: first,
+        };
+        for point in points {
+            let image = projected(camera, point)?;
+            extent.min = extent.min.min(image);
+            extent.max = extent.max.max(image);
+        }
+        Ok(extent)
+    }
+}
+
+/// Where a point appears, if it is far enough in front of the camera.
+fn projected(camera: &Camera, point: Vec3) -> std::result::Result<Vec2, DrawError> {
+    let depth_m = camera.depth_m(point);
+    if !point.is_finite() || depth_m.is_nan() {
+        return Err(DrawError::NotFinite);
+    }
+    if depth_m < NEAR_M {
+        return Err(DrawError::TooNear(depth_m));
+    }
+    let image = camera.project(point);
+    if image.is_finite() {
+        Ok(image)
+    } else {
+        Err(DrawError::NotFinite)
+    }
+}
+
+/// Columns and rows of a silhouette.
+fn pixels(size: Size) -> DVec2 {
+    DVec2::new(size.columns() as f64, size.rows() as f64)
+}
+
+/// A count of pixels.
+fn whole(pixels: f64) -> usize {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a few thousand"
+    )]
+    let count = pixels as usize;
+    count
+}

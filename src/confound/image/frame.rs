@@ -1,0 +1,216 @@
+//! From a fine picture to the silhouette that the core would have drawn.
+//!
+//! Extents are those of the figure's points, trimmed or grown by as many rows and columns of
+//! samples as the outermost ones that are on have moved. What has not changed is sampled in the
+//! middle of each three by three samples; what has is sampled at the nearest one.
+
+use super::fine::Fine;
+use super::phases::FINE;
+use super::picture::{Bounds, Picture};
+use edgegait_core::camera::Framing;
+use edgegait_core::silhouette::Silhouette;
+
+/// A silhouette, and how much of the picture it leaves out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Framed {
+    /// The silhouette.
+    pub silhouette: Silhouette,
+    /// The share of what is on that lies outside of the silhouette, 0..=1; by
+    /// [`Framing::Height`] counted as the core does, by [`Framing::Fixed`] in fine samples.
+    pub clipped_share: f32,
+}
+
+/// Samples along an axis, evenly, in whole numbers.
+#[derive(Clone, Copy)]
+struct Axis {
+    /// Where pixel 0 begins, halves of a sample.
+    halves: i64,
+    /// So many pixels take `span` samples.
+    pixels: i64,
+    span: i64,
+}
+
+impl Axis {
+    /// The sample that is nearest to the middle of a pixel.
+    fn sample(self, number: i64) -> Option<usize> {
+        let at = self.halves * self.pixels + (2 * number + 1) * self.span;
+        usize::try_from(at.div_euclid(2 * self.pixels)).ok()
+    }
+
+    /// The last pixel whose middle is at or before the start of a sample.
+    fn before(self, sample: usize) -> i64 {
+        let at = (2 * signed(sample) - self.halves) * self.pixels - self.span;
+        at.div_euclid(2 * self.span)
+    }
+}
+
+/// Which samples the silhouette's pixels are.
+#[derive(Clone, Copy)]
+struct Grid {
+    rows: Axis,
+    columns: Axis,
+    /// The first column's pixel.
+    first: i64,
+}
+
+impl Fine {
+    /// Frames what effects left of a picture. `before` is [`Self::draw_figure`]'s. None if
+    /// nothing is left.
+    #[must_use]
+    pub fn frame(&self, picture: &Picture, before: Bounds) -> Option<Framed> {
+        let now = picture.bounds()?;
+        let grid = self.grid(now, before);
+        match self.setup.framing {
+            Framing::Height => {
+                let (first, area) = self.centred(picture, now, &grid)?;
+                let silhouette = self.sampled(picture, &Grid { first, ..grid });
+                Some(Framed {
+                    clipped_share: clipped_share(silhouette.area().into(), area),
+                    silhouette,
+                })
+            }
+            Framing::Box => {
+                let silhouette = self.sampled(picture, &grid);
+                (silhouette.area() > 0).then_some(Framed {
+                    silhouette,
+                    clipped_share: 0.0,
+                })
+            }
+            Framing::Fixed { .. } => {
+                let size = self.setup.size;
+                let shown = (FINE * self.above..FINE * (self.above + size.rows())).map(|row| {
+                    let (from, to) = (FINE * self.left, FINE * (self.left + size.columns()));
+                    u64::from(picture.count(row, from, to))
+                });
+                Some(Framed {
+                    silhouette: self.sampled(picture, &grid),
+                    clipped_share: clipped_share(shown.sum(), picture.area()),
+                })
+            }
+        }
+    }
+
+    /// Makes `picture`, which was drawn in phases, agree with what the core drew at once: their
+    /// coordinates are rounded differently, which moves an edge by 1/64 pixel at most.
+    pub(super) fn settle(&self, picture: &mut Picture, drawn: &Silhouette) {
+        let Some(now) = picture.bounds() else {
+            return;
+        };
+        let mut grid = self.grid(now, now);
+        if self.setup.framing == Framing::Height {
+            let Some((first, _)) = self.centred(picture, now, &grid) else {
+                return;
+            };
+            grid.first = first;
+        }
+        let found = self.sampled(picture, &grid);
+        for (row, (found, drawn)) in (0..).zip(found.rows().iter().zip(drawn.rows())) {
+            let mut differing = found ^ drawn;
+            while differing != 0 {
+                let column = differing.trailing_zeros();
+                let at = grid.rows.sample(row);
+                let sample = grid.columns.sample(grid.first + i64::from(column));
+                if let Some((at, sample)) = at.zip(sample) {
+                    let sample = sample.cast_signed();
+                    picture.fill(at, sample, sample + 1, drawn >> column & 1 == 1);
+                }
+                differing &= differing - 1;
+            }
+        }
+    }
+
+    /// Where the pixels are, those of [`Framing::Height`] counted from the figure's middle.
+    fn grid(&self, now: Bounds, before: Bounds) -> Grid {
+        let size = self.setup.size;
+        let [top, left] = [self.above, self.left].map(|pixels| 2 * signed(FINE * pixels));
+        let axis = |halves, pixels, from: i64, to: i64| Axis {
+            halves: halves + 2 * from,
+            pixels: signed(pixels),
+            span: signed(FINE * pixels) + to - from,
+        };
+        let up = moved(now.top, before.top);
+        let down = moved(now.bottom, before.bottom);
+        let (west, east) = (moved(now.left, before.left), moved(now.right, before.right));
+        let rows = axis(top, size.rows(), up, down);
+        let (rows, columns) = match self.setup.framing {
+            Framing::Height => {
+                let halves = left + west + east;
+                (rows, Axis { halves, ..rows })
+            }
+            Framing::Box => (rows, axis(left, size.columns(), west, east)),
+            Framing::Fixed { .. } => (
+                axis(top, size.rows(), 0, 0),
+                axis(left, size.columns(), 0, 0),
+            ),
+        };
+        Grid {
+            rows,
+            columns,
+            first: 0,
+        }
+    }
+
+    /// The pixel at which a silhouette begins whose middle column has the centroid of the
+    /// sampled points, and how many of them are on; none if none is.
+    fn centred(&self, picture: &Picture, now: Bounds, grid: &Grid) -> Option<(i64, u64)> {
+        let rows = (0..signed(self.setup.size.rows())).filter_map(|row| grid.rows.sample(row));
+        let rows: Vec<usize> = rows.collect();
+        let (mut area, mut doubled) = (0, 0);
+        for number in grid.columns.before(now.left)..=grid.columns.before(now.right) {
+            if let Some(column) = grid.columns.sample(number) {
+                let on = rows.iter().filter(|&&row| picture.is_on(row, column));
+                let on = signed(on.count());
+                area += on;
+                doubled += on * (2 * number + 1);
+            }
+        }
+        if area == 0 {
+            return None;
+        }
+        // As the core has it: both are whole numbers, so that a tie is exact.
+        #[expect(clippy::cast_precision_loss, reason = "exact below 2^53")]
+        let (whole, sum) = (area as f64, doubled as f64);
+        let jitter = f64::from(self.setup.jitter.x);
+        let centroid = libm::floor((sum + whole * (1.0 + 2.0 * jitter)) / (2.0 * whole));
+        #[expect(clippy::cast_possible_truncation, reason = "a few thousand columns")]
+        let centroid = centroid as i64;
+        let middle = signed(self.setup.size.columns() / 2);
+        Some((centroid - middle, area.unsigned_abs()))
+    }
+
+    /// The samples of the silhouette's pixels.
+    fn sampled(&self, picture: &Picture, grid: &Grid) -> Silhouette {
+        let size = self.setup.size;
+        let columns = (0..signed(size.columns()))
+            .map(|column| grid.columns.sample(grid.first + column))
+            .map(|sample| sample.unwrap_or(usize::MAX));
+        let columns: Vec<usize> = columns.collect();
+        let rows = (0..signed(size.rows())).map(|row| {
+            let row = grid.rows.sample(row).unwrap_or(usize::MAX);
+            let bits = columns.iter().enumerate();
+            bits.fold(0, |bits, (bit, &column)| {
+                bits | u64::from(picture.is_on(row, column)) << bit
+            })
+        });
+        Silhouette::from_rows(size, &rows.collect::<Vec<u64>>())
+    }
+}
+
+/// The share of `all` that is not `shown`, in the core's arithmetic.
+fn clipped_share(shown: u64, all: u64) -> f32 {
+    #[expect(clippy::cast_precision_loss, reason = "a share")]
+    let share = 1.0 - (shown as f32 / all as f32).min(1.0);
+    share
+}
+
+/// By how much a border has moved.
+fn moved(now: usize, before: usize) -> i64 {
+    signed(now) - signed(before)
+}
+
+/// A count as a signed number.
+fn signed(count: usize) -> i64 {
+    #[expect(clippy::cast_possible_wrap, reason = "a few thousand")]
+    let signed = count as i64;
+    signed
+}

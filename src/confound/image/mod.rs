@@ -1,0 +1,43 @@
+//! What befalls a silhouette between the scene and the recognizer.
+//!
+//! A figure that is confounded in the image is drawn on a [`Fine`] picture first, three by three
+//! samples for each pixel of its silhouette. Shadows join it, occluders are removed from it,
+//! effects act on it, and then it is framed:
+//!
+//! ```text
+//! let fine = Fine::of(&figure, &[&shadow], setup)?;
+//! let (mut picture, before) = fine.draw_figure(&mut renderer, &figure)?;
+//! picture.join(&fine.draw(&mut renderer, &shadow)?);
+//! picture.remove(&fine.draw(&mut renderer, &occluder)?);
+//! erode(&mut picture, &fine, strength, &mut rng);
+//! let framed = fine.frame(&picture, before);
+//! ```
+//!
+//! What nothing has changed becomes the silhouette that the core draws directly.
+
+mod distortion;
+mod exposure;
+mod faults;
+mod fine;
+mod frame;
+mod light;
+mod morphology;
+mod occluder;
+mod phases;
+mod picture;
+mod resolution;
+mod shadow;
+#[cfg(test)]
+mod tests;
+
+pub use distortion::{distort, straightened};
+pub use exposure::exposed;
+pub use faults::{holes, merged_background, missing_part, salt_and_pepper};
+pub use fine::{Fine, FineRenderer, Rectangle, Setup};
+pub use frame::Framed;
+pub use light::Light;
+pub use morphology::{dilate, erode};
+pub use occluder::{Crossing, Pillar};
+pub use picture::{Bounds, Picture};
+pub use resolution::{coarsen, to_cells};
+pub use shadow::{Floor, Sun, shadow_body};

@@ -1,0 +1,268 @@
+//! What stands or passes between the camera and the walker.
+//!
+//! Cycles are walked on the spot, so that what stands still moves backwards by a stride in a
+//! cycle. Everything repeats from cycle to cycle. From far above, little is hidden: at an
+//! elevation of 60 degrees, what is one metre nearer appears 0.87 m further down.
+
+use edgegait_core::body::Body;
+use edgegait_core::camera::Viewpoint;
+use edgegait_core::pose::ModelPose;
+use edgegait_core::skeleton::Joint;
+use glam::{Mat3, Vec3};
+use rand::RngExt as _;
+use rand_chacha::ChaCha8Rng;
+
+/// Level distance from the walker's path towards the camera, metres. Ours: as two people pass.
+const DISTANCE_M: f32 = 1.0;
+
+/// Height of a pillar, metres, and its width at strength 1. Ours: as platforms have them.
+const PILLAR_HEIGHT_M: f32 = 3.0;
+const PILLAR_WIDTH_M: f32 = 0.5;
+/// How far from the walker's path, seen from in front, a pillar may stand, metres.
+const ASIDE_M: f32 = 0.2;
+
+/// A pillar that the walker passes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pillar {
+    width_m: f32,
+    aside_m: f32,
+    start: f64,
+}
+
+impl Pillar {
+    /// A pillar of 3 m, half a metre thick at strength 1, one metre from the walker towards the
+    /// camera. When it is passed is drawn, and how far aside it stands, which shows from in
+    /// front and from behind.
+    #[must_use]
+    pub fn new(strength: f64, rng: &mut ChaCha8Rng) -> Self {
+        #[expect(clippy::cast_possible_truncation, reason = "a share")]
+        let width_m = PILLAR_WIDTH_M * strength as f32;
+        Self {
+            width_m,
+            aside_m: ASIDE_M * (2.0 * rng.random::<f32>() - 1.0),
+            start: rng.random(),
+        }
+    }
+
+    /// The pillar at a phase of the cycle, seen from a viewpoint; to be drawn at rest.
+    #[must_use]
+    pub fn body(&self, phase: f64, stride_m: f64, viewpoint: Viewpoint) -> Box<Body> {
+        let travelled = travelled(phase + self.start, stride_m);
+        let (toward, right) = level_axes(viewpoint);
+        let foot = toward * DISTANCE_M + right * self.aside_m - Vec3::Z * travelled;
+        let corners = (0..8_u8).flat_map(|corner| {
+            let (sin, cos) = libm::sincosf(f32::from(corner) * std::f32::consts::FRAC_PI_4);
+            let side = foot + Vec3::new(cos, 0.0, sin) * (0.5 * self.width_m);
+            [side, side + Vec3::Y * PILLAR_HEIGHT_M]
+        });
+        let mut body = Box::<Body>::default();
+        let fits = body.push(Joint::Pelvis, corners);
+        debug_assert!(fits.is_ok(), "16 points are within the budget");
+        body
+    }
+}
+
+/// Somebody who crosses between the camera and the walker.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    scale: f32,
+    start: f64,
+}
+
+impl Crossing {
+    /// Somebody who is as large as the walker at strength 1, half as large at 0.5; when he
+    /// crosses is drawn.
+    #[must_use]
+    pub fn new(strength: f64, rng: &mut ChaCha8Rng) -> Self {
+        #[expect(clippy::cast_possible_truncation, reason = "a share")]
+        let scale = strength as f32;
+        Self {
+            scale,
+            start: rng.random(),
+        }
+    }
+
+    /// How large he is, of the walker: what to multiply the points of his hulls by.
+    #[must_use]
+    pub const fn scale(&self) -> f32 {
+        self.scale
+    }
+
+    /// A pose of the walker's as a pose of his, at a phase of the cycle: one metre towards the
+    /// camera, he crosses the line of sight at right angles at twice the walking speed. Seen
+    /// from the side that is somebody who walks the other way.
+    #[must_use]
+    pub fn pose(
+        &self,
+        pose: &ModelPose,
+        phase: f64,
+        stride_m: f64,
+        viewpoint: Viewpoint,
+    ) -> ModelPose {
+        let (toward, right) = level_axes(viewpoint);
+        let heading = if right.z > 0.0 { -right } else { right };
+        let turn = Mat3::from_cols(Vec3::Y.cross(heading), Vec3::Y, heading);
+        let travelled = travelled(phase + self.start, 2.0 * stride_m);
+        let place = toward * DISTANCE_M + heading * travelled;
+        ModelPose {
+            positions: pose
+                .positions
+                .map(|position| place + turn * (position * self.scale)),
+            orientations: pose.orientations.map(|orientation| turn * orientation),
+        }
+    }
+}
+
+/// Metres from the middle of a way of `length_m`, which begins anew with each cycle.
+fn travelled(phase: f64, length_m: f64) -> f32 {
+    #[expect(clippy::cast_possible_truncation, reason = "metres")]
+    let travelled = ((phase - libm::floor(phase) - 0.5) * length_m) as f32;
+    travelled
+}
+
+/// The level directions to the camera, and to the image's right for a camera without roll. Of
+/// one straight above, what is below the figure in the image is nearer.
+fn level_axes(viewpoint: Viewpoint) -> (Vec3, Vec3) {
+    let level = |direction: Vec3| {
+        let flat = Vec3::new(direction.x, 0.0, direction.z);
+        (flat.length() > 1e-3).then(|| flat.normalize())
+    };
+    let toward = level(viewpoint.toward()).or_else(|| level(-viewpoint.up()));
+    let toward = toward.unwrap_or(Vec3::Z);
+    (toward, Vec3::Y.cross(toward))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{camera, hulls, people, setup, side_view};
+    use super::super::{Fine, FineRenderer};
+    use super::*;
+    use edgegait_core::body::Figure;
+    use edgegait_core::camera::Framing;
+    use edgegait_core::raster::Rasterizer;
+    use edgegait_core::silhouette::Size;
+    use rand::SeedableRng as _;
+
+    fn viewpoint(azimuth: f32) -> Viewpoint {
+        Viewpoint::from_degrees(azimuth, 0.0).expect("a viewpoint")
+    }
+
+    /// Middle of a body's rectangle along each axis.
+    fn middle(body: &Body) -> Vec3 {
+        let figure = Figure::at_rest(body);
+        let points = figure.points();
+        let (low, high) = points.fold((Vec3::MAX, Vec3::MIN), |(low, high), point| {
+            (low.min(point), high.max(point))
+        });
+        0.5 * (low + high)
+    }
+
+    #[test]
+    fn a_pillar_passes_backwards_by_a_stride_in_a_cycle_a_metre_towards_the_camera() {
+        let pillar = Pillar {
+            width_m: 0.5,
+            aside_m: 0.15,
+            start: 0.25,
+        };
+        let at = |phase, azimuth| middle(&pillar.body(phase, 1.4, viewpoint(azimuth)));
+        let near = |found: Vec3, expected: [f32; 3]| {
+            assert!(
+                (found - Vec3::from(expected)).length() < 1e-5,
+                "{found} {expected:?}"
+            );
+        };
+        // From the left: nearer means further left (+X), and the image's right is -Z.
+        near(at(0.25, 90.0), [1.0, 1.5, -0.15]);
+        near(at(0.5, 90.0), [1.0, 1.5, -0.5]);
+        near(at(0.8, 90.0), [1.0, 1.5, 0.48]);
+        near(at(1.25, 90.0), [1.0, 1.5, -0.15]);
+        // From the front: the image's right is +X.
+        near(at(0.25, 0.0), [0.15, 1.5, 1.0]);
+        near(at(0.25, 180.0), [-0.15, 1.5, -1.0]);
+    }
+
+    #[test]
+    fn a_pillar_hides_a_strip_as_wide_as_it_is() {
+        let (fine, mut picture, before) = side_view(0);
+        let mut renderer = FineRenderer::new(Rasterizer::Rows, Size::S50x30).expect("binary");
+        let pillar = Pillar {
+            width_m: 0.2,
+            aside_m: 0.0,
+            start: 0.5,
+        };
+        let body = pillar.body(0.0, 1.4, viewpoint(90.0));
+        let strip = fine
+            .draw(&mut renderer, &Figure::at_rest(&body))
+            .expect("a pillar");
+        let width = 0.2 * fine.samples_per_metre().x;
+        for row in before.top..before.bottom {
+            let columns = f64::from(strip.count(row, 0, 9_999));
+            assert!((columns - width).abs() <= 1.0, "{columns} {width}");
+        }
+        let whole = picture.area();
+        picture.remove(&strip);
+        assert!(picture.area() < whole && picture.area() > whole / 4);
+    }
+
+    #[test]
+    fn somebody_crosses_at_right_angles_and_the_other_way_from_the_side() {
+        let crossing = Crossing {
+            scale: 1.0,
+            start: 0.25,
+        };
+        let own = &people()[0].1[4];
+        let posed = |phase, azimuth| crossing.pose(own, phase, 1.4, viewpoint(azimuth));
+        for (number, joint) in own.positions.iter().enumerate() {
+            let near = |found: Vec3, expected: [f32; 3]| {
+                assert!(
+                    (found - Vec3::from(expected)).length() < 1e-5,
+                    "{found} {expected:?}"
+                );
+            };
+            // Turned by 180 degrees; a metre to the left, and 0.7 m on after a quarter cycle.
+            let [x, y, z] = joint.to_array();
+            near(posed(0.25, 90.0).positions[number], [1.0 - x, y, -z]);
+            near(posed(0.5, 90.0).positions[number], [1.0 - x, y, -z - 0.7]);
+            near(posed(0.25, 270.0).positions[number], [-1.0 - x, y, -z]);
+            // Before a camera in front he walks to the image's right, +X.
+            near(posed(0.5, 0.0).positions[number], [0.7 + z, y, 1.0 - x]);
+        }
+        let turned = posed(0.0, 90.0).orientations;
+        for (own, turned) in own.orientations.iter().zip(turned) {
+            let expected = Mat3::from_rotation_y(std::f32::consts::PI) * *own;
+            assert!(expected.abs_diff_eq(turned, 1e-6));
+        }
+    }
+
+    #[test]
+    fn somebody_as_large_hides_nearly_all_as_he_passes_and_somebody_small_little() {
+        let (body, poses) = &people()[0];
+        let mut renderer = FineRenderer::new(Rasterizer::Rows, Size::S50x30).expect("binary");
+        for (azimuth, is_perspective) in [(90.0, false), (90.0, true), (0.0, false), (30.0, true)] {
+            let figure = Figure::new(body, &poses[0]);
+            let camera = camera((azimuth, 0.0), is_perspective);
+            let setup = setup(camera, Framing::Height, Size::S50x30);
+            let fine = Fine::of(&figure, &[], setup).expect("a picture");
+            let (picture, _) = fine.draw_figure(&mut renderer, &figure).expect("a drawing");
+            let mut hidden = |strength: f64| {
+                let mut rng = ChaCha8Rng::seed_from_u64(2);
+                let crossing = Crossing {
+                    start: 0.5,
+                    ..Crossing::new(strength, &mut rng)
+                };
+                let mut small = Box::<Body>::default();
+                for (points, joint) in hulls(0) {
+                    let points = points.into_iter().map(|point| point * crossing.scale());
+                    small.push(joint, points).expect("as many as before");
+                }
+                let pose = crossing.pose(&poses[0], 0.0, 1.4, viewpoint(azimuth));
+                let occluder = fine.draw(&mut renderer, &Figure::new(&small, &pose));
+                let mut left = picture.clone();
+                left.remove(&occluder.expect("an occluder"));
+                1.0 - left.area() as f64 / picture.area() as f64
+            };
+            let (small, full) = (hidden(0.2), hidden(1.0));
+            assert!(full > 0.5 && small < 0.15, "{azimuth}: {small} {full}");
+        }
+    }
+}

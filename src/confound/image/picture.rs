@@ -1,0 +1,246 @@
+//! A binary picture of any size, a bit a sample.
+
+use std::fmt;
+
+/// Samples that are on or off, rows of words of 64.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Picture {
+    rows: usize,
+    /// Words a row.
+    words: usize,
+    /// Bit `c % 64` of word `c / 64` of a row is column `c`; row 0 is on top.
+    bits: Vec<u64>,
+}
+
+/// The rectangle that holds all samples that are on: ends are exclusive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Bounds {
+    /// First row.
+    pub top: usize,
+    /// The row behind the last one.
+    pub bottom: usize,
+    /// First column.
+    pub left: usize,
+    /// The column behind the last one.
+    pub right: usize,
+}
+
+impl Picture {
+    /// No sample on; 64 columns a word.
+    #[must_use]
+    pub fn empty(rows: usize, words: usize) -> Self {
+        Self {
+            rows,
+            words,
+            bits: vec![0; rows * words],
+        }
+    }
+
+    /// How many rows.
+    #[must_use]
+    pub const fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// How many columns: a multiple of 64.
+    #[must_use]
+    pub const fn columns(&self) -> usize {
+        64 * self.words
+    }
+
+    /// Whether a sample is on; off outside of the picture.
+    #[must_use]
+    pub fn is_on(&self, row: usize, column: usize) -> bool {
+        column < self.columns() && row < self.rows && {
+            let word = self.bits[row * self.words + column / 64];
+            word >> (column % 64) & 1 == 1
+        }
+    }
+
+    /// The words of a row.
+    ///
+    /// # Panics
+    /// Below the last row.
+    #[must_use]
+    pub fn row(&self, row: usize) -> &[u64] {
+        &self.bits[row * self.words..][..self.words]
+    }
+
+    /// The same to write to.
+    ///
+    /// # Panics
+    /// Below the last row.
+    pub fn row_mut(&mut self, row: usize) -> &mut [u64] {
+        &mut self.bits[row * self.words..][..self.words]
+    }
+
+    /// All words, row by row.
+    pub(super) fn words_mut(&mut self) -> &mut [u64] {
+        &mut self.bits
+    }
+
+    /// How many samples are on.
+    #[must_use]
+    pub fn area(&self) -> u64 {
+        let ones = self.bits.iter().map(|word| u64::from(word.count_ones()));
+        ones.sum()
+    }
+
+    /// The rectangle of what is on; none if nothing is.
+    #[must_use]
+    pub fn bounds(&self) -> Option<Bounds> {
+        let is_used = |row: &usize| self.row(*row).iter().any(|&word| word != 0);
+        let top = (0..self.rows).find(is_used)?;
+        let bottom = (top..self.rows).rfind(is_used)? + 1;
+        let mut columns = vec![0; self.words];
+        for row in top..bottom {
+            for (all, word) in columns.iter_mut().zip(self.row(row)) {
+                *all |= word;
+            }
+        }
+        let first = columns.iter().position(|&word| word != 0)?;
+        let last = columns.iter().rposition(|&word| word != 0)?;
+        Some(Bounds {
+            top,
+            bottom,
+            left: 64 * first + columns[first].trailing_zeros() as usize,
+            right: 64 * (last + 1) - columns[last].leading_zeros() as usize,
+        })
+    }
+
+    /// Turns on what is on in `other`.
+    ///
+    /// # Panics
+    /// If the pictures are not of one size.
+    pub fn join(&mut self, other: &Self) {
+        self.combine(other, |own, other| own | other);
+    }
+
+    /// Turns off what is on in `other`.
+    ///
+    /// # Panics
+    /// If the pictures are not of one size.
+    pub fn remove(&mut self, other: &Self) {
+        self.combine(other, |own, other| own & !other);
+    }
+
+    /// Turns off what is off in `other`.
+    ///
+    /// # Panics
+    /// If the pictures are not of one size.
+    pub fn keep(&mut self, other: &Self) {
+        self.combine(other, |own, other| own & other);
+    }
+
+    fn combine(&mut self, other: &Self, with: impl Fn(u64, u64) -> u64) {
+        assert_eq!(
+            (self.rows, self.words),
+            (other.rows, other.words),
+            "pictures of one layout"
+        );
+        for (own, &other) in self.bits.iter_mut().zip(&other.bits) {
+            *own = with(*own, other);
+        }
+    }
+
+    /// Turns columns `from..to` of a row on or off, as far as there are such.
+    pub(super) fn fill(&mut self, row: usize, from: isize, to: isize, on: bool) {
+        let columns = self.columns().cast_signed();
+        let (from, to) = (from.clamp(0, columns), to.clamp(0, columns));
+        if row >= self.rows || from >= to {
+            return;
+        }
+        let (from, to) = (from.cast_unsigned(), to.cast_unsigned());
+        let row = self.row_mut(row);
+        for (word, bits) in row
+            .iter_mut()
+            .enumerate()
+            .take(to.div_ceil(64))
+            .skip(from / 64)
+        {
+            let low = from.saturating_sub(64 * word);
+            let high = (to - 64 * word).min(64);
+            let mask = (u64::MAX << low) & (u64::MAX >> (64 - high));
+            if on {
+                *bits |= mask;
+            } else {
+                *bits &= !mask;
+            }
+        }
+    }
+
+    /// How many of columns `from..to` of a row are on.
+    pub(super) fn count(&self, row: usize, from: usize, to: usize) -> u32 {
+        let to = to.min(self.columns());
+        if row >= self.rows || from >= to {
+            return 0;
+        }
+        let row = self.row(row).iter().enumerate();
+        let words = row.take(to.div_ceil(64)).skip(from / 64);
+        let ones = words.map(|(word, bits)| {
+            let low = from.saturating_sub(64 * word);
+            let high = (to - 64 * word).min(64);
+            (bits & (u64::MAX << low) & (u64::MAX >> (64 - high))).count_ones()
+        });
+        ones.sum()
+    }
+}
+
+/// Text art: a line of `#` and `.` for each row.
+impl fmt::Display for Picture {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for row in 0..self.rows {
+            for column in 0..self.columns() {
+                f.write_str(if self.is_on(row, column) { "#" } else { "." })?;
+            }
+            f.write_str("\n")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_hold_what_is_on_and_counts_agree_with_samples() {
+        let mut picture = Picture::empty(9, 3);
+        assert_eq!(picture.bounds(), None);
+        picture.fill(2, 60, 130, true);
+        picture.fill(5, -7, 3, true);
+        picture.fill(5, 190, 400, true);
+        picture.fill(99, 0, 9, true);
+        let bounds = Bounds {
+            top: 2,
+            bottom: 6,
+            left: 0,
+            right: 192,
+        };
+        assert_eq!(picture.bounds(), Some(bounds));
+        assert_eq!(picture.area(), 70 + 3 + 2);
+        picture.fill(5, -7, 500, false);
+        picture.fill(2, 64, 128, false);
+        assert_eq!(picture.area(), 4 + 2);
+        for (from, to) in [(0, 192), (61, 129), (63, 64), (64, 128), (130, 900)] {
+            let on = (from..to).filter(|&column| picture.is_on(2, column));
+            assert_eq!(picture.count(2, from, to) as usize, on.count());
+        }
+        let bounds = picture.bounds().expect("six samples");
+        assert_eq!((bounds.left, bounds.right), (60, 130));
+    }
+
+    #[test]
+    fn pictures_join_remove_and_keep_sample_by_sample() {
+        let of = |from: isize, to: isize| {
+            let mut picture = Picture::empty(1, 2);
+            picture.fill(0, from, to, true);
+            picture
+        };
+        let (mut joined, mut removed, mut kept) = (of(0, 70), of(0, 70), of(0, 70));
+        joined.join(&of(60, 100));
+        removed.remove(&of(60, 100));
+        kept.keep(&of(60, 100));
+        assert_eq!((joined, removed, kept), (of(0, 100), of(0, 60), of(60, 70)));
+    }
+}

@@ -1,0 +1,124 @@
+//! Loss of resolution: a sensor whose pixels are coarse.
+
+use super::fine::Fine;
+use super::picture::Picture;
+use glam::DVec2;
+use rand::RngExt as _;
+use rand_chacha::ChaCha8Rng;
+
+/// Rows that a figure has at strength 1. Ours.
+const ROWS: f64 = 10.0;
+
+/// Puts cells of samples in place of samples: a cell is on if at least half of it is. A figure
+/// has ten rows of cells at strength 1, and cells are as large as samples at strength 0, linear
+/// between; where the cells begin is random.
+pub fn coarsen(picture: &mut Picture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
+    let most = (fine.figure().size.y / ROWS).max(1.0);
+    to_cells(picture, fine, 1.0 + strength * (most - 1.0), rng);
+}
+
+/// The same of cells so many samples high, at least 1.
+pub fn to_cells(picture: &mut Picture, fine: &Fine, height: f64, rng: &mut ChaCha8Rng) {
+    let phase = DVec2::new(rng.random(), rng.random());
+    let scale = fine.samples_per_metre();
+    let width = (height * scale.x / scale.y).max(1.0);
+    let Some(bounds) = picture.bounds() else {
+        return;
+    };
+    let rows = borders(phase.y, height, picture.rows());
+    let columns = borders(phase.x, width, picture.columns());
+    let columns = columns
+        .partition_point(|&at| at <= bounds.left)
+        .saturating_sub(1)
+        ..=columns
+            .partition_point(|&at| at < bounds.right)
+            .min(columns.len() - 1);
+    let all = borders(phase.x, width, picture.columns());
+    let columns = &all[columns];
+    let mut coarse = Picture::empty(picture.rows(), picture.columns() / 64);
+    for rows in rows.windows(2) {
+        let rows = rows[0]..rows[1];
+        if rows.end <= bounds.top || rows.start >= bounds.bottom {
+            continue;
+        }
+        for cell in columns.windows(2) {
+            let on = rows.clone().map(|row| picture.count(row, cell[0], cell[1]));
+            let on = on.sum::<u32>() as usize;
+            if 2 * on >= rows.len() * (cell[1] - cell[0]) {
+                for row in rows.clone() {
+                    coarse.fill(row, cell[0].cast_signed(), cell[1].cast_signed(), true);
+                }
+            }
+        }
+    }
+    *picture = coarse;
+}
+
+/// Where cells begin, from 0 to `end`, each once.
+fn borders(phase: f64, size: f64, end: usize) -> Vec<usize> {
+    let mut borders = vec![0];
+    for number in 0.. {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "samples of a picture"
+        )]
+        let at = libm::floor((phase + f64::from(number)) * size) as usize;
+        if at >= end {
+            break;
+        }
+        if borders.last().is_some_and(|&last| at > last) {
+            borders.push(at);
+        }
+    }
+    borders.push(end);
+    borders
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::side_view;
+    use super::*;
+    use rand::SeedableRng as _;
+
+    #[test]
+    fn a_figure_has_ten_rows_of_cells_at_strength_1() {
+        for seed in 0..9_u8 {
+            let (fine, before, bounds) = side_view(usize::from(seed));
+            let mut picture = before.clone();
+            let mut rng = ChaCha8Rng::seed_from_u64(seed.into());
+            coarsen(&mut picture, &fine, 1.0, &mut rng);
+            let now = picture.bounds().expect("a figure");
+            assert!(now.top + 15 > bounds.top && now.bottom < bounds.bottom + 15);
+            let changes: Vec<usize> = (now.top + 1..now.bottom)
+                .filter(|&row| picture.row(row) != picture.row(row - 1))
+                .collect();
+            assert!(
+                changes
+                    .iter()
+                    .all(|at| (at - changes[0]).is_multiple_of(15)),
+                "{changes:?}"
+            );
+            // Cells are on where at least half of them is: counted one sample after another.
+            let (top, left) = (changes[0], now.left);
+            for (row, column) in (0..3).flat_map(|row| (0..3).map(move |c| (row, c))) {
+                let (row, column) = (top + 15 * row, left + 15 * column);
+                let cell = (row..row + 15).flat_map(|r| (column..column + 15).map(move |c| (r, c)));
+                let on = cell.filter(|&(r, c)| before.is_on(r, c)).count();
+                assert_eq!(picture.is_on(row, column), 2 * on >= 225, "{on}");
+            }
+        }
+    }
+
+    #[test]
+    fn cells_have_any_size_on_average() {
+        let borders = borders(0.3, 1.6, 160);
+        assert_eq!((borders[0], borders[borders.len() - 1]), (0, 160));
+        assert!(
+            borders
+                .windows(2)
+                .all(|cell| (1..=2).contains(&(cell[1] - cell[0])))
+        );
+        assert!((99..=102).contains(&borders.len()));
+    }
+}

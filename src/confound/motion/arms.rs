@@ -1,0 +1,84 @@
+//! Arms that do not swing freely.
+
+use super::Gait;
+use super::excursion::{scale, scaled, turn};
+use edgegait_core::pose::Pose;
+use edgegait_core::skeleton::Joint;
+use glam::DQuat;
+
+/// Joints of the left and of the right arm, outwards.
+const ARMS: [[Joint; 4]; 2] = [
+    [
+        Joint::LeftClavicle,
+        Joint::LeftUpperArm,
+        Joint::LeftForearm,
+        Joint::LeftHand,
+    ],
+    [
+        Joint::RightClavicle,
+        Joint::RightUpperArm,
+        Joint::RightForearm,
+        Joint::RightHand,
+    ],
+];
+
+/// Share of its swing that an arm keeps which carries something heavy. Ours.
+const LOADED_SWING: f64 = 0.15;
+
+/// Holds the right arm still. Strength 0..=1: the share of its excursions about its mean pose
+/// that is gone, at the clavicle, the shoulder, the elbow and the wrist.
+pub fn arm_still(pose: &mut Pose, gait: &Gait, strength: f64) {
+    if strength != 0.0 {
+        scale(pose, gait, ARMS[1], 1.0 - strength);
+    }
+}
+
+/// Puts both hands into the trousers' pockets. Strength 0..=1: the share of the way from the
+/// swinging arms to that pose.
+///
+/// The pose is ours, chosen by looking: upper arms 20 degrees back and 16 out, turned in by 30;
+/// elbows bent by 48 degrees, wrists beside the front of the hips.
+pub fn hands_in_pockets(pose: &mut Pose, _gait: &Gait, strength: f64) {
+    if strength == 0.0 {
+        return;
+    }
+    for (arm, side) in ARMS.into_iter().zip([1.0, -1.0]) {
+        let degrees = |angle: f64| angle.to_radians();
+        let pocketed = [
+            DQuat::IDENTITY,
+            DQuat::from_rotation_x(degrees(20.0))
+                * DQuat::from_rotation_z(degrees(side * 16.0))
+                * DQuat::from_rotation_y(degrees(-side * 30.0)),
+            DQuat::from_rotation_x(degrees(-48.0)),
+            DQuat::IDENTITY,
+        ];
+        for (joint, target) in arm.into_iter().zip(pocketed) {
+            turn(pose, joint, |rotation| rotation.slerp(target, strength));
+        }
+    }
+}
+
+/// Lets the right arm hang as one that carries a suitcase: straight down but for 8 degrees
+/// outwards and 6 of the elbow, with 15 % of its swing. Strength 0..=1: the share of the way from
+/// the swinging arm to that one. The angles are ours.
+pub fn carried_arm(pose: &mut Pose, gait: &Gait, strength: f64) {
+    if strength == 0.0 {
+        return;
+    }
+    let mean = |joint: Joint| gait.mean.rotations[joint.index()].as_dquat();
+    let shoulder =
+        mean(Joint::Pelvis) * mean(Joint::Spine) * mean(Joint::Thorax) * mean(Joint::RightClavicle);
+    let hanging = [
+        mean(Joint::RightClavicle),
+        shoulder.inverse() * DQuat::from_rotation_z((-8f64).to_radians()),
+        DQuat::from_rotation_x((-6f64).to_radians()),
+        DQuat::IDENTITY,
+    ];
+    for (joint, target) in ARMS[1].into_iter().zip(hanging) {
+        let mean = mean(joint);
+        turn(pose, joint, |rotation| {
+            let swing = mean.inverse() * scaled(rotation, mean, LOADED_SWING);
+            rotation.slerp(target * swing, strength)
+        });
+    }
+}

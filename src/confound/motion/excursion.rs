@@ -1,0 +1,36 @@
+//! Excursions: how far a joint is turned from its mean over the cycle.
+
+use super::Gait;
+use edgegait_core::pose::Pose;
+use edgegait_core::skeleton::Joint;
+use glam::DQuat;
+
+/// Multiplies the angles by which `joints` are turned from their means.
+pub(super) fn scale(
+    pose: &mut Pose,
+    gait: &Gait,
+    joints: impl IntoIterator<Item = Joint>,
+    factor: f64,
+) {
+    for joint in joints {
+        let mean = gait.mean.rotations[joint.index()].as_dquat();
+        turn(pose, joint, |rotation| scaled(rotation, mean, factor));
+    }
+}
+
+/// `rotation` with `factor` times the angle that it is turned from `mean`, about the same axis.
+pub(super) fn scaled(rotation: DQuat, mean: DQuat, factor: f64) -> DQuat {
+    let excursion = mean.inverse() * rotation;
+    let shorter = if excursion.w < 0.0 {
+        -excursion
+    } else {
+        excursion
+    };
+    mean * DQuat::from_scaled_axis(factor * shorter.to_scaled_axis())
+}
+
+/// Replaces one joint's rotation.
+pub(super) fn turn(pose: &mut Pose, joint: Joint, by: impl FnOnce(DQuat) -> DQuat) {
+    let rotation = &mut pose.rotations[joint.index()];
+    *rotation = by(rotation.as_dquat()).normalize().as_quat();
+}

@@ -1,0 +1,94 @@
+//! A leg of two links that reaches for a point: inverse kinematics in closed form.
+
+use glam::{DQuat, DVec3};
+
+/// Share of its length to which a leg may be stretched: a knee bends all the faster the straighter it
+/// is. Ours: knees are bent by 16 degrees there.
+const BENT: f64 = 0.99;
+
+/// Joints of a leg in the walker's space, and their orientations.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Leg {
+    pub hip: DVec3,
+    pub knee: DVec3,
+    pub ankle: DVec3,
+    pub thigh: DQuat,
+    pub shank: DQuat,
+}
+
+/// A shank's direction seen from its thigh: how far it is bent backwards about the thigh's X, and
+/// its share along that axis, which bending does not change.
+#[derive(Clone, Copy, Debug)]
+struct Bend {
+    flexion: f64,
+    aside: f64,
+}
+
+impl Bend {
+    /// Cosine of the angle between shank and thigh with the knee straight.
+    fn cosine_if_straight(self) -> f64 {
+        libm::sqrt(1.0 - self.aside * self.aside)
+    }
+}
+
+impl Leg {
+    /// Lengths of thigh and shank, metres.
+    fn lengths(&self) -> (f64, f64) {
+        (self.hip.distance(self.knee), self.knee.distance(self.ankle))
+    }
+
+    /// The hinge: the thigh's X, made normal to the thigh, and the unit vectors down the thigh
+    /// and to where the shank bends.
+    fn axes(&self) -> [DVec3; 3] {
+        let down = (self.knee - self.hip).normalize();
+        let hinge = (self.thigh * DVec3::X)
+            .reject_from_normalized(down)
+            .normalize();
+        [hinge, down, hinge.cross(down)]
+    }
+
+    fn bend(&self) -> Bend {
+        let [hinge, down, back] = self.axes();
+        let shank = (self.ankle - self.knee).normalize();
+        Bend {
+            flexion: libm::atan2(back.dot(shank), down.dot(shank)),
+            aside: hinge.dot(shank),
+        }
+    }
+
+    /// How far the ankle may be from the hip, metres: as far as it is, or [`BENT`] of all that the
+    /// straight leg reaches.
+    pub fn reach(&self) -> f64 {
+        let (thigh, shank) = self.lengths();
+        let straight = self.bend().cosine_if_straight();
+        let longest = libm::sqrt(thigh * thigh + shank * shank + 2.0 * thigh * shank * straight);
+        self.hip.distance(self.ankle).max(BENT * longest)
+    }
+
+    /// The leg with its hip moved to `hip` whose ankle is at `ankle`, or as near as it reaches.
+    ///
+    /// The knee bends about the thigh's X, forwards, by the law of cosines; then the whole leg
+    /// turns about the hip by the least angle. An overstretched knee keeps `overstretch` (0..=1)
+    /// of it; of 0 the ankle is where it is asked to be.
+    pub fn reaching(&self, hip: DVec3, ankle: DVec3, overstretch: f64) -> Self {
+        let (thigh, shank) = self.lengths();
+        let bend = self.bend();
+        let square = hip.distance_squared(ankle);
+        let cosine = (square - thigh * thigh - shank * shank) / (2.0 * thigh * shank);
+        let flexion = libm::acos((cosine / bend.cosine_if_straight()).clamp(-1.0, 1.0));
+        let flexion = flexion - 2.0 * overstretch * (-bend.flexion).max(0.0);
+        let [hinge, ..] = self.axes();
+        let at_knee = DQuat::from_axis_angle(hinge, flexion - bend.flexion);
+        let bent = self.knee + at_knee * (self.ankle - self.knee);
+        let at_hip =
+            DQuat::from_rotation_arc((bent - self.hip).normalize(), (ankle - hip).normalize());
+        let knee = hip + at_hip * (self.knee - self.hip);
+        Self {
+            hip,
+            knee,
+            ankle: knee + at_hip * (bent - self.knee),
+            thigh: at_hip * self.thigh,
+            shank: at_hip * at_knee * self.shank,
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! How a walker moves otherwise: poses, before they are drawn.
+//!
+//! Each effect changes the pose of one frame, given what is known of the whole walk
+//! ([`Gait`]) and a strength: 0 leaves every byte as it is, 1 is the extreme that the
+//! effect's documentation states. None of them puts the feet back on the floor: that takes a
+//! body, and comes after all of them. [`slope`] is the last one, since it places feet on a
+//! floor where the others leave them in the air.
+
+mod arms;
+mod excursion;
+mod leg;
+mod limp;
+mod pace;
+mod slope;
+mod trunk;
+
+pub use arms::{arm_still, carried_arm, hands_in_pockets};
+pub use limp::{limp, limp_phase};
+pub use pace::{Pace, age_gait, age_pace, speed, speed_pace};
+pub use slope::{MAX_SLOPE_DEG, floor_normal, slope};
+pub use trunk::load_lean;
+
+use edgegait_core::pose::Pose;
+use edgegait_core::skeleton::{JOINTS, Skeleton};
+use glam::{DQuat, DVec3};
+
+/// An effect on one frame: the pose, the walk that it belongs to, and the strength.
+pub type Effect = fn(&mut Pose, &Gait, f64);
+
+/// What effects know of a walk beyond the frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gait {
+    /// Mean rotation of each joint over the cycle, and mean root, metres.
+    pub mean: Pose,
+    /// The walker's skeleton.
+    pub skeleton: Skeleton,
+    /// Metres travelled in a cycle; 0 where the speed is unknown.
+    pub stride_m: f64,
+    /// Duration of a cycle, seconds.
+    pub duration_s: f64,
+}
+
+impl Gait {
+    /// The walk of one cycle's poses, evenly spaced, at `speed_mps` (0: unknown). The mean of
+    /// no poses is the rest pose.
+    ///
+    /// A mean rotation is the normalized sum of the unit quaternions, each with the sign that
+    /// is nearer to the first (Gramkow 2001, J. Math. Imaging Vis. 15:7-16): within 0.1 % of
+    /// the least-squares mean for rotations within 40 degrees of each other.
+    #[must_use]
+    pub fn of(
+        skeleton: Skeleton,
+        cycle: impl IntoIterator<Item = Pose>,
+        speed_mps: f64,
+        duration_s: f64,
+    ) -> Self {
+        let mut sums = [DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0); JOINTS];
+        let (mut root, mut poses) = (DVec3::ZERO, 0u32);
+        for pose in cycle {
+            root += pose.root.as_dvec3();
+            poses += 1;
+            for (sum, rotation) in sums.iter_mut().zip(pose.rotations) {
+                let rotation = rotation.as_dquat();
+                let nearer = if sum.dot(rotation) < 0.0 {
+                    -rotation
+                } else {
+                    rotation
+                };
+                *sum += nearer;
+            }
+        }
+        let mean = match poses {
+            0 => Pose::REST,
+            _ => Pose {
+                root: (root / f64::from(poses)).as_vec3(),
+                rotations: sums.map(|sum| sum.normalize().as_quat()),
+            },
+        };
+        Self {
+            mean,
+            skeleton,
+            stride_m: speed_mps * duration_s,
+            duration_s,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

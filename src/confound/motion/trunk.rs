@@ -1,0 +1,74 @@
+//! Leaning forward, while legs and arms hang as they did.
+
+use super::Gait;
+use super::excursion::turn;
+use edgegait_core::pose::Pose;
+use edgegait_core::skeleton::Joint;
+use glam::DQuat;
+
+/// Lean of the trunk under a heavy backpack, degrees forward of the vertical, shared equally by
+/// pelvis, spine and thorax; the head stays up but for a sixth.
+///
+/// Children's trunks lean significantly more from a load of 20 % of their mass on, with stride
+/// and cadence unchanged (Hong & Brueggemann 2000, Gait & Posture 11:254-259); about 10 degrees
+/// for adults with 20 to 40 % (Kinoshita 1985, Ergonomics 28:1347-1362, as recalled).
+const LOADED: Lean = Lean {
+    pelvis_deg: 10.0 / 3.0,
+    spine_deg: 10.0 / 3.0,
+    thorax_deg: 10.0 / 3.0,
+    neck_deg: 0.0,
+    head_deg: -25.0 / 3.0,
+};
+
+/// How far each part of the trunk tips forward from the part below it, degrees.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lean {
+    pub pelvis_deg: f64,
+    pub spine_deg: f64,
+    pub thorax_deg: f64,
+    pub neck_deg: f64,
+    pub head_deg: f64,
+}
+
+/// Leans forward as one does under a backpack. Strength 0..=1: 1 is 10 degrees, a load of about
+/// a third of the walker's mass.
+pub fn load_lean(pose: &mut Pose, _gait: &Gait, strength: f64) {
+    if strength != 0.0 {
+        lean(pose, LOADED, strength);
+    }
+}
+
+/// Tips the trunk by `share` of a lean. Thighs and upper arms keep their directions.
+pub(super) fn lean(pose: &mut Pose, lean: Lean, share: f64) {
+    let tip = |degrees: f64| DQuat::from_rotation_x((share * degrees).to_radians());
+    for (joint, degrees) in [
+        (Joint::Pelvis, lean.pelvis_deg),
+        (Joint::Spine, lean.spine_deg),
+        (Joint::Thorax, lean.thorax_deg),
+        (Joint::Neck, lean.neck_deg),
+        (Joint::Head, lean.head_deg),
+    ] {
+        turn(pose, joint, |rotation| rotation * tip(degrees));
+    }
+    for thigh in [Joint::LeftThigh, Joint::RightThigh] {
+        turn(pose, thigh, |rotation| tip(-lean.pelvis_deg) * rotation);
+    }
+    let carried = lean.pelvis_deg + lean.spine_deg + lean.thorax_deg;
+    for arm in [Joint::LeftUpperArm, Joint::RightUpperArm] {
+        turn(pose, arm, |rotation| tip(-carried) * rotation);
+    }
+}
+
+/// Tips spine and thorax sideways by half of `degrees` each, to the walker's right; neck and head
+/// undo half of it.
+pub(super) fn sway(pose: &mut Pose, degrees: f64) {
+    let tip = |share: f64| DQuat::from_rotation_z((share * degrees).to_radians());
+    for (joint, share) in [
+        (Joint::Spine, 0.5),
+        (Joint::Thorax, 0.5),
+        (Joint::Neck, -0.25),
+        (Joint::Head, -0.25),
+    ] {
+        turn(pose, joint, |rotation| rotation * tip(share));
+    }
+}

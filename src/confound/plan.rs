@@ -1,0 +1,157 @@
+//! What a condition comes to for one cycle of one walk.
+
+use super::{Condition, Doses, Kind, Stage};
+use crate::scene::variation::CycleSeed;
+use edgegait_core::format::crc32;
+use rand::{RngExt as _, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
+
+/// Doses for one cycle, and what is drawn for them.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    doses: Doses,
+    seed: u64,
+    of: CycleSeed,
+}
+
+impl Plan {
+    /// What `condition` comes to for a cycle; nothing without one.
+    #[must_use]
+    pub fn new(condition: Option<&Condition>, of: CycleSeed) -> Self {
+        let mut plan = Self {
+            doses: Doses::default(),
+            seed: condition.map_or(0, |condition| condition.seed),
+            of,
+        };
+        if let Some(condition) = condition {
+            // A person's choice does not depend on the walk.
+            let choice = plan.draws([of.subject, 0, 0], 0).random::<u32>();
+            plan.doses = condition.doses(choice as usize);
+        }
+        plan
+    }
+
+    /// The strength of a confounder; none if it changes nothing.
+    #[must_use]
+    pub fn strength(&self, kind: Kind) -> Option<f64> {
+        self.doses.strength(kind)
+    }
+
+    /// Whether anything is done at a stage.
+    #[must_use]
+    pub fn acts_at(&self, stage: Stage) -> bool {
+        let mut doses = self.doses.list().iter();
+        doses.any(|dose| dose.kind.confounder().stage == stage)
+    }
+
+    /// The doses in order.
+    #[must_use]
+    pub const fn doses(&self) -> &Doses {
+        &self.doses
+    }
+
+    /// Random numbers of a confounder for the whole cycle, from whatever viewpoint.
+    #[must_use]
+    pub fn of_cycle(&self, kind: Kind) -> ChaCha8Rng {
+        let name = u64::from(crc32(kind.confounder().name.as_bytes()));
+        let cycle = u64::from(self.of.cycle);
+        self.draws([self.of.subject, self.of.walk, name << 32 | cycle], 0)
+    }
+
+    /// Random numbers of a confounder for one view of the cycle, the same for all frames.
+    #[must_use]
+    pub fn of_view(&self, kind: Kind, (azimuth_deg, elevation_deg): (f32, f32)) -> ChaCha8Rng {
+        let mut rng = self.of_cycle(kind);
+        let bits = |angle: f32| u64::from((angle + 0.0).to_bits());
+        rng.set_stream(1 + (bits(azimuth_deg) << 32 | bits(elevation_deg)) % (u64::MAX - 1));
+        rng
+    }
+
+    /// Random numbers of a confounder for one frame from one view.
+    #[must_use]
+    pub fn of_picture(&self, kind: Kind, view: (f32, f32), frame: u32) -> ChaCha8Rng {
+        let mut rng = self.of_view(kind, view);
+        // More words than any effect draws for a picture.
+        rng.set_word_pos(u128::from(frame + 1) << 32);
+        rng
+    }
+
+    fn draws(&self, parts: [u64; 3], stream: u64) -> ChaCha8Rng {
+        let mut key = [0; 32];
+        // The seeds of settings and condition, which differ by a multiplication: 2^64 / phi.
+        let seed = self.of.seed ^ self.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        for (bytes, part) in key
+            .chunks_exact_mut(8)
+            .zip([[seed].as_slice(), &parts].concat())
+        {
+            bytes.copy_from_slice(&part.to_le_bytes());
+        }
+        let mut rng = ChaCha8Rng::from_seed(key);
+        rng.set_stream(stream);
+        rng
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::confound::Dose;
+
+    fn of(subject: u64, cycle: u32) -> CycleSeed {
+        CycleSeed {
+            seed: 1,
+            subject,
+            walk: 9,
+            cycle,
+        }
+    }
+
+    fn bag() -> Condition {
+        let one = |kind| {
+            Doses::new([Dose {
+                kind,
+                strength: 1.0,
+            }])
+        };
+        Condition {
+            one_of: vec![one(Kind::Backpack), one(Kind::Suitcase)],
+            ..Condition::of(Doses::default())
+        }
+    }
+
+    #[test]
+    fn a_person_has_the_same_choice_in_all_cycles_and_people_differ() {
+        let bag = bag();
+        let choice =
+            |subject, cycle| Plan::new(Some(&bag), of(subject, cycle)).strength(Kind::Backpack);
+        let first: Vec<_> = (0..40).map(|subject| choice(subject, 0)).collect();
+        let other: Vec<_> = (0..40).map(|subject| choice(subject, 7)).collect();
+        assert_eq!(first, other);
+        let with_backpack = first.iter().filter(|strength| strength.is_some()).count();
+        assert!((10..=30).contains(&with_backpack), "{with_backpack}");
+    }
+
+    #[test]
+    fn draws_depend_on_confounder_cycle_view_frame_and_seed_and_on_nothing_else() {
+        let plan = |cycle| Plan::new(Some(&bag()), of(3, cycle));
+        let first = |mut rng: ChaCha8Rng| rng.random::<u64>();
+        let view = (90.0, 0.0);
+        let draws = [
+            first(plan(0).of_cycle(Kind::Holes)),
+            first(plan(1).of_cycle(Kind::Holes)),
+            first(plan(0).of_cycle(Kind::Light)),
+            first(plan(0).of_view(Kind::Holes, view)),
+            first(plan(0).of_view(Kind::Holes, (0.0, 0.0))),
+            first(plan(0).of_picture(Kind::Holes, view, 0)),
+            first(plan(0).of_picture(Kind::Holes, view, 1)),
+        ];
+        for (at, draw) in draws.iter().enumerate() {
+            assert!(!draws[..at].contains(draw), "{at}");
+        }
+        assert_eq!(first(plan(0).of_view(Kind::Holes, view)), draws[3]);
+        let mut seeded = bag();
+        seeded.seed = 1;
+        let other = Plan::new(Some(&seeded), of(3, 0));
+        assert_ne!(first(other.of_cycle(Kind::Holes)), draws[0]);
+    }
+}

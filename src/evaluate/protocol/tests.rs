@@ -1,0 +1,110 @@
+use super::*;
+
+fn take(subject: usize, name: &str) -> Take {
+    Take {
+        subject,
+        name: name.into(),
+        condition: String::new(),
+    }
+}
+
+fn refused(text: &str) -> String {
+    let parsed = Protocol::parse(Path::new("p.toml"), text);
+    parsed.expect_err("makes no sense").to_string()
+}
+
+#[test]
+fn every_built_in_protocol_has_its_name() {
+    for name in NAMES {
+        let protocol = Protocol::named(name).expect("built in");
+        assert_eq!(protocol.name, name);
+        assert!(protocol.description.ends_with('.'), "{name}");
+        assert!(
+            !protocol.made.is_empty(),
+            "{name}: nothing to make of a walk"
+        );
+    }
+    let error = Protocol::named("casia-c").expect_err("unknown").to_string();
+    assert!(error.contains("closed-set, first-take"), "{error}");
+}
+
+/// Yu, Tan and Tan 2006, as OpenGait evaluates it.
+#[test]
+fn casia_b_enrols_four_normal_walks_and_looks_for_three_kinds() {
+    let protocol = Protocol::named("casia-b").expect("built in");
+    let names = [
+        "bg-01", "bg-02", "cl-01", "cl-02", "nm-01", "nm-02", "nm-03", "nm-04", "nm-05", "nm-06",
+    ];
+    let takes: Vec<Take> = names.map(|name| take(0, name)).to_vec();
+    let roles = protocol.roles(&takes).expect("all are there");
+    let chosen = |is_in: &[bool]| -> Vec<&str> {
+        let names = names.iter().zip(is_in);
+        names
+            .filter(|(_, is_in)| **is_in)
+            .map(|(name, _)| *name)
+            .collect()
+    };
+    assert_eq!(chosen(&roles.gallery), ["nm-01", "nm-02", "nm-03", "nm-04"]);
+    let sets: Vec<_> = protocol
+        .probes
+        .iter()
+        .map(|set| set.name.as_str())
+        .collect();
+    assert_eq!(sets, ["NM", "BG", "CL"]);
+    assert_eq!(chosen(&roles.probes[0]), ["nm-05", "nm-06"]);
+    assert_eq!(chosen(&roles.probes[1]), ["bg-01", "bg-02"]);
+    assert_eq!(chosen(&roles.probes[2]), ["cl-01", "cl-02"]);
+    assert_eq!(protocol.gallery_views, GalleryViews::Each);
+    let error = protocol
+        .roles(&[take(0, "walk-5kmh")])
+        .expect_err("none is there");
+    assert!(error.to_string().contains("found walk-5kmh"), "{error}");
+}
+
+#[test]
+fn the_first_take_of_each_person_enrols_and_the_others_probe() {
+    let protocol = Protocol::named("first-take").expect("built in");
+    let takes = [take(0, "a"), take(1, "b"), take(0, "c"), take(0, "d")];
+    let roles = protocol.roles(&takes).expect("someone has two");
+    assert_eq!(roles.gallery, [true, true, false, false]);
+    assert_eq!(roles.probes, [[false, false, true, true]]);
+    assert!(
+        protocol.roles(&takes[..2]).is_err(),
+        "nothing is looked for"
+    );
+}
+
+#[test]
+fn cycles_of_made_takes_do_not_overlap() {
+    let names = |protocol: &str, cycles| -> Vec<(String, u32)> {
+        let made = Protocol::named(protocol).expect("built in").made(cycles);
+        made.into_iter().map(|one| (one.take, one.cycle)).collect()
+    };
+    let probe = |cycle| ("probe".to_owned(), cycle);
+    assert_eq!(names("closed-set", 2), [probe(1000), probe(1001)]);
+    let enrolled = ("enrolled".to_owned(), 0);
+    assert_eq!(names("first-take", 2), [enrolled, probe(1000), probe(1001)]);
+    for name in NAMES {
+        let made = Protocol::named(name).expect("built in").made(3);
+        let mut cycles: Vec<u32> = made.iter().map(|one| one.cycle).collect();
+        cycles.sort_unstable();
+        cycles.dedup();
+        assert_eq!(cycles.len(), made.len(), "{name}");
+    }
+}
+
+#[test]
+fn what_makes_no_sense_is_refused() {
+    let head = "name = \"p\"\ndescription = \"d\"\n";
+    let nearest = "decision = \"nearest embedding\"\n";
+    let probes = "[[probes]]\nname = \"all\"\n";
+    assert!(refused(&format!("{head}{nearest}{probes}")).contains("expected a [gallery]"));
+    assert!(
+        refused(&format!("{head}decision = \"class score\"\nprobes = []\n"))
+            .contains("at least one")
+    );
+    let twice = format!("{head}{nearest}{probes}{probes}[gallery]\n");
+    assert!(refused(&twice).contains("\"all\" is there twice"));
+    let unknown = format!("{head}{nearest}gallery_view = \"all\"\n{probes}[gallery]\n");
+    assert!(refused(&unknown).starts_with("p.toml:4: unknown field"));
+}

@@ -1,0 +1,44 @@
+//! What is built in under a name, or is a TOML file of the user's.
+
+use crate::error::{Error, Result};
+use std::borrow::Cow;
+use std::path::Path;
+
+/// Most bytes of a file.
+const MAX_BYTES: u64 = 1 << 20;
+
+/// The TOML that is built in under `name`, or that of a `.toml` file; `what` there are, such as
+/// `protocol`, under which `names`, for messages.
+///
+/// # Errors
+/// If it is no such name, or the file cannot be read.
+pub fn toml_of(
+    name: &str,
+    what: &str,
+    names: &[&str],
+    built_in: &[&'static str],
+) -> Result<Cow<'static, str>> {
+    let known = names
+        .iter()
+        .zip(built_in)
+        .find(|(known, _)| **known == name);
+    if let Some((_, text)) = known {
+        return Ok(Cow::Borrowed(text));
+    }
+    let path = Path::new(name);
+    if path.extension().is_none_or(|extension| extension != "toml") {
+        return Err(Error::Usage(format!(
+            "there is no {what} {name:?}: expected {} or a .toml file",
+            names.join(", ")
+        )));
+    }
+    let io = |error| Error::io(path, error);
+    let length = std::fs::metadata(path).map_err(io)?.len();
+    if length > MAX_BYTES {
+        return Err(Error::input(
+            path,
+            format!("expected a {what} of at most {MAX_BYTES} bytes, found {length}"),
+        ));
+    }
+    std::fs::read_to_string(path).map(Cow::Owned).map_err(io)
+}

@@ -1,0 +1,129 @@
+//! What confounders do to recognizers: a table on a terminal, and a chart.
+
+use super::strengths::{StrengthPanel, strength_chart};
+use super::{percent, write_png};
+use crate::error::Result;
+use crate::evaluate::strengths::{ConfounderResult, StrengthResult};
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// How many of the worst a table lists for each recognizer.
+const WORST: usize = 5;
+
+/// Draws rank-1 of each recognizer against each confounder's strength; `classes` people to choose from.
+///
+/// # Errors
+/// If there is nothing to draw, or the file cannot be written.
+pub fn write_strengths(path: &Path, results: &[ConfounderResult], classes: usize) -> Result<()> {
+    let recognizers = recognizers(results);
+    let curve = |result: &ConfounderResult, at: usize| {
+        let points = result.by_strength.iter();
+        points
+            .map(|point| (point.strength, point.recognizers[at].rank1))
+            .collect()
+    };
+    let panel = |result: &ConfounderResult| StrengthPanel {
+        confounder: result.name.to_owned(),
+        class: result.class.to_owned(),
+        curves: (0..recognizers.len()).map(|at| curve(result, at)).collect(),
+    };
+    let mut panels: Vec<StrengthPanel> = results.iter().map(panel).collect();
+    panels.sort_by(|a, b| a.class.cmp(&b.class));
+    let chance = 1.0 / classes.max(1) as f64;
+    write_png(path, &strength_chart(&recognizers, &panels, chance)?)
+}
+
+/// All confounders, and for each recognizer the worst; `probes` at each strength.
+#[must_use]
+pub fn strength_table(results: &[ConfounderResult], classes: usize, probes: u64) -> String {
+    let recognizers = recognizers(results);
+    let mut out = String::new();
+    let Some(first) = results.first() else {
+        return out;
+    };
+    let _ = writeln!(
+        out,
+        "rank-1 % of {probes} probes at each strength, {classes} people; GEI: difference to that without, of 255;\nextra time of a silhouette at strength 1, a walk seen from ten azimuths"
+    );
+    let plain = first.by_strength.iter().find(|point| point.strength == 0.0);
+    for (at, name) in recognizers.iter().enumerate() {
+        if let Some(plain) = plain {
+            let _ = writeln!(out, "{name} without any: {}", rank1(plain, at));
+        }
+    }
+    let mut class = "";
+    let mut sorted: Vec<&ConfounderResult> = results.iter().collect();
+    sorted.sort_by_key(|result| result.class);
+    for result in sorted {
+        if result.class != class {
+            class = result.class;
+            let _ = writeln!(
+                out,
+                "\n{class:<22}{:>8} {:>6} {:>9}  {}",
+                "strength",
+                "GEI",
+                "extra us",
+                recognizers.join(", ")
+            );
+        }
+        for point in result
+            .by_strength
+            .iter()
+            .filter(|point| point.strength != 0.0)
+        {
+            let is_full = point.strength == 1.0;
+            let rates: Vec<String> = (0..recognizers.len()).map(|at| rank1(point, at)).collect();
+            let extra = if is_full {
+                format!("{:.1}", 1e-3 * result.extra_ns)
+            } else {
+                String::new()
+            };
+            let _ = writeln!(
+                out,
+                "  {:<20}{:>8} {:>6.1} {extra:>9}  {}",
+                result.name,
+                point.strength,
+                point.gei_rmse,
+                rates.join(", ")
+            );
+        }
+    }
+    for (at, name) in recognizers.iter().enumerate() {
+        let mut worst: Vec<&ConfounderResult> = results.iter().collect();
+        worst.sort_by(|a, b| a.mean_rank1(at).total_cmp(&b.mean_rank1(at)));
+        let worst: Vec<String> = worst
+            .iter()
+            .take(WORST)
+            .map(|result| format!("{} {}", result.name, percent(result.mean_rank1(at))))
+            .collect();
+        let _ = writeln!(
+            out,
+            "\n{name}: the worst, by mean rank-1 % over the strengths: {}",
+            worst.join(", ")
+        );
+    }
+    out
+}
+
+/// The recognizers' names.
+fn recognizers(results: &[ConfounderResult]) -> Vec<String> {
+    let first = results
+        .first()
+        .and_then(|result| result.by_strength.first());
+    let all = first.map_or(Vec::new(), |point| point.recognizers.clone());
+    all.into_iter().map(|of| of.name).collect()
+}
+
+/// A rate and its interval.
+fn rank1(point: &StrengthResult, recognizer: usize) -> String {
+    let of = &point.recognizers[recognizer];
+    match of.rank1_by_subjects {
+        Some((low, high)) => format!(
+            "{} ({} - {})",
+            percent(of.rank1),
+            percent(low),
+            percent(high)
+        ),
+        None => percent(of.rank1),
+    }
+}

@@ -1,0 +1,346 @@
+//! What a camera sees of a walk, as a small coloured picture: hulls with a little light on a
+//! tiled floor.
+//!
+//! For people who look at what a confounder does. Recognizers never see it: silhouettes come
+//! from the core.
+
+mod canvas;
+mod solid;
+
+use canvas::{Canvas, Corner};
+use edgegait_core::camera::{Camera, NEAR_M};
+use edgegait_core::outline;
+use glam::Vec3;
+use image::RgbImage;
+use image::imageops;
+use solid::facets;
+
+/// Red, green and blue, 0..=255.
+type Colour = Vec3;
+
+/// Each pixel is the mean of so many by so many.
+const SAMPLES: u32 = 4;
+const BACKGROUND: Colour = Vec3::new(238.0, 241.0, 245.0);
+/// Of the floor's tiles, in turn.
+const TILES: [Colour; 2] = [
+    Vec3::new(205.0, 209.0, 212.0),
+    Vec3::new(220.0, 224.0, 227.0),
+];
+const FLOOR_SIDE: Colour = Vec3::new(190.0, 194.0, 198.0);
+/// Side of a tile, metres, and how many there are from the middle to each edge.
+const TILE_M: f32 = 0.5;
+const TILES_TO_EDGE: i16 = 12;
+/// Thickness of the floor, which shows it to a level camera, metres.
+const FLOOR_M: f32 = 0.6;
+/// Light that is left in a shadow.
+const SHADOW: f32 = 0.62;
+/// How far shadows float above the floor that they lie on, metres.
+const SHADOW_LIFT_M: f32 = 0.01;
+/// Share of the background in a colour, a metre behind the centre.
+const HAZE: f32 = 0.12;
+
+/// What a hull is, which decides its colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Skin and what is worn closest.
+    Body,
+    /// Hair.
+    Hair,
+    /// Clothes, shoes and hats.
+    Garment,
+    /// What is carried.
+    Load,
+    /// A shadow on the floor: it darkens what it lies on.
+    Shadow,
+    /// What stands or walks in the way.
+    Occluder,
+}
+
+impl Kind {
+    const fn colour(self) -> Colour {
+        match self {
+            Self::Body => Vec3::new(226.0, 178.0, 142.0),
+            Self::Hair => Vec3::new(92.0, 62.0, 46.0),
+            Self::Garment => Vec3::new(52.0, 120.0, 178.0),
+            Self::Load => Vec3::new(206.0, 92.0, 38.0),
+            Self::Shadow => Vec3::ZERO,
+            Self::Occluder => Vec3::new(128.0, 132.0, 138.0),
+        }
+    }
+}
+
+/// A convex hull to be shown.
+#[derive(Clone, Debug)]
+pub struct ShownHull {
+    /// Its points in the walker's space, metres, at most 32.
+    pub points: Vec<Vec3>,
+    /// What it is.
+    pub kind: Kind,
+}
+
+/// A plane to walk on.
+#[derive(Clone, Copy, Debug)]
+pub struct Floor {
+    /// A point of it, metres: the middle of what is shown.
+    pub point: Vec3,
+    /// Upwards, a unit vector that is not along X.
+    pub normal: Vec3,
+}
+
+/// From where a scene is seen, and how much of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Shot {
+    /// The camera.
+    pub camera: Camera,
+    /// The point in the middle of the picture, metres.
+    pub centre: Vec3,
+    /// Metres from the picture's lower to its upper edge, at the centre.
+    pub height_m: f32,
+    /// The floor.
+    pub floor: Floor,
+    /// Width and height of the picture, pixels.
+    pub size_px: (u32, u32),
+}
+
+/// The picture of a scene.
+///
+/// What is nearer covers what is farther, pixel by pixel, in whatever order hulls are listed.
+/// A floor that is seen from below is left out, and so is what is behind a perspective camera.
+#[must_use]
+pub fn frame(hulls: &[ShownHull], shot: &Shot) -> RgbImage {
+    let (width, height) = shot.size_px;
+    let eye = Eye::new(shot, height * SAMPLES);
+    let mut canvas = Canvas::new((width * SAMPLES, height * SAMPLES), BACKGROUND);
+    draw_floor(&mut canvas, &eye);
+    let (shadows, solids): (Vec<_>, Vec<_>) =
+        hulls.iter().partition(|hull| hull.kind == Kind::Shadow);
+    draw_shadows(&mut canvas, &eye, &shadows);
+    for hull in solids {
+        draw_solid(&mut canvas, &eye, hull);
+    }
+    imageops::thumbnail(&canvas.into_picture(), width, height)
+}
+
+/// A shot, and what follows from it.
+struct Eye<'s> {
+    shot: &'s Shot,
+    /// Samples a metre.
+    scale: f32,
+    /// To the light: over the left shoulder of who looks.
+    light: Vec3,
+}
+
+impl<'s> Eye<'s> {
+    fn new(shot: &'s Shot, rows: u32) -> Self {
+        let from = shot.camera.viewpoint();
+        Self {
+            shot,
+            scale: rows as f32 / shot.height_m,
+            light: (0.7 * from.up() + 0.6 * from.toward() - 0.5 * from.right()).normalize(),
+        }
+    }
+
+    /// How far in front of the centre a point lies, metres.
+    fn nearness(&self, point: Vec3) -> f32 {
+        self.shot
+            .camera
+            .viewpoint()
+            .toward()
+            .dot(point - self.shot.centre)
+    }
+
+    /// A point's place on the canvas; none if it is behind the camera.
+    fn corner(&self, point: Vec3, colour: Colour) -> Option<Corner> {
+        let Shot {
+            camera,
+            centre,
+            size_px,
+            ..
+        } = self.shot;
+        if camera.depth_m(point) < NEAR_M {
+            return None;
+        }
+        let at = camera.project(point) - camera.project(*centre);
+        let middle = 0.5 * SAMPLES as f32;
+        Some(Corner {
+            x: at.x * self.scale + middle * size_px.0 as f32,
+            y: middle * size_px.1 as f32 - at.y * self.scale,
+            nearness: self.nearness(point),
+            colour,
+        })
+    }
+
+    /// A surface's colour in the light and the haze.
+    fn lit(&self, colour: Colour, point: Vec3, normal: Vec3) -> Colour {
+        let light = 0.68 + 0.38 * normal.dot(self.light);
+        let haze = (-HAZE * self.nearness(point)).clamp(0.0, 0.5);
+        (colour * light.max(0.35)).lerp(BACKGROUND, haze)
+    }
+}
+
+fn draw_floor(canvas: &mut Canvas, eye: &Eye<'_>) {
+    let Floor { point, normal } = eye.shot.floor;
+    if eye.shot.camera.viewpoint().toward().dot(normal) < 0.0 {
+        return;
+    }
+    let ahead = Vec3::X.cross(normal).normalize();
+    let left = normal.cross(ahead);
+    let at = |x: i16, z: i16| point + TILE_M * (f32::from(x) * left + f32::from(z) * ahead);
+    let edge = f32::from(TILES_TO_EDGE) * TILE_M;
+    let mut quad = |points: [Vec3; 4], colour: &dyn Fn(Vec3) -> Colour| {
+        let corners = points.map(|point| eye.corner(point, colour(point)));
+        if let [Some(a), Some(b), Some(c), Some(d)] = corners {
+            canvas.fill([a, b, c]);
+            canvas.fill([a, c, d]);
+        }
+    };
+    for x in -TILES_TO_EDGE..TILES_TO_EDGE {
+        for z in -TILES_TO_EDGE..TILES_TO_EDGE {
+            let tile = TILES[usize::from((x + z) & 1 != 0)];
+            let corners = [at(x, z), at(x + 1, z), at(x + 1, z + 1), at(x, z + 1)];
+            quad(corners, &|corner| {
+                let share = (corner.distance(point) / edge).min(1.0);
+                tile.lerp(BACKGROUND, share * share)
+            });
+        }
+    }
+    let (n, below) = (TILES_TO_EDGE, FLOOR_M * normal);
+    let rim = [at(-n, -n), at(n, -n), at(n, n), at(-n, n)];
+    for (index, &a) in rim.iter().enumerate() {
+        let b = rim[(index + 1) % rim.len()];
+        quad([a, b, b - below, a - below], &|_| FLOOR_SIDE);
+    }
+}
+
+fn draw_shadows(canvas: &mut Canvas, eye: &Eye<'_>, shadows: &[&ShownHull]) {
+    let lift = SHADOW_LIFT_M * eye.shot.floor.normal;
+    for shadow in shadows {
+        let corners = shadow
+            .points
+            .iter()
+            .map(|&p| eye.corner(p + lift, Vec3::ZERO));
+        let Some(corners) = corners.collect::<Option<Vec<_>>>() else {
+            continue;
+        };
+        let flat = outline::convex(
+            corners
+                .iter()
+                .map(|corner| glam::Vec2::new(corner.x, corner.y)),
+        );
+        let around: Vec<&Corner> = flat
+            .iter()
+            .filter_map(|at| {
+                corners
+                    .iter()
+                    .find(|corner| corner.x == at.x && corner.y == at.y)
+            })
+            .collect();
+        if let [first, rest @ ..] = around.as_slice() {
+            for pair in rest.windows(2) {
+                canvas.darken([**first, *pair[0], *pair[1]], SHADOW);
+            }
+        }
+    }
+}
+
+fn draw_solid(canvas: &mut Canvas, eye: &Eye<'_>, hull: &ShownHull) {
+    let colour = hull.kind.colour();
+    for facet in facets(&hull.points) {
+        let corners =
+            facet.map(|(point, normal)| eye.corner(point, eye.lit(colour, point, normal)));
+        if let [Some(a), Some(b), Some(c)] = corners {
+            canvas.fill([a, b, c]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use edgegait_core::camera::Viewpoint;
+
+    /// 40 by 40 pixels of 5 cm about a point a metre high, with parallel rays.
+    fn shot(azimuth_deg: f32, elevation_deg: f32) -> Shot {
+        let viewpoint = Viewpoint::from_degrees(azimuth_deg, elevation_deg).unwrap();
+        Shot {
+            camera: Camera::orthographic(viewpoint),
+            centre: Vec3::Y,
+            height_m: 2.0,
+            floor: Floor {
+                point: Vec3::ZERO,
+                normal: Vec3::Y,
+            },
+            size_px: (40, 40),
+        }
+    }
+
+    /// A cube with edges of half a metre.
+    fn cube(middle: Vec3, kind: Kind) -> ShownHull {
+        let side = |bit: usize| if bit == 0 { -0.25 } else { 0.25 };
+        let corner = |i: usize| middle + Vec3::new(side(i & 1), side(i & 2), side(i & 4));
+        ShownHull {
+            points: (0..8).map(corner).collect(),
+            kind,
+        }
+    }
+
+    fn is_reddish(picture: &RgbImage, x: u32, y: u32) -> bool {
+        let [red, _, blue] = picture.get_pixel(x, y).0;
+        red.saturating_sub(blue) > 40
+    }
+
+    #[test]
+    fn hulls_are_where_the_camera_sees_them() {
+        // From the walker's left ahead is to the image's left: 0.5 m are 10 pixels.
+        let ahead = cube(Vec3::new(0.0, 1.25, 0.5), Kind::Load);
+        let picture = frame(&[ahead], &shot(90.0, 0.0));
+        let lit = |x, y| is_reddish(&picture, x, y);
+        assert!(lit(5, 10) && lit(14, 19));
+        assert!(!lit(4, 15) && !lit(15, 15) && !lit(10, 9) && !lit(10, 20));
+        let empty = frame(&[], &shot(90.0, 0.0));
+        assert_eq!(empty.get_pixel(20, 20).0, [238, 241, 245]);
+    }
+
+    #[test]
+    fn what_is_nearer_hides_what_is_farther_in_any_order() {
+        let near = cube(Vec3::new(0.6, 1.0, 0.0), Kind::Garment);
+        let far = cube(Vec3::new(0.0, 1.0, 0.0), Kind::Load);
+        let one = frame(&[near.clone(), far.clone()], &shot(90.0, 0.0));
+        let other = frame(&[far, near], &shot(90.0, 0.0));
+        assert_eq!(one, other);
+        assert!(!is_reddish(&one, 20, 20));
+    }
+
+    #[test]
+    fn shadows_darken_the_floor_and_not_what_stands_on_it() {
+        let flat = |x: f32| ShownHull {
+            points: [(-0.2, -0.2), (0.2, -0.2), (0.2, 0.2), (-0.2, 0.2)]
+                .map(|(dx, z)| Vec3::new(x + dx, 0.0, z))
+                .into(),
+            kind: Kind::Shadow,
+        };
+        let stands = cube(Vec3::new(0.0, 1.0, 0.0), Kind::Load);
+        let from_above = |hulls: &[ShownHull]| frame(hulls, &shot(0.0, 90.0));
+        let bare = from_above(std::slice::from_ref(&stands));
+        // One under the cube, two on top of each other to the image's right.
+        let shaded = from_above(&[stands, flat(0.0), flat(0.6), flat(0.6)]);
+        assert_eq!(shaded.get_pixel(20, 20), bare.get_pixel(20, 20));
+        let [dark, light] = [&shaded, &bare].map(|p| f32::from(p.get_pixel(33, 20).0[0]));
+        assert!((dark / light - SHADOW).abs() < 0.02, "{dark} {light}");
+    }
+
+    #[test]
+    fn a_floor_is_level_to_a_level_camera_and_hidden_from_below() {
+        let picture = frame(&[], &shot(30.0, 0.0));
+        let side = FLOOR_SIDE.to_array().map(|part| part as u8);
+        // A metre above the floor, the picture ends at it; otherwise it is in the middle.
+        let mut lower = shot(30.0, 0.0);
+        lower.centre = Vec3::ZERO;
+        let lower = frame(&[], &lower);
+        assert_eq!(picture.get_pixel(20, 39).0, [238, 241, 245]);
+        assert_eq!(lower.get_pixel(20, 19).0, [238, 241, 245]);
+        assert_eq!(lower.get_pixel(20, 20).0, side);
+        let below = frame(&[], &shot(30.0, -20.0));
+        assert!(below.pixels().all(|pixel| pixel.0 == [238, 241, 245]));
+    }
+}

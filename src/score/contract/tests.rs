@@ -1,0 +1,228 @@
+use super::*;
+
+const ALL: &str = r#"
+name = "pca-lda-side"
+input_range = "0..255"
+rows = 64
+columns = 44
+layout = "NCHW"
+framing = "cycle"
+template = "gei"
+classes = ["s01", "s02"]
+
+[outputs]
+embedding = "features"
+scores = "logits"
+
+[training]
+description = "26 people, side view, seed 7"
+viewpoints = [[90.0, 0.0], [270.0, 15.0]]
+"#;
+
+fn parse(text: &str) -> Result<Contract> {
+    Contract::parse(Path::new("m.toml"), text)
+}
+
+#[test]
+fn every_key_is_read() {
+    let contract = parse(ALL).expect("all keys are known");
+    assert_eq!(contract.name, "pca-lda-side");
+    assert_eq!(contract.input_range, InputRange::Byte);
+    assert_eq!(
+        (contract.rows, contract.columns, contract.numbers()),
+        (64, 44, 2816)
+    );
+    assert_eq!(contract.framing, Framing::Cycle);
+    assert_eq!(contract.classes, ["s01", "s02"]);
+    assert_eq!(contract.outputs.embedding.as_deref(), Some("features"));
+    assert_eq!(contract.outputs.scores.as_deref(), Some("logits"));
+    assert_eq!(contract.training.viewpoints, [[90.0, 0.0], [270.0, 15.0]]);
+}
+
+#[test]
+fn a_written_contract_reads_back() {
+    let contract = parse(ALL).expect("all keys are known");
+    let text = contract.to_toml().expect("plain values");
+    assert_eq!(parse(&text).expect("our own text"), contract);
+    let defaults = Contract::default();
+    assert_eq!(
+        parse(&defaults.to_toml().expect("plain values")).expect("our own text"),
+        defaults
+    );
+}
+
+#[test]
+fn geis_of_another_size_or_framing_are_refused_with_the_flag_that_helps() {
+    let contract = parse(ALL).expect("all keys are known");
+    let refusal = |size, framing| {
+        let found = contract.require(size, framing, "use");
+        found.map_err(|error| error.to_string())
+    };
+    assert_eq!(refusal(Size::S64x44, Some(Framing::Cycle)), Ok(()));
+    assert_eq!(refusal(Size::S64x44, None), Ok(()));
+    assert_eq!(
+        refusal(Size::S50x30, Some(Framing::Cycle)),
+        Err("pca-lda-side: the model's contract asks for GEIs of 64x44, found 50x30 (use --size 64x44)".into())
+    );
+    assert_eq!(
+        refusal(Size::S64x44, Some(Framing::Height)),
+        Err("pca-lda-side: the model's contract asks for framing cycle, found height (use --framing cycle)".into())
+    );
+    let odd = Contract {
+        rows: 128,
+        ..contract.clone()
+    };
+    let refused = odd
+        .require(Size::S64x44, None, "use")
+        .map_err(|e| e.to_string());
+    assert!(refused.is_err_and(|text| text.contains("only 50x30, 64x44")));
+}
+
+#[test]
+fn an_empty_contract_is_the_default() {
+    let contract = parse("").expect("every key may be left out");
+    assert_eq!(contract, Contract::default());
+    let mut fed = vec![0.5];
+    contract.feed(&[0, 255], &mut fed);
+    assert_eq!(fed, [0.5, 0.0, 1.0]);
+}
+
+#[test]
+fn a_sequence_model_states_its_layout_frames_and_distance() {
+    let text =
+        "template = \"silhouettes\"\nlayout = \"NTHW\"\nframes = 30\ndistance = \"cosine\"\n";
+    let contract = parse(text).expect("all keys are known");
+    assert_eq!(contract.template, Template::Silhouettes);
+    assert_eq!(contract.frames, Some(30));
+    assert_eq!(contract.distance, Distance::Cosine);
+    assert_eq!(contract.input_shape(2, 30), [2, 30, 50, 30]);
+    let written = contract.to_toml().expect("plain values");
+    assert_eq!(parse(&written).expect("our own text"), contract);
+
+    let refusal = |text: &str| parse(text).expect_err("a mistake").to_string();
+    assert_eq!(
+        refusal("template = \"silhouettes\""),
+        "m.toml: layout: template \"silhouettes\" comes as NTHW, NTCHW, NCTHW, found NCHW (NCHW unless it is given)"
+    );
+    assert!(refusal("layout = \"NTHW\"").contains("template \"gei\" comes as NCHW, NHWC, NHW"));
+    assert_eq!(
+        refusal("frames = 30"),
+        "m.toml: frames: template \"gei\" has none, found 30"
+    );
+    assert_eq!(
+        refusal("template = \"silhouettes\"\nlayout = \"NTHW\"\nframes = 0"),
+        "m.toml: frames: expected 1 to 4096, found 0"
+    );
+}
+
+#[test]
+fn a_template_has_the_shape_that_its_silhouettes_give_it() {
+    let of = |template: &str, layout: &str| {
+        let text = format!("template = {template:?}\nlayout = {layout:?}\n");
+        let contract = parse(&text).expect("a template's layout");
+        let written = contract.to_toml().expect("plain values");
+        assert_eq!(parse(&written).expect("our own text"), contract);
+        contract.input_shape(2, 1)
+    };
+    assert_eq!(of("mhi", "NCHW"), [2, 1, 50, 30]);
+    assert_eq!(of("geni", "NHWC"), [2, 50, 30, 1]);
+    assert_eq!(of("frequency", "NCHW"), [2, 3, 50, 30]);
+    assert_eq!(of("row-width", "NC"), [2, 50]);
+    assert_eq!(of("kfd", "NC"), [2, 60]);
+
+    let refusal = |text: &str| parse(text).expect_err("a mistake").to_string();
+    assert_eq!(
+        refusal("template = \"frequency\"\nlayout = \"NHWC\""),
+        "m.toml: layout: template \"frequency\" comes as NCHW, found NHWC (NCHW unless it is given)"
+    );
+    assert!(refusal("template = \"kfd\"").contains("comes as NC, found NCHW"));
+    assert!(refusal("layout = \"NC\"").contains("template \"gei\" comes as NCHW, NHWC, NHW"));
+
+    let wide = parse("template = \"frequency\"").expect("the usual layout");
+    assert_eq!(wide.frames_in(2 * 4500, 2).ok(), Some(1));
+    let error = wide.frames_in(1500, 1).expect_err("one plane").to_string();
+    assert_eq!(
+        error,
+        ": expected 1 frequency images of 3 x 50 x 30 = 4500 numbers and at least one, found 1500 numbers"
+    );
+    let refused = wide.require_template(Template::Gei, "sweep another dataset with");
+    assert_eq!(
+        refused.expect_err("another").to_string(),
+        ": the model's contract asks for template frequency, found gei (sweep another dataset with --template frequency)"
+    );
+    assert!(wide.require_template(Template::Frequency, "use").is_ok());
+}
+
+#[test]
+fn frames_are_counted_from_the_numbers_given() {
+    let gei = Contract::default();
+    assert_eq!(gei.frames_in(3 * 1500, 3).ok(), Some(1));
+    assert!(gei.frames_in(3 * 1500, 1).is_err());
+    let any = Contract {
+        name: "set".into(),
+        template: Template::Silhouettes,
+        layout: Layout::Nthw,
+        ..Contract::default()
+    };
+    assert_eq!(any.frames_in(12 * 1500, 3).ok(), Some(4));
+    let wrong = [(0, 1), (1500, 0), (1501, 1), (1500, 2), (1500, usize::MAX)];
+    assert!(
+        wrong
+            .iter()
+            .all(|&(numbers, batch)| any.frames_in(numbers, batch).is_err())
+    );
+    let thirty = Contract {
+        frames: Some(30),
+        ..any
+    };
+    assert_eq!(thirty.frames_in(60 * 1500, 2).ok(), Some(30));
+    let error = thirty.frames_in(29 * 1500, 1).expect_err("29 of 30");
+    assert_eq!(
+        error.to_string(),
+        "set: expected 1 sequences of 30 silhouettes of 50 x 30 = 1500 numbers and at least one, found 43500 numbers"
+    );
+}
+
+#[test]
+fn mistakes_are_named_with_their_line() {
+    let refusal = |text: &str| parse(text).expect_err("a mistake").to_string();
+    let text = refusal("name = \"x\"\ninput_rnage = \"0..1\"\n");
+    assert!(
+        text.starts_with("m.toml:2") && text.contains("input_rnage"),
+        "{text}"
+    );
+    let text = refusal("input_range = \"-1..1\"\n");
+    assert!(
+        text.starts_with("m.toml:1") && text.contains("0..255"),
+        "{text}"
+    );
+    assert!(refusal("layout = \"CHW\"").contains("`NCHW`"));
+    let text = refusal("template = \"vtm\"");
+    assert!(
+        text.starts_with("m.toml:1") && text.contains("`gei`, `mei`, `mhi`"),
+        "{text}"
+    );
+    assert!(refusal("distance = \"dtw\"").contains("`euclidean` or `cosine`"));
+    assert_eq!(
+        refusal("rows = 0"),
+        "m.toml: rows: expected 1 to 4096, found 0"
+    );
+    assert_eq!(
+        refusal("classes = [\"a\", \"a\"]"),
+        "m.toml: classes: \"a\" is there twice"
+    );
+    assert!(refusal("training = { viewpoints = [[nan, 0.0]] }").contains("found NaN"));
+    assert!(refusal("rows = ").starts_with("m.toml:1"));
+}
+
+#[test]
+fn a_model_without_a_contract_has_the_default_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let model = folder.path().join("m.onnx");
+    assert_eq!(
+        Contract::beside(&model).expect("none there"),
+        Contract::default()
+    );
+    std::fs::write(folder.path().join("m.toml"), "name = \"here\"").expect("written");
+    assert_eq!(Contract::beside(&model).expect("one there").name, "here");
+}

@@ -1,0 +1,224 @@
+//! How a walk is recorded: which frames a recorder keeps, and where the camera stands.
+
+use super::settings::{Framing, Lens, Raster, Settings};
+use super::views::View;
+use crate::confound::{Kind, Plan, Stage};
+use crate::error::{Error, Result};
+use edgegait_core::camera::Viewpoint;
+use rand::RngExt as _;
+use std::ops::Range;
+
+/// Share of the frames that a recorder still takes at strength 1 of `frame-rate`.
+const LEAST_RATE: f64 = 0.1;
+/// Chance that a frame is lost at strength 1 of `dropped-frames`.
+const MOST_LOST: f64 = 0.9;
+/// Degrees at strength 1.
+const TURN_DEG: f64 = 30.0;
+const ROLL_DEG: f64 = 20.0;
+/// Metres from the aim to the camera at strength 1.
+const NEAREST_M: f64 = 1.5;
+/// Share of the focal length that is left at strength 1.
+const LEAST_FOCAL_LENGTH: f64 = 0.25;
+
+/// Which frame of `all` is shown at the place of each of `frames`.
+///
+/// At a lower rate a frame is shown until the next one is taken. In place of a lost one
+/// the one before is shown again, in place of the first ones the last of the cycle.
+pub fn sources(plan: &Plan, frames: Range<u32>, all: u32) -> Vec<u32> {
+    let kept = plan.strength(Kind::FrameRate).map_or(all, |strength| {
+        let share = 1.0 - (1.0 - LEAST_RATE) * strength;
+        ((f64::from(all) * share).round() as u32).clamp(1, all.max(1))
+    });
+    let lost: Vec<bool> = plan
+        .strength(Kind::DroppedFrames)
+        .map_or(Vec::new(), |strength| {
+            let mut rng = plan.of_cycle(Kind::DroppedFrames);
+            (0..all)
+                .map(|_| rng.random_bool(MOST_LOST * strength))
+                .collect()
+        });
+    let is_lost = |frame: u32| lost.get(frame as usize).is_some_and(|is_lost| *is_lost);
+    let (kept, all) = (u64::from(kept), u64::from(all));
+    let shown = |frame: u32| {
+        let before = (0..all).map(|back| ((u64::from(frame) + all - back) % all) as u32);
+        let frame = before
+            .clone()
+            .find(|&frame| !is_lost(frame))
+            .unwrap_or(frame);
+        let slot = u64::from(frame) * kept / all;
+        (slot * all).div_ceil(kept) as u32
+    };
+    frames.map(shown).collect()
+}
+
+/// The settings with which a condition is drawn: a camera that comes nearer is one of perspective.
+pub fn settings(plan: &Plan, settings: Settings) -> Settings {
+    let mut settings = settings;
+    if let Some(strength) = plan.strength(Kind::Distance) {
+        let far = match settings.lens {
+            Lens::Ortho => 0.0,
+            Lens::Persp => 1.0 / settings.sensor.distance_m,
+        };
+        let inverse = far + strength * (1.0 / NEAREST_M - far);
+        if settings.framing == Framing::Camera && settings.lens == Lens::Ortho {
+            // A figure of parallel rays is as large as at the sensor's distance.
+            let own = 1.0 / settings.sensor.distance_m;
+            settings.sensor.distance_m = 1.0 / (own + strength * (1.0 / NEAREST_M - own));
+        } else {
+            settings.sensor.distance_m = 1.0 / inverse;
+        }
+        settings.lens = Lens::Persp;
+    }
+    if let (Some(left), Framing::Camera) = (focal_length(plan), settings.framing) {
+        let half = libm::tan(0.5 * settings.sensor.fov_deg.to_radians()) / left;
+        settings.sensor.fov_deg = 2.0 * libm::atan(half).to_degrees();
+    }
+    settings
+}
+
+/// The share of the focal length that is left, if the condition changes it.
+fn focal_length(plan: &Plan) -> Option<f64> {
+    let strength = plan.strength(Kind::FocalLength)?;
+    Some(libm::pow(LEAST_FOCAL_LENGTH, strength))
+}
+
+/// How many fine samples of a figure that fills the image fall on one of a shorter lens; none
+/// where framing does not hide how large the figure is.
+pub fn coarseness(plan: &Plan, framing: Framing) -> Option<f64> {
+    let left = focal_length(plan).filter(|_| framing != Framing::Camera)?;
+    Some(1.0 / left)
+}
+
+/// Whether silhouettes are confounded after they are drawn, before they are framed.
+pub fn acts_on_images(plan: &Plan, framing: Framing) -> bool {
+    plan.acts_at(Stage::Image) || coarseness(plan, framing).is_some()
+}
+
+/// From where a view is seen under a condition.
+///
+/// # Errors
+/// Never: azimuths are within a few turns, and elevations stop straight above and below.
+pub fn viewpoint(plan: &Plan, view: &View) -> Result<Viewpoint> {
+    if !plan.acts_at(Stage::Camera) {
+        return Ok(view.viewpoint());
+    }
+    let degrees = |kind, full: f64| (plan.strength(kind).unwrap_or(0.0) * full) as f32;
+    let azimuth = view.azimuth_deg + degrees(Kind::Azimuth, TURN_DEG);
+    let elevation = (view.elevation_deg + degrees(Kind::Elevation, TURN_DEG)).clamp(-90.0, 90.0);
+    let seen = Viewpoint::from_degrees(azimuth, elevation)
+        .map_err(|error| Error::Failed(error.to_string()))?;
+    Ok(seen.rolled(degrees(Kind::Roll, ROLL_DEG)))
+}
+
+/// Refuses what cannot be drawn by columns or in grey under a condition.
+///
+/// # Errors
+/// Naming the raster and what to use.
+pub fn check(plan: &Plan, settings: &Settings) -> Result<()> {
+    let refuse = |why: &str| {
+        Err(Error::Usage(format!(
+            "--raster {}: condition {} {why} (use --raster skia or rows)",
+            settings.rasterizer.name(),
+            plan.doses()
+        )))
+    };
+    match settings.rasterizer {
+        Raster::Columns if plan.acts_at(Stage::Camera) => {
+            refuse("moves the camera, which all elevations of an azimuth share")
+        }
+        raster if acts_on_images(plan, settings.framing) && !raster.is_binary() => {
+            refuse("acts on silhouettes as a segmentation gives them, one by one and without greys")
+        }
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::confound::{Condition, Dose, Doses};
+    use crate::scene::variation::CycleSeed;
+
+    fn plan(doses: &[(Kind, f64)]) -> Plan {
+        let dose = |&(kind, strength): &(Kind, f64)| Dose { kind, strength };
+        let of = CycleSeed {
+            seed: 1,
+            subject: 2,
+            walk: 3,
+            cycle: 0,
+        };
+        Plan::new(Some(&Condition::of(Doses::new(doses.iter().map(dose)))), of)
+    }
+
+    #[test]
+    fn at_a_lower_rate_each_frame_is_shown_until_the_next_one() {
+        assert_eq!(sources(&plan(&[]), 0..4, 4), [0, 1, 2, 3]);
+        // A tenth of 20 frames.
+        let two = sources(&plan(&[(Kind::FrameRate, 1.0)]), 0..20, 20);
+        assert_eq!(two, [[0; 10], [10; 10]].concat());
+        // 1 - 0.9 x 0.5 of 8 frames are 4.4: 4.
+        let four = sources(&plan(&[(Kind::FrameRate, 0.5)]), 0..8, 8);
+        assert_eq!(four, [0, 0, 2, 2, 4, 4, 6, 6]);
+        assert_eq!(
+            sources(&plan(&[(Kind::FrameRate, 0.5)]), 5..8, 8),
+            four[5..]
+        );
+    }
+
+    #[test]
+    fn a_lost_frame_is_the_one_before_it() {
+        let shown = sources(&plan(&[(Kind::DroppedFrames, 1.0)]), 0..1000, 1000);
+        for (at, &source) in shown.iter().enumerate().skip(1) {
+            let before = shown[at - 1];
+            assert!(source as usize == at || source == before, "{at}: {source}");
+        }
+        let kept = shown
+            .iter()
+            .enumerate()
+            .filter(|(at, source)| *at == **source as usize);
+        // A tenth of 1,000, with a standard deviation of 9.5.
+        assert!((60..=140).contains(&kept.count()));
+        // All lost: nothing is left to be shown but the frames themselves.
+        assert_eq!(sources(&plan(&[(Kind::DroppedFrames, 1.0)]), 0..1, 1), [0]);
+    }
+
+    #[test]
+    fn the_camera_comes_as_near_as_is_said() {
+        let drawn = |doses: &[(Kind, f64)], framing, lens| {
+            let settings = Settings {
+                framing,
+                lens,
+                ..Settings::default()
+            };
+            super::settings(&plan(doses), settings)
+        };
+        let distance = |strength, lens| {
+            let drawn = drawn(&[(Kind::Distance, strength)], Framing::Height, lens);
+            assert_eq!(drawn.lens, Lens::Persp);
+            drawn.sensor.distance_m
+        };
+        assert!((distance(1.0, Lens::Ortho) - 1.5).abs() < 1e-12);
+        assert!((distance(0.5, Lens::Ortho) - 3.0).abs() < 1e-12);
+        // Between the sensor's 4 m and 1.5 m: the mean of the inverses.
+        assert!((distance(0.5, Lens::Persp) - 24.0 / 11.0).abs() < 1e-12);
+        // A quarter of the focal length shows four times as many metres.
+        let wide = drawn(&[(Kind::FocalLength, 1.0)], Framing::Camera, Lens::Persp);
+        let ratio = Settings::default().sensor.pixels_per_metre(wide.size)
+            / wide.sensor.pixels_per_metre(wide.size);
+        assert!((ratio - 4.0).abs() < 1e-5);
+        let coarse = coarseness(&plan(&[(Kind::FocalLength, 0.5)]), Framing::Height);
+        assert!(coarse.is_some_and(|cells| (cells - 2.0).abs() < 1e-12));
+    }
+
+    #[test]
+    fn a_view_is_turned_and_stops_straight_above() {
+        let view = View::new(90.0, 80.0).expect("a viewpoint");
+        let seen = |doses: &[(Kind, f64)]| viewpoint(&plan(doses), &view).expect("a viewpoint");
+        let from =
+            |azimuth, elevation| Viewpoint::from_degrees(azimuth, elevation).expect("a viewpoint");
+        assert_eq!(seen(&[]), view.viewpoint());
+        assert_eq!(seen(&[(Kind::Azimuth, -0.5)]), from(75.0, 80.0));
+        assert_eq!(seen(&[(Kind::Elevation, 1.0)]), from(90.0, 90.0));
+        assert_eq!(seen(&[(Kind::Roll, 0.25)]), from(90.0, 80.0).rolled(5.0));
+    }
+}

@@ -1,0 +1,412 @@
+//! One job's figure at any moment.
+
+use super::{Job, Moments, walk_name};
+use crate::confound::appearance::{self, Outfit, Part, Wearer};
+use crate::confound::image::{Crossing, Floor};
+use crate::confound::motion::{self, Gait};
+use crate::confound::{Kind, Plan, Stage};
+use crate::error::{Error, Result};
+use crate::scene::variation::{CycleSeed, Variation};
+use edgegait_core::avatar::Avatar;
+use edgegait_core::body::{Body, Figure};
+use edgegait_core::clip::Clip;
+use edgegait_core::format::crc32;
+use edgegait_core::pack::{Pack, Subject, Walk};
+use edgegait_core::pose::{ModelPose, Pose};
+use edgegait_core::skeleton::Skeleton;
+use glam::{DVec3, Vec3};
+
+/// Poses from which the mean of a walk is taken.
+const MEAN_POSES: u32 = 64;
+
+/// A moment of a walk.
+#[derive(Clone, Copy, Debug)]
+pub enum Moment {
+    /// In cycles.
+    Phase(f32),
+    /// From the clip's first frame.
+    Seconds(f64),
+}
+
+impl Moments {
+    /// The moment of a frame.
+    pub(super) fn of_frame(self, frame: u32, frames_per_cycle: u32) -> Moment {
+        match self {
+            Self::Cycle => Moment::Phase(frame as f32 / frames_per_cycle as f32),
+            Self::Seconds { start_s, fps, .. } => Moment::Seconds(start_s + f64::from(frame) / fps),
+        }
+    }
+
+    /// How many frames there are.
+    pub(super) const fn count(self, frames_per_cycle: u32) -> u32 {
+        match self {
+            Self::Cycle => frames_per_cycle,
+            Self::Seconds { frames, .. } => frames,
+        }
+    }
+}
+
+/// A job's body, unpacked and dressed: 101 kB, and as much again where it is not as the pack has it.
+pub struct Dressed {
+    plan: Plan,
+    body: Box<Body>,
+    skeleton: Skeleton,
+    /// The body as the pack has it.
+    bare: Option<Box<Body>>,
+    /// That of somebody of another size who crosses.
+    crossing: Option<Box<Body>>,
+    /// What each of the body's hulls is.
+    parts: Vec<Part>,
+}
+
+impl Dressed {
+    /// The body of a job's walker under its condition.
+    ///
+    /// # Errors
+    /// When there is no such walk, or too much is worn.
+    pub fn new(pack: &Pack<'_>, job: Job<'_>, seed: u64) -> Result<Self> {
+        let (walk, subject, avatar, _) = parts(pack, job)?;
+        let plan = Plan::new(job.condition, seed_of(job, seed, &walk, &subject));
+        let bare = Box::new(Body::new(&avatar));
+        if plan.doses().list().is_empty() {
+            return Ok(Self {
+                plan,
+                skeleton: avatar.skeleton(),
+                body: bare,
+                bare: None,
+                crossing: None,
+                parts: vec![Part::Body; avatar.hulls().count()],
+            });
+        }
+        let wearer = Wearer::new(avatar.skeleton(), &subject);
+        let refuse = |error| Error::Failed(format!("condition {}: {error}", job.condition_name()));
+        let skeleton = match plan.strength(Kind::Age) {
+            Some(strength) => wearer.aged(strength).skeleton,
+            None => avatar.skeleton(),
+        };
+        let mut outfit = outfit(&plan, &avatar, &wearer);
+        let parts = outfit.hulls.iter().map(|hull| hull.part).collect();
+        let body = match plan.acts_at(Stage::Body) {
+            true => Some(outfit.body().map_err(refuse)?),
+            false => None,
+        };
+        let mut crossing = None;
+        if let Some(strength) = plan.strength(Kind::MovingOccluder) {
+            let mut rng = plan.of_cycle(Kind::MovingOccluder);
+            let scale = Crossing::new(strength, &mut rng).scale();
+            for (_, point) in outfit.hulls.iter_mut().flat_map(|hull| &mut hull.points) {
+                *point *= scale;
+            }
+            crossing = Some(outfit.body().map_err(refuse)?);
+        }
+        Ok(match body {
+            Some(body) => Self {
+                plan,
+                skeleton,
+                body,
+                bare: Some(bare),
+                crossing,
+                parts,
+            },
+            None => Self {
+                plan,
+                skeleton,
+                body: bare,
+                bare: None,
+                crossing,
+                parts,
+            },
+        })
+    }
+
+    /// What each of the body's hulls is.
+    pub fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    /// What acts.
+    pub const fn plan(&self) -> &Plan {
+        &self.plan
+    }
+}
+
+/// The hulls of an avatar and of all that it wears and carries.
+fn outfit(plan: &Plan, avatar: &Avatar<'_>, wearer: &Wearer) -> Outfit {
+    let mut outfit = Outfit::of(avatar);
+    for dose in plan.doses().list() {
+        let put_on = match dose.kind {
+            Kind::BodyMass => appearance::body_mass,
+            Kind::Build => appearance::build,
+            Kind::Age => appearance::age_body,
+            Kind::Hair => appearance::hair,
+            Kind::Shoes => appearance::shoes,
+            Kind::WideTrousers => appearance::wide_trousers,
+            Kind::Skirt => appearance::skirt,
+            Kind::Coat => appearance::coat,
+            Kind::Hat => appearance::hat,
+            Kind::Backpack => appearance::backpack,
+            Kind::ShoulderBag => appearance::shoulder_bag,
+            Kind::Suitcase => appearance::suitcase,
+            _ => continue,
+        };
+        put_on(&mut outfit, wearer, dose.strength);
+    }
+    outfit
+}
+
+/// A figure at one moment.
+pub struct Posed<'a> {
+    pub figure: Figure<'a>,
+    pub model: ModelPose,
+    pub pelvis: Vec3,
+}
+
+/// One job's figure at any moment.
+pub struct Walker<'a> {
+    dressed: &'a Dressed,
+    /// Where the joints of the body are in what it wears, and of the pack's.
+    skeleton: Skeleton,
+    bare: Skeleton,
+    clip: Clip<'a>,
+    variation: Variation,
+    /// What motion effects and those of time know of the walk.
+    gait: Gait,
+    floor_m: f32,
+}
+
+impl<'a> Walker<'a> {
+    pub fn new(pack: &Pack<'a>, job: Job<'_>, dressed: &'a Dressed, seed: u64) -> Result<Self> {
+        let (walk, subject, avatar, clip) = parts(pack, job)?;
+        if job.cycle > 0 && clip.as_take().is_some() {
+            return Err(Error::Failed(format!(
+                "{} is a whole take: it has no variations (leave out --cycle)",
+                walk_name(pack, job.walk)
+            )));
+        }
+        let duration_s = clip.duration_s();
+        let speed_mps = 1e-3 * f64::from(walk.speed_mm_per_s);
+        let mut walker = Self {
+            skeleton: dressed.skeleton.clone(),
+            bare: avatar.skeleton(),
+            dressed,
+            clip,
+            variation: Variation::new(seed_of(job, seed, &walk, &subject)),
+            gait: Gait::of(dressed.skeleton.clone(), [], speed_mps, duration_s),
+            floor_m: 0.0,
+        };
+        if !dressed.plan.doses().list().is_empty() {
+            walker.measure();
+        }
+        Ok(walker)
+    }
+
+    /// Finds mean poses and the floor in the stored cycle.
+    fn measure(&mut self) {
+        let Gait {
+            stride_m,
+            duration_s,
+            ..
+        } = self.gait;
+        let poses: Vec<Pose> = (0..MEAN_POSES)
+            .map(|at| {
+                self.clip
+                    .sample(f64::from(at) / f64::from(MEAN_POSES) * duration_s)
+            })
+            .collect();
+        let bare = self.dressed.bare.as_ref().unwrap_or(&self.dressed.body);
+        let mut figure = Figure::at_rest(bare);
+        let heights = poses.iter().map(|pose| {
+            figure.update(&ModelPose::new(&self.bare, pose));
+            lowest(&figure, 0.0, 0.0)
+        });
+        self.floor_m = heights.fold(f32::MAX, f32::min);
+        self.gait = Gait::of(self.skeleton.clone(), poses, 0.0, duration_s);
+        self.gait.stride_m = stride_m;
+    }
+
+    /// Metres walked in a cycle and the seconds that it takes, as the condition has it; of a take
+    /// all of it is one.
+    pub fn stride(&self) -> (f64, f64) {
+        let plan = &self.dressed.plan;
+        let paces = [
+            plan.strength(Kind::Speed).map(motion::speed_pace),
+            plan.strength(Kind::Age).map(motion::age_pace),
+        ];
+        let own = (self.gait.stride_m, self.gait.duration_s);
+        paces
+            .into_iter()
+            .flatten()
+            .fold(own, |(stride_m, duration_s), pace| {
+                (stride_m * pace.stride, duration_s * pace.duration)
+            })
+    }
+
+    /// Strides since the first frame.
+    pub fn strides(&self, moment: Moment) -> f64 {
+        match moment {
+            Moment::Phase(phase) => f64::from(phase),
+            Moment::Seconds(seconds) => seconds / self.stride().1,
+        }
+    }
+
+    /// The figure so many seconds later, as far ahead as it is then: before a camera that stands
+    /// still. A cycle is walked on the spot otherwise; a take has its own way.
+    pub fn passing(&self, moment: Moment, seconds: f64) -> Figure<'a> {
+        let (stride_m, duration_s) = self.stride();
+        let later = match moment {
+            #[expect(clippy::cast_possible_truncation, reason = "a phase")]
+            Moment::Phase(phase) => Moment::Phase(phase + (seconds / duration_s) as f32),
+            Moment::Seconds(at) => Moment::Seconds(at + seconds),
+        };
+        let Posed {
+            mut figure,
+            mut model,
+            ..
+        } = self.at(later);
+        if self.clip.as_loop().is_some() {
+            #[expect(clippy::cast_possible_truncation, reason = "a length")]
+            let ahead = Vec3::new(0.0, 0.0, (stride_m / duration_s * seconds) as f32);
+            for position in &mut model.positions {
+                *position += ahead;
+            }
+            figure.update(&model);
+        }
+        figure
+    }
+
+    /// The body of who crosses: the walker's, as large as the condition says.
+    pub fn crossing(&self) -> &'a Body {
+        self.dressed.crossing.as_ref().unwrap_or(&self.dressed.body)
+    }
+
+    /// What is walked on, below a pelvis: as low as the stored cycle's lowest point.
+    pub fn floor(&self, pelvis: Vec3) -> Floor {
+        Floor {
+            point: Vec3::new(pelvis.x, self.floor_m, pelvis.z),
+            normal: self.floor_normal().as_vec3(),
+        }
+    }
+
+    /// The upward normal of the floor, a unit vector.
+    fn floor_normal(&self) -> DVec3 {
+        let slope = self.dressed.plan.strength(Kind::Slope);
+        slope.map_or(DVec3::Y, motion::floor_normal)
+    }
+
+    /// The posed figure; one that was changed keeps the stored cycle's clearance from the floor.
+    pub fn at(&self, moment: Moment) -> Posed<'a> {
+        let (mut pose, phase) = self.stored(moment);
+        let model = |pose: &Pose| ModelPose::new(&self.skeleton, pose);
+        let mut found = ModelPose::new(&self.bare, &pose);
+        let bare = self.dressed.bare.as_ref().unwrap_or(&self.dressed.body);
+        let stored = Figure::new(bare, &found);
+        let before = pose.rotations;
+        self.variation.apply(&mut pose, phase);
+        self.act(&mut pose);
+        if pose.rotations == before && self.dressed.bare.is_none() {
+            return Posed {
+                figure: stored,
+                model: found,
+                pelvis: pose.root,
+            };
+        }
+        let clearance = lowest(&stored, 0.0, 0.0);
+        found = model(&pose);
+        let mut figure = if self.dressed.bare.is_some() {
+            Figure::new(&self.dressed.body, &found)
+        } else {
+            let mut figure = stored;
+            figure.update(&found);
+            figure
+        };
+        let normal = self.floor_normal();
+        #[expect(clippy::cast_possible_truncation, reason = "a tangent")]
+        let rise = (-normal.z / normal.y) as f32;
+        pose.root.y += clearance - lowest(&figure, rise, pose.root.z);
+        found = model(&pose);
+        figure.update(&found);
+        Posed {
+            figure,
+            model: found,
+            pelvis: pose.root,
+        }
+    }
+
+    /// The pose that the pack has for a moment, and in which phase of the cycle that is.
+    fn stored(&self, moment: Moment) -> (Pose, f32) {
+        let duration_s = self.clip.duration_s();
+        match (moment, self.clip.as_loop()) {
+            (Moment::Phase(phase), Some(cycle)) => {
+                let limp = self.dressed.plan.strength(Kind::AsymmetricGait);
+                #[expect(clippy::cast_possible_truncation, reason = "a phase")]
+                let phase = limp.map_or(phase, |strength| {
+                    motion::limp_phase(f64::from(phase), strength) as f32
+                });
+                (cycle.pose(phase), phase)
+            }
+            (Moment::Phase(phase), None) => {
+                (self.clip.sample(f64::from(phase) * duration_s), phase)
+            }
+            (Moment::Seconds(seconds), _) => {
+                #[expect(clippy::cast_possible_truncation, reason = "a phase")]
+                let phase = (seconds / duration_s).rem_euclid(1.0) as f32;
+                (self.clip.sample(seconds), phase)
+            }
+        }
+    }
+
+    /// Changes a pose as the condition asks.
+    fn act(&self, pose: &mut Pose) {
+        let effects: [(Kind, motion::Effect); 8] = [
+            (Kind::Speed, motion::speed),
+            (Kind::Age, motion::age_gait),
+            (Kind::ArmStill, motion::arm_still),
+            (Kind::HandsInPockets, motion::hands_in_pockets),
+            (Kind::Backpack, motion::load_lean),
+            (Kind::Suitcase, motion::carried_arm),
+            (Kind::AsymmetricGait, motion::limp),
+            (Kind::Slope, motion::slope),
+        ];
+        for (kind, effect) in effects {
+            if let Some(strength) = self.dressed.plan.strength(kind) {
+                effect(pose, &self.gait, strength);
+            }
+        }
+    }
+}
+
+/// Of what a cycle's variation and all that is drawn for it depend.
+fn seed_of(job: Job<'_>, seed: u64, walk: &Walk<'_>, subject: &Subject<'_>) -> CycleSeed {
+    CycleSeed {
+        seed,
+        subject: u64::from(crc32(subject.name.as_bytes())),
+        walk: u64::from(crc32(walk.name.as_bytes())) << 16 | u64::from(walk.cycle),
+        cycle: job.cycle,
+    }
+}
+
+type Parts<'a> = (Walk<'a>, Subject<'a>, Avatar<'a>, Clip<'a>);
+
+/// What a job is made of.
+fn parts<'a>(pack: &Pack<'a>, job: Job<'_>) -> Result<Parts<'a>> {
+    let walk = pack.walks().nth(job.walk);
+    let subject = walk.and_then(|walk| pack.subject(walk.subject));
+    let parts = walk.zip(subject).and_then(|(walk, subject)| {
+        let (avatar, clip) = (pack.avatar(subject.avatar)?, pack.clip(walk.clip)?);
+        Some((walk, subject, avatar, clip))
+    });
+    parts.ok_or_else(|| {
+        Error::Failed(format!(
+            "there is no walk {}: expected a number below {}",
+            job.walk,
+            pack.walks().len()
+        ))
+    })
+}
+
+/// The least height of a figure's points over a floor that rises by so much for each metre ahead
+/// of `z`, metres.
+pub fn lowest(figure: &Figure<'_>, rise: f32, z: f32) -> f32 {
+    let heights = figure.points().map(|p| p.y - rise * (p.z - z));
+    heights.fold(f32::MAX, f32::min)
+}

@@ -1,0 +1,319 @@
+//! More images made of one: what the figure would look like mirrored, or without its feet.
+//!
+//! Flipping left and right, and cutting rows off the bottom and enlarging what is left: the
+//! synthetic templates of Han & Bhanu 2006, "Individual recognition using gait energy image",
+//! which stand for shoes, grass and shadows that change a silhouette's lowest part. Nothing is
+//! random.
+
+use super::{Shape, Template};
+use crate::error::{Error, Result};
+use edgegait_core::silhouette::Size;
+
+/// Rows are cut off the bottom, `rows` more in each of `steps` steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crops {
+    /// K.
+    pub steps: usize,
+    /// k.
+    pub rows: usize,
+}
+
+impl Default for Crops {
+    /// Four steps of one row, which is 2 to 8 % of 50 rows: ours.
+    fn default() -> Self {
+        Self { steps: 4, rows: 1 }
+    }
+}
+
+/// What is made of each image besides itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Augmentation {
+    /// Left and right change places, of the cropped ones too.
+    pub flip: bool,
+    /// The bottom is cut off.
+    pub crops: Option<Crops>,
+}
+
+/// How an image was made of another.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Variant {
+    /// Whether left and right changed places.
+    pub is_flipped: bool,
+    /// Rows that were cut off.
+    pub rows_cut: usize,
+}
+
+impl Variant {
+    /// The condition of its walk with what was done to it, as in `normal+flip+crop2`.
+    #[must_use]
+    pub fn condition(self, of_walk: &str) -> String {
+        let flip = if self.is_flipped { "+flip" } else { "" };
+        let crop = match self.rows_cut {
+            0 => String::new(),
+            rows => format!("+crop{rows}"),
+        };
+        format!("{of_walk}{flip}{crop}")
+    }
+}
+
+impl Augmentation {
+    /// Refuses what has no sides or no bottom to cut off.
+    ///
+    /// # Errors
+    /// For vectors and silhouettes, and if a crop leaves fewer than half of the rows.
+    pub fn check(self, template: Template, size: Size) -> Result<()> {
+        if self == Self::default() {
+            return Ok(());
+        }
+        let is_image = matches!(template.shape(size), Shape::Image { .. });
+        if !is_image || template == Template::Silhouettes {
+            return Err(Error::Usage(format!(
+                "--augment: expected a template that is an image, found {}",
+                template.name()
+            )));
+        }
+        let Some(Crops { steps, rows }) = self.crops else {
+            return Ok(());
+        };
+        let most = size.rows() / 2;
+        if steps == 0 || rows == 0 || steps.saturating_mul(rows) > most {
+            return Err(Error::Usage(format!(
+                "--crop-steps {steps} --crop-rows {rows}: expected at least 1 each, and {most} rows cut off in the last step at most"
+            )));
+        }
+        Ok(())
+    }
+
+    /// What is made of each image, itself first.
+    #[must_use]
+    pub fn variants(self) -> Vec<Variant> {
+        let Crops { steps, rows } = self.crops.unwrap_or(Crops { steps: 0, rows: 0 });
+        let flips = if self.flip {
+            &[false, true][..]
+        } else {
+            &[false]
+        };
+        let of_step = |step: usize| {
+            flips.iter().map(move |&is_flipped| Variant {
+                is_flipped,
+                rows_cut: step * rows,
+            })
+        };
+        (0..=steps).flat_map(of_step).collect()
+    }
+}
+
+/// A variant of an image template, bytes row by row from the top; of several images each.
+#[must_use]
+pub fn varied(bytes: &[u8], size: Size, variant: Variant) -> Vec<u8> {
+    let planes = bytes.chunks_exact(size.pixels());
+    planes
+        .flat_map(|plane| {
+            let mut plane = cropped(plane, size, variant.rows_cut);
+            if variant.is_flipped {
+                let rows = plane.chunks_exact_mut(size.columns());
+                rows.for_each(<[u8]>::reverse);
+            }
+            plane
+        })
+        .collect()
+}
+
+/// The upper rows enlarged to all rows, the columns as much about their middle, which cuts off as
+/// much at the left as at the right. Between pixel centres linear; beyond the outermost as they.
+fn cropped(plane: &[u8], size: Size, rows_cut: usize) -> Vec<u8> {
+    if rows_cut == 0 {
+        return plane.to_vec();
+    }
+    let (rows, columns) = (size.rows(), size.columns());
+    let kept = rows - rows_cut;
+    let scale = kept as f64 / rows as f64;
+    let down = taps(rows, kept, |row| (row + 0.5) * scale - 0.5);
+    let middle = 0.5 * columns as f64;
+    let right = taps(columns, columns, |column| {
+        (column + 0.5 - middle) * scale + middle - 0.5
+    });
+    let mut cropped = Vec::with_capacity(plane.len());
+    for &(top, bottom, low) in &down {
+        for &(left, right, far) in &right {
+            let at = |row: usize, column: usize| f64::from(plane[row * columns + column]);
+            let upper = at(top, left) * (1.0 - far) + at(top, right) * far;
+            let lower = at(bottom, left) * (1.0 - far) + at(bottom, right) * far;
+            let byte = upper * (1.0 - low) + lower * low;
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "0 to 255.5"
+            )]
+            cropped.push((byte + 0.5) as u8);
+        }
+    }
+    cropped
+}
+
+/// For each of `count` places the two of `of` pixels that it lies between, and how near it is to
+/// the second one.
+fn taps(count: usize, of: usize, place: impl Fn(f64) -> f64) -> Vec<(usize, usize, f64)> {
+    let tap = |at: usize| {
+        let place = place(at as f64).clamp(0.0, (of - 1) as f64);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a pixel's number"
+        )]
+        let first = place as usize;
+        (first, (first + 1).min(of - 1), place - first as f64)
+    };
+    (0..count).map(tap).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: Size = Size::S50x30;
+
+    fn image(pixel: impl Fn(usize, usize) -> u8) -> Vec<u8> {
+        let at = |at: usize| pixel(at / 30, at % 30);
+        (0..1500).map(at).collect()
+    }
+
+    const FLIPPED: Variant = Variant {
+        is_flipped: true,
+        rows_cut: 0,
+    };
+
+    #[test]
+    fn a_flip_puts_the_left_column_right_in_every_plane() {
+        let planes = [
+            image(|r, c| (r + 7 * c) as u8),
+            image(|r, c| (3 * r + c) as u8),
+        ]
+        .concat();
+        let flipped = varied(&planes, SIZE, FLIPPED);
+        for (at, byte) in flipped.iter().enumerate() {
+            let (row, column) = (at / 30, at % 30);
+            assert_eq!(*byte, planes[row * 30 + 29 - column]);
+        }
+        assert_eq!(varied(&flipped, SIZE, FLIPPED), planes);
+        assert_eq!(varied(&planes, SIZE, Variant::default()), planes);
+    }
+
+    #[test]
+    fn half_of_the_rows_become_twice_as_high_and_wide() {
+        // Rows 0 to 24 are two greys of a slope; what is below is cut off.
+        let ramp = image(|row, column| {
+            if row < 25 {
+                (4 * row + 3 * column) as u8
+            } else {
+                255
+            }
+        });
+        let half = Variant {
+            is_flipped: false,
+            rows_cut: 25,
+        };
+        let found = varied(&ramp, SIZE, half);
+        // A pixel's centre (r + 1/2, c + 1/2) shows ((r + 1/2) / 2, 15 + (c + 1/2 - 15) / 2).
+        for row in 1..49 {
+            for column in 0..30 {
+                let from_row = (row as f64 + 0.5) / 2.0 - 0.5;
+                let from_column = 15.0 + (column as f64 + 0.5 - 15.0) / 2.0 - 0.5;
+                let expected = (4.0 * from_row + 3.0 * from_column + 0.5).floor();
+                assert_eq!(
+                    f64::from(found[row * 30 + column]),
+                    expected,
+                    "{row} {column}"
+                );
+            }
+        }
+        // Above the first centre, and below the last one that is kept, as there.
+        assert_eq!(found[15], 44); // 3 * 14.75 = 44.25
+        assert_eq!(found[49 * 30 + 15], 140); // 4 * 24 + 44.25
+    }
+
+    #[test]
+    fn a_crop_of_a_few_rows_moves_the_feet_below_and_keeps_the_top_and_the_middle() {
+        // A pole of two columns with a plate below.
+        let statue = image(|row, column| match (row, column) {
+            (46.., _) | (_, 14 | 15) => 255,
+            _ => 0,
+        });
+        let of = |rows_cut| {
+            let variant = Variant {
+                is_flipped: false,
+                rows_cut,
+            };
+            varied(&statue, SIZE, variant)
+        };
+        let white = |image: &[u8], row: usize| {
+            image[row * 30..][..30]
+                .iter()
+                .filter(|&&byte| byte == 255)
+                .count()
+        };
+        for rows_cut in 1..5 {
+            let found = of(rows_cut);
+            assert_eq!(white(&found, 0), 2);
+            // Columns are symmetric about the middle.
+            let flipped = varied(&found, SIZE, FLIPPED);
+            assert_eq!(found, flipped);
+            let plate = (0..50).filter(|&row| white(&found, row) == 30).count();
+            assert_eq!(plate, 4 - rows_cut);
+        }
+    }
+
+    #[test]
+    fn variants_are_named_by_what_was_done() {
+        let all = Augmentation {
+            flip: true,
+            crops: Some(Crops { steps: 2, rows: 3 }),
+        };
+        let names: Vec<String> = all
+            .variants()
+            .into_iter()
+            .map(|variant| variant.condition("normal"))
+            .collect();
+        assert_eq!(
+            names,
+            [
+                "normal",
+                "normal+flip",
+                "normal+crop3",
+                "normal+flip+crop3",
+                "normal+crop6",
+                "normal+flip+crop6"
+            ]
+        );
+        assert_eq!(Augmentation::default().variants(), [Variant::default()]);
+    }
+
+    #[test]
+    fn what_has_no_sides_is_refused() {
+        let flip = Augmentation {
+            flip: true,
+            crops: None,
+        };
+        for template in Template::ALL {
+            let is_refused = matches!(
+                template,
+                Template::Silhouettes | Template::Kfd | Template::RowWidth
+            );
+            assert_eq!(
+                flip.check(template, SIZE).is_err(),
+                is_refused,
+                "{template:?}"
+            );
+            assert!(Augmentation::default().check(template, SIZE).is_ok());
+        }
+        let crops = |steps, rows| Augmentation {
+            flip: false,
+            crops: Some(Crops { steps, rows }),
+        };
+        assert!(crops(25, 1).check(Template::Gei, SIZE).is_ok());
+        for (steps, rows) in [(26, 1), (0, 1), (1, 0), (usize::MAX, 2)] {
+            let refused = crops(steps, rows).check(Template::Gei, SIZE);
+            assert!(refused.is_err_and(|error| error.to_string().contains("25 rows")));
+        }
+    }
+}

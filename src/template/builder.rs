@@ -1,0 +1,125 @@
+//! Makes a template of frames that come one by one.
+
+use super::{Template, kfd, width};
+use edgegait_core::silhouette::{Frame, Size};
+use edgegait_core::template::{Kind, TemplateBuilder};
+use glam::DVec2;
+
+/// Makes one template after another.
+pub struct Builder {
+    template: Template,
+    size: Size,
+    made_from: Source,
+}
+
+enum Source {
+    /// What the core makes.
+    Images(Box<TemplateBuilder>),
+    /// Outlines of all frames that have a figure.
+    Outlines(Vec<Vec<DVec2>>),
+    /// Bytes of all frames.
+    Frames(Vec<u8>),
+}
+
+impl Builder {
+    /// Most frames of one template.
+    pub const MAX_FRAMES: u32 = TemplateBuilder::MAX_FRAMES;
+
+    /// No frame yet; `frames` are to come for each template, at most [`Self::MAX_FRAMES`]: one
+    /// cycle. Motion is remembered over all of it, and a silhouette fades by 1 a frame.
+    #[must_use]
+    pub fn new(template: Template, size: Size, frames: u32) -> Self {
+        let made_from = match template {
+            Template::Silhouettes => Source::Frames(Vec::new()),
+            Template::Kfd => Source::Outlines(Vec::new()),
+            Template::Gei => images(Kind::Gei, size, frames),
+            Template::Mei => images(Kind::Mei, size, frames),
+            Template::Mhi => images(Kind::Mhi, size, frames),
+            Template::Msi => images(Kind::Msi, size, frames),
+            Template::Ghi => images(Kind::Ghi, size, frames),
+            Template::Geni | Template::RowWidth => images(Kind::Geni, size, frames),
+            Template::Frequency => images(Kind::Frequency, size, frames),
+        };
+        Self {
+            template,
+            size,
+            made_from,
+        }
+    }
+
+    /// Adds a frame of the same size; others, and more than were to come, are not taken.
+    pub fn add(&mut self, frame: &Frame) {
+        match &mut self.made_from {
+            Source::Images(builder) => builder.add(frame),
+            Source::Outlines(outlines) => {
+                outlines.extend(kfd::centred_outline(&frame.silhouette()));
+            }
+            Source::Frames(bytes) => bytes.extend(frame.to_coverage().pixels()),
+        }
+    }
+
+    /// The bytes of the template of the frames so far, which are forgotten: as many as
+    /// [`Template::shape`] says, and of silhouettes that for each frame.
+    #[must_use]
+    pub fn finish(&mut self) -> Vec<u8> {
+        match &mut self.made_from {
+            Source::Images(builder) => {
+                let mut bytes = vec![0; builder.kind().bytes(self.size)];
+                builder.finish(&mut bytes);
+                builder.clear();
+                if self.template == Template::RowWidth {
+                    let widths = width::row_widths(&bytes, self.size, 0);
+                    return width::bytes(&widths, self.size);
+                }
+                bytes
+            }
+            Source::Outlines(outlines) => kfd::bytes(&kfd::descriptors(&std::mem::take(outlines))),
+            Source::Frames(bytes) => std::mem::take(bytes),
+        }
+    }
+}
+
+fn images(kind: Kind, size: Size, frames: u32) -> Source {
+    Source::Images(Box::new(TemplateBuilder::new(kind, size, frames)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use edgegait_core::silhouette::Silhouette;
+
+    #[test]
+    fn every_template_has_the_bytes_that_its_shape_says_and_forgets_its_frames() {
+        let frame = |rows: &[u64]| Frame::Binary(Silhouette::from_rows(Size::S64x44, rows));
+        let frames = [frame(&[7, 7, 5]), frame(&[7, 7, 9])];
+        for template in Template::ALL {
+            let mut builder = Builder::new(template, Size::S64x44, 2);
+            let mut made = || {
+                frames.iter().for_each(|frame| builder.add(frame));
+                builder.finish()
+            };
+            let first = made();
+            let inputs = if template == Template::Silhouettes {
+                2
+            } else {
+                1
+            };
+            let numbers = template.shape(Size::S64x44).numbers();
+            assert_eq!(first.len(), inputs * numbers, "{template:?}");
+            assert!(first.iter().any(|&byte| byte > 0), "{template:?}");
+            assert_eq!(made(), first, "{template:?}");
+        }
+    }
+
+    #[test]
+    fn row_widths_are_those_of_the_entropy_image() {
+        let size = Size::S50x30;
+        let mut builder = Builder::new(Template::RowWidth, size, 2);
+        for rows in [[0b0001_0110, 0b111], [0b0001_1010, 0b111]] {
+            builder.add(&Frame::Binary(Silhouette::from_rows(size, &rows)));
+        }
+        // Columns 2 and 3 of the first row change; of the second row nothing does.
+        let found = builder.finish();
+        assert_eq!((found.len(), &found[..3]), (50, &[17, 0, 0][..]));
+    }
+}

@@ -1,0 +1,192 @@
+//! Key Fourier Descriptors-style: which frequencies the outlines of a gait cycle hold.
+//!
+//! After Yu, Wang, Hu & Tan 2004, "Gait recognition based on key Fourier descriptors": the
+//! outlines of a cycle's T silhouettes, N points each, follow one another as one curve of N T
+//! complex numbers. What is the same in all of them is in the frequencies m T; what changes once
+//! a cycle is beside them, in m T - 1 and m T + 1. How many points, and which of the
+//! frequencies are kept, is ours.
+
+use super::outline;
+use edgegait_core::silhouette::Silhouette;
+use glam::DVec2;
+use std::f64::consts::TAU;
+
+/// Points of each outline. Ours: about as many as a silhouette of 50 rows has on its boundary.
+pub const POINTS: usize = 128;
+/// Frequencies of the outline, M: m runs from -M to M. Ours.
+pub const HARMONICS: usize = 10;
+/// Numbers of a descriptor: three for each m but 0.
+pub const NUMBERS: usize = 6 * HARMONICS;
+
+/// [`POINTS`] points of the outline of the largest figure, about their mean; none if nothing is on.
+#[must_use]
+pub fn centred_outline(silhouette: &Silhouette) -> Option<Vec<DVec2>> {
+    let mut points = outline(silhouette, POINTS)?;
+    let mean = points.iter().sum::<DVec2>() / points.len() as f64;
+    points.iter_mut().for_each(|point| *point -= mean);
+    Some(points)
+}
+
+/// |a_k| / |a_T| for k in (m T - 1, m T, m T + 1), m from -M to -1, then from 1 to M, of T
+/// outlines of equally many points one after another, where a_k = sum over n of
+/// s_n e^(-2 pi i k n / N T) / N T, s = x + i y: [`NUMBERS`] numbers. All 0 if a_T is.
+///
+/// It does not change when all figures are moved, turned or scaled alike.
+#[must_use]
+pub fn descriptors(outlines: &[Vec<DVec2>]) -> Vec<f64> {
+    let points: Vec<DVec2> = outlines.concat();
+    let cycle = outlines.len() as i64;
+    let waves = waves(points.len());
+    let first = amplitude(&points, &waves, cycle);
+    let harmonics = HARMONICS as i64;
+    let steps = (-harmonics..=harmonics).filter(|&m| m != 0);
+    let frequencies = steps.flat_map(|m| [m * cycle - 1, m * cycle, m * cycle + 1]);
+    frequencies
+        .map(|k| {
+            // What is left of a figure of one point is rounding.
+            if first > 1e-9 {
+                amplitude(&points, &waves, k) / first
+            } else {
+                0.0
+            }
+        })
+        .collect()
+}
+
+/// Descriptors as bytes: 255 (1 + log10(g) / 4), within 0..=255, so that 1 is white and a
+/// ten-thousandth black. The scale is ours.
+#[must_use]
+pub fn bytes(descriptors: &[f64]) -> Vec<u8> {
+    let byte = |&g: &f64| {
+        let share = if g > 0.0 {
+            (1.0 + libm::log10(g) / 4.0).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "0 to 255"
+        )]
+        {
+            (255.0 * share).round() as u8
+        }
+    };
+    descriptors.iter().map(byte).collect()
+}
+
+/// e^(-2 pi i n / count) as (real, imaginary) for n from 0.
+fn waves(count: usize) -> Vec<DVec2> {
+    let wave = |n: usize| {
+        let (sin, cos) = libm::sincos(TAU * n as f64 / count as f64);
+        DVec2::new(cos, -sin)
+    };
+    (0..count).map(wave).collect()
+}
+
+/// |a_k|; 0 without any point.
+fn amplitude(points: &[DVec2], waves: &[DVec2], k: i64) -> f64 {
+    let count = points.len();
+    if count == 0 {
+        return 0.0;
+    }
+    let step = usize::try_from(k.rem_euclid(count as i64)).unwrap_or(0);
+    let (mut sum, mut at) = (DVec2::ZERO, 0);
+    for point in points {
+        let wave = waves[at];
+        sum += DVec2::new(
+            point.x * wave.x - point.y * wave.y,
+            point.x * wave.y + point.y * wave.x,
+        );
+        at += step;
+        if at >= count {
+            at -= count;
+        }
+    }
+    sum.length() / count as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use edgegait_core::silhouette::Size;
+
+    #[test]
+    fn a_square_has_the_amplitudes_that_can_be_worked_out() {
+        // 1, 1+i, i, -1+i, -1, -1-i, -i, 1-i: (1 + sqrt 2) / 2 and (sqrt 2 - 1) / 2.
+        let square = [
+            (1, 0),
+            (1, 1),
+            (0, 1),
+            (-1, 1),
+            (-1, 0),
+            (-1, -1),
+            (0, -1),
+            (1, -1),
+        ];
+        let points = square.map(|(x, y)| DVec2::new(f64::from(x), f64::from(y)));
+        let waves = waves(8);
+        let found = [0, 1, 2, 3, 4, 5, 6, 7].map(|k| amplitude(&points, &waves, k));
+        let expected = [0.0, 1.2071, 0.0, 0.0, 0.0, 0.2071, 0.0, 0.0];
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).abs() < 5e-5, "{found} {expected}");
+        }
+        // Frequencies repeat: -3 is 5.
+        assert_eq!(found[5], amplitude(&points, &waves, -3));
+    }
+
+    /// A figure of 20 x 11 pixels with a leg that stands out by `step`.
+    fn walker(step: u32, (down, right): (usize, u32)) -> Vec<DVec2> {
+        let mut rows = vec![0; down];
+        rows.extend([0b111_1111_1111u64 << right; 12]);
+        rows.extend([(0b111 << (right + 4)) | (0b111 << (right + 4 + step)); 8]);
+        let silhouette = Silhouette::from_rows(Size::S50x30, &rows);
+        centred_outline(&silhouette).expect("a figure")
+    }
+
+    #[test]
+    fn a_figure_that_stands_still_has_nothing_beside_multiples_of_its_frames() {
+        let still = descriptors(&vec![walker(2, (3, 4)); 5]);
+        assert_eq!(still.len(), NUMBERS);
+        for (place, g) in still.iter().enumerate() {
+            assert!(place % 3 == 1 || *g < 1e-12, "{place}: {g}");
+        }
+        // The tenth triple ends the negative ones: of m = 1 the middle is a_T itself.
+        assert_eq!(still[3 * HARMONICS + 1], 1.0);
+        let strides =
+            |from| -> Vec<Vec<DVec2>> { [0, 1, 3, 1].map(|step| walker(step, from)).to_vec() };
+        let walks = descriptors(&strides((3, 4)));
+        assert!(walks[3 * HARMONICS] > 1e-3);
+        // Wherever the figure is.
+        let there = descriptors(&strides((9, 12)));
+        for (here, there) in walks.iter().zip(there) {
+            assert!((here - there).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn scaled_and_turned_alike_they_stay_the_same() {
+        let outlines = [0, 1, 3, 1].map(|step| walker(step, (3, 4)));
+        let turned = outlines.each_ref().map(|outline| -> Vec<DVec2> {
+            let turn = DVec2::new(0.6, 0.8) * 2.5;
+            outline.iter().map(|point| turn.rotate(*point)).collect()
+        });
+        for (a, b) in descriptors(&outlines).iter().zip(descriptors(&turned)) {
+            assert!((a - b).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn without_a_figure_all_are_zero() {
+        assert_eq!(descriptors(&[]), [0.0; NUMBERS]);
+        let point = Silhouette::from_rows(Size::S50x30, &[1]);
+        let point = centred_outline(&point).expect("a pixel");
+        assert_eq!(descriptors(&[point]), [0.0; NUMBERS]);
+    }
+
+    #[test]
+    fn bytes_are_decades() {
+        let found = bytes(&[1.0, 10.0, 0.1, 0.01, 1e-3, 1e-4, 1e-9, 0.0]);
+        assert_eq!(found, [255, 255, 191, 128, 64, 0, 0, 0]);
+    }
+}
