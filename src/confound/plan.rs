@@ -37,6 +37,14 @@ impl Plan {
         self.doses.strength(kind)
     }
 
+    /// How much of a confounder there is, in the catalogue's unit; none if it changes nothing or has
+    /// no unit.
+    #[must_use]
+    pub fn amount(&self, kind: Kind) -> Option<f64> {
+        let unit = kind.confounder().unit?;
+        Some(self.strength(kind)? * unit.full)
+    }
+
     /// Whether anything is done at a stage.
     #[must_use]
     pub fn acts_at(&self, stage: Stage) -> bool {

@@ -10,11 +10,6 @@ use std::ops::Range;
 
 /// Share of the frames that a recorder still takes at strength 1 of `frame-rate`.
 const LEAST_RATE: f64 = 0.1;
-/// Chance that a frame is lost at strength 1 of `dropped-frames`.
-const MOST_LOST: f64 = 0.9;
-/// Degrees at strength 1.
-const TURN_DEG: f64 = 30.0;
-const ROLL_DEG: f64 = 20.0;
 /// Metres from the aim to the camera at strength 1.
 const NEAREST_M: f64 = 1.5;
 /// Share of the focal length that is left at strength 1.
@@ -30,12 +25,10 @@ pub fn sources(plan: &Plan, frames: Range<u32>, all: u32) -> Vec<u32> {
         ((f64::from(all) * share).round() as u32).clamp(1, all.max(1))
     });
     let lost: Vec<bool> = plan
-        .strength(Kind::DroppedFrames)
-        .map_or(Vec::new(), |strength| {
+        .amount(Kind::DroppedFrames)
+        .map_or(Vec::new(), |percent| {
             let mut rng = plan.of_cycle(Kind::DroppedFrames);
-            (0..all)
-                .map(|_| rng.random_bool(MOST_LOST * strength))
-                .collect()
+            (0..all).map(|_| rng.random_bool(percent / 100.0)).collect()
         });
     let is_lost = |frame: u32| lost.get(frame as usize).is_some_and(|is_lost| *is_lost);
     let (kept, all) = (u64::from(kept), u64::from(all));
@@ -102,12 +95,12 @@ pub fn viewpoint(plan: &Plan, view: &View) -> Result<Viewpoint> {
     if !plan.acts_at(Stage::Camera) {
         return Ok(view.viewpoint());
     }
-    let degrees = |kind, full: f64| (plan.strength(kind).unwrap_or(0.0) * full) as f32;
-    let azimuth = view.azimuth_deg + degrees(Kind::Azimuth, TURN_DEG);
-    let elevation = (view.elevation_deg + degrees(Kind::Elevation, TURN_DEG)).clamp(-90.0, 90.0);
+    let degrees = |kind| plan.amount(kind).unwrap_or(0.0) as f32;
+    let azimuth = view.azimuth_deg + degrees(Kind::Azimuth);
+    let elevation = (view.elevation_deg + degrees(Kind::Elevation)).clamp(-90.0, 90.0);
     let seen = Viewpoint::from_degrees(azimuth, elevation)
         .map_err(|error| Error::Failed(error.to_string()))?;
-    Ok(seen.rolled(degrees(Kind::Roll, ROLL_DEG)))
+    Ok(seen.rolled(degrees(Kind::Roll)))
 }
 
 /// Refuses what cannot be drawn by columns or in grey under a condition.

@@ -14,8 +14,6 @@ use edgegait_core::raster::DrawError;
 
 /// Pictures that an exposure is made of.
 const EXPOSURES: u32 = 7;
-/// Seconds of exposure at strength 1 of `motion-blur`.
-const LONGEST_S: f64 = 0.125;
 
 /// Where the sun stands that casts shadows, degrees: ahead of the walker to the left. Ours: a summer
 /// afternoon's, with shadows as long as figures.
@@ -42,11 +40,11 @@ impl<'a> Extras<'a> {
         let shadow = plan.strength(Kind::Shadow).zip(sun());
         let shadow =
             shadow.map(|(strength, sun)| image::shadow_body(&posed.figure, sun, &floor, strength));
-        let blur = plan.strength(Kind::MotionBlur);
-        let exposures = blur.map_or(Vec::new(), |strength| {
+        let blur = plan.amount(Kind::MotionBlur);
+        let exposures = blur.map_or(Vec::new(), |exposure_s| {
             let exposure = |number: u32| {
                 let share = f64::from(number) / f64::from(EXPOSURES - 1) - 0.5;
-                walker.passing(moment, share * strength * LONGEST_S)
+                walker.passing(moment, share * exposure_s)
             };
             (0..EXPOSURES).map(exposure).collect()
         });

@@ -67,56 +67,47 @@ impl Dressed {
     pub fn new(pack: &Pack<'_>, job: Job<'_>, seed: u64) -> Result<Self> {
         let (walk, subject, avatar, _) = parts(pack, job)?;
         let plan = Plan::new(job.condition, seed_of(job, seed, &walk, &subject));
-        let bare = Box::new(Body::new(&avatar));
-        if plan.doses().list().is_empty() {
-            return Ok(Self {
-                plan,
-                skeleton: avatar.skeleton(),
-                body: bare,
-                bare: None,
-                crossing: None,
-                parts: vec![Part::Body; avatar.hulls().count()],
-            });
+        let mut dressed = Self {
+            plan,
+            body: Box::new(Body::new(&avatar)),
+            skeleton: avatar.skeleton(),
+            bare: None,
+            crossing: None,
+            parts: vec![Part::Body; avatar.hulls().count()],
+        };
+        if !dressed.plan.doses().list().is_empty() {
+            dressed.put_on(&avatar, &subject).map_err(|error| {
+                Error::Failed(format!("condition {}: {error}", job.condition_name()))
+            })?;
         }
-        let wearer = Wearer::new(avatar.skeleton(), &subject);
-        let refuse = |error| Error::Failed(format!("condition {}: {error}", job.condition_name()));
-        let skeleton = match plan.strength(Kind::Age) {
-            Some(strength) => wearer.aged(strength).skeleton,
-            None => avatar.skeleton(),
-        };
-        let mut outfit = outfit(&plan, &avatar, &wearer);
-        let parts = outfit.hulls.iter().map(|hull| hull.part).collect();
-        let body = match plan.acts_at(Stage::Body) {
-            true => Some(outfit.body().map_err(refuse)?),
-            false => None,
-        };
-        let mut crossing = None;
-        if let Some(strength) = plan.strength(Kind::MovingOccluder) {
-            let mut rng = plan.of_cycle(Kind::MovingOccluder);
+        Ok(dressed)
+    }
+
+    /// Changes the body as the condition asks, and makes that of who crosses.
+    fn put_on(&mut self, avatar: &Avatar<'_>, subject: &Subject<'_>) -> Result<()> {
+        let wearer = Wearer::new(avatar.skeleton(), subject);
+        if let Some(strength) = self.plan.strength(Kind::Age) {
+            self.skeleton = wearer.aged(strength).skeleton;
+        }
+        let mut outfit = outfit(&self.plan, avatar, &wearer);
+        if self.plan.acts_at(Stage::Body) {
+            self.bare = Some(std::mem::replace(&mut self.body, outfit.body()?));
+            self.parts = outfit.hulls.iter().map(|hull| hull.part).collect();
+        }
+        if let Some(strength) = self.plan.strength(Kind::MovingOccluder) {
+            let mut rng = self.plan.of_cycle(Kind::MovingOccluder);
             let scale = Crossing::new(strength, &mut rng).scale();
             for (_, point) in outfit.hulls.iter_mut().flat_map(|hull| &mut hull.points) {
                 *point *= scale;
             }
-            crossing = Some(outfit.body().map_err(refuse)?);
+            self.crossing = Some(outfit.body()?);
         }
-        Ok(match body {
-            Some(body) => Self {
-                plan,
-                skeleton,
-                body,
-                bare: Some(bare),
-                crossing,
-                parts,
-            },
-            None => Self {
-                plan,
-                skeleton,
-                body: bare,
-                bare: None,
-                crossing,
-                parts,
-            },
-        })
+        Ok(())
+    }
+
+    /// The body as the pack has it.
+    fn bare(&self) -> &Body {
+        self.bare.as_ref().unwrap_or(&self.body)
     }
 
     /// What each of the body's hulls is.
@@ -184,44 +175,24 @@ impl<'a> Walker<'a> {
             )));
         }
         let duration_s = clip.duration_s();
+        // Of a walk on which nothing acts no mean is needed, and no floor.
+        let poses = match dressed.plan.doses().list() {
+            [] => 0,
+            _ => MEAN_POSES,
+        };
+        let pose = |at| clip.sample(f64::from(at) / f64::from(poses) * duration_s);
+        let poses: Vec<Pose> = (0..poses).map(pose).collect();
         let speed_mps = 1e-3 * f64::from(walk.speed_mm_per_s);
-        let mut walker = Self {
+        let bare = avatar.skeleton();
+        Ok(Self {
+            floor_m: floor_m(dressed.bare(), &bare, &poses),
+            gait: Gait::of(dressed.skeleton.clone(), poses, speed_mps, duration_s),
             skeleton: dressed.skeleton.clone(),
-            bare: avatar.skeleton(),
+            bare,
             dressed,
             clip,
             variation: Variation::new(seed_of(job, seed, &walk, &subject)),
-            gait: Gait::of(dressed.skeleton.clone(), [], speed_mps, duration_s),
-            floor_m: 0.0,
-        };
-        if !dressed.plan.doses().list().is_empty() {
-            walker.measure();
-        }
-        Ok(walker)
-    }
-
-    /// Finds mean poses and the floor in the stored cycle.
-    fn measure(&mut self) {
-        let Gait {
-            stride_m,
-            duration_s,
-            ..
-        } = self.gait;
-        let poses: Vec<Pose> = (0..MEAN_POSES)
-            .map(|at| {
-                self.clip
-                    .sample(f64::from(at) / f64::from(MEAN_POSES) * duration_s)
-            })
-            .collect();
-        let bare = self.dressed.bare.as_ref().unwrap_or(&self.dressed.body);
-        let mut figure = Figure::at_rest(bare);
-        let heights = poses.iter().map(|pose| {
-            figure.update(&ModelPose::new(&self.bare, pose));
-            lowest(&figure, 0.0, 0.0)
-        });
-        self.floor_m = heights.fold(f32::MAX, f32::min);
-        self.gait = Gait::of(self.skeleton.clone(), poses, 0.0, duration_s);
-        self.gait.stride_m = stride_m;
+        })
     }
 
     /// Metres walked in a cycle and the seconds that it takes, as the condition has it; of a take
@@ -298,8 +269,7 @@ impl<'a> Walker<'a> {
         let (mut pose, phase) = self.stored(moment);
         let model = |pose: &Pose| ModelPose::new(&self.skeleton, pose);
         let mut found = ModelPose::new(&self.bare, &pose);
-        let bare = self.dressed.bare.as_ref().unwrap_or(&self.dressed.body);
-        let stored = Figure::new(bare, &found);
+        let stored = Figure::new(self.dressed.bare(), &found);
         let before = pose.rotations;
         self.variation.apply(&mut pose, phase);
         self.act(&mut pose);
@@ -402,6 +372,18 @@ fn parts<'a>(pack: &Pack<'a>, job: Job<'_>) -> Result<Parts<'a>> {
             pack.walks().len()
         ))
     })
+}
+
+/// The height of the lowest point of a body in all poses, metres; 0 of none.
+fn floor_m(body: &Body, skeleton: &Skeleton, poses: &[Pose]) -> f32 {
+    let height = |pose| {
+        lowest(
+            &Figure::new(body, &ModelPose::new(skeleton, pose)),
+            0.0,
+            0.0,
+        )
+    };
+    poses.iter().map(height).reduce(f32::min).unwrap_or(0.0)
 }
 
 /// The least height of a figure's points over a floor that rises by so much for each metre ahead
