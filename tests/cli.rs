@@ -139,6 +139,59 @@ fn inspect_accounts_for_every_byte_of_the_file() {
 }
 
 #[test]
+fn inspect_says_what_drawing_takes_on_a_board_and_on_a_host() {
+    let folder = folder();
+    let at = folder.path();
+    let length = fs::metadata(at.join("two.egp")).expect("the pack").len();
+    let output = done(at, &["inspect", "two.egp", "--json", "-"]);
+    let json: Value = serde_json::from_str(&output).expect("JSON");
+    let budget = &json["budget"];
+    let number = |value: &Value| value.as_u64().expect("a number");
+    let [hulls, points, facets] = ["hulls", "points", "facets"].map(|name| number(&budget[name]));
+    assert_eq!((hulls, points), (19, 485));
+    // A convex hull with n corners has 2 n - 4 triangles (Euler); rounded points are in between
+    // others here and there.
+    assert!(
+        (800..=2 * 485 - 4 * 19).contains(&facets),
+        "{facets} facets"
+    );
+    assert_eq!(budget["size"], "50x30");
+    assert_eq!(number(&budget["flash_bytes"]), length);
+    let heap = |name: &str| number(&budget[name]["heap_bytes"]);
+    let ram = |name: &str| number(&budget[name]["ram_bytes"]);
+    // 64 columns of 50 rows, 37 points of 8 bytes and 38 verbs, 64 edges of 80; anti-aliased
+    // also 65 runs of 2 bytes and of 1.
+    let skia = 64 * 50 + 334 + 64 * 80;
+    assert_eq!(
+        ["rows", "skia", "unpacked"].map(heap),
+        [0, skia, skia + 195]
+    );
+    // A board with 16 kB draws it, and one with 24 kB with tiny-skia.
+    assert!(ram("rows") < 16_384 && ram("skia") + heap("skia") < 24_576);
+    #[cfg(target_pointer_width = "64")]
+    {
+        // The memory table of the core's README: pack, avatar, clip, skeleton, poses, camera.
+        let walk = 240 + 24 + 128 + 228 + 316 + 912 + 56;
+        // Hulls, 6 bytes a point and 2 a facet, each filled up to 8; pixels.
+        let body = 224 + 2_912 + (2 * facets).next_multiple_of(8);
+        let lean = walk + body + 64 + 16 + 24 + 50 * 30;
+        assert_eq!(number(&budget["body_bytes"]), body);
+        assert_eq!(ram("rows"), lean + 2_072);
+        // tiny-skia asks for no facets.
+        assert_eq!(ram("skia"), lean - (2 * facets).next_multiple_of(8) + 624);
+        let unpacked = walk + 101_824 + 22_952 + 30_440 + 16 + 16_400 + 4_097;
+        assert_eq!(ram("unpacked"), unpacked);
+    }
+    let people = done(at, &["inspect", "two.egp"]);
+    let row = format!(
+        "skia, on a board {length:>12} {:>8} {skia:>8}\n",
+        ram("skia")
+    );
+    let body = format!("19 hulls, lean::Body<485, {facets}>, ");
+    assert!(people.contains(&row) && people.contains(&body), "{people}");
+}
+
+#[test]
 fn a_cohort_is_made_twice_with_the_same_bytes() {
     let folder = folder();
     let at = folder.path();

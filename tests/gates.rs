@@ -188,8 +188,8 @@ fn a_sum_counts_each_part_as_often_as_the_whole_does_it() {
 
 #[test]
 fn bytes_are_made_from_the_library() {
-    // Window, path, 64 edges of 80 bytes; 129 runs of 2 bytes and 129 bytes of coverage.
-    let heap = 8_192 + 334 + 5_120 + 387;
+    // Window, path, 64 edges of 80 bytes; 65 runs of 2 bytes and 65 bytes of coverage.
+    let heap = 4_096 + 334 + 5_120 + 195;
     let gate = |at_most: u32| {
         format!(
             "[[bytes]]\nname = \"heap\"\nreason = \"small\"\nfigure = \"skia-heap\"\nat_most = {at_most}"

@@ -5,20 +5,22 @@
 //! found once a frame. Coordinates lie in lanes, one array an axis.
 
 mod drape;
-mod plane;
+mod figure;
+pub(crate) mod plane;
 #[cfg(test)]
 mod tests;
 
 use crate::avatar::Avatar;
 use crate::budget::{LANES, MAX_DRAPED_HULLS, MAX_FACETS, MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
 use crate::facets::Facets;
-use crate::pose::ModelPose;
-use crate::skeleton::{JOINTS, Joint};
+use crate::skeleton::Joint;
 use core::fmt;
 use core::ops::Range;
-use drape::{Drape, Surface};
+use drape::Drape;
+pub use figure::Figure;
+pub(crate) use figure::{FigureHull, Place};
 use glam::{Mat3, Vec3};
-use plane::{Plane, border, radiate, sides};
+use plane::{Plane, PlaneLanes, border, radiate, scaled, sides};
 
 /// Vectors by axis.
 #[derive(Clone, Debug)]
@@ -111,12 +113,8 @@ pub struct Body {
     hulls: heapless::Vec<BodyHull, MAX_HULLS>,
     drapes: heapless::Vec<Drape, MAX_DRAPED_HULLS>,
     points: Lanes<MAX_POINTS>,
-    /// Facets' normals, of any length, in the frames of their joints.
-    normals: Lanes<MAX_FACETS>,
-    /// Normals' products with a point of the facet.
-    offsets: [f32; MAX_FACETS],
-    /// A normal tells a direction from its opposite if their product is beyond this.
-    tolerances: [f32; MAX_FACETS],
+    /// Of facets that joints carry, in the frames of these.
+    planes: PlaneLanes<MAX_FACETS>,
     /// Edges of each facet, a bit each: numbers 0 to 63, then 64 to 89.
     sides: [[u64; MAX_FACETS]; 2],
     /// Edges that begin or end at each point, likewise.
@@ -131,9 +129,7 @@ impl Default for Body {
             hulls: heapless::Vec::new(),
             drapes: heapless::Vec::new(),
             points: Lanes::ZERO,
-            normals: Lanes::ZERO,
-            offsets: [0.0; MAX_FACETS],
-            tolerances: [0.0; MAX_FACETS],
+            planes: PlaneLanes::NONE,
             sides: [[0; MAX_FACETS]; 2],
             spokes: [[0; 2]; MAX_POINTS],
             ends: [heapless::Vec::new(), heapless::Vec::new()],
@@ -167,18 +163,12 @@ impl Body {
         for point in points {
             hull.push(point).map_err(|_| OverBudget)?;
         }
-        let surface = Facets::of(&hull);
+        let (surface, scaled) = (Facets::of(&hull), scaled(&hull));
         let carrier = Carrier::Joint(joint.index());
-        let before = self.add(&hull, carrier, surface.facets.len(), &surface)?;
+        let before = self.add(&hull, carrier, &surface)?;
         for (index, facet) in (before.facets_end..).zip(&surface.facets) {
-            let plane = Plane::of(facet, &hull);
-            self.normals.set(index, plane.normal);
-            if let Some(offset) = self.offsets.get_mut(index) {
-                *offset = plane.offset;
-            }
-            if let Some(tolerance) = self.tolerances.get_mut(index) {
-                *tolerance = plane.tolerance;
-            }
+            self.planes
+                .set(index, &Plane::of(facet.corners, &hull, &scaled));
             for (sides, half) in self.sides.iter_mut().zip(sides(facet)) {
                 if let Some(place) = sides.get_mut(index) {
                     *place = half;
@@ -221,24 +211,21 @@ impl Body {
         if self.drapes.is_full() {
             return Err(OverBudget);
         }
-        // As many facets as a pose may show (Euler).
-        let facets = (2 * hull.len()).saturating_sub(4);
         let carrier = Carrier::Drape(self.drapes.len());
-        self.add(&hull, carrier, facets, &Facets::default())?;
+        self.add(&hull, carrier, &Facets::default())?;
         self.drapes.push(drape).map_err(|_| OverBudget)
     }
 
-    /// Adds points, and room for so many facets and the edges of `surface`; the hull before.
+    /// Adds points, and room for the facets and edges of `surface`; the hull before.
     fn add(
         &mut self,
         points: &[Vec3],
         carrier: Carrier,
-        facets: usize,
         surface: &Facets,
     ) -> Result<BodyHull, OverBudget> {
         let before = self.hulls.last().cloned().unwrap_or(BodyHull::NONE);
         let points_end = before.points_end + points.len();
-        let facets_end = before.facets_end + facets.next_multiple_of(LANES);
+        let facets_end = before.facets_end + surface.facets.len().next_multiple_of(LANES);
         if points_end > MAX_POINTS || facets_end > MAX_FACETS {
             return Err(OverBudget);
         }
@@ -254,175 +241,6 @@ impl Body {
             self.points.set(index, point);
         }
         Ok(before)
-    }
-}
-
-/// A body in a pose, in the walker's space: computed once a frame, seen from every
-/// viewpoint. 50 kB.
-#[derive(Clone, Debug)]
-pub struct Figure<'a> {
-    body: &'a Body,
-    pub(crate) points: Lanes<MAX_POINTS>,
-    pub(crate) normals: Lanes<MAX_FACETS>,
-    /// Normals' products with a point of the facet.
-    pub(crate) offsets: [f32; MAX_FACETS],
-    /// Of the draped hulls, in the order of the body's drapes.
-    surfaces: [Surface; MAX_DRAPED_HULLS],
-}
-
-/// Where one hull of a figure is in its arrays.
-#[derive(Clone, Debug)]
-pub(crate) struct FigureHull<'a> {
-    pub points: Range<usize>,
-    pub facets: Range<usize>,
-    pub sides: [&'a [u64]; 2],
-    /// Points at which its edges begin and end.
-    pub from: &'a [u8],
-    pub to: &'a [u8],
-    pub border: [u64; 2],
-    /// Edges that begin or end at each of its points.
-    pub spokes: &'a [[u64; 2]],
-    /// Of its facets, as in [`Body`].
-    pub tolerances: &'a [f32],
-}
-
-impl<'a> Figure<'a> {
-    /// Carries the hulls of `body` to where `pose` puts their joints.
-    #[must_use]
-    pub fn new(body: &'a Body, pose: &ModelPose) -> Self {
-        let mut figure = Self::at_rest(body);
-        figure.update(pose);
-        figure
-    }
-
-    /// The hulls as they are: all joints at the origin.
-    #[must_use]
-    pub fn at_rest(body: &'a Body) -> Self {
-        let mut figure = Self {
-            body,
-            points: body.points.clone(),
-            normals: body.normals.clone(),
-            offsets: body.offsets,
-            surfaces: [const { Surface::NOTHING }; MAX_DRAPED_HULLS],
-        };
-        let mut before = &BodyHull::NONE;
-        for hull in &body.hulls {
-            if let Carrier::Drape(drape) = hull.carrier {
-                figure.wrap(drape, before.points_end..hull.points_end, before.facets_end);
-            }
-            before = hull;
-        }
-        figure.fill_lanes();
-        figure
-    }
-
-    /// The same in place, for the next frame.
-    pub fn update(&mut self, pose: &ModelPose) {
-        let body = self.body;
-        let mut before = &BodyHull::NONE;
-        for hull in &body.hulls {
-            let points = before.points_end..hull.points_end;
-            let facets = before.facets_end..hull.facets_end;
-            match hull.carrier {
-                Carrier::Joint(joint) => self.carry(joint, points, facets, pose),
-                Carrier::Drape(drape) => {
-                    self.hang(drape, points.clone(), pose);
-                    self.wrap(drape, points, facets.start);
-                }
-            }
-            before = hull;
-        }
-        self.fill_lanes();
-    }
-
-    /// Carries a hull with its facets to where its joint is.
-    fn carry(
-        &mut self,
-        joint: usize,
-        points: Range<usize>,
-        facets: Range<usize>,
-        pose: &ModelPose,
-    ) {
-        let (body, joint) = (self.body, joint.min(JOINTS - 1));
-        let (turn, offset) = (pose.orientations[joint], pose.positions[joint]);
-        self.points.carry(points, &body.points, turn, offset);
-        self.normals
-            .carry(facets.clone(), &body.normals, turn, Vec3::ZERO);
-        for facet in facets {
-            let moved = self.normals.get(facet).map(|normal| normal.dot(offset));
-            let rest = body.offsets.get(facet);
-            if let (Some(place), Some(moved), Some(rest)) =
-                (self.offsets.get_mut(facet), moved, rest)
-            {
-                *place = rest + moved;
-            }
-        }
-    }
-
-    /// Fills the last lanes up with the last point, so that they widen nothing.
-    fn fill_lanes(&mut self) {
-        let len = self.len();
-        if let Some(last) = len.checked_sub(1).and_then(|last| self.points.get(last)) {
-            for index in len..len.next_multiple_of(LANES) {
-                self.points.set(index, last);
-            }
-        }
-    }
-
-    /// How many points there are.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.body.hulls.last().map_or(0, |hull| hull.points_end)
-    }
-
-    /// Whether there are no points.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// All points, hull by hull, metres.
-    pub fn points(&self) -> impl Iterator<Item = Vec3> + Clone {
-        (0..self.len()).filter_map(|index| self.points.get(index))
-    }
-
-    /// The points of each hull, metres.
-    pub fn hulls(&self) -> impl Iterator<Item = impl Iterator<Item = Vec3> + Clone> {
-        self.hull_parts()
-            .map(|part| part.points.filter_map(|index| self.points.get(index)))
-    }
-
-    /// Where each hull is in the arrays.
-    pub(crate) fn hull_parts(&self) -> impl Iterator<Item = FigureHull<'_>> {
-        let body = self.body;
-        let (mut points, mut facets, mut edges) = (0, 0, 0);
-        body.hulls.iter().map(move |hull| {
-            let own = points..hull.points_end;
-            let part = match hull.carrier {
-                Carrier::Joint(_) => {
-                    let range = facets..hull.facets_end;
-                    let ends = edges..hull.edges_end;
-                    FigureHull {
-                        spokes: body.spokes.get(own.clone()).unwrap_or_default(),
-                        tolerances: body.tolerances.get(range.clone()).unwrap_or_default(),
-                        sides: [
-                            body.sides[0].get(range.clone()).unwrap_or_default(),
-                            body.sides[1].get(range.clone()).unwrap_or_default(),
-                        ],
-                        points: own,
-                        facets: range,
-                        from: body.ends[0].get(ends.clone()).unwrap_or_default(),
-                        to: body.ends[1].get(ends).unwrap_or_default(),
-                        border: hull.border,
-                    }
-                }
-                Carrier::Drape(drape) => {
-                    self.surfaces[drape.min(MAX_DRAPED_HULLS - 1)].part(own, facets)
-                }
-            };
-            (points, facets, edges) = (hull.points_end, hull.facets_end, hull.edges_end);
-            part
-        })
     }
 }
 

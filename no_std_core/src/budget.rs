@@ -25,7 +25,7 @@ pub const MAX_TEMPLATE_BYTES: usize = FREQUENCIES * MAX_PIXELS;
 /// Hulls of one avatar. Ours: 24 for a fitted body and 8 for what it wears or carries.
 pub const MAX_HULLS: usize = 32;
 /// Hulls of one body whose points hang on several joints. Ours: a coat, a skirt, and two to
-/// spare; each takes 2 kB of a figure.
+/// spare; each takes 3 kB of a figure.
 pub const MAX_DRAPED_HULLS: usize = 4;
 /// Points of one hull. Keeps tiny-skia's edge list within 64 entries.
 pub const MAX_HULL_POINTS: usize = 32;
@@ -52,8 +52,12 @@ pub const MAX_HARMONICS: usize = (MAX_COEFFICIENTS - 1) / 2;
 /// are kept; it has as many rows as the silhouette. The widest figure of the built-in cohort's 260 walks over the 703 viewpoints
 /// takes 112.4 columns at 50 rows (F02 walking at 7 km/h, azimuth 65, elevation 90).
 pub const WINDOW_COLUMNS: usize = 128;
-/// Windows side by side that a wider figure may take; wider ones are refused.
-pub const MAX_WINDOWS: usize = 16;
+/// The same of tiny-skia's window, which takes a byte for each pixel: half as many, so that a
+/// board has room for it. What is wider is drawn in several.
+pub const SKIA_WINDOW_COLUMNS: usize = MAX_COLUMNS;
+/// Columns that a figure may take, in as many windows side by side as it needs; wider ones are
+/// refused.
+pub const MAX_FIGURE_COLUMNS: usize = 2_048;
 /// Most pixels from the upper left corner of an image of a fixed scale to a part of a figure
 /// that is partly inside: 2^16, where an f32 still resolves 1/128 pixel.
 pub const MAX_REACH_PIXELS: f32 = 65_536.0;
@@ -63,35 +67,44 @@ pub const MAX_ELEVATIONS: usize = LANES + LANES / 2;
 /// Binary digits of a count of frames: 4,096 frames of one cycle take 13.
 pub const TALLY_DIGITS: usize = 13;
 
+/// Classes of one recognizer: what a byte counts.
+pub const MAX_CLASSES: usize = 255;
+
 /// Subjects, walks, avatars or clips of one pack.
 pub const MAX_ENTRIES: usize = 65_535;
 /// Bytes of a pack: 16 MiB, far above what any board has in flash.
 pub const MAX_PACK_BYTES: usize = 1 << 24;
 
-/// Bytes that tiny-skia's rasteriser holds: its window from
+/// Bytes that tiny-skia's rasteriser holds at so many rows: its window from
 /// [`crate::raster::Renderer::new`] on, and from the first hull on one path, a point of
 /// 8 bytes for each corner and one more, and a verb of 1 byte for each point and the
-/// closing. No outline outgrows it. This is for 64 rows; 50 rows take 1,792 bytes fewer.
-pub const SKIA_RESIDENT_BYTES: usize = {
-    let window = WINDOW_COLUMNS * MAX_ROWS;
+/// closing. No outline outgrows it.
+#[must_use]
+pub const fn skia_resident_bytes(rows: usize) -> usize {
+    let window = SKIA_WINDOW_COLUMNS * rows;
     let path_points = 8 * (MAX_OUTLINE + 1);
     let path_verbs = MAX_OUTLINE + 2;
     window + path_points + path_verbs
-};
+}
 
-/// Most bytes that tiny-skia takes and gives back while one hull is filled, summed from
-/// tiny-skia 0.12.0's own types: its list of edges, always made for 64 of 80 bytes, and
-/// for anti-aliasing one row of runs (2 bytes) and of coverage (1 byte), both a column
-/// wider than the window. An outline gives at most 42 edges (36, four more where it
-/// crosses the window's sides, and two sentinels), so that the list never grows, and
-/// sorting it takes its 4 kB from the stack (up to 51 edges).
+/// Most of [`skia_resident_bytes`].
+pub const SKIA_RESIDENT_BYTES: usize = skia_resident_bytes(MAX_ROWS);
+
+/// Bytes of tiny-skia's list of edges, which it takes and gives back while one hull is filled:
+/// always made for 64 of 80 bytes (tiny-skia 0.12.0's own type). An outline gives at most 42
+/// edges (36, four more where it crosses the window's sides, and two sentinels), so that the
+/// list never grows, and sorting it takes its 4 kB from the stack (up to 51 edges).
+pub const SKIA_EDGES_BYTES: usize = 64 * 80;
+
+/// Most bytes that tiny-skia takes and gives back while one hull is filled: its list of edges,
+/// and for anti-aliasing one row of runs (2 bytes) and of coverage (1 byte), both a column
+/// wider than the window.
 ///
-/// `tests/memory.rs` reaches the sum exactly with a counting allocator: 13,646 bytes
-/// together with the resident ones without anti-aliasing, 14,033 with it.
+/// `tests/memory.rs` reaches the sum exactly with a counting allocator: 9,550 bytes
+/// together with the resident ones without anti-aliasing, 9,745 with it.
 pub const SKIA_TRANSIENT_BYTES: usize = {
-    let edges = 64 * 80;
-    let runs = (2 + 1) * (WINDOW_COLUMNS + 1);
-    edges + runs
+    let runs = (2 + 1) * (SKIA_WINDOW_COLUMNS + 1);
+    SKIA_EDGES_BYTES + runs
 };
 
 /// Heap bound of drawing with tiny-skia: resident and transient bytes together.

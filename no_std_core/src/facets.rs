@@ -30,7 +30,7 @@ pub struct Facets {
 }
 
 /// A point on a grid of [`GRID`] cells along each axis.
-type Cell = [i64; 3];
+type Cell = [i32; 3];
 
 /// Cells along the box of a hull: 2^20, so that halves and quarters of it are not rounded. Six
 /// times a tetrahedron's volume then stays below 2^63, so that every decision about the
@@ -67,7 +67,7 @@ impl Facets {
         let mut surface = Triangles::new();
         surface.extend([[a, b, c], [b, a, apex], [c, b, apex], [a, c, apex]]);
         for (point, cell) in (0..).zip(&cells) {
-            surface = grown(&cells, surface, (point, *cell));
+            grow(&cells, &mut surface, (point, *cell));
         }
         for corners in surface {
             let [a, b, c] = corners;
@@ -108,7 +108,7 @@ fn cells(points: &[Vec3]) -> heapless::Vec<Cell, MAX_HULL_POINTS> {
             let width = f64::from(max[axis]) - f64::from(min[axis]);
             let share = (f64::from(point[axis]) - f64::from(min[axis])) / width;
             #[expect(clippy::cast_possible_truncation, reason = "0 to GRID; 0 for no width")]
-            let cell = libm::round(share * GRID) as i64;
+            let cell = libm::round(share * GRID) as i32;
             cell
         })
     }));
@@ -126,19 +126,17 @@ fn first_triangle(cells: &[Cell]) -> Option<Triangle> {
     Some([0, b, c])
 }
 
-/// The surface with one more point: triangles that it sees go, and it is joined to the
-/// border of what is left. A triangle in whose plane the point lies stays.
-fn grown(cells: &[Cell], surface: Triangles, (point, cell): (u8, Cell)) -> Triangles {
-    let sees = |triangle: &Triangle| volume(cells, *triangle, cell) > 0;
-    let (mut kept, mut seen) = (Triangles::new(), Triangles::new());
-    for triangle in surface {
-        let side = if sees(&triangle) {
-            &mut seen
-        } else {
-            &mut kept
-        };
-        let _ = side.push(triangle);
-    }
+/// Adds a point to the surface: triangles that it sees go, and it is joined to the border of
+/// what is left. A triangle in whose plane the point lies stays.
+fn grow(cells: &[Cell], surface: &mut Triangles, (point, cell): (u8, Cell)) {
+    let mut seen = Triangles::new();
+    surface.retain(|&triangle| {
+        let is_seen = volume(cells, triangle, cell) > 0;
+        if is_seen {
+            let _ = seen.push(triangle);
+        }
+        !is_seen
+    });
     let sides = |&[a, b, c]: &Triangle| [[a, b], [b, c], [c, a]];
     for side in seen.iter().flat_map(sides) {
         let is_inner = seen
@@ -147,10 +145,9 @@ fn grown(cells: &[Cell], surface: Triangles, (point, cell): (u8, Cell)) -> Trian
             .any(|[from, to]| [to, from] == side);
         if !is_inner {
             // A closed surface of at most 32 points has at most 60 triangles (Euler).
-            let _ = kept.push([side[0], side[1], point]);
+            let _ = surface.push([side[0], side[1], point]);
         }
     }
-    kept
 }
 
 /// The border of points in one plane, of which `triangle` is a part: their convex hull seen
@@ -176,7 +173,7 @@ fn border(cells: &[Cell], [a, b, c]: Triangle) -> heapless::Vec<[u8; 2], MAX_HUL
         for point in points {
             while let [.., before, last] = ring.as_slice() {
                 let [o, p, q] = [*before, *last, point].map(flat);
-                let turn = (p[0] - o[0]) * (q[1] - o[1]) - (p[1] - o[1]) * (q[0] - o[0]);
+                let turn = product(p[0] - o[0], q[1] - o[1]) - product(p[1] - o[1], q[0] - o[0]);
                 if ring.len() < base + 2 || turn > 0 {
                     break;
                 }
@@ -197,7 +194,7 @@ fn volume(cells: &[Cell], [a, b, c]: Triangle, apex: Cell) -> i64 {
     let [a, b, c] = [a, b, c].map(|corner| cell_of(cells, corner));
     let [x, y, z] = cross(difference(b, a), difference(c, a));
     let [u, v, w] = difference(apex, a);
-    x * u + y * v + z * w
+    x * i64::from(u) + y * i64::from(v) + z * i64::from(w)
 }
 
 fn turned([a, b, c]: Triangle) -> Triangle {
@@ -212,10 +209,14 @@ fn difference(a: Cell, b: Cell) -> Cell {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-fn cross(a: Cell, b: Cell) -> Cell {
+fn cross(a: Cell, b: Cell) -> [i64; 3] {
     [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
+        product(a[1], b[2]) - product(a[2], b[1]),
+        product(a[2], b[0]) - product(a[0], b[2]),
+        product(a[0], b[1]) - product(a[1], b[0]),
     ]
+}
+
+fn product(a: i32, b: i32) -> i64 {
+    i64::from(a) * i64::from(b)
 }

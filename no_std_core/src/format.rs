@@ -1,4 +1,4 @@
-//! Byte layout of a pack: what the reader here and the host's writer share.
+//! Byte layout of packs and recognizers: what the readers here and the host's writers share.
 //!
 //! `FORMAT.md` beside this crate has the tables. All integers are little-endian.
 
@@ -151,6 +151,30 @@ pub const INTEGER_WIDTH_BITS: u32 = 5;
 /// Widest integer of a take: three of them add up within 27 bits.
 pub const MAX_INTEGER_WIDTH: u32 = 25;
 
+/// The first four bytes of every recognizer.
+pub const RECOGNIZER_MAGIC: [u8; 4] = *b"EGLR";
+/// The version of recognizers that this crate reads and writes.
+pub const RECOGNIZER_VERSION: u16 = 1;
+/// Bytes before a recognizer's classes: magic, CRC-32, version, rows `u8`, columns `u8`,
+/// framing `u8`, number of classes `u8`.
+pub const RECOGNIZER_HEADER_BYTES: usize = 14;
+/// Where the CRC-32 of everything behind it stands.
+pub const RECOGNIZER_CRC_AT: usize = 4;
+/// Where the version stands, and what the CRC-32 covers begins.
+pub const RECOGNIZER_VERSION_AT: usize = 8;
+/// Where the number of rows stands, and behind it that of columns.
+pub const RECOGNIZER_SIZE_AT: usize = 10;
+/// Where the framing stands.
+pub const RECOGNIZER_FRAMING_AT: usize = 12;
+/// Framing of figures that fill all rows.
+pub const FRAMING_HEIGHT: u8 = 0;
+/// Framing of figures that are stretched to their bounding boxes.
+pub const FRAMING_BOX: u8 = 1;
+/// Where the number of classes stands.
+pub const RECOGNIZER_CLASSES_AT: usize = 13;
+/// Bytes of a class before the weights of all: scale `f32`, bias `f32`.
+pub const CLASS_BYTES: usize = 8;
+
 /// Bits of the width of a block's differences where none is wider than `widest`.
 #[must_use]
 pub const fn width_bits(widest: u32) -> u32 {
@@ -183,10 +207,10 @@ pub fn crc32(bytes: &[u8]) -> u32 {
     crc::Crc::<u32, crc::NoTable>::new(&crc::CRC_32_ISO_HDLC).checksum(bytes)
 }
 
-/// Why bytes are not a pack.
+/// Why bytes are not a pack, or not a recognizer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FormatError {
-    /// Offset of the first byte that is wrong, from the start of the pack.
+    /// Offset of the first byte that is wrong, from the start of the file.
     pub byte: usize,
     /// What was expected there.
     pub expected: &'static str,
@@ -229,6 +253,11 @@ pub(crate) fn u16_at(bytes: &[u8], at: usize) -> u16 {
 /// The `i16` at `at`, or zero past the end.
 pub(crate) fn i16_at(bytes: &[u8], at: usize) -> i16 {
     u16_at(bytes, at).cast_signed()
+}
+
+/// The `f32` at `at`, or zero past the end.
+pub(crate) fn f32_at(bytes: &[u8], at: usize) -> f32 {
+    f32::from_bits(u32_at(bytes, at))
 }
 
 /// The `u32` at `at`, or zero past the end.

@@ -140,12 +140,36 @@ impl<'a> Hull<'a> {
 
     /// Its points in the joint's frame, metres. Reads all of them at once, 392 bytes.
     pub fn points(&self) -> impl Iterator<Item = Vec3> + use<> {
+        self.read_all().into_iter()
+    }
+
+    /// The same in their buffer.
+    pub(crate) fn read_all(&self) -> HullPoints {
         let mut bits = self.bits;
-        self.read_points(&mut bits).into_iter()
+        self.read_points(&mut bits)
+    }
+
+    /// The same in steps: whole numbers.
+    pub(crate) fn read_steps(&self) -> HullPoints {
+        self.steps_behind(&mut self.bits.clone())
+    }
+
+    /// How long the steps are, metres: of an image, that along x is negative.
+    pub(crate) const fn step(&self) -> Vec3 {
+        self.step
     }
 
     /// Its points in the joint's frame, metres, which are the next that `bits` reads.
     pub(crate) fn read_points(&self, bits: &mut BitReader<'a>) -> HullPoints {
+        let mut points = self.steps_behind(bits);
+        for point in &mut points {
+            *point *= self.step;
+        }
+        points
+    }
+
+    /// The next points that `bits` reads, in steps.
+    fn steps_behind(&self, bits: &mut BitReader<'a>) -> HullPoints {
         let mut points = HullPoints::new();
         for _ in 0..self.rows {
             let Some(row) = self.layout.read_row(bits) else {
@@ -153,9 +177,6 @@ impl<'a> Hull<'a> {
             };
             // A parsed hull is within the budget.
             let _ = self.layout.read_points(bits, row, &mut points);
-        }
-        for point in &mut points {
-            *point *= self.step;
         }
         points
     }

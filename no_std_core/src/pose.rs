@@ -30,30 +30,38 @@ pub struct ModelPose {
 }
 
 impl ModelPose {
+    /// All joints at the origin, as they are.
+    pub const REST: Self = Self {
+        positions: [Vec3::ZERO; JOINTS],
+        orientations: [Mat3::IDENTITY; JOINTS],
+    };
+
     /// Forward kinematics: carries `pose` down the tree of `skeleton`.
     #[must_use]
     pub fn new(skeleton: &Skeleton, pose: &Pose) -> Self {
-        let mut model = Self {
-            positions: [pose.root; JOINTS],
-            orientations: [Mat3::IDENTITY; JOINTS],
-        };
+        let mut model = Self::REST;
+        model.update(skeleton, pose);
+        model
+    }
+
+    /// The same in place, for the next frame.
+    pub fn update(&mut self, skeleton: &Skeleton, pose: &Pose) {
         for joint in Joint::ALL {
             let local = Mat3::from_quat(pose.rotations[joint.index()]);
             let (position, orientation) = match joint.parent() {
                 None => (pose.root, local),
                 Some(parent) => {
-                    let carrier = model.orientations[parent.index()];
+                    let carrier = self.orientations[parent.index()];
                     let offset = skeleton.offsets[joint.index()];
                     (
-                        model.positions[parent.index()] + carrier * offset,
+                        self.positions[parent.index()] + carrier * offset,
                         carrier * local,
                     )
                 }
             };
-            model.positions[joint.index()] = position;
-            model.orientations[joint.index()] = orientation;
+            self.positions[joint.index()] = position;
+            self.orientations[joint.index()] = orientation;
         }
-        model
     }
 }
 

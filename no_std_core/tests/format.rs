@@ -1,16 +1,21 @@
-//! `FORMAT.md`'s pack by hand means what is written there.
+//! `FORMAT.md`'s pack and recognizer by hand mean what is written there.
 
 use edgegait_core::body::{Body, Figure};
+use edgegait_core::camera::Framing;
+use edgegait_core::linear::LinearRecognizer;
 use edgegait_core::pack::{Gait, Pack, Sex};
 use edgegait_core::pose::ModelPose;
+use edgegait_core::silhouette::Size;
 use edgegait_core::skeleton::Joint;
 use glam::Vec3;
 
-/// The bytes of the dump in `FORMAT.md`: lines of a four-digit offset and the bytes there,
-/// and zeros where lines are left out.
-fn documented_pack() -> Vec<u8> {
+/// The bytes of the dump behind this heading of `FORMAT.md`: lines of a four-digit offset and the
+/// bytes there, and zeros where lines are left out.
+fn documented(heading: &str) -> Vec<u8> {
     let mut bytes = Vec::new();
-    let lines = include_str!("../FORMAT.md").lines();
+    let text = include_str!("../FORMAT.md").split_once(heading);
+    let (_, text) = text.expect("the heading");
+    let lines = text.lines().take_while(|line| !line.starts_with("# "));
     for (offset, row) in lines.filter_map(|line| line.split_once("  ")) {
         let at = usize::from_str_radix(offset, 16);
         if let (4, Ok(at)) = (offset.len(), at) {
@@ -24,7 +29,7 @@ fn documented_pack() -> Vec<u8> {
 
 #[test]
 fn the_documented_pack_holds_what_its_table_says() {
-    let bytes = documented_pack();
+    let bytes = documented("## A pack by hand");
     assert_eq!(bytes.len(), 623);
     let pack = Pack::parse(&bytes).expect("the documented pack");
     let subject = pack.subject(0).expect("a subject");
@@ -55,7 +60,7 @@ fn the_documented_pack_holds_what_its_table_says() {
 
 #[test]
 fn the_documented_pack_decodes_as_by_hand() {
-    let bytes = documented_pack();
+    let bytes = documented("## A pack by hand");
     let pack = Pack::parse(&bytes).expect("the documented pack");
     let avatar = pack.avatar(0).expect("an avatar");
     let clip = pack
@@ -88,4 +93,21 @@ fn the_documented_pack_decodes_as_by_hand() {
     for (found, expected) in figure.points().zip(expected) {
         assert!((found - Vec3::from(expected)).length() < 1e-6, "{found}");
     }
+}
+
+#[test]
+fn the_documented_recognizer_scores_as_by_hand() {
+    let bytes = documented("## A recognizer by hand");
+    assert_eq!(bytes.len(), 3_035);
+    let recognizer = LinearRecognizer::parse(&bytes).expect("the documented recognizer");
+    assert_eq!(recognizer.classes(), 2);
+    assert_eq!(recognizer.size(), Size::S50x30);
+    assert_eq!(recognizer.framing(), Framing::Height);
+    let names = [0, 1, 2].map(|class| recognizer.name(class));
+    assert_eq!(names, [Some("A"), Some("BC"), None]);
+    let mut pixels = [0; 1_500];
+    (pixels[0], pixels[1], pixels[1_499]) = (10, 20, 4);
+    let scores = [0, 1, 2].map(|class| recognizer.score(class, &pixels));
+    assert_eq!(scores, [Some(-21.0), Some(137.0), None]);
+    assert_eq!(recognizer.classify(&pixels), Some((1, 137.0)));
 }

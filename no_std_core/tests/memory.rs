@@ -4,6 +4,7 @@
     reason = "a global allocator that counts cannot be written without it"
 )]
 
+mod plain_avatar;
 mod random;
 mod small_pack;
 
@@ -13,8 +14,9 @@ use edgegait_core::budget::{MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::clip::Clip;
 use edgegait_core::codebook::Codebook;
+use edgegait_core::lean::{self, Rows, Window};
 use edgegait_core::pack::Pack;
-use edgegait_core::pose::ModelPose;
+use edgegait_core::pose::{ModelPose, Pose};
 use edgegait_core::raster::{DrawError, Drawing, Rasterizer, Renderer};
 use edgegait_core::silhouette::Size;
 use edgegait_core::skeleton::Joint;
@@ -158,12 +160,12 @@ fn tiny_skia_holds_its_window_and_from_the_first_hull_on_one_path() {
     let body = ring(30.0, LARGEST);
     let figure = Figure::at_rest(&body);
     for rasterizer in SKIA {
-        // 128 columns of 50 rows, a byte each.
+        // 64 columns of 50 rows, a byte each.
         let (_, made) = taken(|| Renderer::new(rasterizer, Size::S50x30));
-        assert_eq!((made.peak, made.calls), (6_400, 1));
+        assert_eq!((made.peak, made.calls), (3_200, 1));
         // Of 64 rows.
         let (mut renderer, made) = taken(|| Renderer::new(rasterizer, LARGEST));
-        assert_eq!((made.kept, made.peak), (8_192, 8_192));
+        assert_eq!((made.kept, made.peak), (4_096, 4_096));
         let (drawn, first) = taken(|| draw(&mut renderer, &figure, &camera(0.0, 0.0)));
         drawn.expect("a ring");
         // 37 points of 8 bytes and 38 verbs of 1.
@@ -242,10 +244,10 @@ fn drawing_any_figure_from_anywhere_stays_within_the_stated_heap() {
 #[cfg(feature = "skia")]
 #[test]
 fn the_stated_heap_is_reached_by_a_figure_as_wide_as_the_window() {
-    // Window, path, 64 edges of 80 bytes; 129 runs of 2 bytes and 129 bytes of coverage.
-    const PEAKS: [usize; 2] = [8_192 + 334 + 5_120, 8_192 + 334 + 5_120 + 387];
+    // Window, path, 64 edges of 80 bytes; 65 runs of 2 bytes and 65 bytes of coverage.
+    const PEAKS: [usize; 2] = [4_096 + 334 + 5_120, 4_096 + 334 + 5_120 + 195];
     assert_eq!(edgegait_core::budget::SKIA_HEAP_BYTES, PEAKS[1]);
-    let body = ring(128.0, LARGEST);
+    let body = ring(64.0, LARGEST);
     let figure = Figure::at_rest(&body);
     for (rasterizer, peak) in SKIA.into_iter().zip(PEAKS) {
         let ((), all) = taken(|| {
@@ -253,6 +255,65 @@ fn the_stated_heap_is_reached_by_a_figure_as_wide_as_the_window() {
             draw(&mut renderer, &figure, &camera(0.0, 0.0)).expect("a ring");
         });
         assert_eq!(all.peak, peak, "{rasterizer}");
+    }
+}
+
+/// 24 hulls of 32 points in the plane of the front view: a ring 1 m high and so wide.
+fn rings(width_m: f64) -> Vec<u8> {
+    let ring = (0..32).map(|i| {
+        let turn = f64::from(i) / 32.0 * std::f64::consts::TAU;
+        let [x, y] = [0.5 * width_m * turn.cos(), 0.5 * turn.sin()];
+        [x, y, 0.0].map(|metres| (metres * 5_000.0).round() as i32)
+    });
+    plain_avatar::avatar(200, &vec![ring.collect(); MAX_POINTS / MAX_HULL_POINTS])
+}
+
+/// What drawing bodies hull by hull from everywhere takes, and adding the silhouettes up.
+fn taken_lean<W: Window>(size: Size) -> Taken {
+    let mut random = Random(5);
+    let mut avatars = vec![rings(0.5), rings(2.0), rings(6.0)];
+    avatars.extend((0..9).map(|round| small_pack::avatar(&mut random, 8 + round)));
+    let mut body = lean::Body::<768, 1536>::EMPTY;
+    let mut counts = [0; 4_096];
+    let (drawn, used) = taken(|| {
+        let mut renderer = lean::Renderer::<W>::new(size);
+        let mut gei = lean::GeiBuilder::new(size, &mut counts).expect("4,096 bytes");
+        for bytes in &avatars {
+            let avatar = Avatar::parse(bytes).expect("an avatar");
+            body.load(&avatar).expect("room for every avatar");
+            let pose = ModelPose::new(&avatar.skeleton(), &Pose::REST);
+            for view in 0..20u8 {
+                let camera = camera(18.0 * f64::from(view), 15.0 * f64::from(view % 7));
+                let framing = [Framing::Height, Framing::Box][usize::from(view % 2)];
+                let drawing = renderer.draw(&body.posed(&pose), &camera, framing, Vec2::ZERO);
+                if let Ok(drawing) = drawing {
+                    gei.add(drawing.silhouette);
+                }
+            }
+        }
+        gei.frames()
+    });
+    assert!(drawn > 200, "{drawn} of 240 drawn");
+    used
+}
+
+#[test]
+fn drawing_hull_by_hull_with_rows_never_touches_the_heap() {
+    for size in Size::ALL {
+        assert_eq!(lean::Renderer::<Rows>::heap_bytes(size), 0);
+        assert_eq!(taken_lean::<Rows>(size), NOTHING);
+    }
+}
+
+#[cfg(feature = "skia")]
+#[test]
+fn drawing_hull_by_hull_with_tiny_skia_takes_the_stated_heap() {
+    // 64 columns, a path, and 64 edges of 80 bytes.
+    for (size, rows) in [(Size::S50x30, 50), (Size::S64x44, 64), (Size::S64x64, 64)] {
+        let used = taken_lean::<lean::Skia>(size);
+        assert_eq!(used.peak, 64 * rows + 334 + 5_120);
+        assert_eq!(lean::Renderer::<lean::Skia>::heap_bytes(size), used.peak);
+        assert_eq!(used.kept, 0);
     }
 }
 

@@ -1,6 +1,7 @@
 //! `edgegait inspect`: what a pack holds, and what it costs.
 
 use super::args::Common;
+use super::budget::BudgetSummary;
 use super::source::read_pack;
 use crate::dataset::Header;
 use crate::error::{Error, Result};
@@ -11,7 +12,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// Show what a pack holds: people, walks, bytes and errors
+/// Show what a pack holds and takes: people, walks, bytes, errors, memory
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  edgegait inspect cohort.egp --json -")]
 pub struct Args {
@@ -49,6 +50,7 @@ pub struct Summary {
     #[serde(flatten)]
     header: Header,
     bytes: usize,
+    budget: BudgetSummary,
     sections: BTreeMap<&'static str, usize>,
     subjects: Vec<SubjectSummary>,
     /// Mean over the clips of their bits a joint and frame.
@@ -169,6 +171,7 @@ pub fn summary(header: Header, path: &Path, bytes: &[u8]) -> Result<Summary> {
     Ok(Summary {
         header,
         bytes: bytes.len(),
+        budget: BudgetSummary::of(&pack),
         sections: SECTIONS.into_iter().zip(pack.section_bytes()).collect(),
         subjects,
         bits_per_joint_frame: rounded(
@@ -226,7 +229,7 @@ impl ClipSummary {
 /// Rows of a table before it is cut off.
 const SHOWN: usize = 30;
 
-/// A summary; its alternate form (`{:#}`) has people and joints as well.
+/// A summary; its alternate form (`{:#}`) has the budget, people and joints as well.
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} bytes:", self.bytes)?;
@@ -259,6 +262,7 @@ impl fmt::Display for Summary {
             "greatest error: {least:.2} to {most:.2} mm, mean {mean:.2}"
         )?;
         if f.alternate() {
+            self.budget.fmt(f)?;
             self.write_people(f)?;
             self.write_joints(f)?;
         }

@@ -4,6 +4,7 @@ mod args;
 mod augment;
 mod bench;
 mod body;
+mod budget;
 mod cohort;
 mod conditions;
 mod confounders;
@@ -15,6 +16,7 @@ mod gallery;
 mod import;
 mod inspect;
 mod progress;
+mod quantize;
 mod recognizers;
 mod render;
 mod runtime;
@@ -48,6 +50,7 @@ enum Command {
     Frontier(frontier::Args),
     Import(import::Args),
     Inspect(inspect::Args),
+    Quantize(quantize::Args),
     Render(render::Args),
     Score(score::Args),
     Sweep(sweep::Args),
@@ -75,6 +78,7 @@ fn run(command: &Command) -> Result<()> {
         Command::Frontier(args) => with_threads(&args.common, || frontier::run(args)),
         Command::Import(args) => with_threads(&args.common, || import::run(args)),
         Command::Inspect(args) => with_threads(&args.common, || inspect::run(args)),
+        Command::Quantize(args) => with_threads(&args.common, || quantize::run(args)),
         Command::Render(args) => with_threads(&args.common, || render::run(args)),
         Command::Score(args) => with_threads(&args.common, || score::run(args)),
         Command::Sweep(args) => with_threads(&args.common, || sweep::run(args)),

@@ -5,8 +5,10 @@
 //! makes Rank-k, mAP and mINP of distances, [`verification`] EER, ROC and AUC, and [`cross_view`]
 //! the means over pairs of views. [`wilson`] and [`bootstrap`] say how far a rate can be trusted,
 //! [`bands`] and [`angle`] sum it over viewpoints, and [`results`] is the JSON that
-//! `edgegait score` writes; [`strengths`] is what each confounder does.
+//! `edgegait score` writes; [`strengths`] is what each confounder does, and [`agreement`] what 8-bit
+//! weights do.
 
+pub mod agreement;
 pub mod angle;
 pub mod bands;
 pub mod bootstrap;

@@ -4,6 +4,7 @@
 //! loads is a [`Recognizer`]. Neither runtime checks what matters here (which
 //! shape is meant, whether the numbers are finite), so it is checked around them.
 
+mod affine;
 pub mod answers;
 mod contract;
 mod graph;
@@ -14,16 +15,19 @@ mod onnx;
 pub mod pixels;
 mod ports;
 mod protobuf;
+mod quantize;
 mod rten;
 mod runtime;
 mod search;
 pub mod shipped;
 
+pub use affine::AffineScores;
 pub use contract::{Contract, OutputNames, Training};
 pub use graph::{Dimension, Graph, Port};
 pub use input::{Distance, InputRange, Layout};
 pub use model::Model;
 pub use ports::Batching;
+pub use quantize::GeiForm;
 pub use runtime::{Bare, BareOutputs, Provider, Runtime, RuntimeName};
 pub use search::find_library;
 

@@ -4,16 +4,8 @@ use super::heap::rows_heap_bytes;
 use edgegait::encode::{MAX_ERROR_MM, encode_subjects};
 use edgegait::error::{Error, Result};
 use edgegait::scene::cohort::{CohortOptions, subjects};
-use edgegait_core::avatar::Avatar;
-use edgegait_core::body;
 use edgegait_core::budget::SKIA_HEAP_BYTES;
-use edgegait_core::camera::Camera;
-use edgegait_core::clip::Loop;
-use edgegait_core::pack::Pack;
-use edgegait_core::pose::{ModelPose, Pose};
-use edgegait_core::raster::{Drawing, Renderer};
-use edgegait_core::skeleton::Skeleton;
-use edgegait_core::template::{Gei, GeiBuilder};
+use edgegait_core::lean::Budget;
 use serde::Deserialize;
 
 /// A number of bytes, made from the library each time.
@@ -36,7 +28,7 @@ impl Figure {
         let bytes = match self {
             Self::SkiaHeap => SKIA_HEAP_BYTES,
             Self::RowsHeap => rows_heap_bytes()?,
-            Self::GeiTypes => GEI_TYPES_BYTES,
+            Self::GeiTypes => Budget::UNPACKED_BYTES,
             Self::StudyPack => {
                 let people = subjects(&CohortOptions::default())?;
                 encode_subjects(&people, MAX_ERROR_MM, &|| {})?.len()
@@ -49,17 +41,3 @@ impl Figure {
         })
     }
 }
-
-const GEI_TYPES_BYTES: usize = size_of::<Pack<'_>>()
-    + size_of::<Avatar<'_>>()
-    + size_of::<Loop<'_>>()
-    + size_of::<Skeleton>()
-    + size_of::<Pose>()
-    + size_of::<ModelPose>()
-    + size_of::<body::Body>()
-    + size_of::<body::Figure<'_>>()
-    + size_of::<Camera>()
-    + size_of::<Renderer>()
-    + size_of::<Drawing<'_>>()
-    + size_of::<GeiBuilder>()
-    + size_of::<Gei>();

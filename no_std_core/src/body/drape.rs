@@ -1,7 +1,7 @@
 //! Hulls whose points hang on a joint each: what they span depends on the pose.
 
-use super::plane::{Plane, border, radiate, sides};
-use super::{Figure, FigureHull};
+use super::plane::{Plane, PlaneLanes, border, radiate, scaled, sides};
+use super::{Figure, FigureHull, Place};
 use crate::budget::{LANES, MAX_HULL_EDGES, MAX_HULL_FACETS, MAX_HULL_POINTS};
 use crate::facets::Facets;
 use crate::pose::ModelPose;
@@ -16,12 +16,13 @@ pub(super) type Drape = heapless::Vec<Joint, MAX_HULL_POINTS>;
 const FACETS: usize = MAX_HULL_FACETS.next_multiple_of(LANES);
 
 /// What one hull spans in one pose, as [`super::Body`] has it of hulls that keep their shape.
-/// 2 kB.
+/// 3 kB.
 #[derive(Clone, Debug)]
 pub(super) struct Surface {
     /// Facets, filled up to whole [`LANES`].
     facets: usize,
-    tolerances: [f32; FACETS],
+    /// In the walker's space.
+    planes: PlaneLanes<FACETS>,
     sides: [[u64; FACETS]; 2],
     spokes: [[u64; 2]; MAX_HULL_POINTS],
     ends: [heapless::Vec<u8, MAX_HULL_EDGES>; 2],
@@ -31,19 +32,19 @@ pub(super) struct Surface {
 impl Surface {
     pub const NOTHING: Self = Self {
         facets: 0,
-        tolerances: [0.0; FACETS],
+        planes: PlaneLanes::NONE,
         sides: [[0; FACETS]; 2],
         spokes: [[0; 2]; MAX_HULL_POINTS],
         ends: [const { heapless::Vec::new() }; 2],
         border: [0; 2],
     };
 
-    /// The hull of these points, whose facets begin at `start`.
-    pub fn part(&self, points: Range<usize>, start: usize) -> FigureHull<'_> {
+    /// The hull of these points.
+    pub fn part(&self, points: Range<usize>) -> FigureHull<'_> {
         FigureHull {
             spokes: self.spokes.get(..points.len()).unwrap_or_default(),
             points,
-            facets: start..start + self.facets,
+            planes: self.planes.part(0..self.facets, &Place::REST),
             sides: [
                 self.sides[0].get(..self.facets).unwrap_or_default(),
                 self.sides[1].get(..self.facets).unwrap_or_default(),
@@ -51,7 +52,6 @@ impl Surface {
             from: &self.ends[0],
             to: &self.ends[1],
             border: self.border,
-            tolerances: self.tolerances.get(..self.facets).unwrap_or_default(),
         }
     }
 }
@@ -64,18 +64,15 @@ impl Figure<'_> {
             return;
         };
         for (index, joint) in points.zip(joints) {
-            let (turn, offset) = (
-                pose.orientations[joint.index()],
-                pose.positions[joint.index()],
-            );
             if let Some(point) = body.points.get(index) {
-                self.points.set(index, turn * point + offset);
+                let place = Place::of(joint.index(), pose);
+                self.points.set(index, place.carry(point));
             }
         }
     }
 
-    /// Finds what the points of a drape span where they are; its facets begin at `start`.
-    pub(super) fn wrap(&mut self, drape: usize, points: Range<usize>, start: usize) {
+    /// Finds what the points of a drape span where they are.
+    pub(super) fn wrap(&mut self, drape: usize, points: Range<usize>) {
         let hull: heapless::Vec<Vec3, MAX_HULL_POINTS> = points
             .take(MAX_HULL_POINTS)
             .filter_map(|index| self.points.get(index))
@@ -83,7 +80,7 @@ impl Figure<'_> {
         let Some(surface) = self.surfaces.get_mut(drape) else {
             return;
         };
-        let found = Facets::of(&hull);
+        let (found, scaled) = (Facets::of(&hull), scaled(&hull));
         *surface = Surface::NOTHING;
         surface.facets = found.facets.len().next_multiple_of(LANES);
         surface.border = border(&found);
@@ -96,25 +93,14 @@ impl Figure<'_> {
                     .filter_map(|edge| edge.get(side).copied()),
             );
         }
-        for index in 0..surface.facets {
-            let plane = match found.facets.get(index) {
-                Some(facet) => {
-                    for (places, half) in surface.sides.iter_mut().zip(sides(facet)) {
-                        if let Some(place) = places.get_mut(index) {
-                            *place = half;
-                        }
-                    }
-                    Plane::of(facet, &hull)
+        for (index, facet) in found.facets.iter().enumerate() {
+            for (places, half) in surface.sides.iter_mut().zip(sides(facet)) {
+                if let Some(place) = places.get_mut(index) {
+                    *place = half;
                 }
-                None => Plane::NOWHERE,
-            };
-            self.normals.set(start + index, plane.normal);
-            if let Some(offset) = self.offsets.get_mut(start + index) {
-                *offset = plane.offset;
             }
-            if let Some(tolerance) = surface.tolerances.get_mut(index) {
-                *tolerance = plane.tolerance;
-            }
+            let plane = Plane::of(facet.corners, &hull, &scaled);
+            surface.planes.set(index, &plane);
         }
     }
 }

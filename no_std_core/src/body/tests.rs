@@ -1,4 +1,7 @@
+use super::plane::Planes;
 use super::*;
+use crate::pose::ModelPose;
+use crate::skeleton::JOINTS;
 use glam::{Mat3, Vec3};
 
 /// A pyramid: a square and an apex above its middle.
@@ -63,18 +66,24 @@ fn hulls_are_carried_by_their_joints() {
     assert!(updated.points().eq(expected));
 }
 
+fn normals(planes: &Planes<'_>) -> impl Iterator<Item = Vec3> {
+    let axes = planes.x.iter().zip(planes.y).zip(planes.z);
+    axes.map(|((&x, &y), &z)| Vec3::new(x, y, z))
+}
+
 #[test]
 fn facets_are_carried_with_their_points() {
     let body = body(&[(Joint::Pelvis, &[[0.5; 3]]), (Joint::RightFoot, &PYRAMID)]);
     let figure = Figure::new(&body, &quarter_turns());
     let parts: heapless::Vec<_, 2> = figure.hull_parts().collect();
-    assert_eq!(parts[0].facets.len(), 0);
+    assert_eq!(parts[0].planes.x.len(), 0);
     // Six triangles, and lanes without a normal.
     let mut facets = 0;
-    for facet in parts[1].facets.clone() {
-        let normal = figure.normals.get(facet).expect("a facet");
+    let Planes { place, offsets, .. } = parts[1].planes;
+    for (normal, offset) in normals(&parts[1].planes).zip(offsets) {
         let distances = parts[1].points.clone().map(|point| {
-            normal.dot(figure.points.get(point).expect("a point")) - figure.offsets[facet]
+            let point = figure.points.get(point).expect("a point");
+            normal.dot(place.point(point)) - offset
         });
         let on_it = distances
             .clone()
@@ -91,15 +100,16 @@ fn facets_are_carried_with_their_points() {
 
 #[test]
 fn facets_look_the_same_way_whatever_their_size() {
-    let normals = |size: f32| {
+    let unit_normals = |size: f32| {
         let hull = PYRAMID.map(|point| point.map(|c| c * size));
         let body = body(&[(Joint::Pelvis, &hull)]);
         let figure = Figure::at_rest(&body);
-        let facets = 0..6;
-        facets.map(move |facet| figure.normals.get(facet).expect("a facet").normalize())
+        let part = figure.hull_parts().next().expect("a hull");
+        let all: heapless::Vec<_, 6> = normals(&part.planes).take(6).collect();
+        all.into_iter().map(Vec3::normalize)
     };
     for size in [1e-38, 1e-30, 1e-10, 1e10, 1e30, 1.5e38] {
-        for (found, expected) in normals(size).zip(normals(1.0)) {
+        for (found, expected) in unit_normals(size).zip(unit_normals(1.0)) {
             assert!((found - expected).length() < 1e-5, "{size:e}: {found}");
         }
     }
@@ -158,7 +168,7 @@ fn the_points_of_a_draped_hull_hang_on_a_joint_each() {
     // A tetrahedron in this pose and at rest.
     for figure in [&figure, &Figure::at_rest(&body)] {
         let part = figure.hull_parts().nth(1).expect("the cloth");
-        assert_eq!((part.from.len(), part.facets.len()), (6, LANES));
+        assert_eq!((part.from.len(), part.planes.x.len()), (6, LANES));
     }
 }
 
@@ -184,15 +194,16 @@ fn facets_of_a_draped_hull_are_found_anew_in_each_pose() {
         pose.positions[Joint::Spine.index()].y = apex - 2.0;
         figure.update(&pose);
         let part = figure.hull_parts().next().expect("the cloth");
-        let normals = part.facets.filter_map(|facet| figure.normals.get(facet));
-        let slopes = normals.filter(|normal| normal.y * sign > 0.1).count();
+        let slopes = normals(&part.planes)
+            .filter(|n| n.y * sign > 0.1 * n.length())
+            .count();
         assert_eq!(slopes, 4);
     }
     // Flat: a border and no facet.
     pose.positions[Joint::Spine.index()].y = 8.0;
     figure.update(&pose);
     let part = figure.hull_parts().next().expect("the cloth");
-    assert_eq!(part.facets.len(), 0);
+    assert_eq!(part.planes.x.len(), 0);
     assert_ne!(part.border, [0; 2]);
 }
 

@@ -1,6 +1,6 @@
 //! Why a figure cannot be drawn.
 
-use crate::budget::{MAX_REACH_PIXELS, MAX_WINDOWS, WINDOW_COLUMNS};
+use crate::budget::{MAX_FIGURE_COLUMNS, MAX_REACH_PIXELS};
 use crate::camera::NEAR_M;
 use core::fmt;
 use glam::Vec2;
@@ -17,7 +17,7 @@ pub enum DrawError {
     /// The figure has no height from this viewpoint, or no width where it is to be stretched
     /// to its box, so that no scale fills the image.
     Flat,
-    /// The figure would be this many columns wide; at most 16 windows of 128 are drawn.
+    /// The figure would be this many columns wide; at most 2,048 are drawn.
     TooWide(f32),
     /// A part of the figure would lie this many pixels from the image's upper left corner,
     /// and another part inside of the image.
@@ -42,8 +42,7 @@ impl fmt::Display for DrawError {
             Self::Flat => f.write_str("the figure has no height or no width from this viewpoint"),
             Self::TooWide(columns) => write!(
                 f,
-                "the figure is {columns} columns wide at its full height, expected at most {}",
-                MAX_WINDOWS * WINDOW_COLUMNS
+                "the figure is {columns} columns wide at its full height, expected at most {MAX_FIGURE_COLUMNS}"
             ),
             Self::TooLarge(pixels) => write!(
                 f,

@@ -7,23 +7,27 @@
 
 pub mod columns;
 mod error;
-mod place;
+pub(crate) mod framing;
+pub(crate) mod place;
 mod rows;
 mod seen;
 pub(crate) mod simd;
 #[cfg(feature = "skia")]
-mod skia;
+pub(crate) mod skia;
 #[cfg(test)]
 mod tests;
 
 use crate::body::Figure;
+#[cfg(feature = "skia")]
+use crate::budget::SKIA_WINDOW_COLUMNS;
 use crate::budget::WINDOW_COLUMNS;
-use crate::camera::{Camera, Framing, NEAR_M};
+use crate::camera::{Camera, Framing};
 use crate::silhouette::{Frame, Silhouette, Size};
 use core::fmt;
 pub use error::DrawError;
-use glam::{Vec2, Vec3};
-use place::{Extent, Placement, Spread, as_pixels};
+use framing::{Canvas, Moments, check_jitter};
+use glam::Vec2;
+use place::Placement;
 use rows::Sampling;
 use seen::{Points, Seen};
 pub use simd::Simd;
@@ -110,7 +114,7 @@ pub struct Drawing<'a> {
 ///
 /// Bit rows are held inline and take no heap. tiny-skia holds
 /// [`crate::budget::SKIA_RESIDENT_BYTES`] of it from the first figure on (its window of
-/// 128 bytes a row from the start), and takes and gives back at most
+/// 64 bytes a row from the start), and takes and gives back at most
 /// [`crate::budget::SKIA_TRANSIENT_BYTES`] while it draws.
 #[derive(Debug)]
 pub struct Renderer {
@@ -134,7 +138,7 @@ struct Sheet {
     feature = "skia",
     expect(
         clippy::large_enum_variant,
-        reason = "26 kB once for a renderer; a box would need a heap"
+        reason = "20 kB once for a renderer; a box would need a heap"
     )
 )]
 enum Window {
@@ -144,12 +148,21 @@ enum Window {
 }
 
 impl Window {
-    /// In how many of the window's columns a figure of so many is drawn.
+    /// How many columns it has.
+    fn width(&self) -> usize {
+        match self {
+            #[cfg(feature = "skia")]
+            Self::Skia(_) => SKIA_WINDOW_COLUMNS,
+            Self::Rows(_) => WINDOW_COLUMNS,
+        }
+    }
+
+    /// In how many of its columns a figure of so many is drawn.
     fn columns(&self, columns: f32) -> usize {
         match self {
             #[cfg(feature = "skia")]
-            Self::Skia(_) => WINDOW_COLUMNS,
-            Self::Rows(_) => rows::Window::columns(columns),
+            Self::Skia(_) => SKIA_WINDOW_COLUMNS,
+            Self::Rows(_) => place::row_columns(columns),
         }
     }
 
@@ -261,13 +274,16 @@ impl Renderer {
         }
         // What is wrong with a figure is found out one point after another.
         let extent = self.points.project(figure, camera, self.simd);
-        let extent = extent.map_or_else(|| extent_by_point(figure, camera), Ok)?;
-        let seen = Seen {
-            figure,
-            camera,
-            points: &self.points,
+        let extent = extent.map_or_else(|| framing::extent(figure.points(), camera), Ok)?;
+        let mut sitting = Sitting {
+            sheet: &mut self.sheet,
+            seen: Seen {
+                figure,
+                camera,
+                points: &self.points,
+            },
         };
-        let clipped_share = self.sheet.draw(&seen, &extent, framing, jitter)?;
+        let clipped_share = framing::draw(&mut sitting, (camera, &extent), framing, jitter)?;
         Ok(Drawing {
             frame: &self.sheet.frame,
             clipped_share,
@@ -275,125 +291,33 @@ impl Renderer {
     }
 }
 
-impl Sheet {
-    /// Draws a figure of this extent; the share of it that does not show.
-    fn draw(
-        &mut self,
-        seen: &Seen<'_>,
-        extent: &Extent,
-        framing: Framing,
-        jitter: Vec2,
-    ) -> Result<f32, DrawError> {
-        match framing {
-            Framing::Height => self.by_height(seen, extent, jitter),
-            Framing::Box => {
-                let placement = place::stretched(extent, self.image())?.moved(jitter);
-                self.window.draw(seen, &placement, self.size.columns());
-                if self.window.cut(0, &mut self.frame) == 0 {
-                    return Err(DrawError::Vanished);
-                }
-                Ok(0.0)
-            }
-            Framing::Fixed {
-                centre,
-                pixels_per_metre,
-            } => {
-                let centre = projected(seen.camera, centre)?;
-                let placement = place::fixed(centre, pixels_per_metre, self.image())?;
-                self.at(seen, extent, placement, jitter)
-            }
-        }
-    }
-
-    /// Draws a figure that fills the rows; the share of it that is cut off.
-    fn by_height(
-        &mut self,
-        seen: &Seen<'_>,
-        extent: &Extent,
-        jitter: Vec2,
-    ) -> Result<f32, DrawError> {
-        let columns = |columns| self.window.columns(columns);
-        let (placement, windows, columns) = place::by_height(extent, self.size, columns)?;
-        let placement = placement.moved(jitter);
-        let mut whole = Moments::default();
-        for index in 0..windows {
-            let left = index * WINDOW_COLUMNS;
-            let shifted = placement.moved(Vec2::new(as_pixels(left), 0.0));
-            self.window.draw(seen, &shifted, columns);
-            whole.add(self.window.moments(), left);
-        }
-        if whole.area == 0 {
-            return Err(DrawError::Vanished);
-        }
-        let middle = (self.size.columns() / 2).cast_signed();
-        let mut left = whole.centroid_column(jitter.x) - middle;
-        if windows > 1 {
-            #[expect(clippy::cast_precision_loss, reason = "a few thousand columns")]
-            let shifted = placement.moved(Vec2::new(left as f32, 0.0));
-            self.window.draw(seen, &shifted, columns);
-            left = 0;
-        }
-        let area = self.window.cut(left, &mut self.frame);
-        #[expect(clippy::cast_precision_loss, reason = "a share")]
-        let clipped_share = 1.0 - (area as f32 / whole.area as f32).min(1.0);
-        Ok(clipped_share)
-    }
-
-    /// Draws a figure where `placement` says, whatever of it that shows; the share that does
-    /// not.
-    fn at(
-        &mut self,
-        seen: &Seen<'_>,
-        extent: &Extent,
-        placement: Placement,
-        jitter: Vec2,
-    ) -> Result<f32, DrawError> {
-        let spread = place::spread(extent, &placement, self.image())?;
-        if spread == Spread::Outside {
-            self.window.clear();
-            self.window.cut(0, &mut self.frame);
-            return Ok(1.0);
-        }
-        let columns = self.size.columns();
-        self.window.draw(seen, &placement.moved(jitter), columns);
-        self.window.cut(0, &mut self.frame);
-        if spread == Spread::Inside {
-            return Ok(0.0);
-        }
-        let whole = self.area(seen, extent, &placement);
-        if whole == 0.0 {
-            return Err(DrawError::Vanished);
-        }
-        let shown = placement.shown(extent, self.image());
-        let inside = self.area(seen, &shown, &placement);
-        Ok(1.0 - (inside / whole).min(1.0))
-    }
-
-    /// The area of a placed figure within a part of the image: the part is stretched to the
-    /// whole window, so that small ones are measured with as many samples.
-    fn area(&mut self, seen: &Seen<'_>, part: &Extent, placement: &Placement) -> f32 {
-        let window = Vec2::new(as_pixels(WINDOW_COLUMNS), self.image().y);
-        let stretched = place::enlarged(part, placement, window);
-        self.window.draw(seen, &stretched, WINDOW_COLUMNS);
-        let growth = stretched.scale / placement.scale;
-        #[expect(clippy::cast_precision_loss, reason = "an area")]
-        let area = self.window.moments().area as f32;
-        area / growth.x / growth.y
-    }
-
-    /// Columns and rows of the image, pixels.
-    fn image(&self) -> Vec2 {
-        Vec2::new(as_pixels(self.size.columns()), as_pixels(self.size.rows()))
-    }
+/// A figure before a camera, with what it is drawn on.
+struct Sitting<'a> {
+    sheet: &'a mut Sheet,
+    seen: Seen<'a>,
 }
 
-/// Refuses samples outside of their pixel.
-fn check_jitter(jitter: Vec2) -> Result<(), DrawError> {
-    // A NaN fails the comparison.
-    if jitter.abs().cmple(Vec2::splat(0.5)).all() {
-        Ok(())
-    } else {
-        Err(DrawError::Jitter(jitter))
+impl Canvas for Sitting<'_> {
+    fn size(&self) -> Size {
+        self.sheet.size
+    }
+    fn width(&self) -> usize {
+        self.sheet.window.width()
+    }
+    fn columns(&self, columns: f32) -> usize {
+        self.sheet.window.columns(columns)
+    }
+    fn draw(&mut self, placement: &Placement, columns: usize) {
+        self.sheet.window.draw(&self.seen, placement, columns);
+    }
+    fn clear(&mut self) {
+        self.sheet.window.clear();
+    }
+    fn moments(&self) -> Moments {
+        self.sheet.window.moments()
+    }
+    fn cut(&mut self, left: isize) -> u64 {
+        self.sheet.window.cut(left, &mut self.sheet.frame)
     }
 }
 
@@ -404,68 +328,5 @@ fn check_scale(pixels_per_metre: f32) -> Result<(), DrawError> {
         Ok(())
     } else {
         Err(DrawError::Scale(pixels_per_metre))
-    }
-}
-
-/// Where a point appears, if it is far enough in front of the camera.
-fn projected(camera: &Camera, point: Vec3) -> Result<Vec2, DrawError> {
-    let depth_m = camera.depth_m(point);
-    if !point.is_finite() || depth_m.is_nan() {
-        return Err(DrawError::NotFinite);
-    }
-    if depth_m < NEAR_M {
-        return Err(DrawError::TooNear(depth_m));
-    }
-    let image = camera.project(point);
-    if image.is_finite() {
-        Ok(image)
-    } else {
-        Err(DrawError::NotFinite)
-    }
-}
-
-/// The rectangle that a figure takes in the image.
-fn extent_by_point(figure: &Figure<'_>, camera: &Camera) -> Result<Extent, DrawError> {
-    let mut points = figure.points();
-    let first = projected(camera, points.next().ok_or(DrawError::Empty)?)?;
-    let mut extent = Extent {
-        min: first,
-        max: first,
-    };
-    for point in points {
-        let image = projected(camera, point)?;
-        extent.min = extent.min.min(image);
-        extent.max = extent.max.max(image);
-    }
-    Ok(extent)
-}
-
-/// Area and first moment of a figure over columns.
-#[derive(Clone, Copy, Default)]
-struct Moments {
-    /// The sum of all pixels, in a unit that the window chooses.
-    area: u64,
-    /// The sum of pixels times (2 * column + 1): twice the pixel centres, in integers.
-    doubled: u64,
-}
-
-impl Moments {
-    /// Adds those of a window whose first column is column `left` of the row of windows.
-    fn add(&mut self, window: Self, left: usize) {
-        self.area += window.area;
-        self.doubled += window.doubled + 2 * left as u64 * window.area;
-    }
-
-    /// The x of the centroid of sampled points, `jitter` right of the pixel centres, rounded
-    /// half up.
-    fn centroid_column(&self, jitter: f32) -> isize {
-        // Both are whole numbers below 2^40, so that a tie is exact and nothing else is.
-        #[expect(clippy::cast_precision_loss, reason = "exact below 2^53")]
-        let (area, doubled) = (self.area as f64, self.doubled as f64);
-        let rounded =
-            libm::floor((doubled + area * (1.0 + 2.0 * f64::from(jitter))) / (2.0 * area));
-        #[expect(clippy::cast_possible_truncation, reason = "a few thousand columns")]
-        let column = rounded as isize;
-        column
     }
 }

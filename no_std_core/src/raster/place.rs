@@ -1,7 +1,7 @@
 //! Where framings place a figure, whatever fills its pixels.
 
 use super::{DrawError, check_scale};
-use crate::budget::{MAX_REACH_PIXELS, MAX_WINDOWS, WINDOW_COLUMNS};
+use crate::budget::{MAX_FIGURE_COLUMNS, MAX_REACH_PIXELS, WINDOW_COLUMNS};
 use crate::silhouette::Size;
 use glam::Vec2;
 
@@ -74,20 +74,20 @@ impl Extent {
 }
 
 /// The placement that makes a figure of this extent fill the rows and centres it in a row
-/// of windows, how many windows that takes, and how many columns of them: what `columns`
-/// says of a figure of so many.
+/// of windows of at most `limit` columns, how many windows that takes, and how many columns of
+/// them: what `columns` says of a figure of so many.
 pub fn by_height(
     extent: &Extent,
     size: Size,
-    columns: impl Fn(f32) -> usize,
+    (limit, columns): (usize, impl Fn(f32) -> usize),
 ) -> Result<(Placement, usize, usize), DrawError> {
     let scale = as_pixels(size.rows()) / extent.height();
     if !scale.is_finite() {
         return Err(DrawError::Flat);
     }
     let width = extent.width() * scale;
-    let limit = as_pixels(WINDOW_COLUMNS);
-    if width.is_nan() || width > limit * as_pixels(MAX_WINDOWS) {
+    let limit = as_pixels(limit);
+    if width.is_nan() || width > as_pixels(MAX_FIGURE_COLUMNS) {
         return Err(DrawError::TooWide(width));
     }
     let mut windows = 1;
@@ -167,6 +167,16 @@ pub fn spread(extent: &Extent, placement: &Placement, image: Vec2) -> Result<Spr
         Ok(Spread::Across)
     } else {
         Err(DrawError::TooLarge(reach))
+    }
+}
+
+/// Columns of a window of bit rows that a figure of so many columns is drawn in: whole words.
+pub fn row_columns(columns: f32) -> usize {
+    // A column on each side for what rounding adds.
+    match columns + 2.0 {
+        narrow if narrow <= 32.0 => 32,
+        middle if middle <= 64.0 => 64,
+        _ => WINDOW_COLUMNS,
     }
 }
 

@@ -8,13 +8,15 @@
 //! A sample is on where `left < x <= right` and `top < y <= bottom`: tiny-skia's rule for
 //! samples that lie on an edge. Coordinates are f32 pixels, not rounded further.
 
-use super::Moments;
+use super::framing::Moments;
 use super::place::Placement;
 use super::seen::{Seen, dot, splat};
 use super::simd::{Edges, LANES, Lanes, Lines, Simd, compiled, dispatch};
-use crate::body::{Figure, FigureHull};
+use crate::body::FigureHull;
+use crate::body::plane::Planes;
 use crate::budget::{MAX_COLUMNS, MAX_HULL_POINTS, MAX_POINTS, MAX_ROWS, WINDOW_COLUMNS};
 use crate::silhouette::{Frame, Ninths, Silhouette, Size};
+use glam::Vec3;
 
 /// Points of a figure, and behind them what is read together with a hull's last one.
 const POINTS: usize = MAX_POINTS + MAX_HULL_POINTS;
@@ -78,16 +80,6 @@ impl Window {
         }
     }
 
-    /// Columns of the window that a figure of so many columns is drawn in: whole words.
-    pub fn columns(columns: f32) -> usize {
-        // A column on each side for what rounding adds.
-        match columns + 2.0 {
-            narrow if narrow <= 32.0 => 32,
-            middle if middle <= 64.0 => 64,
-            _ => WINDOW_COLUMNS,
-        }
-    }
-
     /// Draws a figure into the leftmost `columns` of the window, and nothing else.
     pub fn draw(&mut self, seen: &Seen<'_>, placement: &Placement, columns: usize) {
         self.words = columns.div_ceil(WORD).min(MAX_WORDS);
@@ -143,9 +135,8 @@ fn fill<L: Lanes>(l: L, window: &mut Window, seen: &Seen<'_>, placement: &Placem
         Some((aim, distance_m)) => (aim + camera.viewpoint().toward() * distance_m, true),
         None => (camera.viewpoint().toward(), false),
     };
-    let seen_from = splat(l, seen_from);
     for hull in figure.hull_parts() {
-        let outline = outline(l, figure, &hull, (seen_from, is_near));
+        let outline = outline(l, &hull, (seen_from, is_near));
         let start = hull.points.start;
         let (Some(x), Some(y)) = (
             window.columns.get(start..).and_then(<[f32]>::first_chunk),
@@ -189,23 +180,24 @@ fn place<L: Lanes>(l: L, window: &mut Window, seen: &Seen<'_>, placement: &Place
 /// The edges between facets that are seen and facets that are not: each facet that is seen
 /// toggles its three, and what two of them toggled is off again.
 #[inline(always)]
-fn outline<L: Lanes>(
-    l: L,
-    figure: &Figure<'_>,
-    hull: &FigureHull<'_>,
-    (seen_from, is_near): ([L::Floats; 3], bool),
-) -> [u64; 2] {
-    let range = hull.facets.clone();
-    let normals = [
-        figure.normals.x.get(range.clone()).unwrap_or_default(),
-        figure.normals.y.get(range.clone()).unwrap_or_default(),
-        figure.normals.z.get(range.clone()).unwrap_or_default(),
-        figure.offsets.get(range).unwrap_or_default(),
-    ];
+fn outline<L: Lanes>(l: L, hull: &FigureHull<'_>, (seen_from, is_near): (Vec3, bool)) -> [u64; 2] {
+    let Planes {
+        place,
+        x,
+        y,
+        z,
+        offsets,
+        ..
+    } = hull.planes;
+    let seen_from = if is_near {
+        place.point(seen_from)
+    } else {
+        place.direction(seen_from)
+    };
+    let seen_from = splat(l, seen_from);
     let (low, high) = (hull.sides[0].as_chunks().0, hull.sides[1].as_chunks().0);
     let has_high = hull.from.len() > 64;
     let mut parities = [l.no_parity(); 2];
-    let [x, y, z, offsets] = normals;
     let normals = x.as_chunks().0.iter().zip(y.as_chunks().0);
     let normals = normals.zip(z.as_chunks().0).zip(offsets.as_chunks().0);
     for ((((x, y), z), offset), (low, high)) in normals.zip(low.iter().zip(high)) {

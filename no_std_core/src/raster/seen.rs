@@ -9,14 +9,14 @@ use glam::{Vec2, Vec3};
 
 /// Points in the image, metres to the right and up. 6 kB.
 #[derive(Clone, Debug)]
-pub(super) struct Points {
+pub struct Points {
     pub x: [f32; MAX_POINTS],
     pub y: [f32; MAX_POINTS],
 }
 
 /// A figure and where its points appear.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Seen<'a> {
+pub struct Seen<'a> {
     pub figure: &'a Figure<'a>,
     pub camera: &'a Camera,
     pub points: &'a Points,

@@ -3,16 +3,16 @@
 //! Hulls are filled one by one, so that what tiny-skia allocates for a fill is a
 //! constant; [`crate::budget::SKIA_TRANSIENT_BYTES`] sums it.
 
-use super::Moments;
+use super::framing::Moments;
 use super::place::{Placement, as_pixels};
 use super::seen::Seen;
-use crate::budget::{MAX_OUTLINE, WINDOW_COLUMNS};
+use crate::budget::{MAX_OUTLINE, SKIA_WINDOW_COLUMNS};
 use crate::outline::{Outline, clipped, convex};
 use crate::silhouette::{Coverage, Frame, Silhouette, Size};
 use glam::Vec2;
 use tiny_skia::{FillRule, Mask, PathBuilder, Transform};
 
-/// A window of 128 columns to draw into.
+/// A window of 64 columns to draw into.
 #[derive(Debug)]
 pub struct Window {
     mask: Mask,
@@ -26,11 +26,11 @@ impl Window {
     /// An empty window with the rows of `size`; `anti_alias` takes 4x4 samples a pixel
     /// instead of one.
     pub fn new(size: Size, anti_alias: bool) -> Self {
-        #[expect(clippy::cast_possible_truncation, reason = "128 by at most 64")]
-        let mask = Mask::new(WINDOW_COLUMNS as u32, size.rows() as u32);
+        #[expect(clippy::cast_possible_truncation, reason = "64 by at most 64")]
+        let mask = Mask::new(SKIA_WINDOW_COLUMNS as u32, size.rows() as u32);
         Self {
             // tiny-skia refuses only sizes of zero and above 2^31.
-            mask: mask.expect("128 by at most 64 pixels"),
+            mask: mask.expect("64 by at most 64 pixels"),
             size,
             path: None,
             anti_alias,
@@ -44,27 +44,39 @@ impl Window {
 
     /// Draws a figure's hulls, and nothing else.
     pub fn draw(&mut self, seen: &Seen<'_>, placement: &Placement) {
-        // One pixel of margin, so that the cut itself is never seen.
-        let min = Vec2::splat(-1.0);
-        let max = Vec2::new(
-            as_pixels(WINDOW_COLUMNS + 1),
-            as_pixels(self.size.rows() + 1),
-        );
         self.clear();
         for hull in seen.figure.hull_parts() {
             let x = seen.points.x.get(hull.points.clone()).unwrap_or_default();
             let y = seen.points.y.get(hull.points).unwrap_or_default();
             let points = x.iter().zip(y).map(|(&x, &y)| Vec2::new(x, y));
-            let pixels = points.map(|point| placement.place(point));
-            self.fill(&clipped(&convex(pixels), min, max));
+            self.fill_hull(points.map(|point| placement.place(point)));
         }
+    }
+
+    /// Draws one hull over what there is: its points, pixels.
+    pub fn fill_hull(&mut self, pixels: impl Iterator<Item = Vec2>) {
+        let outline = self.outline(pixels);
+        self.fill(&outline);
+    }
+
+    /// The outline of a hull, as far as the window shows it. Apart, so that its work gives back
+    /// its stack before tiny-skia begins.
+    #[inline(never)]
+    fn outline(&self, pixels: impl Iterator<Item = Vec2>) -> Outline {
+        // One pixel of margin, so that the cut itself is never seen.
+        let min = Vec2::splat(-1.0);
+        let max = Vec2::new(
+            as_pixels(SKIA_WINDOW_COLUMNS + 1),
+            as_pixels(self.size.rows() + 1),
+        );
+        clipped(&convex(pixels), min, max)
     }
 
     /// Area and first moment of what was drawn.
     pub fn moments(&self) -> Moments {
         // Sums of columns first: additions of whole rows vectorise.
-        let mut columns = [0u32; WINDOW_COLUMNS];
-        for row in self.mask.data().chunks_exact(WINDOW_COLUMNS) {
+        let mut columns = [0u32; SKIA_WINDOW_COLUMNS];
+        for row in self.mask.data().chunks_exact(SKIA_WINDOW_COLUMNS) {
             for (sum, &pixel) in columns.iter_mut().zip(row) {
                 *sum += u32::from(pixel);
             }
@@ -80,34 +92,42 @@ impl Window {
     /// Makes a frame of the columns from `left` on, those outside of the window being empty;
     /// their area in the unit of [`Self::moments`].
     pub fn cut(&self, left: isize, frame: &mut Frame) -> u64 {
-        let columns = self.size.columns();
-        let shown = |row: &[u8], column: usize| {
-            let source = left.checked_add_unsigned(column);
-            let source = source.and_then(|at| row.get(usize::try_from(at).ok()?));
-            source.copied().unwrap_or(0)
-        };
-        let rows = self.mask.data().chunks_exact(WINDOW_COLUMNS);
-        let mut area = 0;
         if self.anti_alias {
             let mut coverage = Coverage::empty(self.size);
-            let out = coverage.pixels_mut().chunks_exact_mut(columns);
-            for (row, out) in rows.zip(out) {
-                for (column, pixel) in out.iter_mut().enumerate() {
-                    *pixel = shown(row, column);
-                    area += u64::from(*pixel);
-                }
-            }
+            let area = self.cut_coverage(left, &mut coverage);
             *frame = Frame::Grey(coverage);
-        } else {
-            let mut silhouette = Silhouette::empty(self.size);
-            for (row, out) in rows.zip(silhouette.all_rows_mut()) {
-                for column in 0..columns {
-                    let pixel = shown(row, column);
-                    *out |= u64::from(pixel >= 128) << column;
-                    area += u64::from(pixel);
-                }
+            return area;
+        }
+        let mut silhouette = Silhouette::empty(self.size);
+        let area = self.cut_silhouette(left, &mut silhouette);
+        *frame = Frame::Binary(silhouette);
+        area
+    }
+
+    fn cut_coverage(&self, left: isize, coverage: &mut Coverage) -> u64 {
+        let columns = self.size.columns();
+        let mut area = 0;
+        let out = coverage.pixels_mut().chunks_exact_mut(columns);
+        for (row, out) in self.mask.data().chunks_exact(SKIA_WINDOW_COLUMNS).zip(out) {
+            for (column, pixel) in out.iter_mut().enumerate() {
+                *pixel = shown(row, left, column);
+                area += u64::from(*pixel);
             }
-            *frame = Frame::Binary(silhouette);
+        }
+        area
+    }
+
+    /// [`Self::cut`] of pixels that are on or off.
+    pub fn cut_silhouette(&self, left: isize, silhouette: &mut Silhouette) -> u64 {
+        let mut area = 0;
+        let out = silhouette.all_rows_mut().iter_mut();
+        for (row, out) in self.mask.data().chunks_exact(SKIA_WINDOW_COLUMNS).zip(out) {
+            *out = 0;
+            for column in 0..self.size.columns() {
+                let pixel = shown(row, left, column);
+                *out |= u64::from(pixel >= 128) << column;
+                area += u64::from(pixel);
+            }
         }
         area
     }
@@ -140,4 +160,11 @@ impl Window {
             self.path = Some(path.clear());
         }
     }
+}
+
+/// The pixel in this column of a picture that begins at column `left` of a window's row.
+fn shown(row: &[u8], left: isize, column: usize) -> u8 {
+    let source = left.checked_add_unsigned(column);
+    let source = source.and_then(|at| row.get(usize::try_from(at).ok()?));
+    source.copied().unwrap_or(0)
 }

@@ -5,6 +5,7 @@ use crate::body::Body;
 use crate::camera::Viewpoint;
 use crate::silhouette::Silhouette;
 use crate::skeleton::Joint;
+use glam::Vec3;
 
 fn front() -> Camera {
     Camera::orthographic(Viewpoint::from_degrees(0.0, 0.0).expect("a viewpoint"))

@@ -8,6 +8,7 @@ use super::phases::{FINE, WINDOW, interleaved, merge, phase_offset, tiles, withi
 use super::picture::{Bounds, Picture};
 use crate::error::{Error, Result};
 use edgegait_core::body::{Body, Figure};
+use edgegait_core::budget::MAX_FIGURE_COLUMNS;
 use edgegait_core::camera::{Camera, Framing, NEAR_M};
 use edgegait_core::raster::{DrawError, Rasterizer, Renderer};
 use edgegait_core::silhouette::{Frame, Size};
@@ -20,8 +21,8 @@ const ABOVE: usize = 8;
 const BESIDE: usize = 14;
 
 /// Most pixels along an axis from the image's corner to something drawn, as the core has it of
-/// columns: 16 windows of 128.
-const MAX_REACH: f64 = 2_048.0;
+/// columns.
+const MAX_REACH: f64 = MAX_FIGURE_COLUMNS as f64;
 
 /// How a figure is seen and fitted into its silhouette.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,0 +1,8 @@
+//! What firmware needs to measure itself: instructions, stack and heap.
+#![no_std]
+
+#[cfg(feature = "skia")]
+pub mod heap;
+pub mod line;
+pub mod memory;
+pub mod meter;

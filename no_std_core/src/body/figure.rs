@@ -1,0 +1,205 @@
+//! A figure: a body in a pose.
+
+use super::drape::Surface;
+use super::plane::Planes;
+use super::{Body, Carrier, Lanes};
+use crate::budget::{LANES, MAX_DRAPED_HULLS, MAX_HULLS, MAX_POINTS};
+use crate::pose::ModelPose;
+use crate::skeleton::JOINTS;
+use core::ops::Range;
+use glam::{Mat3, Vec3};
+
+/// A body in a pose, in the walker's space: computed once a frame, seen from every
+/// viewpoint. 23 kB, of which 12 kB are for draped hulls.
+#[derive(Clone, Debug)]
+pub struct Figure<'a> {
+    pub(super) body: &'a Body,
+    pub(crate) points: Lanes<MAX_POINTS>,
+    /// Where the joint of each hull is.
+    places: [Place; MAX_HULLS],
+    /// Of the draped hulls, in the order of the body's drapes.
+    pub(super) surfaces: [Surface; MAX_DRAPED_HULLS],
+}
+
+/// Where a pose puts a joint.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    pub turn: Mat3,
+    pub offset: Vec3,
+}
+
+impl Place {
+    /// At the origin.
+    pub const REST: Self = Self {
+        turn: Mat3::IDENTITY,
+        offset: Vec3::ZERO,
+    };
+
+    pub fn of(joint: usize, pose: &ModelPose) -> Self {
+        let joint = joint.min(JOINTS - 1);
+        Self {
+            turn: pose.orientations[joint],
+            offset: pose.positions[joint],
+        }
+    }
+
+    /// Where a point of the joint's frame is in the walker's space.
+    #[inline]
+    pub fn carry(&self, point: Vec3) -> Vec3 {
+        self.turn * point + self.offset
+    }
+
+    /// What is a direction in the walker's space, in the joint's frame.
+    #[inline(always)]
+    pub fn direction(&self, direction: Vec3) -> Vec3 {
+        let Mat3 {
+            x_axis,
+            y_axis,
+            z_axis,
+        } = self.turn;
+        Vec3::new(
+            x_axis.dot(direction),
+            y_axis.dot(direction),
+            z_axis.dot(direction),
+        )
+    }
+
+    /// What is a point in the walker's space, in the joint's frame.
+    #[inline(always)]
+    pub fn point(&self, point: Vec3) -> Vec3 {
+        self.direction(point - self.offset)
+    }
+}
+
+/// One hull of a figure: where its points are in the figure's arrays, and its facets.
+#[derive(Clone, Debug)]
+pub(crate) struct FigureHull<'a> {
+    pub points: Range<usize>,
+    pub planes: Planes<'a>,
+    pub sides: [&'a [u64]; 2],
+    /// Points at which its edges begin and end.
+    pub from: &'a [u8],
+    pub to: &'a [u8],
+    pub border: [u64; 2],
+    /// Edges that begin or end at each of its points.
+    pub spokes: &'a [[u64; 2]],
+}
+
+impl<'a> Figure<'a> {
+    /// Carries the hulls of `body` to where `pose` puts their joints.
+    #[must_use]
+    pub fn new(body: &'a Body, pose: &ModelPose) -> Self {
+        let mut figure = Self::at_rest(body);
+        figure.update(pose);
+        figure
+    }
+
+    /// The hulls as they are: all joints at the origin.
+    #[must_use]
+    pub fn at_rest(body: &'a Body) -> Self {
+        let mut figure = Self {
+            body,
+            points: body.points.clone(),
+            places: [Place::REST; MAX_HULLS],
+            surfaces: [const { Surface::NOTHING }; MAX_DRAPED_HULLS],
+        };
+        let mut start = 0;
+        for hull in &body.hulls {
+            if let Carrier::Drape(drape) = hull.carrier {
+                figure.wrap(drape, start..hull.points_end);
+            }
+            start = hull.points_end;
+        }
+        figure.fill_lanes();
+        figure
+    }
+
+    /// The same in place, for the next frame.
+    pub fn update(&mut self, pose: &ModelPose) {
+        let body = self.body;
+        let mut start = 0;
+        for (number, hull) in body.hulls.iter().enumerate() {
+            let points = start..hull.points_end;
+            start = hull.points_end;
+            match hull.carrier {
+                Carrier::Joint(joint) => {
+                    let place = Place::of(joint, pose);
+                    self.points
+                        .carry(points, &body.points, place.turn, place.offset);
+                    if let Some(known) = self.places.get_mut(number) {
+                        *known = place;
+                    }
+                }
+                Carrier::Drape(drape) => {
+                    self.hang(drape, points.clone(), pose);
+                    self.wrap(drape, points);
+                }
+            }
+        }
+        self.fill_lanes();
+    }
+
+    /// Fills the last lanes up with the last point, so that they widen nothing.
+    fn fill_lanes(&mut self) {
+        let len = self.len();
+        if let Some(last) = len.checked_sub(1).and_then(|last| self.points.get(last)) {
+            for index in len..len.next_multiple_of(LANES) {
+                self.points.set(index, last);
+            }
+        }
+    }
+
+    /// How many points there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.body.hulls.last().map_or(0, |hull| hull.points_end)
+    }
+
+    /// Whether there are no points.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// All points, hull by hull, metres.
+    pub fn points(&self) -> impl Iterator<Item = Vec3> + Clone {
+        (0..self.len()).filter_map(|index| self.points.get(index))
+    }
+
+    /// The points of each hull, metres.
+    pub fn hulls(&self) -> impl Iterator<Item = impl Iterator<Item = Vec3> + Clone> {
+        self.hull_parts()
+            .map(|part| part.points.filter_map(|index| self.points.get(index)))
+    }
+
+    /// Its hulls, one after another.
+    pub(crate) fn hull_parts(&self) -> impl Iterator<Item = FigureHull<'_>> {
+        let body = self.body;
+        let (mut points, mut facets, mut edges) = (0, 0, 0);
+        let hulls = body.hulls.iter().zip(&self.places);
+        hulls.map(move |(hull, place)| {
+            let own = points..hull.points_end;
+            let part = match hull.carrier {
+                Carrier::Joint(_) => {
+                    let range = facets..hull.facets_end;
+                    let ends = edges..hull.edges_end;
+                    FigureHull {
+                        spokes: body.spokes.get(own.clone()).unwrap_or_default(),
+                        sides: [
+                            body.sides[0].get(range.clone()).unwrap_or_default(),
+                            body.sides[1].get(range.clone()).unwrap_or_default(),
+                        ],
+                        points: own,
+                        planes: body.planes.part(range, place),
+                        from: body.ends[0].get(ends.clone()).unwrap_or_default(),
+                        to: body.ends[1].get(ends).unwrap_or_default(),
+                        border: hull.border,
+                    }
+                }
+                Carrier::Drape(drape) => self.surfaces[drape.min(MAX_DRAPED_HULLS - 1)].part(own),
+            };
+            (points, facets, edges) = (hull.points_end, hull.facets_end, hull.edges_end);
+            part
+        })
+    }
+}

@@ -1,0 +1,93 @@
+//! A Gait Energy Image counted in the bytes that it ends in.
+
+use crate::silhouette::{Silhouette, Size};
+use core::fmt;
+
+/// Counts silhouettes into a GEI (Han & Bhanu 2006, equation 1) in bytes of the caller's: as
+/// many as the size has pixels, and no others.
+#[derive(Debug)]
+pub struct GeiBuilder<'a> {
+    size: Size,
+    frames: u8,
+    /// In how many frames each pixel is on, row by row from the top.
+    counts: &'a mut [u8],
+}
+
+/// A buffer is smaller than the template.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BufferTooSmall {
+    /// Bytes that the template takes.
+    pub expected: usize,
+    /// Bytes of the buffer.
+    pub found: usize,
+}
+
+impl fmt::Display for BufferTooSmall {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { expected, found } = self;
+        write!(
+            f,
+            "expected a buffer of at least {expected} bytes, found {found}"
+        )
+    }
+}
+
+impl core::error::Error for BufferTooSmall {}
+
+impl<'a> GeiBuilder<'a> {
+    /// Most frames of one GEI: what a byte counts.
+    pub const MAX_FRAMES: u8 = u8::MAX;
+
+    /// No frame yet, in the first bytes of `buffer`.
+    ///
+    /// # Errors
+    /// When the buffer has fewer bytes than the size has pixels.
+    pub fn new(size: Size, buffer: &'a mut [u8]) -> Result<Self, BufferTooSmall> {
+        let (expected, found) = (size.pixels(), buffer.len());
+        let counts = buffer.get_mut(..expected);
+        let counts = counts.ok_or(BufferTooSmall { expected, found })?;
+        counts.fill(0);
+        Ok(Self {
+            size,
+            frames: 0,
+            counts,
+        })
+    }
+
+    /// Adds a frame; frames of another size, and those beyond [`Self::MAX_FRAMES`], are not
+    /// taken, as [`Self::frames`] tells.
+    pub fn add(&mut self, silhouette: &Silhouette) {
+        if self.frames == Self::MAX_FRAMES || silhouette.size() != self.size {
+            return;
+        }
+        self.frames += 1;
+        let counts = self.counts.chunks_exact_mut(self.size.columns());
+        for (row, counts) in silhouette.rows().iter().zip(counts) {
+            let mut left = *row;
+            while left != 0 {
+                if let Some(count) = counts.get_mut(left.trailing_zeros() as usize) {
+                    // At most the number of frames.
+                    *count = count.saturating_add(1);
+                }
+                left &= left - 1;
+            }
+        }
+    }
+
+    /// How many frames were added.
+    #[must_use]
+    pub const fn frames(&self) -> u8 {
+        self.frames
+    }
+
+    /// Turns the counts into the mean of the frames, 0..=255, rounded half up, row by row from
+    /// the top; black without any.
+    pub fn finish(self) -> &'a [u8] {
+        let all = u32::from(self.frames);
+        for count in self.counts.iter_mut().filter(|count| **count > 0) {
+            let mean = (255 * u32::from(*count) + all / 2) / all;
+            *count = u8::try_from(mean).unwrap_or(u8::MAX);
+        }
+        self.counts
+    }
+}

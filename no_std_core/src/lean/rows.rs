@@ -1,0 +1,228 @@
+//! A window of bit rows for one number at a time: what `raster/rows.rs` does for sixteen.
+
+use super::body::{SeenHull, Sight};
+use super::fill::Fill;
+use crate::budget::{MAX_COLUMNS, MAX_ROWS, WINDOW_COLUMNS};
+use crate::raster::framing::Moments;
+use crate::raster::place::{Placement, as_pixels, row_columns};
+use crate::silhouette::{Silhouette, Size};
+use core::ops::Range;
+use glam::Vec2;
+
+/// Columns of a word.
+const WORD: usize = 32;
+const MAX_WORDS: usize = WINDOW_COLUMNS / WORD;
+/// Where a row is sampled, and each of its pixels.
+const MIDDLE: f32 = 0.5;
+
+/// Bit rows: one sample at the pixel's centre, exactly; no heap. 1,536 bytes.
+#[derive(Clone, Debug)]
+pub struct Rows {
+    size: Size,
+    /// Words of a row in use.
+    words: usize,
+    /// The samples by row, by word. Bit `c` is column `c` of the word.
+    bits: [[u32; MAX_WORDS]; MAX_ROWS],
+    /// Between which columns the hull at hand covers each row.
+    spans: [Span; MAX_ROWS],
+}
+
+/// What lies between two columns, pixels.
+#[derive(Clone, Copy, Debug)]
+struct Span {
+    left: f32,
+    right: f32,
+}
+
+impl Span {
+    const EMPTY: Self = Self {
+        left: f32::INFINITY,
+        right: f32::NEG_INFINITY,
+    };
+}
+
+impl Fill for Rows {
+    const NEEDS_FACETS: bool = true;
+    const WIDTH: usize = WINDOW_COLUMNS;
+
+    fn new(size: Size) -> Self {
+        Self {
+            size,
+            words: 0,
+            bits: [[0; MAX_WORDS]; MAX_ROWS],
+            spans: [Span::EMPTY; MAX_ROWS],
+        }
+    }
+
+    fn heap_bytes(_: Size) -> usize {
+        0
+    }
+
+    fn columns(columns: f32) -> usize {
+        row_columns(columns)
+    }
+
+    fn draw(&mut self, sight: &Sight<'_>, placement: &Placement, columns: usize) {
+        self.words = columns.div_ceil(WORD).min(MAX_WORDS);
+        self.empty();
+        let mut seen = SeenHull::new(sight);
+        for hull in sight.hulls() {
+            seen.place(&hull, placement);
+            if self.words == 1 {
+                self.fill::<1>(&seen);
+            } else {
+                self.fill::<MAX_WORDS>(&seen);
+            }
+        }
+    }
+
+    fn clear(&mut self) {
+        self.words = MAX_WORDS;
+        self.empty();
+    }
+
+    fn moments(&self) -> Moments {
+        let (mut area, mut doubled) = (0, 0);
+        for row in self.bits.iter().take(self.size.rows()) {
+            for (word, &bits) in (0..).zip(row.iter().take(self.words)) {
+                let mut bits = bits;
+                while bits != 0 {
+                    let from = bits.trailing_zeros();
+                    let run = (bits >> from).trailing_ones();
+                    area += run;
+                    // The sum of 2 c + 1 over the run's columns.
+                    doubled += run * (2 * (32 * word + from) + run);
+                    // A carry runs through the run and ends behind it.
+                    bits &= bits.wrapping_add(1 << from);
+                }
+            }
+        }
+        Moments {
+            area: u64::from(area),
+            doubled: u64::from(doubled),
+        }
+    }
+
+    fn cut(&self, left: isize, silhouette: &mut Silhouette) -> u64 {
+        let mask = u64::MAX >> (MAX_COLUMNS - self.size.columns());
+        let rows = silhouette.all_rows_mut();
+        rows.fill(0);
+        for word in 0..self.words {
+            // By how many columns the word is moved to the right, or to the left.
+            let shift = (WORD * word).cast_signed() - left;
+            let by = u32::try_from(shift.unsigned_abs()).unwrap_or(u32::MAX);
+            let rows = rows.iter_mut().zip(&self.bits).take(self.size.rows());
+            let moves = rows.map(|(out, row)| (out, row.get(word).copied().unwrap_or_default()));
+            // Otherwise nothing of it is left.
+            if shift < 0 && by < u32::BITS {
+                moves.for_each(|(out, bits)| *out |= u64::from(bits >> by) & mask);
+            } else if shift >= 0 && by < u64::BITS {
+                moves.for_each(|(out, bits)| *out |= u64::from(bits) << by & mask);
+            }
+        }
+        let area: u32 = silhouette.rows().iter().map(|&row| ones(row)).sum();
+        u64::from(area)
+    }
+}
+
+impl Rows {
+    fn empty(&mut self) {
+        self.bits = [[0; MAX_WORDS]; MAX_ROWS];
+    }
+
+    /// Fills between the lines of a hull's outline, in the first of so many words.
+    fn fill<const WORDS: usize>(&mut self, hull: &SeenHull<'_>) {
+        let outline = hull.outline();
+        let (mut start, mut end) = (self.size.rows(), 0);
+        for (a, &others) in hull.corners().iter().zip(&outline) {
+            let mut left = others;
+            while left != 0 {
+                let b = left.trailing_zeros() as usize;
+                left &= left - 1;
+                let rows = self.cross(a.pixel, hull.corner(b).pixel);
+                (start, end) = (start.min(rows.start), end.max(rows.end));
+            }
+        }
+        let width = WORD * self.words;
+        let rows = start..end.max(start);
+        let spans = self.spans.get_mut(rows.clone()).unwrap_or_default();
+        let bits = self.bits.get_mut(rows).unwrap_or_default();
+        for (span, row) in spans.iter_mut().zip(bits) {
+            let Span { left, right } = core::mem::replace(span, Span::EMPTY);
+            let from = first_column(left, width);
+            let to = first_column(right, width).max(from);
+            for (word, bits) in row.iter_mut().enumerate().take(WORDS) {
+                let [from, to] = [from, to].map(|column| column.saturating_sub(WORD * word));
+                *bits |= bits_below(to) & !bits_below(from);
+            }
+        }
+    }
+
+    /// Widens the spans of the rows that a line from `a` to `b` crosses, which are returned.
+    fn cross(&mut self, a: Vec2, b: Vec2) -> Range<usize> {
+        let slope = (b.x - a.x) / (b.y - a.y);
+        let (top, bottom) = if a.y < b.y { (a.y, b.y) } else { (b.y, a.y) };
+        let rows = self.size.rows();
+        let from = first_row(top).min(rows);
+        let to = first_row(bottom).min(rows).max(from);
+        let mut y = sample(from);
+        for span in self.spans.get_mut(from..to).unwrap_or_default() {
+            let x = a.x + slope * (y - a.y);
+            if x < span.left {
+                span.left = x;
+            }
+            if x > span.right {
+                span.right = x;
+            }
+            // Exact, as halves are.
+            y += 1.0;
+        }
+        from..to
+    }
+}
+
+/// The first row that is sampled below `y`.
+fn first_row(y: f32) -> usize {
+    // Exact from 0.5 on.
+    let rows = y - MIDDLE;
+    if rows < 0.0 {
+        return 0;
+    }
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "saturates, and the fraction is meant to go"
+    )]
+    let rows = rows as i32;
+    rows.cast_unsigned() as usize + 1
+}
+
+/// How many bits are on; mostly there are none in the upper half.
+fn ones(row: u64) -> u32 {
+    #[expect(clippy::cast_possible_truncation, reason = "half by half")]
+    let [low, high] = [row as u32, (row >> 32) as u32];
+    let above = if high == 0 { 0 } else { high.count_ones() };
+    low.count_ones() + above
+}
+
+/// Where a row is sampled, pixels.
+fn sample(row: usize) -> f32 {
+    as_pixels(row) + MIDDLE
+}
+
+/// The first column whose sample is right of an edge at `x`, which may be beyond the window's
+/// sides.
+fn first_column(x: f32, width: usize) -> usize {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "saturates, and the fraction is meant to go"
+    )]
+    let column = (x + MIDDLE) as usize;
+    column.min(width)
+}
+
+/// So many of a word's lowest bits.
+fn bits_below(column: usize) -> u32 {
+    let column = u32::try_from(column).unwrap_or(u32::MAX);
+    1u32.checked_shl(column).map_or(u32::MAX, |bit| bit - 1)
+}

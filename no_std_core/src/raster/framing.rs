@@ -1,0 +1,213 @@
+//! How framings draw a figure, whatever carries its hulls and whatever fills its pixels.
+
+use super::DrawError;
+use super::place::{self, Extent, Placement, Spread, as_pixels};
+use crate::camera::{Camera, Framing, NEAR_M};
+use crate::silhouette::Size;
+use glam::{Vec2, Vec3};
+
+/// A figure before a camera, and the window that it is drawn into.
+pub(crate) trait Canvas {
+    /// Rows and columns of the image that is kept.
+    fn size(&self) -> Size;
+
+    /// How many columns the window has.
+    fn width(&self) -> usize;
+
+    /// In how many of them a figure of so many is drawn.
+    fn columns(&self, columns: f32) -> usize;
+
+    /// Draws the figure into the leftmost `columns`, and nothing else.
+    fn draw(&mut self, placement: &Placement, columns: usize);
+
+    /// Empties the window.
+    fn clear(&mut self);
+
+    /// Area and first moment of what was drawn.
+    fn moments(&self) -> Moments;
+
+    /// Keeps the image's columns from `left` on; their area in the unit of
+    /// [`Self::moments`].
+    fn cut(&mut self, left: isize) -> u64;
+}
+
+/// Draws a figure of this extent; the share of it that does not show.
+pub(crate) fn draw(
+    canvas: &mut impl Canvas,
+    (camera, extent): (&Camera, &Extent),
+    framing: Framing,
+    jitter: Vec2,
+) -> Result<f32, DrawError> {
+    match framing {
+        Framing::Height => by_height(canvas, extent, jitter),
+        Framing::Box => {
+            let size = canvas.size();
+            let placement = place::stretched(extent, image(size))?.moved(jitter);
+            canvas.draw(&placement, size.columns());
+            if canvas.cut(0) == 0 {
+                return Err(DrawError::Vanished);
+            }
+            Ok(0.0)
+        }
+        Framing::Fixed {
+            centre,
+            pixels_per_metre,
+        } => {
+            let centre = projected(camera, centre)?;
+            let placement = place::fixed(centre, pixels_per_metre, image(canvas.size()))?;
+            at(canvas, extent, placement, jitter)
+        }
+    }
+}
+
+/// Draws a figure that fills the rows; the share of it that is cut off.
+fn by_height(canvas: &mut impl Canvas, extent: &Extent, jitter: Vec2) -> Result<f32, DrawError> {
+    let limit = canvas.width();
+    let columns = |columns| canvas.columns(columns);
+    let placed = place::by_height(extent, canvas.size(), (limit, columns));
+    let (placement, windows, columns) = placed?;
+    let placement = placement.moved(jitter);
+    let mut whole = Moments::default();
+    for index in 0..windows {
+        let left = index * limit;
+        let shifted = placement.moved(Vec2::new(as_pixels(left), 0.0));
+        canvas.draw(&shifted, columns);
+        whole.add(canvas.moments(), left);
+    }
+    if whole.area == 0 {
+        return Err(DrawError::Vanished);
+    }
+    let middle = (canvas.size().columns() / 2).cast_signed();
+    let mut left = whole.centroid_column(jitter.x) - middle;
+    if windows > 1 {
+        #[expect(clippy::cast_precision_loss, reason = "a few thousand columns")]
+        let shifted = placement.moved(Vec2::new(left as f32, 0.0));
+        canvas.draw(&shifted, columns);
+        left = 0;
+    }
+    let area = canvas.cut(left);
+    #[expect(clippy::cast_precision_loss, reason = "a share")]
+    let clipped_share = 1.0 - (area as f32 / whole.area as f32).min(1.0);
+    Ok(clipped_share)
+}
+
+/// Draws a figure where `placement` says, whatever of it that shows; the share that does not.
+fn at(
+    canvas: &mut impl Canvas,
+    extent: &Extent,
+    placement: Placement,
+    jitter: Vec2,
+) -> Result<f32, DrawError> {
+    let image = image(canvas.size());
+    let spread = place::spread(extent, &placement, image)?;
+    if spread == Spread::Outside {
+        canvas.clear();
+        canvas.cut(0);
+        return Ok(1.0);
+    }
+    canvas.draw(&placement.moved(jitter), canvas.size().columns());
+    canvas.cut(0);
+    if spread == Spread::Inside {
+        return Ok(0.0);
+    }
+    let whole = area(canvas, extent, &placement);
+    if whole == 0.0 {
+        return Err(DrawError::Vanished);
+    }
+    let inside = area(canvas, &placement.shown(extent, image), &placement);
+    Ok(1.0 - (inside / whole).min(1.0))
+}
+
+/// The area of a placed figure within a part of the image: the part is stretched to the whole
+/// window, so that small ones are measured with as many samples.
+fn area(canvas: &mut impl Canvas, part: &Extent, placement: &Placement) -> f32 {
+    let columns = canvas.width();
+    let window = Vec2::new(as_pixels(columns), image(canvas.size()).y);
+    let stretched = place::enlarged(part, placement, window);
+    canvas.draw(&stretched, columns);
+    let growth = stretched.scale / placement.scale;
+    #[expect(clippy::cast_precision_loss, reason = "an area")]
+    let area = canvas.moments().area as f32;
+    area / growth.x / growth.y
+}
+
+/// Columns and rows of an image, pixels.
+fn image(size: Size) -> Vec2 {
+    Vec2::new(as_pixels(size.columns()), as_pixels(size.rows()))
+}
+
+/// Refuses samples outside of their pixel.
+pub(crate) fn check_jitter(jitter: Vec2) -> Result<(), DrawError> {
+    // A NaN fails the comparison.
+    if jitter.abs().cmple(Vec2::splat(0.5)).all() {
+        Ok(())
+    } else {
+        Err(DrawError::Jitter(jitter))
+    }
+}
+
+/// Where a point appears, if it is far enough in front of the camera.
+pub(crate) fn projected(camera: &Camera, point: Vec3) -> Result<Vec2, DrawError> {
+    let depth_m = camera.depth_m(point);
+    if !point.is_finite() || depth_m.is_nan() {
+        return Err(DrawError::NotFinite);
+    }
+    if depth_m < NEAR_M {
+        return Err(DrawError::TooNear(depth_m));
+    }
+    let image = camera.project(point);
+    if image.is_finite() {
+        Ok(image)
+    } else {
+        Err(DrawError::NotFinite)
+    }
+}
+
+/// The rectangle that points take in the image.
+pub(crate) fn extent(
+    points: impl IntoIterator<Item = Vec3>,
+    camera: &Camera,
+) -> Result<Extent, DrawError> {
+    let mut points = points.into_iter();
+    let first = projected(camera, points.next().ok_or(DrawError::Empty)?)?;
+    let mut extent = Extent {
+        min: first,
+        max: first,
+    };
+    for point in points {
+        let image = projected(camera, point)?;
+        extent.min = extent.min.min(image);
+        extent.max = extent.max.max(image);
+    }
+    Ok(extent)
+}
+
+/// Area and first moment of a figure over columns.
+#[derive(Clone, Copy, Default)]
+pub struct Moments {
+    /// The sum of all pixels, in a unit that the window chooses.
+    pub area: u64,
+    /// The sum of pixels times (2 * column + 1): twice the pixel centres, in integers.
+    pub doubled: u64,
+}
+
+impl Moments {
+    /// Adds those of a window whose first column is column `left` of the row of windows.
+    pub fn add(&mut self, window: Self, left: usize) {
+        self.area += window.area;
+        self.doubled += window.doubled + 2 * left as u64 * window.area;
+    }
+
+    /// The x of the centroid of sampled points, `jitter` right of the pixel centres, rounded
+    /// half up.
+    pub fn centroid_column(&self, jitter: f32) -> isize {
+        // Both are whole numbers below 2^40, so that a tie is exact and nothing else is.
+        #[expect(clippy::cast_precision_loss, reason = "exact below 2^53")]
+        let (area, doubled) = (self.area as f64, self.doubled as f64);
+        let rounded =
+            libm::floor((doubled + area * (1.0 + 2.0 * f64::from(jitter))) / (2.0 * area));
+        #[expect(clippy::cast_possible_truncation, reason = "a few thousand columns")]
+        let column = rounded as isize;
+        column
+    }
+}

@@ -1,0 +1,110 @@
+//! What a pack takes where it is drawn: `edgegait inspect`'s budget.
+
+use edgegait_core::budget::{SKIA_TRANSIENT_BYTES, skia_resident_bytes};
+use edgegait_core::lean::{Budget, Renderer, Rows, Skia, Window};
+use edgegait_core::pack::Pack;
+use edgegait_core::silhouette::Size;
+use serde::Serialize;
+use std::fmt;
+
+/// What a GEI of any walk takes, by what draws it; sizes of types are those of this machine.
+#[derive(Debug, Serialize)]
+pub struct BudgetSummary {
+    size: &'static str,
+    flash_bytes: usize,
+    /// Of the avatars with the most of each.
+    hulls: usize,
+    points: usize,
+    facets: usize,
+    body_bytes: usize,
+    /// Of a loop that is unpacked, which is not needed.
+    expanded_bytes: usize,
+    rows: Taken,
+    skia: Taken,
+    /// With the core's types for hosts, and the rasteriser with the largest heap.
+    unpacked: Taken,
+}
+
+#[derive(Debug, Serialize)]
+struct Taken {
+    /// Types and buffers, static or on the stack.
+    ram_bytes: usize,
+    /// As asked of the allocator.
+    heap_bytes: usize,
+}
+
+impl BudgetSummary {
+    /// That of a pack.
+    pub fn of(pack: &Pack<'_>) -> Self {
+        let (budget, size) = (Budget::of(pack), Size::S50x30);
+        Self {
+            size: size.name(),
+            flash_bytes: budget.pack_bytes,
+            hulls: budget.room.hulls,
+            points: budget.room.points,
+            facets: budget.room.facets,
+            body_bytes: budget.room.bytes(),
+            expanded_bytes: budget.expanded_bytes,
+            rows: Taken::lean::<Rows>(&budget, size),
+            skia: Taken::lean::<Skia>(&budget, size),
+            unpacked: Taken {
+                ram_bytes: Budget::UNPACKED_BYTES,
+                heap_bytes: skia_resident_bytes(size.rows()) + SKIA_TRANSIENT_BYTES,
+            },
+        }
+    }
+}
+
+impl Taken {
+    fn lean<W: Window>(budget: &Budget, size: Size) -> Self {
+        Self {
+            ram_bytes: budget.ram_bytes::<W>(size),
+            heap_bytes: Renderer::<W>::heap_bytes(size),
+        }
+    }
+}
+
+impl fmt::Display for BudgetSummary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "\n{:<20} {:>8} {:>8} {:>8}",
+            format!("a GEI of {}", self.size),
+            "flash",
+            "RAM",
+            "heap"
+        )?;
+        for (name, taken) in [
+            ("rows, on a board", &self.rows),
+            ("skia, on a board", &self.skia),
+            ("unpacked, on a host", &self.unpacked),
+        ] {
+            let Taken {
+                ram_bytes,
+                heap_bytes,
+            } = taken;
+            writeln!(
+                f,
+                "{name:<20} {:>8} {ram_bytes:>8} {heap_bytes:>8}",
+                self.flash_bytes
+            )?;
+        }
+        let Self {
+            hulls,
+            points,
+            facets,
+            body_bytes,
+            expanded_bytes,
+            ..
+        } = self;
+        writeln!(
+            f,
+            "largest body: {hulls} hulls, lean::Body<{points}, {facets}>, {body_bytes} bytes; an unpacked loop takes {expanded_bytes} more"
+        )?;
+        writeln!(
+            f,
+            "bytes of types and buffers with {}-bit pointers; code and the stack of functions come on top",
+            usize::BITS
+        )
+    }
+}

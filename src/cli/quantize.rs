@@ -1,0 +1,223 @@
+//! `edgegait quantize`: a linear recognizer in 8-bit weights, for firmware.
+
+use super::args::{Common, ViewArgs};
+use super::drawing::{DrawArgs, stated};
+use super::runtime::RuntimeArgs;
+use super::source::SourceArgs;
+use crate::dataset::{Header, InputFile, sha256_of_bytes, write_atomically};
+use crate::error::{Error, Result};
+use crate::evaluate::agreement::Agreement;
+use crate::evaluate::contest::training_views;
+use crate::evaluate::protocol::Protocol;
+use crate::score::{AffineScores, Contract, GeiForm, Model};
+use crate::source::{Form, Source, Walks};
+use crate::sweep::{Settings, View};
+use edgegait_core::linear::LinearRecognizer;
+use edgegait_core::pack::Pack;
+use serde::Serialize;
+use std::fmt;
+use std::io::Write as _;
+use std::path::PathBuf;
+
+/// Export a linear recognizer of GEIs as 8-bit weights, which firmware reads in place
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Examples:\n  edgegait quantize models/spread.onnx --out spread.egr\n  edgegait quantize mine.onnx --pack cohort.egp --raster rows --cycles 8 --out mine.egr\n\nThe file's answers are compared with the model's on walks that training has not seen."
+)]
+pub struct Args {
+    /// A model whose class scores are an affine function of a GEI, with its contract (.toml)
+    /// beside it
+    #[arg(value_name = "MODEL")]
+    model: PathBuf,
+    /// Where to write the recognizer
+    #[arg(long, value_name = "PATH", default_value = "recognizer.egr")]
+    out: PathBuf,
+    /// The pack whose walks answers are compared on [default: the built-in cohort]
+    #[arg(long, value_name = "PACK")]
+    pack: Option<PathBuf>,
+    /// Only these people, by name
+    #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
+    subjects: Vec<String>,
+    /// Only these walks, by name [default: those that the contract's training names]
+    #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
+    walks: Vec<String>,
+    /// Cycles of each walk to compare answers on, from variation 1000 on, which training never
+    /// uses
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    cycles: u32,
+    #[command(flatten)]
+    runtime: RuntimeArgs,
+    #[command(flatten)]
+    views: ViewArgs,
+    #[command(flatten)]
+    draw: DrawArgs,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// The results.
+#[derive(Serialize)]
+struct Results {
+    #[serde(flatten)]
+    header: Header,
+    file: InputFile,
+    bytes: usize,
+    classes: usize,
+    weights: usize,
+    /// Greatest difference between the model's scores and an affine function, as a share of what
+    /// pixels change in them.
+    affine_deviation: f64,
+    #[serde(flatten)]
+    agreement: Agreement,
+}
+
+/// Runs the subcommand.
+pub fn run(args: &Args) -> Result<()> {
+    args.check_out()?;
+    let runtime = args.runtime.runtime()?;
+    let model = Model::open(&args.model)?;
+    let contract = model.contract();
+    let form = GeiForm::of(contract)?;
+    let settings = args.draw.settings_for(contract, args.common.seed)?;
+    let views = if args.views.is_given() {
+        args.views.views("side")?.list
+    } else {
+        training_views(contract)?
+    };
+    let recognizer = runtime.load(&model)?;
+    let scores = AffineScores::of(recognizer.as_ref(), args.common.seed)?;
+    let bytes = form.write(&scores.map, &contract.classes)?;
+    let quantized = LinearRecognizer::parse(&bytes)
+        .map_err(|error| Error::Failed(format!("{}: {error}", args.out.display())))?;
+
+    let source_args = args.source(contract);
+    let source = source_args.load()?;
+    let mut header = stated(Header::new("quantize", args.common.seed), &settings)
+        .with("runtime", runtime.name().name)
+        .with("pack", source.name.as_str())
+        .with("walks", source_args.walks.join(","))
+        .with("viewpoints", views.len())
+        .with("cycles", args.cycles);
+    header.inputs.push(InputFile {
+        path: model.path().display().to_string(),
+        sha256: sha256_of_bytes(model.bytes()),
+    });
+    let beside = Contract::path_beside(model.path());
+    if beside.is_file() {
+        header.inputs.push(InputFile::of(beside)?);
+    }
+    header.inputs.extend(source.inputs.iter().cloned());
+    header.warnings.extend(model.warning());
+    let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
+    let walks = source_args.choose(&pack)?;
+    let (source, shown) = probes((&pack, &walks), &views, (settings, args.cycles))?;
+    let agreement = Agreement::of(recognizer.as_ref(), &quantized, (&source, &shown))?;
+
+    write_atomically(&args.out, |file| {
+        file.write_all(&bytes)
+            .map_err(|error| Error::io(&args.out, error))
+    })?;
+    let results = Results {
+        header,
+        file: InputFile {
+            path: args.out.display().to_string(),
+            sha256: sha256_of_bytes(&bytes),
+        },
+        bytes: bytes.len(),
+        classes: quantized.classes(),
+        weights: quantized.size().pixels(),
+        affine_deviation: scores.deviation,
+        agreement,
+    };
+    args.common.say(&results);
+    for warning in &results.header.warnings {
+        args.common.say(format_args!("warning: {warning}"));
+    }
+    args.common.write_json(&results)
+}
+
+/// Unseen cycles of walks, and how they are shown.
+fn probes<'a>(
+    (pack, walks): (&'a Pack<'a>, &[usize]),
+    views: &[View],
+    (settings, cycles): (Settings, u32),
+) -> Result<(Source<'a>, Form)> {
+    let made = Protocol::named("closed-set")?.made(cycles);
+    let cycles = Walks::made(pack, walks, &made, &[])?;
+    let form = Form {
+        settings,
+        frames: None,
+    };
+    Ok((Source::Walks(cycles.seen(&[], |_| views.to_vec())), form))
+}
+
+impl Args {
+    /// Refuses a name under which nothing can be written, before any work is done.
+    fn check_out(&self) -> Result<()> {
+        let out = &self.out;
+        if out.extension().is_none_or(|extension| extension != "egr") {
+            return Err(Error::Usage(format!(
+                "--out {}: expected a name that ends in .egr",
+                out.display()
+            )));
+        }
+        if out.is_dir() {
+            return Err(Error::input(
+                out,
+                "expected a file to write, found a folder",
+            ));
+        }
+        Ok(())
+    }
+
+    /// Whose answers are compared.
+    fn source(&self, contract: &Contract) -> SourceArgs {
+        let walks = if self.walks.is_empty() {
+            &contract.training.walks
+        } else {
+            &self.walks
+        };
+        SourceArgs {
+            pack: self.pack.clone(),
+            subjects: self.subjects.clone(),
+            walks: walks.clone(),
+        }
+    }
+}
+
+impl fmt::Display for Results {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Agreement {
+            probes,
+            equal_answers,
+            ..
+        } = self.agreement;
+        writeln!(
+            f,
+            "wrote {}: {} bytes, {} classes of {} weights\n",
+            self.file.path, self.bytes, self.classes, self.weights
+        )?;
+        writeln!(
+            f,
+            "{:<26}{equal_answers} of {probes}",
+            "same answers as the model"
+        )?;
+        if let (Some(model), Some(int8)) = (self.agreement.rank1, self.agreement.rank1_int8) {
+            writeln!(
+                f,
+                "{:<26}{:.2} (the model: {:.2})",
+                "rank-1 %",
+                100.0 * int8,
+                100.0 * model
+            )?;
+        }
+        write!(
+            f,
+            "{:<26}at most {:.3}, mean {:.3} (mean lead of the best score: {:.3})",
+            "score difference",
+            self.agreement.greatest_difference,
+            self.agreement.mean_difference,
+            self.agreement.mean_lead
+        )
+    }
+}
