@@ -183,7 +183,7 @@ fn a_sweep_is_the_same_on_1_and_4_threads_and_its_seed_varies_all_cycles_but_the
     assert_eq!(one.len(), 3 * 2 * 3);
     assert!(one == on(4, 1), "differs between 1 and 4 threads");
     for ((job, geis), (_, others)) in one.iter().zip(on(4, 2)) {
-        assert_eq!(*geis == others, job.cycle == 0, "{job:?}");
+        assert_eq!(*geis == others, job.variation == 0, "{job:?}");
     }
 }
 

@@ -1,6 +1,5 @@
 //! The built command: files, and what is printed where.
 
-#[expect(dead_code, reason = "refusals have a file of their own")]
 mod command;
 
 use command::*;
@@ -19,8 +18,58 @@ fn help_has_an_example_for_every_subcommand() {
         assert!(help.contains("Example"), "{help}");
         assert!(help.contains(&format!("  edgegait {subcommand}")), "{help}");
     }
-    let version = format!("edgegait {}\n", env!("CARGO_PKG_VERSION"));
-    assert_eq!(done(folder.path(), &["--version"]), version);
+}
+
+#[test]
+fn every_subcommand_states_the_version_of_the_command() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let version = done(folder.path(), &["--version"]);
+    let rest = version.strip_prefix(&format!("edgegait {}", env!("CARGO_PKG_VERSION")));
+    let rest = rest.expect("name and version").trim_end();
+    // A release build from a checkout adds the commit.
+    let commit = rest
+        .strip_prefix(" (")
+        .and_then(|rest| rest.strip_suffix(')'));
+    let digits = commit.map(|commit| commit.trim_end_matches(", with changes"));
+    let is_commit = |text: &str| text.len() == 12 && text.chars().all(|c| c.is_ascii_hexdigit());
+    assert!(
+        rest.is_empty() || digits.is_some_and(is_commit),
+        "{version}"
+    );
+    for subcommand in ["score", "sweep"] {
+        assert_eq!(done(folder.path(), &[subcommand, "-V"]), version);
+    }
+}
+
+#[test]
+fn numbers_below_zero_are_values_and_not_flags() {
+    let folder = folder();
+    let at = folder.path();
+    let sweep = "sweep two.egp --azimuth-deg -30,0 --elevation-deg -5 --out turned";
+    done(at, &sweep.split(' ').collect::<Vec<_>>());
+    let index = fs::read_to_string(at.join("turned/index.csv")).expect("the index");
+    let row = index.lines().nth(1).expect("a row");
+    assert!(row.contains(",-30.0,-5.0,normal,"), "{row}");
+    let lens = "render two.egp --lens persp --camera static --aim-m -0.5,0.9,-0.2";
+    done(at, &lens.split(' ').collect::<Vec<_>>());
+    // Where it makes no sense, the error is about the number.
+    for (arguments, words) in [
+        (
+            "cohort --max-error-mm -1",
+            ["--max-error-mm", "0 to 1,000,000"],
+        ),
+        ("cohort --speeds-kmh -5", ["-5 km/h", "3 to 12"]),
+        (
+            "train two.egp --method svm --svm-c -1",
+            ["--svm-c", "found -1"],
+        ),
+        (
+            "render two.egp --azimuth-deg --views",
+            ["--views", "invalid"],
+        ),
+    ] {
+        refused(at, &arguments.split(' ').collect::<Vec<_>>(), 2, &words);
+    }
 }
 
 #[test]
@@ -78,11 +127,9 @@ fn json_in_a_file_is_the_same_document_and_leaves_standard_output_to_people() {
         printed
     );
     assert!(people.contains("2 people, 4 walks"), "{people}");
-    let missing = ["inspect", "two.egp", "--json", "no/result.json"];
-    let output = edgegait(at, &missing);
-    assert_eq!(code(&output), 1);
-    assert!(text(&output.stderr).contains("no/result.json"));
-    assert_eq!(names(at), ["result.json", "two.egp"]);
+    // A folder that lacks is made.
+    done(at, &["inspect", "two.egp", "--json", "no/result.json"]);
+    assert_eq!(names(at), ["no", "result.json", "two.egp"]);
 }
 
 #[test]
@@ -229,7 +276,7 @@ fn render_writes_arrays_of_the_stated_shapes() {
         ),
         ("--template gei", "1, 50, 30", 1),
     ] {
-        let mut all = vec!["render", "two.egp", "--out", "x.npy"];
+        let mut all = vec!["render", "two.egp", "--overwrite", "--out", "x.npy"];
         all.extend(arguments.split_whitespace());
         assert_eq!(done(at, &all), "wrote x.npy\n");
         let (found, pixels) = npy(at.join("x.npy"));
@@ -247,10 +294,8 @@ fn render_writes_arrays_of_the_stated_shapes() {
             }
         }
     }
-    done(
-        at,
-        &["render", "two.egp", "--raster", "skia-aa", "--out", "x.npy"],
-    );
+    let grey = ["render", "two.egp", "--raster", "skia-aa", "--overwrite"];
+    done(at, &[&grey[..], &["--out", "x.npy"]].concat());
     let (_, pixels) = npy(at.join("x.npy"));
     assert!(pixels.iter().any(|&pixel| (1..255).contains(&pixel)));
 }
@@ -328,7 +373,8 @@ fn results_go_through_links_and_into_pipes_and_replace_neither() {
     let expected = done(at, &["inspect", "two.egp", "--json", "-"]);
 
     symlink("real.json", at.join("link.json")).expect("a link");
-    fs::write(at.join("real.json"), "former").expect("a file");
+    let former = "{\"schema\":1,\"command\":\"inspect\"}";
+    fs::write(at.join("real.json"), former).expect("a file");
     done(at, &["inspect", "two.egp", "--json", "link.json"]);
     assert!(at.join("link.json").is_symlink());
     assert_eq!(
@@ -378,10 +424,15 @@ fn stored_cycles_and_their_variations_have_different_numbers() {
         ],
     );
     let index = fs::read_to_string(at.join("new/index.csv")).expect("the index");
-    let cycles: Vec<&str> = index
+    let numbers: Vec<[&str; 2]> = index
         .lines()
         .skip(1)
-        .map(|row| row.split(',').nth(2).expect("a cycle"))
+        .map(|row| {
+            let fields: Vec<&str> = row.split(',').collect();
+            [fields[2], fields[3]]
+        })
         .collect();
-    assert_eq!(cycles, ["0", "1", "2", "3", "4", "5"]);
+    // Cycle and variation.
+    let expected = ["00", "01", "02", "10", "11", "12"];
+    assert!(numbers.iter().map(|two| two.concat()).eq(expected));
 }

@@ -19,7 +19,7 @@ fn json(at: &Path, arguments: &str) -> Value {
 
 /// Renders F01's walk at 4 km/h in four frames; all pixels.
 fn rendered(at: &Path, flags: &str) -> Vec<u8> {
-    let walk = "render two.egp --subjects F01 --walks walk-4kmh --frames-per-cycle 4 --out x.npy";
+    let walk = "render two.egp --subjects F01 --walks walk-4kmh --frames-per-cycle 4 --overwrite --out x.npy";
     let all: Vec<&str> = walk.split(' ').chain(flags.split_whitespace()).collect();
     done(at, &all);
     npy(at.join("x.npy")).1

@@ -208,6 +208,7 @@ fn add(found: &mut Match, folder: &Path, raster: &str, truth: &Truth) {
             "height",
             "--raster",
             raster,
+            "--overwrite",
             "--out",
             "s.npy",
         ];

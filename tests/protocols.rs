@@ -3,9 +3,26 @@
 #[expect(dead_code, reason = "helpers of other tests of commands")]
 mod command;
 
-use command::{done, refused};
+use command::{done, folder, refused};
 use serde_json::Value;
 use std::path::Path;
+
+/// Columns of a row of `--probes-csv` that tests look at.
+#[derive(serde::Deserialize)]
+struct Answer {
+    probe_set: String,
+    subject: String,
+    take: String,
+    walk: String,
+    cycle: u32,
+    variation: u32,
+    answer: String,
+    rank: usize,
+    distance: Option<f64>,
+    right_distance: Option<f64>,
+    score: Option<f64>,
+    right_score: Option<f64>,
+}
 
 /// What a command with `--json -` found.
 fn found(at: &Path, arguments: &[&str]) -> Value {
@@ -76,12 +93,15 @@ fn a_pack_and_a_dataset_of_it_score_alike_under_a_protocol_of_ones_own() {
     let common = ["score", "pixels", "four", "--protocol", "speeds.toml"];
     done(at, &[&common[..], &["--probes-csv", "probes.csv"]].concat());
     let mut rows = csv::Reader::from_path(at.join("probes.csv")).expect("a table");
-    let rows: Vec<csv::StringRecord> = rows.records().map(|row| row.expect("a row")).collect();
+    let rows: Vec<Answer> = rows.deserialize().map(|row| row.expect("a row")).collect();
     assert_eq!(rows.len(), 2 * 4 * 3 * 2);
     for (set, name) in sets.iter().zip(["5", "6"]) {
-        let of_set = rows.iter().filter(|row| &row[1] == name);
-        let hits = of_set.clone().filter(|row| row[2] == row[9]).count();
-        let first = of_set.filter(|row| &row[11] == "1").count();
+        let of_set = rows.iter().filter(|row| row.probe_set == name);
+        let hits = of_set
+            .clone()
+            .filter(|row| row.subject == row.answer)
+            .count();
+        let first = of_set.filter(|row| row.rank == 1).count();
         assert_eq!(hits as f64 / 24.0, set["rank1"].as_f64().expect("a rate"));
         assert_eq!(hits, first);
     }
@@ -208,4 +228,106 @@ fn a_tree_of_pictures_scores_like_the_walks_that_they_show() {
     std::fs::write(at.join("tree/F01/walk-4kmh/000/000.png"), b"no picture").expect("written");
     let common = ["score", "pixels", "tree", "--protocol", "speeds.toml"];
     refused(at, &common, 1, &["000.png"]);
+}
+
+#[test]
+fn a_row_of_a_probe_says_what_it_was_made_of_and_calls_a_score_a_score() {
+    let folder = folder();
+    let at = folder.path();
+    let rows = |arguments: &[&str]| -> Vec<Answer> {
+        let csv = ["--probes-csv", "rows.csv", "--raster", "rows"];
+        done(at, &[arguments, &csv].concat());
+        let mut table = csv::Reader::from_path(at.join("rows.csv")).expect("a table");
+        table.deserialize().map(|row| row.expect("a row")).collect()
+    };
+    let train = ["train", "two.egp", "--views", "side", "--cycles", "2"];
+    done(
+        at,
+        &[&train[..], &["--components", "3", "--out", "m.onnx"]].concat(),
+    );
+    let score = ["score", "m.onnx", "two.egp", "--views", "side"];
+    for row in rows(&[&score[..], &["--protocol", "closed-set"]].concat()) {
+        assert_eq!(
+            (row.take.as_str(), row.cycle, row.variation),
+            ("probe", 0, 1000)
+        );
+        assert!(
+            ["walk-4kmh", "run-8kmh"].contains(&row.walk.as_str()),
+            "{}",
+            row.walk
+        );
+        assert!(row.distance.is_none() && row.right_distance.is_none());
+        // The answer is the class with the highest score.
+        assert!(row.score >= row.right_score && row.right_score.is_some());
+    }
+    let nearest = [
+        "score",
+        "pixels",
+        "two.egp",
+        "--views",
+        "side",
+        "--protocol",
+        "first-take",
+    ];
+    for row in rows(&nearest) {
+        assert_eq!(
+            (row.take.as_str(), row.walk.as_str()),
+            ("run-8kmh", "run-8kmh")
+        );
+        assert_eq!((row.cycle, row.variation), (0, 0));
+        assert!(row.distance <= row.right_distance && row.distance.is_some());
+        assert!(row.score.is_none() && row.right_score.is_none());
+    }
+}
+
+#[test]
+fn probes_that_training_was_shown_or_that_vary_what_it_was_shown_are_warned_of() {
+    let folder = folder();
+    let at = folder.path();
+    let train = |walks: &str, out: &str| {
+        let common = ["train", "two.egp", "--views", "side", "--cycles", "2"];
+        let rest = ["--walks", walks, "--components", "3", "--out", out];
+        done(at, &[&common[..], &rest].concat());
+    };
+    train("walk-4kmh", "walk.onnx");
+    let warned = |arguments: &[&str]| -> Vec<String> {
+        let results = found(at, &[&["score", "walk.onnx"], arguments].concat());
+        let warnings = results["warnings"].as_array().expect("a list");
+        let texts = warnings
+            .iter()
+            .map(|text| text.as_str().expect("text").to_owned());
+        texts.filter(|text| text.contains("trained on")).collect()
+    };
+    let varied = |count: &str| {
+        format!(
+            "walk: {count} probes are seeded variations of cycles that it was trained on, not other walks: rank-1 shows how it bears noise and viewpoints"
+        )
+    };
+    // A pack: variation 1000 of what was trained on, and a run that was not.
+    let walks = ["two.egp", "--views", "side", "--walks"];
+    assert_eq!(
+        warned(&[&walks[..], &["walk-4kmh"]].concat()),
+        [varied("2 of 2")]
+    );
+    assert_eq!(
+        warned(&[&walks[..], &["walk-4kmh,run-8kmh"]].concat()),
+        [varied("2 of 4")]
+    );
+    assert_eq!(warned(&[&walks[..], &["run-8kmh"]].concat()), [""; 0]);
+    // By embeddings, of one take each, and of two: the run is looked for.
+    let first_take = ["--protocol", "first-take"];
+    assert_eq!(
+        warned(&[&walks[..], &["walk-4kmh"], &first_take].concat()),
+        [varied("2 of 2")]
+    );
+    assert_eq!(warned(&[&walks[..3], &first_take].concat()), [""; 0]);
+    // Datasets of the very cycles, and of others.
+    for (first, expected) in [
+        ("0", "walk: 4 of 8 probes show cycles that it was trained on, by the names of people and walks (probe with other walks)".to_owned()),
+        ("1000", varied("4 of 8")),
+    ] {
+        let sweep = ["sweep", "two.egp", "--views", "side", "--cycles", "2", "--out", "d"];
+        done(at, &[&sweep[..], &["--first-cycle", first]].concat());
+        assert_eq!(warned(&["d", "--protocol", "closed-set"]), [expected]);
+    }
 }

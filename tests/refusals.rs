@@ -196,7 +196,7 @@ fn a_bad_list_of_viewpoints_is_exit_code_1_and_the_message_names_its_line() {
 }
 
 #[test]
-fn a_dataset_is_refused_a_second_time_and_replaced_when_asked() {
+fn an_earlier_dataset_is_replaced_and_another_folder_is_not() {
     let folder = folder();
     let at = folder.path();
     let sweep = [
@@ -213,8 +213,8 @@ fn a_dataset_is_refused_a_second_time_and_replaced_when_asked() {
     let index = fs::read_to_string(at.join("side/index.csv")).expect("the index");
     let rows: Vec<&str> = index.lines().collect();
     assert_eq!(rows.len(), 9);
-    assert!(rows[1].starts_with("F01,walk-4kmh,0,4"), "{}", rows[1]);
-    assert!(rows[4].starts_with("F01,run-8kmh,1,8"), "{}", rows[4]);
+    assert!(rows[1].starts_with("F01,walk-4kmh,0,0,4"), "{}", rows[1]);
+    assert!(rows[4].starts_with("F01,run-8kmh,0,1,8"), "{}", rows[4]);
     let manifest = fs::read_to_string(at.join("side/manifest.json")).expect("the manifest");
     let manifest: Value = serde_json::from_str(&manifest).expect("JSON");
     assert_eq!(manifest["geis"], 8);
@@ -227,21 +227,26 @@ fn a_dataset_is_refused_a_second_time_and_replaced_when_asked() {
     }
 
     let other = [&sweep[..], &["--seed", "2"]].concat();
-    refused(at, &other, 2, &["side", "overwrite"]);
-    assert_eq!(npy(at.join("side/geis.npy")).1, pixels);
-    done(at, &[&other[..], &["--overwrite"]].concat());
+    done(at, &other);
     let replaced = npy(at.join("side/geis.npy")).1;
     // Stored cycles stay, variations change.
     assert_eq!(replaced[..1_500], pixels[..1_500]);
     assert_ne!(replaced[1_500..3_000], pixels[1_500..3_000]);
 
+    // One that another program made.
+    let at_manifest = at.join("side/manifest.json");
+    let foreign = fs::read_to_string(&at_manifest).expect("the manifest");
+    let foreign = foreign.replace("\"command\": \"sweep\"", "\"command\": \"camera\"");
+    fs::write(&at_manifest, foreign).expect("a file");
+    refused(at, &sweep, 2, &["did not make", "--overwrite"]);
+    assert_eq!(npy(at.join("side/geis.npy")).1, replaced);
+    done(at, &[&other[..], &["--overwrite"]].concat());
+    assert_eq!(npy(at.join("side/geis.npy")).1, replaced);
+
     fs::write(at.join("side/thesis.txt"), "mine").expect("a file");
-    refused(
-        at,
-        &[&sweep[..], &["--overwrite"]].concat(),
-        2,
-        &["thesis.txt"],
-    );
+    for flags in [&[][..], &["--overwrite"]] {
+        refused(at, &[&sweep[..], flags].concat(), 2, &["thesis.txt"]);
+    }
     assert_eq!(npy(at.join("side/geis.npy")).1, replaced);
     assert_eq!(names(at), ["side", "two.egp"]);
 }
@@ -260,12 +265,7 @@ fn a_sweep_that_fails_on_its_way_leaves_nothing() {
     refused(at, &sweep, 1, &["\"ghost-walk\"", "no points"]);
     assert_eq!(names(at), ["ghost.egp", "two.egp"]);
     done(at, &[&sweep[..], &["--subjects", "F01"]].concat());
-    refused(
-        at,
-        &[&sweep[..], &["--overwrite"]].concat(),
-        1,
-        &["no points"],
-    );
+    refused(at, &sweep, 1, &["no points"]);
     assert_eq!(npy(at.join("new/geis.npy")).0, "1, 50, 30");
     assert_eq!(names(at), ["ghost.egp", "new", "two.egp"]);
 }

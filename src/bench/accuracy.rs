@@ -3,6 +3,7 @@
 use super::inputs::Scene;
 use crate::error::{Error, Result};
 use crate::evaluate::contest::{Drawn, Entrant, Wish};
+use crate::evaluate::intervals::Rank1Intervals;
 use crate::score::Recognizer;
 use serde::{Deserialize, Serialize};
 
@@ -17,23 +18,24 @@ pub struct Accuracy {
     pub probes: u64,
     /// Share of hits, 0..1.
     pub rank1: f64,
-    /// Lower end of Wilson's 95 % interval.
-    pub rank1_low: f64,
-    /// Upper end.
-    pub rank1_high: f64,
-    /// The 95 % interval that draws people rather than probes, [low, high].
-    pub rank1_by_subjects: Option<(f64, f64)>,
+    /// Its 95 % intervals.
+    #[serde(flatten)]
+    pub intervals: Rank1Intervals,
     /// Probes whose output was not finite: they are misses.
     pub non_finite: u64,
 }
 
 impl Accuracy {
     /// Looks for the scene's people from each of its viewpoints, as `edgegait score` does unless
-    /// another protocol is named.
+    /// another protocol is named; and what to know before trusting it.
     ///
     /// # Errors
     /// When a figure cannot be drawn, or the recognizer fails.
-    pub fn of(recognizer: Box<dyn Recognizer>, scene: &Scene<'_>, seed: u64) -> Result<Self> {
+    pub fn of(
+        recognizer: Box<dyn Recognizer>,
+        scene: &Scene<'_>,
+        seed: u64,
+    ) -> Result<(Self, Vec<String>)> {
         let Scene {
             pack,
             walks,
@@ -55,15 +57,15 @@ impl Accuracy {
         let result = outcome.results.into_iter().next();
         let result =
             result.ok_or_else(|| Error::Failed("expected the result of one recognizer".into()))?;
-        Ok(Self {
+        let warnings = [drawn.warnings, outcome.warnings].concat();
+        let accuracy = Self {
             protocol: result.protocol,
             viewpoints: views.list.len(),
             probes: result.probes,
             rank1: result.rank1,
-            rank1_low: result.rank1_low,
-            rank1_high: result.rank1_high,
-            rank1_by_subjects: result.rank1_by_subjects,
+            intervals: result.intervals,
             non_finite: result.non_finite,
-        })
+        };
+        Ok((accuracy, warnings))
     }
 }

@@ -107,7 +107,9 @@ pub fn measure(task: &Task<'_>) -> Result<ModelResult> {
 
     let affinity = Board::read(task.root).affinity;
     let mut found = warnings(&states, affinity.as_ref());
-    let broken = accuracy.as_ref().is_ok_and(|found| found.non_finite > 0);
+    let broken = accuracy
+        .as_ref()
+        .is_ok_and(|(found, _)| found.non_finite > 0);
     if first.non_finite > 0 || broken {
         found.push("some of its outputs are not finite numbers".into());
     }
@@ -118,8 +120,13 @@ pub fn measure(task: &Task<'_>) -> Result<ModelResult> {
             100.0 * one_at_a_time.spread
         ));
     }
-    if let Err(error) = &accuracy {
-        found.push(format!("its rank-1 could not be measured: {error}"));
+    match &accuracy {
+        // The model's name stands before each already.
+        Ok((_, doubts)) => found.extend(doubts.iter().map(|doubt| {
+            let named = doubt.strip_prefix(&format!("{name}: "));
+            named.unwrap_or(doubt).to_owned()
+        })),
+        Err(error) => found.push(format!("its rank-1 could not be measured: {error}")),
     }
     found.extend(model.warning());
     let graph = model.graph();
@@ -152,7 +159,7 @@ pub fn measure(task: &Task<'_>) -> Result<ModelResult> {
         parts,
         bare,
         energy,
-        accuracy: accuracy.ok(),
+        accuracy: accuracy.ok().map(|(accuracy, _)| accuracy),
         conditions: Conditions {
             hottest_c: states
                 .iter()

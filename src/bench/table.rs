@@ -164,7 +164,7 @@ const MODEL_ROWS: [Row<ModelResult>; 36] = [
     }),
     ("rank-1 (95 %)", |m| {
         let a = m.accuracy.as_ref()?;
-        let (low, high) = a.rank1_by_subjects.unwrap_or((a.rank1_low, a.rank1_high));
+        let (low, high) = a.intervals.shown();
         let [rank1, low, high] = [a.rank1, low, high].map(percent);
         Some(format!("{rank1} % ({low} - {high})"))
     }),

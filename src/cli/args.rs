@@ -1,6 +1,7 @@
 //! Flags that mean the same thing everywhere.
 
-use crate::dataset::{Header, write_atomically};
+use super::outputs::{Kind, Output, check};
+use crate::dataset::{Header, write_bytes};
 use crate::error::{Error, Result};
 use crate::frontier::choose::Choice;
 use crate::sweep::Views;
@@ -21,6 +22,25 @@ pub struct Common {
     /// Write the results as JSON; "-" is standard output, and then nothing else is printed there
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+    /// Replace files that are no earlier results of this command; without it only such are replaced
+    #[arg(long)]
+    pub overwrite: bool,
+}
+
+/// The files that a command reads and writes.
+#[derive(Clone, Debug, Default)]
+pub struct Files {
+    /// Files and folders that it reads; some of them may not be there.
+    pub inputs: Vec<PathBuf>,
+    /// What it writes besides the JSON results.
+    pub outputs: Vec<Output>,
+}
+
+/// The file that a value stands for, if it is one with this extension and no name.
+pub fn file_with(extension: &str, value: Option<&String>) -> Option<PathBuf> {
+    let path = PathBuf::from(value?);
+    let has_it = path.extension().is_some_and(|found| found == extension);
+    has_it.then_some(path)
 }
 
 impl Common {
@@ -30,24 +50,17 @@ impl Common {
         self.json.as_deref() == Some(Path::new("-"))
     }
 
-    /// Refuses a JSON file that cannot be written, before any work is done.
+    /// Refuses results that must not or cannot be written, before any work is done: those of
+    /// `command` as JSON, and the others that it writes.
     ///
     /// # Errors
-    /// When its folder is missing, or it is a folder itself.
-    pub fn check(&self) -> Result<()> {
-        let Some(path) = self.json.as_deref().filter(|_| !self.json_on_stdout()) else {
-            return Ok(());
-        };
-        let folder = path
-            .parent()
-            .filter(|folder| !folder.as_os_str().is_empty());
-        if path.is_dir() || folder.is_some_and(|folder| !folder.is_dir()) {
-            return Err(Error::input(
-                path,
-                "expected a file to write in a folder that exists",
-            ));
+    /// Naming the first of them.
+    pub fn check(&self, command: &'static str, files: &Files) -> Result<()> {
+        let mut outputs = files.outputs.clone();
+        if let Some(path) = self.json.as_deref().filter(|_| !self.json_on_stdout()) {
+            outputs.push(Output::new("--json", path, Kind::Json(command)));
         }
-        Ok(())
+        check(&outputs, &files.inputs, self.overwrite)
     }
 
     /// Prints what a person reads, unless standard output belongs to the JSON results.
@@ -83,10 +96,7 @@ impl Common {
                 _ => Ok(()),
             };
         }
-        write_atomically(path, |file| {
-            file.write_all(text.as_bytes())
-                .map_err(|error| Error::io(path, error))
-        })
+        write_bytes(path, text.as_bytes())
     }
 }
 
@@ -115,7 +125,7 @@ pub struct ViewArgs {
         long,
         value_name = "A[,A..]",
         value_delimiter = ',',
-        allow_negative_numbers = true
+        allow_hyphen_values = true
     )]
     pub azimuth_deg: Vec<f32>,
     /// Elevations in degrees; 0 is level, 90 straight above
@@ -123,12 +133,17 @@ pub struct ViewArgs {
         long,
         value_name = "E[,E..]",
         value_delimiter = ',',
-        allow_negative_numbers = true
+        allow_hyphen_values = true
     )]
     pub elevation_deg: Vec<f32>,
 }
 
 impl ViewArgs {
+    /// The file that names viewpoints, if it is one.
+    pub fn file(&self) -> Option<PathBuf> {
+        file_with("csv", self.views.as_ref())
+    }
+
     /// Whether any of these flags was given.
     #[must_use]
     pub fn is_given(&self) -> bool {

@@ -1,9 +1,10 @@
 //! `edgegait bench`: what recognizers cost on this machine.
 
-use super::args::{Common, ViewArgs};
+use super::args::{Common, Files, ViewArgs};
 use super::drawing::{DrawArgs, stated};
+use super::interrupt::end_with_parent;
 use super::progress::Progress;
-use super::recognizers::{is_baseline, models, sort_inputs};
+use super::recognizers::{is_baseline, models, sort_inputs, with_contracts};
 use super::runtime::RuntimeArgs;
 use super::source::{SourceArgs, read_pack};
 use crate::bench::board::{Board, CpuList, LOAD_WARNED_OF, load_of_others};
@@ -11,14 +12,14 @@ use crate::bench::windows::Plan;
 use crate::bench::{
     BenchResults, Column, Format, ModelResult, Scene, Task, measure, pin, render, utc_now,
 };
-use crate::dataset::{Header, InputFile, sha256_of_bytes, write_atomically};
+use crate::dataset::{Header, InputFile, Staging, sha256_of_bytes, write_bytes};
 use crate::error::{Error, Result};
 use crate::score::Model;
 use crate::sweep::jobs;
 use edgegait_core::pack::Pack;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
 /// Measure what recognizers cost on this machine: latency, throughput, memory, energy, accuracy
@@ -94,6 +95,17 @@ fn cpus(text: &str) -> std::result::Result<CpuList, String> {
 }
 
 impl Args {
+    fn files(&self) -> Files {
+        let inputs = [&self.inputs[..], &self.compare].concat();
+        Files {
+            inputs: with_contracts(&inputs)
+                .into_iter()
+                .chain(self.views.file())
+                .collect(),
+            outputs: Vec::new(),
+        }
+    }
+
     fn plan(&self) -> Plan {
         if self.mlperf {
             return Plan::MLPERF;
@@ -120,7 +132,9 @@ impl Args {
 
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<()> {
-    args.common.check()?;
+    if args.alone.is_none() {
+        args.common.check("bench", &args.files())?;
+    }
     if !args.compare.is_empty() {
         return compare(args);
     }
@@ -159,12 +173,9 @@ pub fn run(args: &Args) -> Result<()> {
     let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
     // Takes have no cycle to average: refused here.
     jobs(&pack, &source_args.choose(&pack)?, 0..1)?;
-    let folder = tempfile::tempdir().map_err(|error| Error::io(std::env::temp_dir(), error))?;
+    let folder = Staging::temporary()?;
     let pack_at = folder.path().join("pack.egp");
-    write_atomically(&pack_at, |file| {
-        file.write_all(&source.bytes)
-            .map_err(|error| Error::io(&pack_at, error))
-    })?;
+    write_bytes(&pack_at, &source.bytes)?;
     let mut results = BenchResults {
         header: header.with("pack", source.name),
         date: utc_now(),
@@ -265,11 +276,19 @@ fn warn(results: &mut BenchResults) {
 /// Starts this program again for one model.
 fn in_a_process_of_its_own(model: &Model, index: usize, pack_at: &Path) -> Result<ModelResult> {
     let program = std::env::current_exe().map_err(|error| Error::io("this program", error))?;
-    let output = Command::new(&program)
+    let mut child = Command::new(&program)
         .args(["bench", "--alone", &index.to_string(), "--pack-at"])
         .arg(pack_at)
         .args(std::env::args_os().skip(2))
-        .output()
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(|error| Error::io(&program, error))?;
+    // Open until the child has ended, which ends when it is closed.
+    let _held = child.stdin.take();
+    let output = child
+        .wait_with_output()
         .map_err(|error| Error::io(&program, error))?;
     result_of(model.path(), &output)
 }
@@ -311,6 +330,7 @@ fn alone(
     pack: Option<PathBuf>,
     (index, pack_at): (usize, &Path),
 ) -> Result<()> {
+    end_with_parent()?;
     let open = || {
         let shipped_or_named = match paths.get(index) {
             Some(path) => vec![Model::open(path)?],

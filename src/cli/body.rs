@@ -48,6 +48,12 @@ enum SexArg {
 }
 
 impl BodyArgs {
+    /// The files that flags name.
+    pub fn files(&self) -> impl Iterator<Item = PathBuf> {
+        let files = [&self.bodies, &self.body, &self.skeleton];
+        files.into_iter().flatten().cloned()
+    }
+
     /// Those who were measured.
     ///
     /// # Errors

@@ -1,12 +1,12 @@
 //! `edgegait cohort`: make the built-in people.
 
-use super::args::Common;
+use super::args::{Common, Files};
 use super::encoding::EncodingArgs;
 use super::inspect::summary;
-use crate::dataset::{Header, write_atomically};
-use crate::error::{Error, Result};
+use super::outputs::{Kind, Output};
+use crate::dataset::{Header, write_bytes};
+use crate::error::Result;
 use crate::scene::cohort::{self, CohortOptions, PEOPLE, SPEEDS_KMH};
-use std::io::Write as _;
 use std::path::PathBuf;
 
 /// Make the built-in cohort (26 people at 10 speeds, from published norms) as a pack
@@ -28,6 +28,16 @@ pub struct Args {
     pub common: Common,
 }
 
+impl Args {
+    /// What it reads and writes.
+    pub fn files(&self) -> Files {
+        Files {
+            inputs: Vec::new(),
+            outputs: vec![Output::new("--out", &self.out, Kind::Pack)],
+        }
+    }
+}
+
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<()> {
     args.encoding.check()?;
@@ -38,10 +48,6 @@ pub fn run(args: &Args) -> Result<()> {
     };
     let subjects = cohort::subjects(&options)?;
     let encoded = args.encoding.encode("walks", &subjects)?;
-    write_atomically(&args.out, |file| {
-        file.write_all(&encoded.bytes)
-            .map_err(|error| Error::io(&args.out, error))
-    })?;
     let header = Header::new("cohort", args.common.seed)
         .with("people", options.people)
         .with("speeds_kmh", args.speeds_kmh.clone());
@@ -49,8 +55,9 @@ pub fn run(args: &Args) -> Result<()> {
     header.warnings.extend(encoded.missed_errors()?);
     let summary = summary(header, &args.out, &encoded.bytes)?;
     encoded.say_choice(&args.common);
+    args.common.say(&summary);
+    write_bytes(&args.out, &encoded.bytes)?;
     args.common
         .say(format_args!("wrote {}", args.out.display()));
-    args.common.say(&summary);
     args.common.write_json(&summary)
 }

@@ -1,9 +1,11 @@
 //! Flags that say under which conditions people walk.
 
+use super::args::file_with;
 use crate::confound::{CATALOGUE, Condition, Conditions, Dose, Doses, NAMES, Unit, dose};
 use crate::dataset::{Header, InputFile};
 use crate::error::{Error, Result};
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
 /// Under which conditions people walk.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -19,6 +21,11 @@ pub struct ConditionArgs {
 }
 
 impl ConditionArgs {
+    /// The file that names conditions, if it is one.
+    pub fn file(&self) -> Option<PathBuf> {
+        file_with("toml", self.conditions.as_ref())
+    }
+
     /// Whether any was asked for.
     #[must_use]
     pub fn is_given(&self) -> bool {

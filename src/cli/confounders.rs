@@ -1,9 +1,10 @@
 //! `edgegait confounders`: what each confounder does to recognizers.
 
-use super::args::{Common, ViewArgs};
+use super::args::{Common, Files, ViewArgs};
 use super::drawing::{DrawArgs, stated};
+use super::outputs::{Kind, Output};
 use super::progress::Progress;
-use super::recognizers::{load, sort_inputs};
+use super::recognizers::{load, sort_inputs, with_contracts};
 use super::runtime::RuntimeArgs;
 use super::source::SourceArgs;
 use crate::confound::catalogue::{CATALOGUE, Confounder, named};
@@ -84,6 +85,17 @@ fn strength(text: &str) -> std::result::Result<f64, String> {
     match text.parse() {
         Ok(strength) if strength > 0.0 && strength <= 1.0 => Ok(strength),
         _ => Err("expected a strength above 0, at most 1".to_owned()),
+    }
+}
+
+impl Args {
+    /// What it reads and writes.
+    pub fn files(&self) -> Files {
+        let inputs = with_contracts(&self.inputs).into_iter();
+        Files {
+            inputs: inputs.chain(self.views.file()).collect(),
+            outputs: vec![Output::new("--out", &self.out, Kind::Png)],
+        }
     }
 }
 
@@ -187,6 +199,7 @@ pub fn run(args: &Args) -> Result<()> {
         .with("strengths", args.strengths.clone());
     header.inputs.extend(source.inputs);
     header.warnings.extend(warnings);
+    header.warnings.extend(outcome.warnings);
     if outcome.shown.empty > 0 {
         header.warnings.push(format!(
             "in {} frames nothing was left of the figure: templates are of the others",
@@ -201,7 +214,6 @@ pub fn run(args: &Args) -> Result<()> {
         header,
         confounders,
     };
-    write_strengths(&args.out, &results.confounders, results.classes)?;
     args.common.say(strength_table(
         &results.confounders,
         results.classes,
@@ -210,7 +222,10 @@ pub fn run(args: &Args) -> Result<()> {
     for warning in &results.header.warnings {
         args.common.say(format_args!("warning: {warning}"));
     }
-    args.common
-        .say(format_args!("wrote {}", args.out.display()));
-    args.common.write_json(&results)
+    let written = write_strengths(&args.out, &results.confounders, results.classes);
+    if written.is_ok() {
+        args.common
+            .say(format_args!("wrote {}", args.out.display()));
+    }
+    args.common.write_json(&results).and(written)
 }

@@ -1,16 +1,16 @@
 //! Who is looked for among whom: the flags of it, and what they come to.
 
-use super::args::ViewArgs;
+use super::args::{ViewArgs, file_with};
 use super::conditions::ConditionArgs;
 use super::drawing::{DrawArgs, STATED, framing_of, stated};
 use super::recognizers::{Given, load};
 use super::source::{SourceArgs, require};
 use crate::confound::Condition;
-use crate::dataset::{Header, IndexRow, InputFile, TreeSequence};
+use crate::dataset::{Header, InputFile, TreeSequence};
 use crate::error::{Error, Result};
 use crate::evaluate::contest::{Contest, Drawn, Entrant, Wish, usual};
-use crate::evaluate::protocol::{Decision, Protocol};
-use crate::score::{Recognizer, Runtime};
+use crate::evaluate::protocol::Protocol;
+use crate::score::Runtime;
 use crate::source::Source;
 use edgegait_core::pack::Pack;
 use std::path::{Path, PathBuf};
@@ -44,6 +44,13 @@ pub struct ContestArgs {
 }
 
 impl ContestArgs {
+    /// The files that flags name, if they are files.
+    pub fn inputs(&self) -> impl Iterator<Item = PathBuf> {
+        let protocol = file_with("toml", self.protocol.as_ref());
+        let files = [protocol, self.conditions.file(), self.views.file()];
+        files.into_iter().flatten()
+    }
+
     /// Loads the models of these files, opens the pack or folder (or makes the built-in cohort), and
     /// gives them to `work` with a header that states all of it.
     ///
@@ -71,13 +78,6 @@ impl ContestArgs {
             let entrants = load(models, runtime, setup, &mut header)?;
             let subjects = &source.sequences().subjects;
             let protocol = protocol.map_or_else(|| usual(&entrants, subjects), Ok)?;
-            if let (Decision::ClassScore, Source::Dataset(geis)) = (protocol.decision, &source) {
-                let rows = geis.dataset().index();
-                let seen = entrants
-                    .iter()
-                    .filter_map(|entrant| seen_in_training(entrant.recognizer.as_ref(), rows));
-                header.warnings.extend(seen);
-            }
             let mut header = header.with("protocol", protocol.name.as_str());
             if let (Source::Tree(_), Some(entrant)) = (&source, entrants.first()) {
                 header = header
@@ -196,7 +196,7 @@ impl ContestArgs {
         header: &mut Header,
     ) -> Result<(Source<'static>, Option<Given>)> {
         let first_take = Protocol::named("first-take")?;
-        let made = protocol.unwrap_or(&first_take).made(1);
+        let made = protocol.unwrap_or(&first_take).made(1)?;
         let source = self.chosen(Source::open(path, &made)?)?;
         let is_tree = matches!(source, Source::Tree(_));
         let draw = if is_tree {
@@ -260,23 +260,4 @@ fn walk_names(walks: &[usize], all: &[edgegait_core::pack::Walk<'_>]) -> String 
         return format!("{} names", names.len());
     }
     names.join(",")
-}
-
-/// A warning if a recognizer was trained on cycles that are among these rows.
-fn seen_in_training(recognizer: &dyn Recognizer, rows: &[IndexRow]) -> Option<String> {
-    let training = &recognizer.contract().training;
-    let seen = rows.iter().filter(|row| {
-        // Cycle 0 is the stored one, whatever the seed.
-        training.walks.contains(&row.walk)
-            && row.cycle < training.cycles
-            && (row.cycle == 0 || row.seed == training.seed)
-    });
-    let seen = seen.count();
-    (seen > 0).then(|| {
-        format!(
-            "{}: {seen} of {} probes show cycles that it was trained on (sweep others with --first-cycle 1000)",
-            recognizer.name(),
-            rows.len()
-        )
-    })
 }

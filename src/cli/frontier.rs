@@ -1,9 +1,10 @@
 //! `edgegait frontier`: speed against error.
 
-use super::args::Common;
+use super::args::{Common, Files};
+use super::outputs::{Kind, Output};
 use super::progress::Progress;
 use super::source::{Source, SourceArgs};
-use crate::dataset::{Header, write_atomically};
+use crate::dataset::{Header, write_bytes};
 use crate::error::{Error, Result};
 use crate::frontier::reference::REFERENCE_FRAMES;
 use crate::frontier::{Point, Scene, Study, plot};
@@ -11,7 +12,6 @@ use crate::sweep::jobs;
 use edgegait_core::pack::Pack;
 use serde::Serialize;
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Measure speed, bytes and error of every configuration, and mark those that no other beats
@@ -33,6 +33,16 @@ pub struct Args {
     pub common: Common,
 }
 
+impl Args {
+    /// What it reads and writes.
+    pub fn files(&self) -> Files {
+        Files {
+            inputs: self.pack.iter().cloned().collect(),
+            outputs: vec![Output::new("--out", &self.out, Kind::Frontier)],
+        }
+    }
+}
+
 /// The results.
 #[derive(Serialize)]
 struct Results {
@@ -43,12 +53,6 @@ struct Results {
 
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<()> {
-    if args.out.exists() && !args.out.is_dir() {
-        return Err(Error::Usage(format!(
-            "--out {}: expected a folder, found a file",
-            args.out.display()
-        )));
-    }
     let source = match &args.pack {
         Some(path) => Some(read(path)?),
         None => None,
@@ -93,7 +97,10 @@ pub fn run(args: &Args) -> Result<()> {
     let points = study.run(&|| progress.step())?;
     drop(progress);
     let results = Results { header, points };
-    std::fs::create_dir_all(&args.out).map_err(|error| Error::io(&args.out, error))?;
+    args.common.say(table(&results.points));
+    for warning in &results.header.warnings {
+        args.common.say(format_args!("warning: {warning}"));
+    }
     let json = serde_json::to_string_pretty(&results)
         .map_err(|error| Error::Failed(format!("cannot write the results as JSON: {error}")))?;
     for (name, bytes) in [
@@ -102,15 +109,7 @@ pub fn run(args: &Args) -> Result<()> {
         ("frontier.svg", plot::svg(&results.points)?.into_bytes()),
         ("frontier.png", plot::png(&results.points)?),
     ] {
-        let path = args.out.join(name);
-        write_atomically(&path, |file| {
-            file.write_all(&bytes)
-                .map_err(|error| Error::io(&path, error))
-        })?;
-    }
-    args.common.say(table(&results.points));
-    for warning in &results.header.warnings {
-        args.common.say(format_args!("warning: {warning}"));
+        write_bytes(args.out.join(name), &bytes)?;
     }
     args.common.say(format_args!(
         "wrote {}: frontier.json, frontier.csv, frontier.svg, frontier.png",

@@ -1,11 +1,12 @@
 //! `edgegait import`: recorded walks as a pack.
 
-use super::args::Common;
+use super::args::{Common, Files};
 use super::body::BodyArgs;
 use super::encoding::EncodingArgs;
 use super::inspect::{optional, summary};
+use super::outputs::{Kind, Output};
 use super::progress::Progress;
-use crate::dataset::{Header, InputFile, write_atomically};
+use crate::dataset::{Header, InputFile, write_bytes};
 use crate::error::{Error, Result};
 use crate::import::EXTENSIONS;
 use crate::scene::Subject;
@@ -17,7 +18,6 @@ use edgegait_core::pack::Pack;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::fmt::{self, Write as _};
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Import recorded motions (BVH, ASF/AMC, C3D, TRC, glTF): retarget, cut into gait cycles or keep
@@ -156,6 +156,30 @@ struct ClipResult {
     warnings: Vec<String>,
 }
 
+impl Args {
+    /// What it reads and writes.
+    pub fn files(&self) -> Files {
+        let files = expand(&self.files).unwrap_or_default();
+        // An .amc is read with an .asf beside it, whatever that is called.
+        let mut folders: Vec<&Path> = files.iter().filter_map(|file| file.parent()).collect();
+        folders.dedup();
+        let beside = folders.into_iter().flat_map(|folder| {
+            let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+            let paths = entries.map(|entry| entry.path());
+            paths.filter(|path| {
+                path.extension()
+                    .is_some_and(|it| it.eq_ignore_ascii_case("asf"))
+            })
+        });
+        let beside: Vec<PathBuf> = beside.collect();
+        let others = self.asf.clone().into_iter().chain(self.body.files());
+        Files {
+            inputs: files.into_iter().chain(beside).chain(others).collect(),
+            outputs: vec![Output::new("--out", &self.out, Kind::Pack)],
+        }
+    }
+}
+
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<()> {
     for (flag, value) in [("--low-pass-hz", args.low_pass_hz), ("--fps", args.fps)] {
@@ -227,10 +251,6 @@ pub fn run(args: &Args) -> Result<()> {
     let bytes = &encoded.bytes;
     header = args.encoding.stated(header, &encoded);
     header.warnings.extend(encoded.missed_errors()?);
-    write_atomically(&args.out, |file| {
-        file.write_all(bytes)
-            .map_err(|error| Error::io(&args.out, error))
-    })?;
     let fits = fits(&people);
     let mut results = Results {
         fits,
@@ -251,13 +271,14 @@ pub fn run(args: &Args) -> Result<()> {
             .warnings
             .extend(clip.warnings.iter().map(named));
     }
-    args.common
-        .say(format_args!("wrote {}", args.out.display()));
     args.common.say(summary(
         Header::new("import", args.common.seed),
         &args.out,
         bytes,
     )?);
+    write_bytes(&args.out, bytes)?;
+    args.common
+        .say(format_args!("wrote {}", args.out.display()));
     args.common.write_json(&results)
 }
 

@@ -1,6 +1,6 @@
 //! `edgegait inspect`: what a pack holds, and what it costs.
 
-use super::args::Common;
+use super::args::{Common, Files};
 use super::budget::BudgetSummary;
 use super::source::read_pack;
 use crate::dataset::Header;
@@ -21,6 +21,16 @@ pub struct Args {
     pack: PathBuf,
     #[command(flatten)]
     pub common: Common,
+}
+
+impl Args {
+    /// What it reads and writes.
+    pub fn files(&self) -> Files {
+        Files {
+            inputs: vec![self.pack.clone()],
+            outputs: Vec::new(),
+        }
+    }
 }
 
 /// Runs the subcommand.

@@ -15,6 +15,8 @@ mod frontier;
 mod gallery;
 mod import;
 mod inspect;
+mod interrupt;
+mod outputs;
 mod progress;
 mod quantize;
 mod recognizers;
@@ -26,14 +28,20 @@ mod sweep;
 mod train;
 
 use crate::error::{Error, Result};
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
+
+/// The version and, of a release build from a checkout, the commit.
+const VERSION: &str = match option_env!("EDGEGAIT_VERSION") {
+    Some(version) => version,
+    None => env!("CARGO_PKG_VERSION"),
+};
 
 /// Makes human gait silhouettes from compressed motion, and measures with them how well
 /// gait recognizers hold up.
 #[derive(Debug, Parser)]
 #[command(
     name = "edgegait",
-    version,
+    version = VERSION,
     max_term_width = 100,
     propagate_version = true
 )]
@@ -57,11 +65,27 @@ enum Command {
     Train(train::Args),
 }
 
+/// The command with all that is the same for every subcommand.
+fn command() -> clap::Command {
+    Cli::command().mut_subcommands(|command| {
+        let command = command.display_name("edgegait");
+        // A number below 0 is a value that may be out of range, and no flag.
+        command.mut_args(|arg| {
+            let is_flag_with_value = !arg.is_positional() && arg.get_action().takes_values();
+            if is_flag_with_value && !arg.is_allow_hyphen_values_set() {
+                arg.allow_negative_numbers(true)
+            } else {
+                arg
+            }
+        })
+    })
+}
+
 /// Runs the command that the process was started with; its exit code.
 #[must_use]
 pub fn main() -> std::process::ExitCode {
-    let cli = Cli::parse();
-    match run(&cli.command) {
+    let cli = Cli::from_arg_matches(&command().get_matches()).unwrap_or_else(|error| error.exit());
+    match interrupt::listen().and_then(|()| run(&cli.command)) {
         Ok(()) => std::process::ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error}");
@@ -71,24 +95,30 @@ pub fn main() -> std::process::ExitCode {
 }
 
 fn run(command: &Command) -> Result<()> {
+    macro_rules! run {
+        ($name:ident, $args:expr) => {{
+            $args.common.check(stringify!($name), &$args.files())?;
+            with_threads(&$args.common, || $name::run($args))
+        }};
+    }
     match command {
+        // Its threads are those of one inference.
         Command::Bench(args) => bench::run(args),
-        Command::Cohort(args) => with_threads(&args.common, || cohort::run(args)),
-        Command::Confounders(args) => with_threads(&args.common, || confounders::run(args)),
-        Command::Frontier(args) => with_threads(&args.common, || frontier::run(args)),
-        Command::Import(args) => with_threads(&args.common, || import::run(args)),
-        Command::Inspect(args) => with_threads(&args.common, || inspect::run(args)),
-        Command::Quantize(args) => with_threads(&args.common, || quantize::run(args)),
-        Command::Render(args) => with_threads(&args.common, || render::run(args)),
-        Command::Score(args) => with_threads(&args.common, || score::run(args)),
-        Command::Sweep(args) => with_threads(&args.common, || sweep::run(args)),
-        Command::Train(args) => with_threads(&args.common, || train::run(args)),
+        Command::Cohort(args) => run!(cohort, args),
+        Command::Confounders(args) => run!(confounders, args),
+        Command::Frontier(args) => run!(frontier, args),
+        Command::Import(args) => run!(import, args),
+        Command::Inspect(args) => run!(inspect, args),
+        Command::Quantize(args) => run!(quantize, args),
+        Command::Render(args) => run!(render, args),
+        Command::Score(args) => run!(score, args),
+        Command::Sweep(args) => run!(sweep, args),
+        Command::Train(args) => run!(train, args),
     }
 }
 
 /// Runs `work` with as many threads as were asked for.
 fn with_threads(common: &args::Common, work: impl FnOnce() -> Result<()> + Send) -> Result<()> {
-    common.check()?;
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(common.threads.map_or(0, usize::from))
         .build()

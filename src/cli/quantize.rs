@@ -1,10 +1,12 @@
 //! `edgegait quantize`: a linear recognizer in 8-bit weights, for firmware.
 
-use super::args::{Common, ViewArgs};
+use super::args::{Common, Files, ViewArgs};
 use super::drawing::{DrawArgs, stated};
+use super::outputs::{Kind, Output};
+use super::recognizers::with_contracts;
 use super::runtime::RuntimeArgs;
 use super::source::SourceArgs;
-use crate::dataset::{Header, InputFile, sha256_of_bytes, write_atomically};
+use crate::dataset::{Header, InputFile, sha256_of_bytes, write_bytes};
 use crate::error::{Error, Result};
 use crate::evaluate::agreement::Agreement;
 use crate::evaluate::contest::training_views;
@@ -16,7 +18,6 @@ use edgegait_core::linear::LinearRecognizer;
 use edgegait_core::pack::Pack;
 use serde::Serialize;
 use std::fmt;
-use std::io::Write as _;
 use std::path::PathBuf;
 
 /// Export a linear recognizer of GEIs as 8-bit weights, which firmware reads in place
@@ -113,10 +114,6 @@ pub fn run(args: &Args) -> Result<()> {
     let (source, shown) = probes((&pack, &walks), &views, (settings, args.cycles))?;
     let agreement = Agreement::of(recognizer.as_ref(), &quantized, (&source, &shown))?;
 
-    write_atomically(&args.out, |file| {
-        file.write_all(&bytes)
-            .map_err(|error| Error::io(&args.out, error))
-    })?;
     let results = Results {
         header,
         file: InputFile {
@@ -133,6 +130,9 @@ pub fn run(args: &Args) -> Result<()> {
     for warning in &results.header.warnings {
         args.common.say(format_args!("warning: {warning}"));
     }
+    write_bytes(&args.out, &bytes)?;
+    args.common
+        .say(format_args!("wrote {}", args.out.display()));
     args.common.write_json(&results)
 }
 
@@ -142,16 +142,31 @@ fn probes<'a>(
     views: &[View],
     (settings, cycles): (Settings, u32),
 ) -> Result<(Source<'a>, Form)> {
-    let made = Protocol::named("closed-set")?.made(cycles);
+    let made = Protocol::named("closed-set")?.made(cycles)?;
     let cycles = Walks::made(pack, walks, &made, &[])?;
     let form = Form {
         settings,
         frames: None,
     };
-    Ok((Source::Walks(cycles.seen(&[], |_| views.to_vec())), form))
+    Ok((
+        Source::Walks(cycles.seen(&[], settings.seed, |_| views.to_vec())),
+        form,
+    ))
 }
 
 impl Args {
+    /// What it reads and writes.
+    pub fn files(&self) -> Files {
+        let model = with_contracts(std::slice::from_ref(&self.model)).into_iter();
+        Files {
+            inputs: model
+                .chain(self.pack.clone())
+                .chain(self.views.file())
+                .collect(),
+            outputs: vec![Output::new("--out", &self.out, Kind::Recognizer)],
+        }
+    }
+
     /// Refuses a name under which nothing can be written, before any work is done.
     fn check_out(&self) -> Result<()> {
         let out = &self.out;
@@ -160,12 +175,6 @@ impl Args {
                 "--out {}: expected a name that ends in .egr",
                 out.display()
             )));
-        }
-        if out.is_dir() {
-            return Err(Error::input(
-                out,
-                "expected a file to write, found a folder",
-            ));
         }
         Ok(())
     }
@@ -194,7 +203,7 @@ impl fmt::Display for Results {
         } = self.agreement;
         writeln!(
             f,
-            "wrote {}: {} bytes, {} classes of {} weights\n",
+            "{}: {} bytes, {} classes of {} weights\n",
             self.file.path, self.bytes, self.classes, self.weights
         )?;
         writeln!(

@@ -28,6 +28,12 @@ pub fn sort_inputs(inputs: &[PathBuf]) -> Result<(Vec<PathBuf>, Option<PathBuf>)
     Ok((models, data))
 }
 
+/// These files, and the contracts that are read with those that are models.
+pub fn with_contracts(inputs: &[PathBuf]) -> Vec<PathBuf> {
+    let beside = inputs.iter().map(|path| Contract::path_beside(path));
+    inputs.iter().cloned().chain(beside).collect()
+}
+
 /// Whether a name stands for the pixel baseline.
 pub fn is_baseline(path: &Path) -> bool {
     path == Path::new(pixels::NAME) && !path.exists()

@@ -1,9 +1,10 @@
 //! `edgegait render`: look at one walk.
 
-use super::args::{Common, ViewArgs};
+use super::args::{Common, Files, ViewArgs};
 use super::conditions::ConditionArgs;
 use super::drawing::{DrawArgs, stated};
 use super::gallery;
+use super::outputs::{Kind, Output};
 use super::source::SourceArgs;
 use crate::dataset::{Header, write_npy};
 use crate::error::{Error, Result};
@@ -74,13 +75,28 @@ pub struct Args {
 }
 
 /// Where the rendered goes.
-enum Output<'a> {
+enum Target<'a> {
     Terminal,
     Png(&'a Path),
     Npy(&'a Path),
 }
 
 impl Args {
+    /// What it reads and writes.
+    pub fn files(&self) -> Files {
+        let (pack, conditions) = (self.source.pack.clone(), self.conditions.file());
+        let inputs = pack.into_iter().chain(conditions).chain(self.views.file());
+        let output = self.out.as_deref().and_then(|path| {
+            let kinds = [("png", Kind::Png), ("npy", Kind::Npy)];
+            let known = kinds.iter().find(|kind| has_extension(path, kind.0));
+            known.map(|&(_, kind)| Output::new("--out", path, kind))
+        });
+        Files {
+            inputs: inputs.collect(),
+            outputs: output.into_iter().collect(),
+        }
+    }
+
     /// When the walks are seen.
     fn moments(&self) -> Result<Moments> {
         let (Some(fps), Some(frames)) = (self.fps, self.frames) else {
@@ -124,13 +140,13 @@ impl Args {
     }
 
     /// Where to write, refused before anything is drawn if it makes no sense.
-    fn output(&self, templates: &[Template]) -> Result<Output<'_>> {
+    fn target(&self, templates: &[Template]) -> Result<Target<'_>> {
         match self.out.as_deref() {
             None if !templates.is_empty() => Err(Error::Usage(
                 "--template needs --out: a template is grey, and text art is not".into(),
             )),
-            None => Ok(Output::Terminal),
-            Some(path) if has_extension(path, "png") => Ok(Output::Png(path)),
+            None => Ok(Target::Terminal),
+            Some(path) if has_extension(path, "png") => Ok(Target::Png(path)),
             Some(path) if has_extension(path, "npy") && templates.len() > 1 => {
                 Err(Error::Usage(format!(
                     "--out {}: a .npy holds one template, found {} (use .png, or one --template)",
@@ -138,7 +154,7 @@ impl Args {
                     templates.len()
                 )))
             }
-            Some(path) if has_extension(path, "npy") => Ok(Output::Npy(path)),
+            Some(path) if has_extension(path, "npy") => Ok(Target::Npy(path)),
             Some(path) => Err(Error::Usage(format!(
                 "--out {}: expected a name that ends in .png or .npy",
                 path.display()
@@ -161,10 +177,10 @@ struct Rendered {
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<()> {
     let templates = args.templates()?;
-    let output = args.output(templates)?;
+    let target = args.target(templates)?;
     let moments = args.moments()?;
     let views = args.views.views("side")?;
-    if args.gallery && (views.list.len() > 1 || !matches!(output, Output::Png(_))) {
+    if args.gallery && (views.list.len() > 1 || !matches!(target, Target::Png(_))) {
         return Err(Error::Usage(
             "--gallery: expected one viewpoint and an --out that ends in .png".into(),
         ));
@@ -177,7 +193,7 @@ pub fn run(args: &Args) -> Result<()> {
     let mut walks = args.source.choose(&pack)?;
     if args.source.subjects.is_empty() && args.source.walks.is_empty() {
         walks.truncate(1);
-    } else if walks.len() > 1 && !matches!(output, Output::Png(_)) {
+    } else if walks.len() > 1 && !matches!(target, Target::Png(_)) {
         return Err(Error::Usage(format!(
             "{} walks are chosen: expected one, or --out with a .png (--subjects and --walks choose)",
             walks.len()
@@ -207,27 +223,27 @@ pub fn run(args: &Args) -> Result<()> {
         frames.extend(silhouettes(&pack, shot, settings)?);
     }
     let per_walk = views.list.len();
-    match &output {
-        Output::Terminal => args.common.say(text_art(&pack, &shots, &frames)),
-        Output::Png(path) if args.gallery && templates.is_empty() => {
+    match &target {
+        Target::Terminal => args.common.say(text_art(&pack, &shots, &frames)),
+        Target::Png(path) if args.gallery && templates.is_empty() => {
             write_png(path, &gallery::of(&pack, &jobs, &views.list[0], settings)?)?;
         }
-        Output::Png(_) if args.gallery && jobs.len() > 1 => {
+        Target::Png(_) if args.gallery && jobs.len() > 1 => {
             return Err(Error::Usage(format!(
                 "--gallery with --template: expected one walk under one condition, found {}",
                 jobs.len()
             )));
         }
-        Output::Png(path) if args.gallery => {
+        Target::Png(path) if args.gallery => {
             let of = |&template| (template, made(template, &frames[0], settings.size));
             let made: Vec<_> = templates.iter().map(of).collect();
             write_png(path, &gallery::of_templates(&made, settings)?)?;
         }
-        Output::Png(path) => {
+        Target::Png(path) => {
             let rows = pictures(templates, &frames, per_walk, settings);
             write_png(path, &contact_sheet(&rows, settings.size, args.scale)?)?;
         }
-        Output::Npy(path) => write_array(path, templates.first().copied(), &frames, settings.size)?,
+        Target::Npy(path) => write_array(path, templates.first().copied(), &frames, settings.size)?,
     }
     if let Some(path) = &args.out {
         args.common.say(format_args!("wrote {}", path.display()));

@@ -1,20 +1,20 @@
 //! `edgegait score`: how well recognizers hold up.
 
-use super::args::Common;
+use super::args::{Common, Files};
 use super::contest::ContestArgs;
+use super::outputs::{Kind, Output};
 use super::progress::Progress;
-use super::recognizers::sort_inputs;
+use super::recognizers::{sort_inputs, with_contracts};
 use super::runtime::RuntimeArgs;
 use super::sweep::peak_rss_bytes;
-use crate::dataset::{Header, write_atomically};
+use crate::dataset::{Header, write_bytes};
 use crate::error::{Error, Result};
 use crate::evaluate::contest::{Contest, Entrant, Picture};
 use crate::evaluate::results::{Answered, Latency, RunTime, ScoreResults};
 use crate::report::{Sample, table, write_page};
 use crate::score::Recognizer;
 use crate::template::Shape;
-use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// Inferences before and during the measurement of latency.
@@ -64,12 +64,6 @@ pub struct Args {
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<()> {
     let started = Instant::now();
-    if args.out.exists() && !args.out.is_dir() {
-        return Err(Error::Usage(format!(
-            "--out {}: expected a folder, found a file",
-            args.out.display()
-        )));
-    }
     let runtime = args.runtime.runtime()?;
     let (models, data) = sort_inputs(&args.inputs)?;
     let header = Header::new("score", args.common.seed).with("runtime", runtime.name().name);
@@ -86,15 +80,6 @@ pub fn run(args: &Args) -> Result<()> {
             judged(contest, entrants, header, (args.common.seed, &mut rows))
         },
     )?;
-    if let (Some(path), Some(rows)) = (&args.probes_csv, rows) {
-        let rows = rows
-            .into_inner()
-            .map_err(|error| Error::Failed(error.to_string()))?;
-        write_atomically(path, |file| {
-            file.write_all(&rows)
-                .map_err(|error| Error::io(path, error))
-        })?;
-    }
     if let Some(bytes) = peak_rss_bytes() {
         args.common
             .say(format_args!("peak memory: {} MB", bytes / 1_000_000));
@@ -102,14 +87,44 @@ pub fn run(args: &Args) -> Result<()> {
     results.time = Some(RunTime {
         seconds: started.elapsed().as_secs_f64(),
     });
-    let page = args.out.join("index.html");
-    write_page(&page, &results, &samples)?;
     args.common.say(table(&results));
     for warning in &results.header.warnings {
         args.common.say(format_args!("warning: {warning}"));
     }
-    args.common.say(format_args!("report: {}", page.display()));
-    args.common.write_json(&results)
+    // Each is tried, whatever becomes of the others.
+    let rows = match (&args.probes_csv, rows) {
+        (Some(path), Some(rows)) => written_rows(path, rows),
+        _ => Ok(()),
+    };
+    let page = args.out.join("index.html");
+    let report = write_page(&page, &results, &samples);
+    if report.is_ok() {
+        args.common.say(format_args!("report: {}", page.display()));
+    }
+    args.common.write_json(&results).and(report).and(rows)
+}
+
+impl Args {
+    /// What it reads and writes.
+    pub fn files(&self) -> Files {
+        let report = Output::new("--out", &self.out, Kind::Report);
+        let rows = self.probes_csv.as_ref();
+        let rows = rows.map(|path| Output::new("--probes-csv", path, Kind::Csv("recognizer")));
+        Files {
+            inputs: with_contracts(&self.inputs)
+                .into_iter()
+                .chain(self.contest.inputs())
+                .collect(),
+            outputs: std::iter::once(report).chain(rows).collect(),
+        }
+    }
+}
+
+/// Writes the table of answers.
+fn written_rows(path: &Path, rows: Rows) -> Result<()> {
+    let bytes = rows.into_inner();
+    let bytes = bytes.map_err(|error| Error::Failed(error.to_string()))?;
+    write_bytes(path, &bytes)
 }
 
 /// A table that is being written.

@@ -1,16 +1,17 @@
 //! `edgegait sweep`: walks by viewpoints, as a dataset.
 
-use super::args::{Common, ViewArgs, gei_rmse, stated_choice};
+use super::args::{Common, Files, ViewArgs, gei_rmse, stated_choice};
 use super::augment::{AugmentArgs, stated_augmentation};
 use super::conditions::{ConditionArgs, listing};
 use super::drawing::{DrawArgs, stated};
+use super::outputs::{Kind, Output};
 use super::progress::Progress;
 use super::source::SourceArgs;
 pub use crate::bench::peak_rss_bytes;
 use crate::dataset::{DatasetWriter, Existing, Header, IndexRow};
 use crate::error::{Error, Result};
 use crate::frontier::choose;
-use crate::sweep::{Job, jobs, sweep};
+use crate::sweep::{Job, alternative, jobs, sweep};
 use crate::template::Template;
 use crate::template::augment::varied;
 use edgegait_core::pack::Pack;
@@ -29,9 +30,6 @@ pub struct Args {
     /// Folder to write (geis.npy or, of another template, NAME.npy; index.csv, manifest.json)
     #[arg(long, value_name = "PATH", default_value = "dataset")]
     out: PathBuf,
-    /// Replace the dataset in that folder
-    #[arg(long)]
-    overwrite: bool,
     /// Cycles of each walk: the stored one, then seeded variations of it
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
     cycles: u32,
@@ -71,6 +69,21 @@ struct Results {
     framing: &'static str,
     peak_rss_bytes: Option<u64>,
     clipped_share: f64,
+}
+
+impl Args {
+    /// What it reads and writes.
+    pub fn files(&self) -> Files {
+        if self.list_conditions {
+            return Files::default();
+        }
+        let (pack, conditions) = (self.source.pack.clone(), self.conditions.file());
+        let inputs = pack.into_iter().chain(conditions).chain(self.views.file());
+        Files {
+            inputs: inputs.collect(),
+            outputs: vec![Output::new("--out", &self.out, Kind::Dataset)],
+        }
+    }
 }
 
 /// Runs the subcommand.
@@ -113,10 +126,10 @@ pub fn run(args: &Args) -> Result<()> {
         }
         None => None,
     };
-    let existing = if args.overwrite {
+    let existing = if args.common.overwrite {
         Existing::Replace
     } else {
-        Existing::Refuse
+        Existing::ReplaceOwn
     };
     let drawn = jobs.len() * views.list.len();
     let geis = drawn * variants.len();
@@ -143,11 +156,13 @@ pub fn run(args: &Args) -> Result<()> {
                     let row = IndexRow {
                         subject: subjects[walk.subject].name.into(),
                         walk: walk.name.into(),
-                        cycle: u32::from(walk.cycle) * last + job.cycle,
+                        cycle: u32::from(walk.cycle),
+                        variation: job.variation,
                         speed_kmh: kmh(walk.speed_mm_per_s),
                         azimuth_deg: f64::from(view.azimuth_deg),
                         elevation_deg: f64::from(view.elevation_deg),
                         condition: job.condition_name().into(),
+                        alternative: alternative(job, subjects[walk.subject].name, settings.seed),
                         frames: settings.frames_per_cycle,
                         seed: settings.seed,
                     };

@@ -1,11 +1,12 @@
 //! `edgegait train`: fit a recognizer and export it as ONNX.
 
-use super::args::{Common, ViewArgs};
+use super::args::{Common, Files, ViewArgs};
 use super::augment::{AugmentArgs, append_varied, described, stated_augmentation};
 use super::drawing::{DrawArgs, framing_of, stated};
+use super::outputs::{Kind, Output};
 use super::progress::Progress;
 use super::source::SourceArgs;
-use crate::dataset::{Dataset, Header, InputFile, sha256_of_bytes, write_atomically};
+use crate::dataset::{Dataset, Header, IndexRow, InputFile, sha256_of_bytes, write_bytes};
 use crate::error::{Error, Result};
 use crate::evaluate::rank::{Outcome, closed_set};
 use crate::score::{Contract, Layout, OutputNames, Training};
@@ -17,7 +18,7 @@ use edgegait_core::pack::Pack;
 use edgegait_core::silhouette::Size;
 use ndarray::Array2;
 use serde::Serialize;
-use std::io::Write as _;
+use std::collections::{BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 
 /// Cycles of each walk that are trained on unless a user says otherwise.
@@ -142,6 +143,23 @@ pub fn run(args: &Args) -> Result<()> {
 }
 
 impl Args {
+    /// What it reads and writes.
+    pub fn files(&self) -> Files {
+        let outs = self.outs().unwrap_or_default().into_iter();
+        Files {
+            inputs: self
+                .source
+                .pack
+                .clone()
+                .into_iter()
+                .chain(self.views.file())
+                .collect(),
+            outputs: outs
+                .map(|out| Output::new("--out", &out, Kind::Model))
+                .collect(),
+        }
+    }
+
     fn method(&self) -> Result<Method> {
         match (self.method, self.svm_c) {
             (MethodArg::Lda, None) => Ok(Method::LDA),
@@ -225,12 +243,14 @@ fn train<F: Real>(
             method,
         })?;
         let training_rank1 = rank1(&recognizer, matrix, labels);
-        let written = write(
-            &recognizer,
-            out,
-            contract(args, samples, method, components),
-        )?;
-        let (dims, bytes, percent) = (recognizer.dims(), written.1, 100.0 * training_rank1);
+        let name = stem(out);
+        let model = onnx::write(&recognizer, &name, &[]);
+        let toml = Contract {
+            name,
+            ..contract(args, samples, method, components)
+        }
+        .to_toml()?;
+        let (dims, bytes, percent) = (recognizer.dims(), model.len(), 100.0 * training_rank1);
         if outs.len() > 1 {
             args.common.say(format_args!(
                 "{components:>10}  {dims:>5}  {bytes:>8}  {percent:>17.2}  {}",
@@ -238,14 +258,25 @@ fn train<F: Real>(
             ));
         } else {
             args.common.say(format_args!(
-                "wrote {}: {bytes} bytes, {classes} people, {dims} dimensions, trained on {} {}, of which it recognizes {percent:.2} %",
+                "{}: {bytes} bytes, {classes} people, {dims} dimensions, trained on {} {}, of which it recognizes {percent:.2} %",
                 out.display(),
                 labels.len(),
                 samples.template.plural(),
             ));
         }
+        let contract_at = Contract::path_beside(out);
+        write_bytes(out, &model)?;
+        write_bytes(&contract_at, toml.as_bytes())?;
+        args.common.say(format_args!(
+            "wrote {} and {}",
+            out.display(),
+            contract_at.display()
+        ));
         models.push(ModelResult {
-            file: written.0,
+            file: InputFile {
+                path: out.display().to_string(),
+                sha256: sha256_of_bytes(&model),
+            },
             components,
             dims,
             bytes,
@@ -294,28 +325,15 @@ fn contract(args: &Args, samples: &Samples, method: Method, components: u16) -> 
     }
 }
 
-/// Writes a model and its contract; the file and its bytes.
-fn write(
-    recognizer: &LinearRecognizer,
-    out: &Path,
-    contract: Contract,
-) -> Result<(InputFile, usize)> {
-    let name = stem(out);
-    let bytes = onnx::write(recognizer, &name, &[]);
-    let toml = Contract { name, ..contract }.to_toml()?;
-    let write = |path: &Path, bytes: &[u8]| {
-        write_atomically(path, |file| {
-            file.write_all(bytes)
-                .map_err(|error| Error::io(path, error))
-        })
-    };
-    write(out, &bytes)?;
-    write(&Contract::path_beside(out), toml.as_bytes())?;
-    let file = InputFile {
-        path: out.display().to_string(),
-        sha256: sha256_of_bytes(&bytes),
-    };
-    Ok((file, bytes.len()))
+/// Each of these once, in the order of their first appearance.
+fn each_once(all: impl Iterator<Item = usize>) -> Vec<usize> {
+    let mut seen = HashSet::new();
+    all.filter(|one| seen.insert(*one)).collect()
+}
+
+/// Each of these once, rising.
+fn sorted<T: Ord>(all: impl Iterator<Item = T>) -> Vec<T> {
+    all.collect::<BTreeSet<T>>().into_iter().collect()
 }
 
 /// Samples drawn here, from a pack or from the built-in cohort.
@@ -335,8 +353,7 @@ fn from_walks(args: &Args) -> Result<Samples> {
     let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
     let walks = args.source.choose(&pack)?;
     let all: Vec<_> = pack.walks().collect();
-    let mut people: Vec<usize> = walks.iter().map(|&walk| all[walk].subject).collect();
-    people.dedup();
+    let people = each_once(walks.iter().map(|&walk| all[walk].subject));
     let cycles = args.cycles.unwrap_or(CYCLES);
     let jobs = jobs(&pack, &walks, 0..cycles)?;
     let (mut numbers, mut labels) = (Vec::new(), Vec::new());
@@ -360,9 +377,7 @@ fn from_walks(args: &Args) -> Result<Samples> {
             Ok(())
         },
     )?;
-    let mut names: Vec<&str> = walks.iter().map(|&walk| all[walk].name).collect();
-    names.sort_unstable();
-    names.dedup();
+    let names = sorted(walks.iter().map(|&walk| all[walk].name));
     let mut header = stated(Header::new("train", args.common.seed), &settings)
         .with("pack", source.name.as_str())
         .with("walks", names.join(","))
@@ -374,7 +389,7 @@ fn from_walks(args: &Args) -> Result<Samples> {
     Ok(Samples {
         training: Training {
             description: format!(
-                "{} of {}, cycles 0 to {}, {} viewpoints, seed {}, raster {}{}{}",
+                "{} of {}, variations 0 to {}, {} viewpoints, seed {}, raster {}{}{}",
                 names.join(","),
                 source.name,
                 cycles - 1,
@@ -393,8 +408,10 @@ fn from_walks(args: &Args) -> Result<Samples> {
                 .iter()
                 .map(|view| [f64::from(view.azimuth_deg), f64::from(view.elevation_deg)])
                 .collect(),
+            subjects: Vec::new(),
             walks: names.iter().map(|&name| name.to_owned()).collect(),
-            cycles,
+            cycles: sorted(walks.iter().map(|&walk| u32::from(all[walk].cycle))),
+            variations: (0..cycles).collect(),
             seed: args.common.seed,
         },
         numbers,
@@ -441,9 +458,7 @@ fn from_dataset(args: &Args, path: &Path) -> Result<Samples> {
         }
     }
     let rows = dataset.index();
-    let mut walks: Vec<String> = rows.iter().map(|row| row.walk.clone()).collect();
-    walks.sort_unstable();
-    walks.dedup();
+    let walks = sorted(rows.iter().map(|row: &IndexRow| row.walk.clone()));
     let (mut numbers, mut labels_of_all) = (Vec::new(), Vec::new());
     for (bytes, &label) in dataset.templates().zip(&labels) {
         let added = append_varied(bytes, (size, augmentation), &mut numbers);
@@ -472,8 +487,10 @@ fn from_dataset(args: &Args, path: &Path) -> Result<Samples> {
                 described(augmentation)
             ),
             viewpoints,
+            subjects: Vec::new(),
             walks,
-            cycles: 1 + rows.iter().map(|row| row.cycle).max().unwrap_or(0),
+            cycles: sorted(rows.iter().map(|row| row.cycle)),
+            variations: sorted(rows.iter().map(|row| row.variation)),
             seed: rows.first().map_or(0, |row| row.seed),
         },
         numbers,
@@ -484,4 +501,15 @@ fn from_dataset(args: &Args, path: &Path) -> Result<Samples> {
         names,
         header,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn people_whose_walks_are_not_side_by_side_are_one_class_each() {
+        assert_eq!(each_once([2, 0, 2, 2, 1, 0].into_iter()), [2, 0, 1]);
+        assert_eq!(sorted([2, 0, 2, 1, 0].into_iter()), [0, 1, 2]);
+    }
 }

@@ -103,13 +103,16 @@ impl Condition {
     #[must_use]
     pub fn doses(&self, choice: usize) -> Doses {
         let own = self.confounders.list().iter().copied();
-        match self.one_of.len() {
-            0 => self.confounders.clone(),
-            alternatives => {
-                let chosen = self.one_of[choice % alternatives].list().iter().copied();
-                Doses::new(own.chain(chosen))
-            }
-        }
+        let chosen = self.alternative(choice);
+        let chosen = chosen.into_iter().flat_map(Doses::list).copied();
+        Doses::new(own.chain(chosen))
+    }
+
+    /// Alternative number `choice` (any number); none if there are none.
+    #[must_use]
+    pub fn alternative(&self, choice: usize) -> Option<&Doses> {
+        let at = choice.checked_rem(self.one_of.len())?;
+        self.one_of.get(at)
     }
 
     fn problem(&self) -> Option<String> {

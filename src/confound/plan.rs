@@ -24,11 +24,25 @@ impl Plan {
             of,
         };
         if let Some(condition) = condition {
-            // A person's choice does not depend on the walk.
-            let choice = plan.draws([of.subject, 0, 0], 0).random::<u32>();
-            plan.doses = condition.doses(choice as usize);
+            plan.doses = condition.doses(plan.choice());
         }
         plan
+    }
+
+    /// Which of a condition's alternatives acts on a cycle; none if it has none.
+    #[must_use]
+    pub fn alternative(condition: &Condition, of: CycleSeed) -> Option<&Doses> {
+        let drawn = Self {
+            doses: Doses::default(),
+            seed: condition.seed,
+            of,
+        };
+        condition.alternative(drawn.choice())
+    }
+
+    /// A person's choice among alternatives, which does not depend on the walk.
+    fn choice(&self) -> usize {
+        self.draws([self.of.subject, 0, 0], 0).random::<u32>() as usize
     }
 
     /// The strength of a confounder; none if it changes nothing.
@@ -62,8 +76,8 @@ impl Plan {
     #[must_use]
     pub fn of_cycle(&self, kind: Kind) -> ChaCha8Rng {
         let name = u64::from(crc32(kind.confounder().name.as_bytes()));
-        let cycle = u64::from(self.of.cycle);
-        self.draws([self.of.subject, self.of.walk, name << 32 | cycle], 0)
+        let variation = u64::from(self.of.variation);
+        self.draws([self.of.subject, self.of.walk, name << 32 | variation], 0)
     }
 
     /// Random numbers of a confounder for one view of the cycle, the same for all frames.
@@ -105,12 +119,12 @@ mod tests {
     use super::*;
     use crate::confound::Dose;
 
-    fn of(subject: u64, cycle: u32) -> CycleSeed {
+    fn of(subject: u64, variation: u32) -> CycleSeed {
         CycleSeed {
             seed: 1,
             subject,
             walk: 9,
-            cycle,
+            variation,
         }
     }
 

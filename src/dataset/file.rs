@@ -2,12 +2,11 @@
 
 use std::fs::{self, File};
 use std::io::{BufWriter, Read, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use sha2::{Digest, Sha256};
-use tempfile::TempDir;
-
+use super::staging::{Staging, folder_of, together};
 use crate::error::{Error, Result};
+use sha2::{Digest, Sha256};
 
 /// SHA-256 of a file's bytes as 64 lower-case hexadecimal digits. Reads the file
 /// in pieces of 64 KiB.
@@ -35,9 +34,23 @@ pub fn sha256_of_bytes(bytes: &[u8]) -> String {
     hex(&Sha256::digest(bytes))
 }
 
+/// Writes bytes into a file as [`write_atomically`] does.
+///
+/// # Errors
+///
+/// The system's; then nothing has changed.
+pub fn write_bytes(path: impl AsRef<Path>, bytes: &[u8]) -> Result<()> {
+    let path = path.as_ref();
+    write_atomically(path, |file| {
+        file.write_all(bytes)
+            .map_err(|error| Error::io(path, error))
+    })
+}
+
 /// Writes a file through `write`, and gives it its name only when all of it is
 /// there. A former file of that name stays until then. A link stays a link, and what
-/// is there and no file (a pipe, `/dev/null`) is written into, not replaced.
+/// is there and no file (a pipe, `/dev/null`) is written into, not replaced. The folder that
+/// holds it is made if need be.
 ///
 /// # Errors
 ///
@@ -54,39 +67,15 @@ pub fn write_atomically(
         write(&mut file)?;
         return file.flush().map_err(io);
     }
-    let staging = staging_beside(&target)?;
+    let folder = folder_of(&target);
+    fs::create_dir_all(&folder).map_err(|source| Error::io(&folder, source))?;
+    let staging = Staging::beside(&target)?;
     let unfinished = staging.path().join("unfinished");
     let mut file = BufWriter::new(File::create(&unfinished).map_err(io)?);
     write(&mut file)?;
     file.flush().map_err(io)?;
     drop(file);
-    fs::rename(&unfinished, &target).map_err(io)
-}
-
-/// A hidden folder in the folder that holds `path`, so that what is made inside
-/// can be renamed to `path`. Dropping it removes it.
-///
-/// What is created inside has the permissions that the user's umask gives:
-/// `tempfile`'s own files are private to the user, and would stay so.
-pub(super) fn staging_beside(path: &Path) -> Result<TempDir> {
-    let name = path.file_name().ok_or_else(|| {
-        Error::Usage(format!(
-            "{}: expected a path that ends in a name",
-            path.display()
-        ))
-    })?;
-    tempfile::Builder::new()
-        .prefix(&format!(".{}.", name.to_string_lossy()))
-        .tempdir_in(folder_of(path))
-        .map_err(|source| Error::io(path, source))
-}
-
-/// The folder that holds `path`.
-pub(super) fn folder_of(path: &Path) -> PathBuf {
-    match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
-        _ => PathBuf::from("."),
-    }
+    together(|| fs::rename(&unfinished, &target)).map_err(io)
 }
 
 fn hex(bytes: &[u8]) -> String {

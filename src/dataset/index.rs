@@ -8,14 +8,16 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Place, Result};
 
 /// The columns of `index.csv`, in order.
-pub(super) const COLUMNS: [&str; 9] = [
+pub(super) const COLUMNS: [&str; 11] = [
     "subject",
     "walk",
     "cycle",
+    "variation",
     "speed_kmh",
     "azimuth_deg",
     "elevation_deg",
     "condition",
+    "alternative",
     "frames",
     "seed",
 ];
@@ -27,8 +29,10 @@ pub struct IndexRow {
     pub subject: String,
     /// Which walk of the subject.
     pub walk: String,
-    /// Which gait cycle of the walk, from 0.
+    /// Which recorded gait cycle of the walk, from 0.
     pub cycle: u32,
+    /// Which seeded variation of that cycle; 0 is the cycle itself.
+    pub variation: u32,
     /// Walking speed, km/h.
     pub speed_kmh: f64,
     /// Camera azimuth, degrees: 0 in front, 90 on the walker's left, 180 behind.
@@ -37,6 +41,9 @@ pub struct IndexRow {
     pub elevation_deg: f64,
     /// The condition, such as `normal` or `bag`.
     pub condition: String,
+    /// Which of the condition's alternatives the person drew, such as `coat=0.5`; empty if it has
+    /// none.
+    pub alternative: String,
     /// Silhouettes that the GEI averages, at least 1.
     pub frames: u32,
     /// The seed that made this GEI.
@@ -56,7 +63,7 @@ pub(super) fn read_index(path: &Path, bytes: &[u8]) -> Result<Vec<IndexRow>> {
             path,
             Place::Line(1),
             format!(
-                "expected the columns {}, found {}",
+                "expected the columns {}, found {} (make the dataset again, or add columns that lack: 0 as variation, nothing as alternative)",
                 COLUMNS.join(","),
                 header.iter().collect::<Vec<_>>().join(",")
             ),
@@ -139,8 +146,7 @@ fn refusal(path: &Path, error: &csv::Error) -> Error {
 mod tests {
     use super::*;
 
-    const HEAD: &str =
-        "subject,walk,cycle,speed_kmh,azimuth_deg,elevation_deg,condition,frames,seed\n";
+    const HEAD: &str = "subject,walk,cycle,variation,speed_kmh,azimuth_deg,elevation_deg,condition,alternative,frames,seed\n";
 
     fn refused(text: &str) -> String {
         read_index(Path::new("index.csv"), text.as_bytes())
@@ -151,7 +157,7 @@ mod tests {
     #[test]
     fn a_row_is_read_whatever_its_text_holds() {
         let text = format!(
-            "{HEAD}\"Ann, \"\"A\"\"\",walk-1,2,4.5,90,5.0,\"rain\nfog\",32,18446744073709551615\n"
+            "{HEAD}\"Ann, \"\"A\"\"\",walk-1,2,1000,4.5,90,5.0,\"rain\nfog\",coat=0.5,32,18446744073709551615\n"
         );
         let rows = read_index(Path::new("index.csv"), text.as_bytes()).unwrap();
         assert_eq!(
@@ -160,10 +166,12 @@ mod tests {
                 subject: "Ann, \"A\"".into(),
                 walk: "walk-1".into(),
                 cycle: 2,
+                variation: 1000,
                 speed_kmh: 4.5,
                 azimuth_deg: 90.0,
                 elevation_deg: 5.0,
                 condition: "rain\nfog".into(),
+                alternative: "coat=0.5".into(),
                 frames: 32,
                 seed: u64::MAX,
             }]
@@ -172,36 +180,36 @@ mod tests {
 
     #[test]
     fn what_cannot_be_is_refused_with_its_line() {
-        let good = "s,w,0,4.5,90,5,normal,32,1\n";
+        let good = "s,w,0,0,4.5,90,5,normal,,32,1\n";
         assert_eq!(
-            refused(&format!("{HEAD}{good}s,w,0,fast,90,5,normal,32,1\n")),
+            refused(&format!("{HEAD}{good}s,w,0,0,fast,90,5,normal,,32,1\n")),
             "index.csv:3: speed_kmh: invalid float literal"
         );
         assert_eq!(
-            refused(&format!("{HEAD}{good}{good}s,w,0,4.5,90\n")),
-            "index.csv:4: expected 9 fields, found 5"
+            refused(&format!("{HEAD}{good}{good}s,w,0,0,4.5,90\n")),
+            "index.csv:4: expected 11 fields, found 6"
         );
         assert_eq!(
-            refused(&format!("{HEAD}s,w,0,4.5,90,91,normal,32,1\n")),
+            refused(&format!("{HEAD}s,w,0,0,4.5,90,91,normal,,32,1\n")),
             "index.csv:2: expected elevation_deg from -90 to 90, found 91"
         );
         assert_eq!(
-            refused(&format!("{HEAD}s,w,0,NaN,90,0,normal,32,1\n")),
+            refused(&format!("{HEAD}s,w,0,0,NaN,90,0,normal,,32,1\n")),
             "index.csv:2: expected speed_kmh >= 0, found NaN"
         );
         assert_eq!(
-            refused(&format!("{HEAD}s,w,0,4,90,0,normal,0,1\n")),
+            refused(&format!("{HEAD}s,w,0,0,4,90,0,normal,,0,1\n")),
             "index.csv:2: expected frames >= 1, found 0"
         );
         assert_eq!(
-            refused(&format!("{HEAD},w,0,4,90,0,normal,32,1\n")),
+            refused(&format!("{HEAD},w,0,0,4,90,0,normal,,32,1\n")),
             "index.csv:2: expected a subject, found an empty field"
         );
         assert!(
             refused("subject,view\n")
                 .starts_with("index.csv:1: expected the columns subject,walk,cycle,")
         );
-        let broken = [HEAD.as_bytes(), b"\xff,w,0,4,90,0,normal,32,1\n"].concat();
+        let broken = [HEAD.as_bytes(), b"\xff,w,0,0,4,90,0,normal,,32,1\n"].concat();
         assert_eq!(
             read_index(Path::new("index.csv"), &broken)
                 .unwrap_err()

@@ -14,16 +14,18 @@ mod header;
 mod index;
 mod npy;
 mod reader;
+mod staging;
 mod tree;
 mod writer;
 
-pub use file::{sha256_of_bytes, sha256_of_file, write_atomically};
+pub use file::{sha256_of_bytes, sha256_of_file, write_atomically, write_bytes};
 pub use header::{Header, InputFile, SCHEMA};
 pub use index::IndexRow;
 pub use npy::write_npy;
 pub use reader::Dataset;
+pub use staging::{Staging, remove_unfinished};
 pub use tree::{Silhouettes, Tree, TreeSequence};
-pub use writer::{DatasetWriter, Existing};
+pub use writer::{DatasetWriter, Existing, check_replaceable};
 
 use crate::template::Template;
 use serde::{Deserialize, Serialize};

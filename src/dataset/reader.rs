@@ -164,10 +164,12 @@ mod tests {
             subject: subject.into(),
             walk: "w1".into(),
             cycle: 0,
+            variation: 0,
             speed_kmh: 4.5,
             azimuth_deg,
             elevation_deg: 0.0,
             condition: "normal".into(),
+            alternative: String::new(),
             frames: 32,
             seed: 9,
         }
@@ -177,7 +179,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let dir = folder.path().join("walks");
         let mut writer =
-            DatasetWriter::create(&dir, (Template::Gei, Size::S50x30), 2, Existing::Refuse)
+            DatasetWriter::create(&dir, (Template::Gei, Size::S50x30), 2, Existing::ReplaceOwn)
                 .unwrap();
         writer.push(&[3; PIXELS], &row("a", 0.0)).unwrap();
         writer.push(&[250; PIXELS], &row("b", 90.0)).unwrap();
@@ -217,7 +219,7 @@ mod tests {
         let dir = folder.path().join("walks");
         let size = Size::S64x44;
         let mut writer =
-            DatasetWriter::create(&dir, (template, size), 2, Existing::Refuse).unwrap();
+            DatasetWriter::create(&dir, (template, size), 2, Existing::ReplaceOwn).unwrap();
         for (shade, subject) in [(3, "a"), (250, "b")] {
             let bytes = vec![shade; template.shape(size).numbers()];
             writer.push(&bytes, &row(subject, 0.0)).unwrap();

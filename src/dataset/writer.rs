@@ -7,23 +7,24 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use ndarray_npy::write_zeroed_npy;
-use tempfile::TempDir;
-
-use super::file::{folder_of, staging_beside};
 use super::reader::read_manifest;
+use super::staging::{Staging, folder_of, together};
 use super::{INDEX, IndexRow, MANIFEST, file_of};
 use crate::dataset::{Header, InputFile, Manifest, sha256_of_file};
 use crate::error::{Error, Result};
 use crate::template::{Shape, Template};
 use edgegait_core::silhouette::Size;
+use ndarray_npy::write_zeroed_npy;
+
+/// What makes datasets: the command that their manifests name.
+const COMMAND: &str = "sweep";
 
 /// What to do with a folder that is already there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Existing {
-    /// Refuse, unless it is empty.
-    Refuse,
-    /// Replace it if it is a dataset and holds nothing else.
+    /// Replace it if it is an earlier dataset of this program and holds nothing else.
+    ReplaceOwn,
+    /// Replace it if it is a dataset, whoever made it, and holds nothing else.
     Replace,
 }
 
@@ -32,7 +33,7 @@ pub enum Existing {
 pub struct DatasetWriter {
     target: PathBuf,
     existing: Existing,
-    staging: TempDir,
+    staging: Staging,
     images: BufWriter<File>,
     index: csv::Writer<File>,
     template: Template,
@@ -58,7 +59,7 @@ impl DatasetWriter {
         check_replaceable(&target, existing)?;
         let parent = folder_of(&target);
         fs::create_dir_all(&parent).map_err(|source| Error::io(&parent, source))?;
-        let staging = staging_beside(&target)?;
+        let staging = Staging::beside(&target)?;
         let made = staging.path().join("made");
         fs::create_dir(&made).map_err(|source| Error::io(&made, source))?;
 
@@ -201,14 +202,17 @@ impl DatasetWriter {
         check_replaceable(&target, existing)?;
         if target.is_dir() {
             let former = staging.path().join("former");
-            fs::rename(&target, &former).map_err(io)?;
-            if let Err(source) = fs::rename(&made, &target) {
-                fs::rename(&former, &target).map_err(io)?;
-                return Err(io(source));
-            }
-            return Ok(());
+            // Between the two the former dataset lies where unfinished work does.
+            return together(|| {
+                fs::rename(&target, &former).map_err(io)?;
+                if let Err(source) = fs::rename(&made, &target) {
+                    fs::rename(&former, &target).map_err(io)?;
+                    return Err(io(source));
+                }
+                Ok(())
+            });
         }
-        fs::rename(&made, &target).map_err(io)
+        together(|| fs::rename(&made, &target)).map_err(io)
     }
 }
 
@@ -231,7 +235,11 @@ fn target_of(dir: &Path) -> Result<PathBuf> {
     std::path::absolute(dir).map_err(|source| Error::io(dir, source))
 }
 
-fn check_replaceable(target: &Path, existing: Existing) -> Result<()> {
+/// Refuses a folder that must not be replaced by a dataset.
+///
+/// # Errors
+/// If `dir` is there and must not be replaced ([`Existing`]), or the system's.
+pub fn check_replaceable(target: &Path, existing: Existing) -> Result<()> {
     if !target.exists() {
         return Ok(());
     }
@@ -250,9 +258,6 @@ fn check_replaceable(target: &Path, existing: Existing) -> Result<()> {
     if names.is_empty() {
         return Ok(());
     }
-    if existing == Existing::Refuse {
-        return refuse("the folder already holds files (name another, or use --overwrite)".into());
-    }
     names.sort();
     let images = Template::ALL.map(file_of);
     let files = images.iter().map(String::as_str).chain([INDEX, MANIFEST]);
@@ -270,7 +275,13 @@ fn check_replaceable(target: &Path, existing: Existing) -> Result<()> {
             "holds files but no {MANIFEST}, so it is no dataset (name another folder)"
         ));
     }
-    read_manifest(&target.join(MANIFEST)).map(|_| ())
+    let manifest = read_manifest(&target.join(MANIFEST))?;
+    if existing == Existing::ReplaceOwn && manifest.header.command != COMMAND {
+        return refuse(format!(
+            "holds a dataset that edgegait {COMMAND} did not make (name another folder, or use --overwrite)"
+        ));
+    }
+    Ok(())
 }
 
 fn csv_error(path: &Path, error: csv::Error) -> Error {
@@ -292,10 +303,12 @@ mod tests {
             subject: "s".into(),
             walk: "w".into(),
             cycle: 0,
+            variation: 0,
             speed_kmh: 4.0,
             azimuth_deg: 90.0,
             elevation_deg: 0.0,
             condition: "normal".into(),
+            alternative: String::new(),
             frames: 8,
             seed: 1,
         }
@@ -321,7 +334,7 @@ mod tests {
             folder.path().join("d"),
             (Template::Gei, Size::S50x30),
             2,
-            Existing::Refuse,
+            Existing::ReplaceOwn,
         )
         .unwrap();
         writer.push(&[1; PIXELS], &row()).unwrap();
@@ -339,8 +352,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let dir = folder.path().join("d");
         fs::create_dir(&dir).unwrap();
-        write(&dir, 1, Existing::Refuse).expect("an empty folder is no loss");
-        let refused = write(&dir, 2, Existing::Refuse).unwrap_err();
+        write(&dir, 1, Existing::ReplaceOwn).expect("an empty folder is no loss");
+        let refused = write(&dir, 2, Existing::ReplaceOwn).unwrap_err();
         assert!(
             refused
                 .to_string()
@@ -385,7 +398,7 @@ mod tests {
             folder.path().join("d"),
             (Template::Gei, Size::S64x44),
             1,
-            Existing::Refuse,
+            Existing::ReplaceOwn,
         )
         .unwrap();
         let refused = writer.push(&[0; PIXELS], &row()).unwrap_err().to_string();
@@ -411,8 +424,8 @@ mod tests {
     fn two_runs_write_the_same_bytes() {
         let folder = tempfile::tempdir().unwrap();
         let (a, b) = (folder.path().join("a"), folder.path().join("b"));
-        write(&a, 5, Existing::Refuse).unwrap();
-        write(&b, 5, Existing::Refuse).unwrap();
+        write(&a, 5, Existing::ReplaceOwn).unwrap();
+        write(&b, 5, Existing::ReplaceOwn).unwrap();
         for name in ["geis.npy", INDEX, MANIFEST] {
             assert_eq!(
                 fs::read(a.join(name)).unwrap(),
@@ -426,7 +439,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let dir = folder.path().join("new/d");
         let writer =
-            DatasetWriter::create(&dir, (Template::Gei, Size::S64x64), 0, Existing::Refuse)
+            DatasetWriter::create(&dir, (Template::Gei, Size::S64x64), 0, Existing::ReplaceOwn)
                 .unwrap();
         writer.finish(Header::new("sweep", 1)).unwrap();
         let dataset = Dataset::open(&dir).unwrap();

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::bootstrap::rank1_95;
+use super::intervals::Rank1Intervals;
 use super::rank::Tally;
 
 /// Width of the bins of [`by_angle`], degrees.
@@ -22,12 +22,9 @@ pub struct AngleResult {
     pub probes: u64,
     /// Share of hits, 0..1.
     pub rank1: f64,
-    /// Lower end of Wilson's 95 % interval, probes taken as independent.
-    pub rank1_low: f64,
-    /// Upper end.
-    pub rank1_high: f64,
-    /// The 95 % interval that draws people, [low, high].
-    pub rank1_by_subjects: Option<(f64, f64)>,
+    /// Its 95 % intervals.
+    #[serde(flatten)]
+    pub intervals: Rank1Intervals,
 }
 
 impl AngleResult {
@@ -89,16 +86,13 @@ pub fn by_angle(
     }
     let results = bins.iter().enumerate().map(|(bin, people)| {
         let all: Tally = people.iter().copied().sum();
-        let interval = all.interval();
         let ends = |bin: usize| bin as f64 * BIN_DEG;
         AngleResult {
             from_deg: if bin == 0 { 0.0 } else { ends(bin - 1) },
             to_deg: ends(bin),
             probes: all.probes,
             rank1: all.rank1().unwrap_or_default(),
-            rank1_low: interval.low,
-            rank1_high: interval.high,
-            rank1_by_subjects: rank1_95(people, seed).map(|one| (one.low, one.high)),
+            intervals: Rank1Intervals::of(people, seed),
         }
     });
     results.filter(|result| result.probes > 0).collect()
@@ -157,8 +151,8 @@ mod tests {
             (90.0, 100.0, 2, 0.0),
         ];
         assert_eq!(found, expected);
-        assert_eq!(bins[0].rank1_by_subjects, Some((1.0, 1.0)));
-        assert_eq!(bins[1].rank1_by_subjects, Some((0.25, 0.75)));
+        assert_eq!(bins[0].intervals.over_people(), Some((1.0, 1.0)));
+        assert_eq!(bins[1].intervals.over_people(), Some((0.25, 0.75)));
         assert_eq!(bins[1].middle_deg(), 5.0);
     }
 }

@@ -5,8 +5,9 @@ use std::collections::HashSet;
 use rayon::prelude::*;
 
 use super::angle::by_angle;
-use super::bootstrap::{interval_95, rank1_95, verification_95};
+use super::bootstrap::{interval_95, verification_95};
 use super::cross_view::{CrossView, IdenticalView};
+use super::intervals::Rank1Intervals;
 use super::protocol::{Decision, GalleryViews};
 use super::rank::Tally;
 use super::ranking::Ranking;
@@ -15,7 +16,6 @@ use super::results::{
 };
 use super::trial::{Meeting, Trial};
 use super::verification::{Pairs, Verification};
-use super::wilson::Interval;
 use crate::error::{Error, Result};
 use crate::score::Recognizer;
 use crate::score::answers::Answers;
@@ -193,8 +193,6 @@ fn result_of(name: &str, trial: &Trial<'_>, sums: Sums, seed: u64) -> ProbeSetRe
     let mut all = Ranking::default();
     sums.by_person.iter().for_each(|ranking| all += ranking);
     let tally = all.tally(1);
-    let wilson = tally.interval();
-    let ends = |interval: Option<Interval>| interval.map(|one| (one.low, one.high));
     let probed: Vec<Ranking> = sums
         .by_person
         .iter()
@@ -202,6 +200,7 @@ fn result_of(name: &str, trial: &Trial<'_>, sums: Sums, seed: u64) -> ProbeSetRe
         .cloned()
         .collect();
     let people: Vec<Tally> = probed.iter().map(|ranking| ranking.tally(1)).collect();
+    let map = interval_95(&probed, seed, Ranking::map);
     ProbeSetResult {
         name: name.to_owned(),
         probes: all.probes(),
@@ -210,13 +209,12 @@ fn result_of(name: &str, trial: &Trial<'_>, sums: Sums, seed: u64) -> ProbeSetRe
         without_mate: all.without_mate(),
         non_finite: all.non_finite(),
         rank1: tally.rank1().unwrap_or_default(),
-        rank1_low: wilson.low,
-        rank1_high: wilson.high,
-        rank1_by_subjects: ends(rank1_95(&people, seed)),
+        intervals: Rank1Intervals::of(&people, seed),
         rank5: all.rank_k(5).unwrap_or_default(),
         cmc: all.cmc().unwrap_or_default(),
         map: all.map(),
-        map_by_subjects: ends(interval_95(&probed, seed, Ranking::map)),
+        map_low: map.map(|one| one.low),
+        map_high: map.map(|one| one.high),
         minp: all.minp(),
         verification: verification(&sums.pairs, seed),
         cross_view: sums.cells.map(|cells| cross_view(&cells, trial.sequences)),
@@ -232,7 +230,7 @@ fn verification(pairs: &[Pairs], seed: u64) -> Option<VerificationResult> {
     let curve = Verification::of(&all(|pairs| &pairs.genuine), &all(|pairs| &pairs.impostor));
     let (non_finite_genuine, non_finite_impostors) = curve.non_finite();
     let eer = curve.eer();
-    let by_subjects = verification_95(pairs, seed, |curve| curve.eer().map(|eer| eer.rate));
+    let over_people = verification_95(pairs, seed, |curve| curve.eer().map(|eer| eer.rate));
     Some(VerificationResult {
         genuine: curve.genuine(),
         impostors: curve.impostors(),
@@ -240,7 +238,8 @@ fn verification(pairs: &[Pairs], seed: u64) -> Option<VerificationResult> {
         non_finite_impostors,
         eer: eer.map(|eer| eer.rate),
         eer_threshold: eer.map(|eer| eer.threshold),
-        eer_by_subjects: by_subjects.map(|one| (one.low, one.high)),
+        eer_low: over_people.map(|one| one.low),
+        eer_high: over_people.map(|one| one.high),
         auc: curve.auc(),
         tar_at_far: curve.tars(),
         roc: curve.roc(),

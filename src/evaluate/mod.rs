@@ -15,6 +15,7 @@ pub mod bootstrap;
 pub mod contest;
 pub mod cross_view;
 pub mod distance;
+pub mod intervals;
 mod judge;
 pub mod protocol;
 pub mod rank;

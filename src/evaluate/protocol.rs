@@ -4,6 +4,7 @@
 //! made, so that a pack, a dataset and a tree of silhouettes are judged alike. Those of
 //! [`NAMES`] are built in; others are TOML files of the same keys.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use serde::Deserialize;
@@ -12,6 +13,11 @@ use crate::confound::{Condition, NORMAL};
 use crate::error::{Error, Result};
 use crate::named::toml_of;
 use crate::source::{Made, Take};
+
+/// The first variation that no training of this program uses: those that are looked for begin here.
+pub const FIRST_UNSEEN: u32 = 1_000;
+/// The last variation that there is.
+pub const MAX_VARIATION: u32 = 1_000_000;
 
 /// Names of the built-in protocols.
 pub const NAMES: [&str; 7] = [
@@ -237,13 +243,19 @@ impl Protocol {
                 "expected conditions where takes of made name one, and none elsewhere".into(),
             );
         }
-        let cycles: Vec<u32> = self.made.iter().map(|one| one.cycle).collect();
-        let first = cycles.iter().enumerate();
-        let again = first
-            .filter(|(at, cycle)| cycles[..*at].contains(cycle))
-            .map(|(_, cycle)| cycle)
-            .next();
-        again.map(|cycle| format!("made: cycle {cycle} is there twice"))
+        let out_of_range = self.made.iter().find(|one| {
+            let least = if self.is_probed(one) { FIRST_UNSEEN } else { 0 };
+            !(least..=MAX_VARIATION).contains(&one.variation)
+        });
+        if let Some(Made {
+            take, variation, ..
+        }) = out_of_range
+        {
+            return Some(format!(
+                "made: take {take:?}: expected a variation from 0 to {MAX_VARIATION}, and from {FIRST_UNSEEN} on (which training never uses) where it is looked for, found {variation}"
+            ));
+        }
+        self.made(1).err().map(|error| error.to_string())
     }
 
     /// What part each of the takes has.
@@ -312,31 +324,55 @@ impl Protocol {
         doubts
     }
 
+    /// Whether a take that is made of a walk is looked for.
+    fn is_probed(&self, made: &Made) -> bool {
+        self.probes.iter().any(|set| {
+            let names = set.takes.is_empty() || set.takes.iter().any(|p| matches(p, &made.take));
+            names && (set.order != Order::Others || made.take != self.made[0].take)
+        })
+    }
+
     /// The takes that are made of a walk, each probed one with `cycles` cycles: those from the
-    /// stated one on, in steps of as many as there are probed takes.
-    #[must_use]
-    pub fn made(&self, cycles: u32) -> Vec<Made> {
-        let is_probe = |made: &&Made| {
-            let sets = self.probes.iter();
-            sets.clone().any(|set| {
-                let names =
-                    set.takes.is_empty() || set.takes.iter().any(|p| matches(p, &made.take));
-                names && (set.order != Order::Others || made.take != self.made[0].take)
-            })
-        };
-        let probed = self.made.iter().filter(is_probe).count();
-        let step = u32::try_from(probed).unwrap_or(1);
-        let of = |made: &Made| {
-            let count = if is_probe(&made) { cycles } else { 1 };
-            let name = made.take.clone();
-            let (first, condition) = (made.cycle, made.condition.clone());
-            (0..count).map(move |at| Made {
-                take: name.clone(),
-                cycle: first + at * step,
-                condition: condition.clone(),
-            })
-        };
-        self.made.iter().flat_map(of).collect()
+    /// stated variation on, in steps of as many as there are probed takes.
+    ///
+    /// # Errors
+    /// If two of them would be the same variation, or one would be beyond the last.
+    pub fn made(&self, cycles: u32) -> Result<Vec<Made>> {
+        let step = self.made.iter().filter(|made| self.is_probed(made)).count();
+        let mut all: Vec<Made> = Vec::new();
+        let mut owners: HashMap<u32, &str> = HashMap::new();
+        for made in &self.made {
+            let count = if self.is_probed(made) { cycles } else { 1 };
+            for at in 0..count {
+                let refuse = |problem: String| {
+                    Error::Failed(format!(
+                        "protocol {}: made: cycle {} of {cycles} of take {:?} {problem}",
+                        self.name,
+                        at + 1,
+                        made.take
+                    ))
+                };
+                let variation = u64::from(made.variation) + u64::from(at) * step as u64;
+                let variation = u32::try_from(variation)
+                    .ok()
+                    .filter(|variation| *variation <= MAX_VARIATION)
+                    .ok_or_else(|| {
+                        refuse(format!(
+                            "is variation {variation}, expected at most {MAX_VARIATION} (begin with a lower one, or use fewer --cycles)"
+                        ))
+                    })?;
+                if let Some(other) = owners.insert(variation, &made.take) {
+                    return Err(refuse(format!(
+                        "is variation {variation}, which take {other:?} has too (give takes that are looked for consecutive variations, others lower ones)"
+                    )));
+                }
+                all.push(Made {
+                    variation,
+                    ..made.clone()
+                });
+            }
+        }
+        Ok(all)
     }
 }
 

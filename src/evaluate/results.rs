@@ -7,7 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::angle::AngleResult;
-use super::bootstrap::rank1_95;
+use super::intervals::Rank1Intervals;
 use super::rank::Tally;
 use super::verification::{RocPoint, TarAtFar};
 pub use crate::dataset::{Header, InputFile};
@@ -68,14 +68,9 @@ pub struct RecognizerResult {
     pub probes: u64,
     /// Share of hits, 0..1; 0 without probes.
     pub rank1: f64,
-    /// Lower end of Wilson's 95 % interval, probes taken as independent.
-    pub rank1_low: f64,
-    /// Upper end.
-    pub rank1_high: f64,
-    /// The 95 % interval that draws people rather than probes, [low, high]; none if
-    /// it is not known who was hit.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rank1_by_subjects: Option<(f64, f64)>,
+    /// Its 95 % intervals.
+    #[serde(flatten)]
+    pub intervals: Rank1Intervals,
     /// Probes whose output was not finite. They are misses.
     pub non_finite: u64,
     /// Embeddings of the gallery that were not finite. They were left out of it.
@@ -116,20 +111,19 @@ pub struct ProbeSetResult {
     pub non_finite: u64,
     /// Rank-1, 0..1.
     pub rank1: f64,
-    /// Lower end of Wilson's 95 % interval, probes taken as independent.
-    pub rank1_low: f64,
-    /// Upper end.
-    pub rank1_high: f64,
-    /// The 95 % interval that draws people, [low, high].
-    pub rank1_by_subjects: Option<(f64, f64)>,
+    /// Its 95 % intervals.
+    #[serde(flatten)]
+    pub intervals: Rank1Intervals,
     /// Rank-5, 0..1.
     pub rank5: f64,
     /// Rank-1 to Rank-50, 0..1.
     pub cmc: Vec<f64>,
     /// Mean average precision, 0..1; none without a probe that counts.
     pub map: Option<f64>,
-    /// The 95 % interval of it that draws people.
-    pub map_by_subjects: Option<(f64, f64)>,
+    /// Lower end of its 95 % interval that draws people.
+    pub map_low: Option<f64>,
+    /// Upper end.
+    pub map_high: Option<f64>,
     /// Mean inverse negative penalty, 0..1.
     pub minp: Option<f64>,
     /// The same distances as claims that are accepted or refused; none if they are more than
@@ -150,8 +144,12 @@ pub struct Answered<'a> {
     pub subject: &'a str,
     /// In which take.
     pub take: &'a str,
-    /// In which cycle of the take.
-    pub cycle: u32,
+    /// Of which walk of the source: where takes are made of walks, the one that it was made of.
+    pub walk: &'a str,
+    /// Which recorded cycle of the walk, from 0; none where the probe is a whole recording.
+    pub cycle: Option<u32>,
+    /// Which seeded variation of that cycle; 0 is the cycle itself.
+    pub variation: u32,
     /// From which azimuth, degrees.
     pub azimuth_deg: f64,
     /// From which elevation, degrees.
@@ -162,12 +160,16 @@ pub struct Answered<'a> {
     pub gallery_elevation_deg: Option<f64>,
     /// Whom the recognizer took them for; none without a finite answer.
     pub answer: Option<&'a str>,
-    /// How far that person was: a distance, or the class's score with its sign changed.
-    pub distance: Option<f64>,
     /// The right person's rank, from 1; none where they are not in the gallery.
     pub rank: Option<usize>,
+    /// How far that person was, where the nearest embedding decides.
+    pub distance: Option<f64>,
     /// How far the right person was.
     pub right_distance: Option<f64>,
+    /// The class's score, where the highest one decides.
+    pub score: Option<f64>,
+    /// The score of the right person's class.
+    pub right_score: Option<f64>,
 }
 
 /// How well a threshold of the distance tells people apart.
@@ -185,8 +187,10 @@ pub struct VerificationResult {
     pub eer: Option<f64>,
     /// The distance at which it is reached.
     pub eer_threshold: Option<f64>,
-    /// Its 95 % interval that draws people, [low, high].
-    pub eer_by_subjects: Option<(f64, f64)>,
+    /// Lower end of its 95 % interval that draws people.
+    pub eer_low: Option<f64>,
+    /// Upper end.
+    pub eer_high: Option<f64>,
     /// Area under the ROC, 0..1.
     pub auc: Option<f64>,
     /// True accept rates at fixed false accept rates.
@@ -291,7 +295,6 @@ impl RecognizerResult {
     #[must_use]
     pub fn new(contestant: Contestant, by_viewpoint: &[((f64, f64), Tally)]) -> Self {
         let all: Tally = by_viewpoint.iter().map(|(_, tally)| *tally).sum();
-        let interval = all.interval();
         let viewpoint =
             |&((azimuth_deg, elevation_deg), tally): &((f64, f64), Tally)| ViewpointResult {
                 azimuth_deg,
@@ -306,9 +309,7 @@ impl RecognizerResult {
             classes: contestant.classes,
             probes: all.probes,
             rank1: all.rank1().unwrap_or_default(),
-            rank1_low: interval.low,
-            rank1_high: interval.high,
-            rank1_by_subjects: None,
+            intervals: Rank1Intervals::of(&[all], 0),
             non_finite: all.non_finite,
             gallery_non_finite: 0,
             trained_at: contestant.trained_at,
@@ -322,8 +323,7 @@ impl RecognizerResult {
     /// The result with the interval over people, from each one's counts.
     #[must_use]
     pub fn with_subjects(mut self, subjects: &[Tally], seed: u64) -> Self {
-        self.rank1_by_subjects =
-            rank1_95(subjects, seed).map(|interval| (interval.low, interval.high));
+        self.intervals = Rank1Intervals::of(subjects, seed);
         self
     }
 
@@ -401,7 +401,7 @@ pub(crate) mod tests {
         assert!(json.starts_with(&format!(
             r#"{{"schema":1,"command":"score","version":"{version}","seed":1,"inputs":[],"settings":{{"views":"paper"}},"warnings":[],"silhouettes":3200,"#
         )));
-        assert!(json.contains(r#""protocol":"closed-set","classes":26,"probes":20,"rank1":0.95,"rank1_low":0.7638"#), "{json}");
+        assert!(json.contains(r#""protocol":"closed-set","classes":26,"probes":20,"rank1":0.95,"rank1_low":null,"rank1_high":null,"rank1_wilson_low":0.7638"#), "{json}");
         assert!(json.contains(
             r#"[{"azimuth_deg":90.0,"elevation_deg":0.0,"probes":20,"rank1":0.95}],"by_angle":[],"probe_sets":[],"p50_us":4.0,"p90_us":4.0,"p99_us":null}],"seconds":1.5}"#
         ), "{json}");
@@ -414,7 +414,12 @@ pub(crate) mod tests {
         recognizer.latency = Latency::of(&[4.0, 8.0]);
         recognizer.trained_at = vec![(90.0, 0.0)];
         // serde_json without `float_roundtrip` reads some floats one unit off.
-        (recognizer.rank1_low, recognizer.rank1_high) = (0.75, 1.0);
+        recognizer.intervals = Rank1Intervals {
+            rank1_low: Some(0.5),
+            rank1_high: Some(0.75),
+            rank1_wilson_low: 0.75,
+            rank1_wilson_high: 1.0,
+        };
         let timed = results_of(vec![recognizer]);
         for results in [timed.clone(), timed.without_timings()] {
             let json = serde_json::to_string(&results).unwrap();

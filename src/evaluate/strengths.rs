@@ -1,5 +1,6 @@
 //! What each confounder does to recognizers, by its strength, and what it costs.
 
+use super::intervals::Rank1Intervals;
 use super::results::RecognizerResult;
 use crate::confound::{Condition, Confounder, Dose, Doses, NORMAL};
 use crate::error::{Error, Result};
@@ -42,8 +43,9 @@ pub struct Rank1 {
     pub name: String,
     /// Share of hits, 0..1.
     pub rank1: f64,
-    /// The 95 % interval that draws people, [low, high].
-    pub rank1_by_subjects: Option<(f64, f64)>,
+    /// Its 95 % intervals.
+    #[serde(flatten)]
+    pub intervals: Rank1Intervals,
 }
 
 impl ConfounderResult {
@@ -123,7 +125,7 @@ impl Study {
                 Ok(Rank1 {
                     name: result.name.clone(),
                     rank1: set.rank1,
-                    rank1_by_subjects: set.rank1_by_subjects,
+                    intervals: set.intervals,
                 })
             };
             recognizers.iter().map(of).collect()

@@ -10,6 +10,7 @@ use crate::score::Recognizer;
 use crate::score::answers::Answers;
 use crate::source::Sequences;
 use crate::sweep::View;
+use std::ops::Neg;
 
 /// Most viewpoints that are compared each with each.
 const MAX_CROSS_VIEWS: usize = 64;
@@ -230,6 +231,7 @@ impl<'a> Trial<'a> {
     ) -> Answered<'s> {
         let sequence = &self.sequences.list[probe];
         let take = &self.sequences.takes[sequence.take];
+        let origin = self.sequences.origin(probe);
         let (azimuth_deg, elevation_deg) = self.sequences.angles(probe);
         let gallery = meeting.gallery_view.map(|view| self.sequences.views[view]);
         let names = match self.classes {
@@ -237,25 +239,34 @@ impl<'a> Trial<'a> {
             None => &self.sequences.subjects,
         };
         let answer = meeting.nearest.and_then(|(label, _)| names.get(label));
+        let nearest = meeting.nearest.map(|(_, distance)| distance);
+        let by_distance = self.classes.is_none();
         Answered {
             recognizer: recognizer.name(),
             probe_set,
             subject: &self.sequences.subjects[take.subject],
             take: &take.name,
-            cycle: sequence.cycle,
+            walk: &origin.walk,
+            cycle: origin.cycle,
+            variation: origin.variation,
             azimuth_deg,
             elevation_deg,
             gallery_azimuth_deg: gallery.map(|at| at.0),
             gallery_elevation_deg: gallery.map(|at| at.1),
             answer: answer.map(String::as_str),
-            distance: meeting.nearest.map(|(_, distance)| distance),
+            distance: by_distance.then_some(nearest).flatten(),
+            right_distance: by_distance.then_some(meeting.right).flatten(),
+            score: (!by_distance).then_some(nearest).flatten().map(Neg::neg),
+            right_score: (!by_distance)
+                .then_some(meeting.right)
+                .flatten()
+                .map(Neg::neg),
             rank: match meeting.ranked {
                 Ranked::Found {
                     strangers_before, ..
                 } => Some(strangers_before + 1),
                 Ranked::NoMate | Ranked::NonFinite => None,
             },
-            right_distance: meeting.right,
         }
     }
 }

@@ -4,6 +4,7 @@ use super::Point;
 use super::pareto::{Merits, pareto};
 use crate::error::{Error, Result};
 use crate::report::drawing::{COLOURS, FONT, failed, register_font};
+use crate::report::signed;
 use image::RgbImage;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use plotters::coord::Shift;
@@ -52,7 +53,7 @@ pub fn png(points: &[Point]) -> Result<Vec<u8>> {
     pixels
         .write_with_encoder(encoder)
         .map_err(|error| Error::Failed(format!("png: {error}")))?;
-    Ok(bytes.into_inner())
+    Ok(signed(&bytes.into_inner()))
 }
 
 const fn size() -> (u32, u32) {

@@ -27,7 +27,7 @@ pub(super) fn interval(result: &RecognizerResult) -> Markup {
         svg.interval viewBox="0 0 100 14" aria-hidden="true" {
             line.rail x1="4" x2="96" y1="7" y2="7" {}
             line.chance-mark x1=(x_of(chance)) x2=(x_of(chance)) y1="2" y2="12" {}
-            line.whisker x1=(x_of(result.rank1_low)) x2=(x_of(result.rank1_high)) y1="7" y2="7" {}
+            line.whisker x1=(x_of(result.intervals.shown().0)) x2=(x_of(result.intervals.shown().1)) y1="7" y2="7" {}
             circle cx=(x_of(result.rank1)) cy="7" r="3" {}
         }
     }
@@ -75,7 +75,7 @@ pub(super) fn angles(results: &[RecognizerResult]) -> Option<Markup> {
                 path.curve d=(path) stroke=(colour) stroke-dasharray=(dashes) {}
                 @for bin in &result.by_angle {
                     @let x = format!("{:.1}", x_of(bin.middle_deg()));
-                    @let (low, high) = bin.rank1_by_subjects.unwrap_or((bin.rank1_low, bin.rank1_high));
+                    @let (low, high) = bin.intervals.shown();
                     line.error stroke=(colour) x1=(x) x2=(x) y1=(format!("{:.1}", y_of(low)))
                         y2=(format!("{:.1}", y_of(high))) {}
                     circle cx=(x) cy=(format!("{:.1}", y_of(bin.rank1))) r="3.2"
@@ -160,6 +160,7 @@ fn where_is(bin: &AngleResult) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evaluate::intervals::Rank1Intervals;
     use crate::evaluate::results::tests::result_of;
 
     #[test]
@@ -171,9 +172,12 @@ mod tests {
             to_deg,
             probes: 4,
             rank1,
-            rank1_low: 0.0,
-            rank1_high: 1.0,
-            rank1_by_subjects: Some((0.125, 0.5)),
+            intervals: Rank1Intervals {
+                rank1_low: Some(0.125),
+                rank1_high: Some(0.5),
+                rank1_wilson_low: 0.0,
+                rank1_wilson_high: 1.0,
+            },
         };
         result.by_angle = vec![bin(0.0, 0.0, 1.0), bin(90.0, 100.0, 0.25)];
         let chart = angles(&[result]).unwrap().into_string();

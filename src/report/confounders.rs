@@ -117,7 +117,7 @@ fn recognizers(results: &[ConfounderResult]) -> Vec<String> {
 /// A rate and its interval.
 fn rank1(point: &StrengthResult, recognizer: usize) -> String {
     let of = &point.recognizers[recognizer];
-    match of.rank1_by_subjects {
+    match of.intervals.over_people() {
         Some((low, high)) => format!(
             "{} ({} - {})",
             percent(of.rank1),

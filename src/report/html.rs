@@ -233,9 +233,9 @@ fn summary(results: &ScoreResults) -> Markup {
                     td.text data-label="runtime" { (result.runtime.name) small { (result.runtime.detail()) } }
                     td data-label="rank-1" {
                         b { (percent(result.rank1)) " %" }
-                        small { (percent(result.rank1_low)) " to " (percent(result.rank1_high))
+                        small { (percent(result.intervals.rank1_wilson_low)) " to " (percent(result.intervals.rank1_wilson_high))
                             " of " (grouped(result.probes, THIN)) }
-                        @if let Some((low, high)) = result.rank1_by_subjects {
+                        @if let Some((low, high)) = result.intervals.over_people() {
                             small { (percent(low)) " to " (percent(high)) " over people" }
                         }
                         (chart::interval(result))

@@ -43,7 +43,7 @@ pub(super) fn text(result: &RecognizerResult) -> String {
                 super::table::shortened(&set.name, 14),
                 grouped(set.probes, ","),
                 percent(set.rank1),
-                range(set.rank1_by_subjects, " - "),
+                range(set.intervals.over_people(), " - "),
                 percent(set.rank5),
                 share(set.map),
                 share(set.minp),
@@ -85,10 +85,7 @@ fn angles(out: &mut String, bins: &[AngleResult]) {
             format!("{row} {cell:>5}")
         })
     };
-    let ends = |bin: &AngleResult| {
-        bin.rank1_by_subjects
-            .unwrap_or((bin.rank1_low, bin.rank1_high))
-    };
+    let ends = |bin: &AngleResult| bin.intervals.shown();
     line(out, &row("degrees away", &|bin| format!("{}", bin.to_deg)));
     line(out, &row("rank-1 %", &|bin| percent(bin.rank1)));
     line(out, &row("  from", &|bin| percent(ends(bin).0)));
@@ -249,12 +246,12 @@ fn row(set: &ProbeSetResult) -> Markup {
     html! { tr {
         th scope="row" { (set.name) small { (grouped(set.probes, THIN)) " of " (grouped(set.people, THIN)) " people" }
             @if let Some(left_out) = left_out(set) { small { (left_out) } } }
-        td data-label="rank-1" { (percent(set.rank1)) small { (range(set.rank1_by_subjects, " to ")) } }
+        td data-label="rank-1" { (percent(set.rank1)) small { (range(set.intervals.over_people(), " to ")) } }
         td data-label="rank-5" { (percent(set.rank5)) }
-        td data-label="mAP" { (share(set.map)) small { (range(set.map_by_subjects, " to ")) } }
+        td data-label="mAP" { (share(set.map)) small { (range(set.map_low.zip(set.map_high), " to ")) } }
         td data-label="mINP" { (share(set.minp)) }
         td data-label="EER" { (share(verification.and_then(|found| found.eer)))
-            small { (range(verification.and_then(|found| found.eer_by_subjects), " to ")) } }
+            small { (range(verification.and_then(|found| found.eer_low.zip(found.eer_high)), " to ")) } }
         td data-label="AUC" { (verification.and_then(|found| found.auc).map_or("–".into(), |auc| format!("{auc:.3}"))) }
         td data-label="TAR" {
             @for at in verification.map_or(&[][..], |found| &found.tar_at_far) {
@@ -292,6 +289,7 @@ fn matrix(set: &str, cross_view: &CrossViewResult) -> Markup {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evaluate::intervals::Rank1Intervals;
     use crate::evaluate::results::VerificationResult;
     use crate::evaluate::results::tests::result_of;
     use crate::evaluate::verification::{RocPoint, TarAtFar};
@@ -311,13 +309,17 @@ mod tests {
             without_mate: 2,
             non_finite: 0,
             rank1: 0.5,
-            rank1_low: 0.4,
-            rank1_high: 0.6,
-            rank1_by_subjects: Some((0.25, 0.75)),
+            intervals: Rank1Intervals {
+                rank1_low: Some(0.25),
+                rank1_high: Some(0.75),
+                rank1_wilson_low: 0.4,
+                rank1_wilson_high: 0.6,
+            },
             rank5: 0.875,
             cmc: vec![0.5, 0.6],
             map: Some(0.625),
-            map_by_subjects: None,
+            map_low: None,
+            map_high: None,
             minp: None,
             verification: Some(VerificationResult {
                 genuine: 10,
@@ -326,7 +328,8 @@ mod tests {
                 non_finite_impostors: 0,
                 eer: Some(0.125),
                 eer_threshold: Some(1.5),
-                eer_by_subjects: None,
+                eer_low: None,
+                eer_high: None,
                 auc: Some(0.9375),
                 tar_at_far: vec![
                     at(0.1, Some(0.75), None),

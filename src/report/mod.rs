@@ -19,9 +19,13 @@ mod viewpoints;
 pub use confounders::{strength_table, write_strengths};
 pub use gallery::{GalleryRow, Raster, TemplateCell, gallery, template_sheet};
 pub use html::{Sample, page, write_page};
-pub use picture::{cells, contact_sheet, png, write_png};
+pub(crate) use picture::signed;
+pub use picture::{cells, contact_sheet, is_own_png, png, write_png};
 pub use strengths::{StrengthPanel, strength_chart};
 pub use table::table;
+
+/// How the title of every page ends, by which one is known again.
+pub const TITLE_END: &str = " · EdgeGait</title>";
 
 /// U+202F, a narrow space that does not break a line.
 const THIN: &str = "\u{202f}";

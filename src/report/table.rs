@@ -52,8 +52,7 @@ pub fn table(results: &ScoreResults) -> String {
 
 /// The interval that draws people, if there is one: probes of one person go together.
 fn interval(recognizer: &RecognizerResult) -> String {
-    let of_probes = (recognizer.rank1_low, recognizer.rank1_high);
-    let (low, high) = recognizer.rank1_by_subjects.unwrap_or(of_probes);
+    let (low, high) = recognizer.intervals.shown();
     format!("{} - {}", percent(low), percent(high))
 }
 

@@ -24,7 +24,7 @@ pub struct CycleSeed {
     /// Which stored cycle of which walk: a hash of the name, and the cycle.
     pub walk: u64,
     /// Which variation; 0 is the stored cycle itself.
-    pub cycle: u32,
+    pub variation: u32,
 }
 
 /// Periodic noise on joint rotations.
@@ -59,11 +59,11 @@ impl Variation {
     /// The variation of one cycle; the stored cycle for number 0.
     #[must_use]
     pub fn new(of: CycleSeed) -> Self {
-        if of.cycle == 0 {
+        if of.variation == 0 {
             return Self { noise: None };
         }
         let mut key = [0; 32];
-        let parts = [of.seed, of.subject, of.walk, u64::from(of.cycle)];
+        let parts = [of.seed, of.subject, of.walk, u64::from(of.variation)];
         for (bytes, part) in key.chunks_exact_mut(8).zip(parts) {
             bytes.copy_from_slice(&part.to_le_bytes());
         }
@@ -115,12 +115,12 @@ impl Variation {
 mod tests {
     use super::*;
 
-    fn variation(cycle: u32) -> Variation {
+    fn variation(number: u32) -> Variation {
         Variation::new(CycleSeed {
             seed: 1,
             subject: 2,
             walk: 3,
-            cycle,
+            variation: number,
         })
     }
 

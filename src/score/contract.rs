@@ -76,11 +76,16 @@ pub struct Training {
     pub description: String,
     /// Viewpoints as `[azimuth_deg, elevation_deg]`.
     pub viewpoints: Vec<[f64; 2]>,
+    /// Names of the people; empty if they are the classes.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub subjects: Vec<String>,
     /// Names of the walks; empty if unknown.
     pub walks: Vec<String>,
-    /// Cycles 0 to one fewer of each walk; 0 if unknown.
-    pub cycles: u32,
-    /// Seed of the cycles' variations.
+    /// Which recorded cycles of the walks, from 0; empty if unknown.
+    pub cycles: Vec<u32>,
+    /// Which seeded variations of those cycles; 0 is the cycle itself.
+    pub variations: Vec<u32>,
+    /// Seed of the variations.
     pub seed: u64,
 }
 

@@ -1,6 +1,6 @@
 //! Sequences of a dataset: templates as they are.
 
-use super::{Form, Labels, Made, Sequences, Shown};
+use super::{Form, Labels, Made, Origin, Sequences, Shown};
 use crate::dataset::Dataset;
 use crate::error::{Error, Result};
 use crate::template::Template;
@@ -14,17 +14,25 @@ pub struct Geis {
 }
 
 impl Geis {
-    /// Takes are the walks of each person under each condition. If nobody has more than one, cycles
-    /// whose numbers `made` names are takes of their own.
+    /// Takes are the walks of each person under each condition. If nobody has more than one, those
+    /// variations that `made` names are takes of their own.
     pub(super) fn new(dataset: Dataset, path: PathBuf, made: &[Made]) -> Self {
         let label = |is_made: bool| {
             let mut labels = Labels::default();
             for row in dataset.index() {
-                let of_cycle = made.iter().find(|one| is_made && one.cycle == row.cycle);
-                let name = of_cycle.map_or(row.walk.as_str(), |one| one.take.as_str());
+                let of_variation = made
+                    .iter()
+                    .find(|one| is_made && one.variation == row.variation);
+                let name = of_variation.map_or(row.walk.as_str(), |one| one.take.as_str());
                 let take = labels.take(&row.subject, name, &row.condition);
                 let view = labels.view((row.azimuth_deg, row.elevation_deg));
-                labels.push(take, row.cycle, view);
+                let origin = labels.origin(Origin {
+                    walk: row.walk.clone(),
+                    cycle: Some(row.cycle),
+                    variation: row.variation,
+                    seed: row.seed,
+                });
+                labels.push(take, origin, view);
             }
             labels.sequences
         };

@@ -29,13 +29,26 @@ pub struct Take {
     pub condition: String,
 }
 
+/// What a sequence shows, whoever's it is: which cycle of which walk, and which variation of it.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Origin {
+    /// The walk by its name in the source, which is the take's unless takes were made of walks.
+    pub walk: String,
+    /// Which recorded cycle of the walk, from 0; none where a sequence is a whole recording.
+    pub cycle: Option<u32>,
+    /// Which seeded variation of the cycle; 0 is the cycle itself.
+    pub variation: u32,
+    /// The seed of the variation.
+    pub seed: u64,
+}
+
 /// One cycle of a take, seen from one viewpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sequence {
     /// Number of the take.
     pub take: usize,
-    /// Which cycle of the take.
-    pub cycle: u32,
+    /// Number of what it shows in [`Sequences::origins`].
+    pub origin: usize,
     /// Number of the viewpoint in [`Sequences::views`].
     pub view: usize,
 }
@@ -47,6 +60,8 @@ pub struct Sequences {
     pub subjects: Vec<String>,
     /// The takes, in the source's order.
     pub takes: Vec<Take>,
+    /// What the sequences show, each once.
+    pub origins: Vec<Origin>,
     /// Viewpoints as (azimuth, elevation) in degrees, each once.
     pub views: Vec<(f64, f64)>,
     /// The sequences.
@@ -58,6 +73,12 @@ impl Sequences {
     #[must_use]
     pub fn subject(&self, sequence: usize) -> usize {
         self.takes[self.list[sequence].take].subject
+    }
+
+    /// What a sequence shows.
+    #[must_use]
+    pub fn origin(&self, sequence: usize) -> &Origin {
+        &self.origins[self.list[sequence].origin]
     }
 
     /// Where a sequence is seen from, (azimuth, elevation) in degrees.
@@ -98,6 +119,7 @@ struct Labels {
     sequences: Sequences,
     subjects: Register<String>,
     takes: Register<(usize, String, String)>,
+    origins: Register<Origin>,
     views: Register<(u64, u64)>,
 }
 
@@ -129,8 +151,15 @@ impl Labels {
         self.views.number(key, || views.push(angles))
     }
 
-    fn push(&mut self, take: usize, cycle: u32, view: usize) {
-        self.sequences.list.push(Sequence { take, cycle, view });
+    /// The number of what a sequence shows, which is added if it is new.
+    fn origin(&mut self, origin: Origin) -> usize {
+        let origins = &mut self.sequences.origins;
+        self.origins.number(origin.clone(), || origins.push(origin))
+    }
+
+    fn push(&mut self, take: usize, origin: usize, view: usize) {
+        let sequence = Sequence { take, origin, view };
+        self.sequences.list.push(sequence);
     }
 }
 

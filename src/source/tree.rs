@@ -1,6 +1,6 @@
 //! Sequences of a tree of silhouettes.
 
-use super::{Form, Labels, Sequences, Shown, mean};
+use super::{Form, Labels, Origin, Sequences, Shown, mean};
 use crate::dataset::{Tree, TreeSequence};
 use crate::error::{Error, Result};
 use crate::template::{Builder, Template};
@@ -31,7 +31,13 @@ impl Recordings {
             numbers.push(number);
             let take = labels.take(&recording.subject, &recording.take, "");
             let view = labels.view((recording.azimuth_deg, recording.elevation_deg));
-            labels.push(take, 0, view);
+            let origin = labels.origin(Origin {
+                walk: recording.take.clone(),
+                cycle: None,
+                variation: 0,
+                seed: 0,
+            });
+            labels.push(take, origin, view);
         }
         Self {
             tree,

@@ -1,6 +1,6 @@
 //! Sequences of a pack's walks, drawn when they are wanted.
 
-use super::{Form, Labels, Sequences, Shown};
+use super::{Form, Labels, Origin, Sequences, Shown};
 use crate::confound::Condition;
 use crate::error::{Error, Result};
 use crate::sweep::{Job, Moments, Settings, Shot, Swept, View, jobs, silhouettes, sweep};
@@ -20,7 +20,7 @@ pub struct Made {
     /// What the take is called.
     pub take: String,
     /// Which variation of the stored cycle it begins with; 0 is that cycle itself.
-    pub cycle: u32,
+    pub variation: u32,
     /// Under which condition it is walked, by name; as it is if not said.
     pub condition: Option<String>,
 }
@@ -46,11 +46,13 @@ pub struct Cycles<'a> {
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Label {
     person: String,
+    /// The walk's name, and which of its cycles.
+    walk: (String, u32),
     take: String,
     condition: String,
 }
 
-/// A take of a walk: its name, which cycle, and under which condition.
+/// A take of a walk: its name, which variation of its cycle, and under which condition.
 type Taken<'a> = (String, u32, Option<&'a Condition>);
 
 impl<'a> Walks<'a> {
@@ -86,7 +88,7 @@ impl<'a> Walks<'a> {
             .iter()
             .map(|one| {
                 let under = one.condition.as_ref().map(condition).transpose()?;
-                Ok((one.take.clone(), one.cycle, under))
+                Ok((one.take.clone(), one.variation, under))
             })
             .collect::<Result<_>>()?;
         Self::cycles(pack, walks, &|_| takes.clone())
@@ -103,14 +105,15 @@ impl<'a> Walks<'a> {
         let names: Vec<&str> = pack.subjects().map(|subject| subject.name).collect();
         let (mut labels, mut jobs) = (Vec::new(), Vec::new());
         for &walk in walks {
-            for (take, cycle, condition) in takes(all[walk].name) {
+            for (take, variation, condition) in takes(all[walk].name) {
                 let job = Job {
                     walk,
-                    cycle,
+                    variation,
                     condition,
                 };
                 labels.push(Label {
                     person: names[all[walk].subject].to_owned(),
+                    walk: (all[walk].name.to_owned(), u32::from(all[walk].cycle)),
                     take,
                     condition: job.condition_name().to_owned(),
                 });
@@ -175,6 +178,7 @@ impl<'a> Cycles<'a> {
             person,
             take,
             condition,
+            ..
         } in &self.labels
         {
             labels.take(person, take, condition);
@@ -183,24 +187,28 @@ impl<'a> Cycles<'a> {
     }
 
     /// The cycles seen from the viewpoints that `views` gives for each take; of a take without any
-    /// there is no sequence. Those of `first` are listed first.
+    /// there is no sequence. Those of `first` are listed first; `seed` is that of the variations.
     #[must_use]
-    pub fn seen(self, first: &[View], views: impl Fn(usize) -> Vec<View>) -> Walks<'a> {
+    pub fn seen(self, first: &[View], seed: u64, views: impl Fn(usize) -> Vec<View>) -> Walks<'a> {
         let mut labels = Labels::default();
         for view in first {
             labels.view(view.angles_deg());
         }
-        let mut counts: Vec<u32> = Vec::new();
         let mut begins = Vec::new();
         for (label, &job) in self.labels.iter().zip(&self.jobs) {
             let take = labels.take(&label.person, &label.take, &label.condition);
-            counts.resize(counts.len().max(take + 1), 0);
+            let (walk, cycle) = label.walk.clone();
+            let origin = labels.origin(Origin {
+                walk,
+                cycle: Some(cycle),
+                variation: job.variation,
+                seed,
+            });
             begins.push((job, labels.sequences.list.len()));
             for view in views(take) {
                 let view = labels.view(view.angles_deg());
-                labels.push(take, counts[take], view);
+                labels.push(take, origin, view);
             }
-            counts[take] += 1;
         }
         Walks {
             pack: self.pack,

@@ -353,8 +353,8 @@ impl<'a> Film<'a> {
 
     pub(super) fn refusal(&self, view: &View, error: &impl Display) -> Error {
         Error::Failed(format!(
-            "{}, cycle {}, azimuth {} and elevation {} degrees: {error}",
-            self.name, self.job.cycle, view.azimuth_deg, view.elevation_deg
+            "{}, variation {}, azimuth {} and elevation {} degrees: {error}",
+            self.name, self.job.variation, view.azimuth_deg, view.elevation_deg
         ))
     }
 }

@@ -15,6 +15,7 @@ mod walker;
 pub use scene::{Hulls, Scene, Thing, scene};
 pub use settings::{Aim, FRAMES_PER_CYCLE, Framing, Jitter, Lens, Raster, Sensor, Settings};
 pub use views::{View, Views};
+pub use walker::alternative;
 
 use crate::confound::image::FineRenderer;
 use crate::confound::{Condition, NORMAL};
@@ -38,7 +39,7 @@ pub struct Job<'c> {
     /// Number of the walk in its pack.
     pub walk: usize,
     /// Which variation of the stored cycle; 0 is the cycle itself.
-    pub cycle: u32,
+    pub variation: u32,
     /// What acts on it, if anything does.
     pub condition: Option<&'c Condition>,
 }
@@ -46,10 +47,10 @@ pub struct Job<'c> {
 impl<'c> Job<'c> {
     /// A cycle on which nothing acts.
     #[must_use]
-    pub const fn plain(walk: usize, cycle: u32) -> Self {
+    pub const fn plain(walk: usize, variation: u32) -> Self {
         Self {
             walk,
-            cycle,
+            variation,
             condition: None,
         }
     }
@@ -77,14 +78,14 @@ impl<'c> Job<'c> {
     }
 }
 
-/// The same cycles of each walk, walk by walk.
+/// The same variations of each walk's cycle, walk by walk.
 ///
 /// # Errors
 /// Naming the first walk that is a take: it has no cycles.
 pub fn jobs(
     pack: &Pack<'_>,
     walks: &[usize],
-    cycles: std::ops::Range<u32>,
+    variations: std::ops::Range<u32>,
 ) -> Result<Vec<Job<'static>>> {
     if let Some(take) = walks.iter().copied().find(|&walk| is_take(pack, walk)) {
         return Err(Error::Failed(format!(
@@ -92,7 +93,11 @@ pub fn jobs(
             walk_name(pack, take)
         )));
     }
-    let of = |&walk: &usize| cycles.clone().map(move |cycle| Job::plain(walk, cycle));
+    let of = |&walk: &usize| {
+        variations
+            .clone()
+            .map(move |variation| Job::plain(walk, variation))
+    };
     Ok(walks.iter().flat_map(of).collect())
 }
 

@@ -138,7 +138,7 @@ mod tests {
             seed: 1,
             subject: 2,
             walk: 3,
-            cycle: 0,
+            variation: 0,
         };
         Plan::new(Some(&Condition::of(Doses::new(doses.iter().map(dose)))), of)
     }

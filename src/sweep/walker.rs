@@ -168,7 +168,7 @@ pub struct Walker<'a> {
 impl<'a> Walker<'a> {
     pub fn new(pack: &Pack<'a>, job: Job<'_>, dressed: &'a Dressed, seed: u64) -> Result<Self> {
         let (walk, subject, avatar, clip) = parts(pack, job)?;
-        if job.cycle > 0 && clip.as_take().is_some() {
+        if job.variation > 0 && clip.as_take().is_some() {
             return Err(Error::Failed(format!(
                 "{} is a whole take: it has no variations (leave out --cycle)",
                 walk_name(pack, job.walk)
@@ -345,13 +345,34 @@ impl<'a> Walker<'a> {
     }
 }
 
+/// Which of its condition's alternatives a job's person drew, such as `coat=0.5`; empty if it has
+/// none.
+#[must_use]
+pub fn alternative(job: Job<'_>, subject: &str, seed: u64) -> String {
+    let drawn = job.condition.and_then(|condition| {
+        let of = CycleSeed {
+            seed,
+            subject: subject_hash(subject),
+            walk: 0,
+            variation: job.variation,
+        };
+        Plan::alternative(condition, of)
+    });
+    drawn.map_or_else(String::new, ToString::to_string)
+}
+
+/// What draws for a person depend on, whatever else is in the pack.
+fn subject_hash(name: &str) -> u64 {
+    u64::from(crc32(name.as_bytes()))
+}
+
 /// Of what a cycle's variation and all that is drawn for it depend.
 fn seed_of(job: Job<'_>, seed: u64, walk: &Walk<'_>, subject: &Subject<'_>) -> CycleSeed {
     CycleSeed {
         seed,
-        subject: u64::from(crc32(subject.name.as_bytes())),
+        subject: subject_hash(subject.name),
         walk: u64::from(crc32(walk.name.as_bytes())) << 16 | u64::from(walk.cycle),
-        cycle: job.cycle,
+        variation: job.variation,
     }
 }
 

@@ -64,8 +64,8 @@ impl<'a> Drawn<'a> {
         let mut warnings = Vec::new();
         let mut probes = "recorded cycles".to_owned();
         if protocol.decision == Decision::ClassScore || cycles.are_of_one_take() {
-            let made = protocol.made(wish.cycles.unwrap_or(1));
-            let variations = made.iter().map(|one| one.cycle).filter(|cycle| *cycle > 0);
+            let made = protocol.made(wish.cycles.unwrap_or(1))?;
+            let variations = made.iter().map(|one| one.variation).filter(|it| *it > 0);
             let (Some(first), Some(last)) = (variations.clone().min(), variations.max()) else {
                 return Err(Error::Failed(format!(
                     "protocol {}: every person has one take, and it does not say which to make of it (add \"made\")",
@@ -112,7 +112,8 @@ impl<'a> Drawn<'a> {
         } else {
             add(&mut gallery, views.list.iter().copied());
         }
-        let walks = cycles.seen(&views.list, |take| {
+        let seed = entrants.first().map_or(0, |entrant| entrant.settings.seed);
+        let walks = cycles.seen(&views.list, seed, |take| {
             let mut seen = Vec::new();
             if roles.gallery[take] {
                 seen.extend(gallery.iter().copied());

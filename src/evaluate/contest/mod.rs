@@ -1,8 +1,10 @@
 //! Recognizers against the same people, under one protocol.
 
 mod drawn;
+mod seen;
 
 pub use drawn::{Drawn, Wish, usual};
+use seen::Seen;
 
 use super::judge::judge;
 use super::protocol::{Decision, GalleryViews, Protocol, Roles};
@@ -172,6 +174,11 @@ impl<'a> Contest<'a> {
             }
         }
         let mut warnings = self.protocol.doubts(&sequences.takes, &self.roles);
+        for (entrant, trial) in entrants.iter().zip(&trials) {
+            let contract = entrant.recognizer.contract();
+            let seen = Seen::of(contract, sequences, |sequence| trial.is_probe(sequence));
+            warnings.extend(seen.warnings(entrant.recognizer.name()));
+        }
         let mut results = Vec::with_capacity(entrants.len());
         for ((entrant, trial), answers) in entrants.iter().zip(&trials).zip(answers) {
             let Some(answers) = answers else { continue };

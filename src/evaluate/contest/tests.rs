@@ -51,7 +51,7 @@ fn outcome(protocol: &str, classes: &[&str], geis: &[Gei<'_>]) -> Result<Outcome
         &dir,
         (Template::Gei, Size::S50x30),
         geis.len(),
-        Existing::Refuse,
+        Existing::ReplaceOwn,
     )?;
     for &(subject, walk, (azimuth_deg, elevation_deg), (first, second)) in geis {
         let mut pixels = [0; PIXELS];
@@ -60,10 +60,12 @@ fn outcome(protocol: &str, classes: &[&str], geis: &[Gei<'_>]) -> Result<Outcome
             subject: subject.into(),
             walk: walk.into(),
             cycle: 0,
+            variation: 0,
             speed_kmh: 5.0,
             azimuth_deg,
             elevation_deg,
             condition: String::new(),
+            alternative: String::new(),
             frames: 32,
             seed: 1,
         };

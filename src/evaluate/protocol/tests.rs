@@ -78,18 +78,22 @@ fn the_first_take_of_each_person_enrols_and_the_others_probe() {
 fn cycles_of_made_takes_do_not_overlap() {
     let names = |protocol: &str, cycles| -> Vec<(String, u32)> {
         let made = Protocol::named(protocol).expect("built in").made(cycles);
-        made.into_iter().map(|one| (one.take, one.cycle)).collect()
+        let made = made.expect("none is beyond the last");
+        made.into_iter()
+            .map(|one| (one.take, one.variation))
+            .collect()
     };
-    let probe = |cycle| ("probe".to_owned(), cycle);
+    let probe = |variation| ("probe".to_owned(), variation);
     assert_eq!(names("closed-set", 2), [probe(1000), probe(1001)]);
     let enrolled = ("enrolled".to_owned(), 0);
     assert_eq!(names("first-take", 2), [enrolled, probe(1000), probe(1001)]);
     for name in NAMES {
-        let made = Protocol::named(name).expect("built in").made(3);
-        let mut cycles: Vec<u32> = made.iter().map(|one| one.cycle).collect();
-        cycles.sort_unstable();
-        cycles.dedup();
-        assert_eq!(cycles.len(), made.len(), "{name}");
+        let made = Protocol::named(name).expect("built in").made(1000);
+        let made = made.expect("none is beyond the last");
+        let mut variations: Vec<u32> = made.iter().map(|one| one.variation).collect();
+        variations.sort_unstable();
+        variations.dedup();
+        assert_eq!(variations.len(), made.len(), "{name}");
     }
 }
 
@@ -107,4 +111,52 @@ fn what_makes_no_sense_is_refused() {
     assert!(refused(&twice).contains("\"all\" is there twice"));
     let unknown = format!("{head}{nearest}gallery_view = \"all\"\n{probes}[gallery]\n");
     assert!(refused(&unknown).starts_with("p.toml:4: unknown field"));
+}
+
+/// A protocol whose takes are made as `made` says, each of them looked for that is called p or q.
+fn made_as(made: &str) -> String {
+    format!(
+        "name = \"p\"\ndescription = \"d\"\ndecision = \"nearest embedding\"\nmade = [{made}]\n[gallery]\ntakes = [\"g\"]\n[[probes]]\nname = \"all\"\ntakes = [\"p\", \"q\"]\n"
+    )
+}
+
+#[test]
+fn made_takes_never_wrap_nor_reach_what_training_uses() {
+    let one =
+        |take: &str, variation: u32| format!("{{ take = {take:?}, variation = {variation} }}");
+    // 4294967295 + 1 would be 0, which everybody trains on.
+    let last = refused(&made_as(&one("p", u32::MAX)));
+    assert!(
+        last.contains("take \"p\": expected a variation from 0 to 1000000"),
+        "{last}"
+    );
+    assert!(last.ends_with("found 4294967295"), "{last}");
+    let trained_on = refused(&made_as(&one("q", 7)));
+    assert!(
+        trained_on.contains("from 1000 on (which training never uses)"),
+        "{trained_on}"
+    );
+    let twice = refused(&made_as(&[one("g", 1000), one("p", 1000)].join(",")));
+    assert!(
+        twice.contains("take \"p\" is variation 1000, which take \"g\" has too"),
+        "{twice}"
+    );
+
+    let parse = |text: &str| Protocol::parse(Path::new("p.toml"), text).expect("it makes sense");
+    let near = parse(&made_as(&[one("g", 0), one("p", 999_999)].join(",")));
+    assert_eq!(near.made(2).expect("the last two").len(), 3);
+    let beyond = near.made(3).unwrap_err().to_string();
+    assert!(
+        beyond
+            .contains("cycle 3 of 3 of take \"p\" is variation 1000001, expected at most 1000000"),
+        "{beyond}"
+    );
+    // Two takes are looked for, so that steps are of 2: 1000, 1002 and 1002, 1004 meet.
+    let meeting = parse(&made_as(&[one("p", 1000), one("q", 1002)].join(",")));
+    assert!(meeting.made(1).is_ok());
+    let met = meeting.made(2).unwrap_err().to_string();
+    assert!(
+        met.contains("take \"q\" is variation 1002, which take \"p\" has too"),
+        "{met}"
+    );
 }

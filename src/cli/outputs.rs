@@ -1,0 +1,254 @@
+//! What a command writes: tried before any work, by one rule.
+//!
+//! An input is never written over. An earlier result of the same kind is replaced; whatever else is
+//! there, only with `--overwrite`. Folders that lack are made when the result is written.
+
+use crate::dataset::{Existing, check_replaceable};
+use crate::error::{Error, Result};
+use crate::report::is_own_png;
+use crate::score::Contract;
+use edgegait_core::format::{MAGIC, RECOGNIZER_MAGIC};
+use serde_json::Value;
+use std::fs::{self, Metadata};
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+
+/// Most bytes of a file that are read to know it again.
+const MAX_READ: u64 = 1 << 28;
+
+/// What is written, by which an earlier one is known again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// The JSON results of the command of this name.
+    Json(&'static str),
+    /// A table that begins with this column.
+    Csv(&'static str),
+    /// A pack.
+    Pack,
+    /// An ONNX model, with its contract beside it.
+    Model,
+    /// A recognizer in 8-bit weights.
+    Recognizer,
+    /// A picture.
+    Png,
+    /// An array. It says nothing of who made it, so none is known again.
+    Npy,
+    /// A folder with a page.
+    Report,
+    /// A folder with results as JSON, a table and plots.
+    Frontier,
+    /// A folder that holds a dataset and nothing else.
+    Dataset,
+}
+
+/// Something that a command will write.
+#[derive(Clone, Debug)]
+pub struct Output {
+    /// The flag that names it.
+    pub flag: &'static str,
+    /// Where.
+    pub path: PathBuf,
+    /// What.
+    pub kind: Kind,
+}
+
+impl Output {
+    /// What the flag's value will be.
+    pub fn new(flag: &'static str, path: &Path, kind: Kind) -> Self {
+        Self {
+            flag,
+            path: path.to_path_buf(),
+            kind,
+        }
+    }
+
+    /// The files or folders that it comes to, each of a kind of its own.
+    fn parts(&self) -> Vec<(PathBuf, Kind)> {
+        let path = &self.path;
+        match self.kind {
+            Kind::Report => vec![(path.join("index.html"), Kind::Report)],
+            Kind::Frontier => [
+                ("frontier.json", Kind::Json("frontier")),
+                ("frontier.csv", Kind::Csv("name")),
+                ("frontier.svg", Kind::Frontier),
+                ("frontier.png", Kind::Png),
+            ]
+            .map(|(name, kind)| (path.join(name), kind))
+            .to_vec(),
+            Kind::Model => vec![
+                (path.clone(), Kind::Model),
+                (Contract::path_beside(path), Kind::Model),
+            ],
+            kind => vec![(path.clone(), kind)],
+        }
+    }
+
+    /// Refuses what must not or cannot be written.
+    fn check(&self, inputs: &[PathBuf], overwrite: bool) -> Result<()> {
+        let (flag, shown) = (self.flag, self.path.display());
+        let refuse = |problem: String| Err(Error::Usage(format!("{flag} {shown}: {problem}")));
+        if matches!(self.kind, Kind::Report | Kind::Frontier)
+            && self.path.exists()
+            && !self.path.is_dir()
+        {
+            return refuse("expected a folder, found a file".into());
+        }
+        for (path, kind) in self.parts() {
+            let part = path.strip_prefix(&self.path).unwrap_or(&path).display();
+            let part = if path == self.path {
+                String::new()
+            } else {
+                format!("{part} ")
+            };
+            if let Some(input) = is_input(&path, inputs) {
+                return refuse(format!(
+                    "{part}is {}, which this command reads (name another)",
+                    input.display()
+                ));
+            }
+            let found = fs::metadata(&path).ok();
+            if kind == Kind::Dataset {
+                let existing = if overwrite {
+                    Existing::Replace
+                } else {
+                    Existing::ReplaceOwn
+                };
+                check_replaceable(&path, existing)?;
+            } else if found.as_ref().is_some_and(Metadata::is_dir) {
+                return refuse(format!("{part}expected a file to write, found a folder"));
+            } else if let Some(found) = found.filter(Metadata::is_file)
+                && !overwrite
+                && !is_own(&path, kind, &found)
+            {
+                return refuse(format!(
+                    "{part}is there already, and is not known to be an earlier result of this command (name another, or use --overwrite)"
+                ));
+            }
+            try_folder_of(&path)?;
+        }
+        Ok(())
+    }
+}
+
+/// Refuses outputs that must not or cannot be written, before any work is done; nothing is
+/// changed.
+///
+/// # Errors
+/// Naming the first of them, and what to do.
+pub fn check(outputs: &[Output], inputs: &[PathBuf], overwrite: bool) -> Result<()> {
+    for (at, output) in outputs.iter().enumerate() {
+        output.check(inputs, overwrite)?;
+        for other in &outputs[..at] {
+            let is_same = |path: &PathBuf| {
+                let mut others = other.parts().into_iter();
+                others.any(|(other, _)| resolved(&other) == resolved(path))
+            };
+            if output.parts().iter().any(|(path, _)| is_same(path)) {
+                return Err(Error::Usage(format!(
+                    "{} and {}: both would be {}",
+                    other.flag,
+                    output.flag,
+                    output.path.display()
+                )));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The input that a path is, or the folder among the inputs in which it lies already.
+fn is_input<'a>(path: &Path, inputs: &'a [PathBuf]) -> Option<&'a PathBuf> {
+    let path = fs::canonicalize(path).ok()?;
+    inputs.iter().find(|input| {
+        let input = fs::canonicalize(input).ok();
+        input.is_some_and(|input| path == input || (input.is_dir() && path.starts_with(&input)))
+    })
+}
+
+/// A path through its links, as far as it is there.
+fn resolved(path: &Path) -> PathBuf {
+    if let Ok(path) = fs::canonicalize(path) {
+        return path;
+    }
+    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+    match (absolute.parent(), absolute.file_name()) {
+        (Some(folder), Some(name)) => resolved(folder).join(name),
+        _ => absolute,
+    }
+}
+
+/// Whether a file is known to be an earlier result of its kind, or is empty.
+fn is_own(path: &Path, kind: Kind, found: &Metadata) -> bool {
+    if found.len() == 0 {
+        return true;
+    }
+    let text = || {
+        let readable = found.len() <= MAX_READ;
+        readable.then(|| fs::read_to_string(path).ok()).flatten()
+    };
+    let begins = |with: &[u8]| {
+        let mut start = Vec::new();
+        let file = fs::File::open(path).map(|file| file.take(with.len() as u64));
+        file.and_then(|mut file| file.read_to_end(&mut start))
+            .is_ok_and(|_| start == with)
+    };
+    match kind {
+        Kind::Json(command) => text().is_some_and(|text| {
+            let value: Option<Value> = serde_json::from_str(&text).ok();
+            value.is_some_and(|value| value["command"] == command && value["schema"].is_u64())
+        }),
+        Kind::Csv(column) => begins(format!("{column},").as_bytes()),
+        Kind::Pack => begins(&MAGIC),
+        Kind::Recognizer => begins(&RECOGNIZER_MAGIC),
+        Kind::Model if path.extension().is_some_and(|it| it == "toml") => text()
+            .and_then(|text| Contract::parse(path, &text).ok())
+            .is_some_and(|contract| !contract.training.description.is_empty()),
+        // The version of the intermediate representation, and the producer.
+        Kind::Model => begins(b"\x08\x08\x12\x08edgegait"),
+        Kind::Png => {
+            let mut start = vec![0; 1 << 10];
+            let file = fs::File::open(path);
+            let read = file.and_then(|mut file| file.read(&mut start));
+            read.is_ok_and(|length| is_own_png(&start[..length]))
+        }
+        Kind::Report => text().is_some_and(|text| text.contains(crate::report::TITLE_END)),
+        // A plot beside the results that it shows.
+        Kind::Frontier => {
+            let results = path.with_extension("json");
+            let kind = Kind::Json("frontier");
+            fs::metadata(&results).is_ok_and(|found| is_own(&results, kind, &found))
+        }
+        Kind::Npy | Kind::Dataset => false,
+    }
+}
+
+/// Refuses a file for whose folder nothing can be written.
+fn try_folder_of(path: &Path) -> Result<()> {
+    // What is there and no file is written into.
+    if fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
+        return Ok(());
+    }
+    let target = resolved(path);
+    let mut folder = target.parent();
+    while let Some(missing) = folder.filter(|folder| !folder.exists()) {
+        folder = missing.parent();
+    }
+    let Some(folder) = folder else {
+        return Err(Error::Usage(format!(
+            "{}: expected a path that ends in a name",
+            path.display()
+        )));
+    };
+    if !folder.is_dir() {
+        return Err(Error::input(
+            path,
+            format!("expected {} to be a folder, found a file", folder.display()),
+        ));
+    }
+    crate::dataset::Staging::beside(&folder.join(target.file_name().unwrap_or_default()))
+        .map(drop)
+        .map_err(|error| match error {
+            Error::Io { source, .. } => Error::io(path, source),
+            other => other,
+        })
+}

@@ -1,0 +1,141 @@
+//! Folders in which files are made before they get their names, and that do not outlive the process.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use tempfile::TempDir;
+
+use crate::error::{Error, Result};
+
+/// Those that there are now.
+static ALIVE: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// A folder that is removed with all that is in it when it is dropped, and by
+/// [`remove_unfinished`].
+///
+/// What is created inside has the permissions that the user's umask gives:
+/// `tempfile`'s own files are private to the user, and would stay so.
+#[derive(Debug)]
+pub struct Staging {
+    folder: TempDir,
+}
+
+impl Staging {
+    /// A hidden folder in the folder that holds `path`, so that what is made inside
+    /// can be renamed to `path`.
+    ///
+    /// # Errors
+    /// If `path` ends in no name, or the system's, about `path`.
+    pub fn beside(path: &Path) -> Result<Self> {
+        let name = path.file_name().ok_or_else(|| {
+            Error::Usage(format!(
+                "{}: expected a path that ends in a name",
+                path.display()
+            ))
+        })?;
+        let prefix = format!(".{}.", name.to_string_lossy());
+        Self::new(&prefix, &folder_of(path)).map_err(|source| Error::io(path, source))
+    }
+
+    /// A folder in the system's place for temporary files.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn temporary() -> Result<Self> {
+        let place = std::env::temp_dir();
+        Self::new("edgegait.", &place).map_err(|source| Error::io(place, source))
+    }
+
+    fn new(prefix: &str, place: &Path) -> std::io::Result<Self> {
+        // Made and noted at once, so that none is forgotten.
+        let mut alive = alive();
+        let made = tempfile::Builder::new().prefix(prefix).tempdir_in(place);
+        let folder = made.map_err(without_path)?;
+        alive.insert(folder.path().to_path_buf());
+        Ok(Self { folder })
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
+}
+
+impl Drop for Staging {
+    fn drop(&mut self) {
+        // Forgotten only when it is gone. `TempDir` then finds nothing left to remove.
+        let mut alive = alive();
+        let _ = fs::remove_dir_all(self.folder.path());
+        alive.remove(self.folder.path());
+    }
+}
+
+/// Removes all folders of this process that are still being worked in, for a process that ends
+/// before its work does. What has to happen together ([`together`]) is waited for. Nothing is made or
+/// given its name afterwards.
+pub fn remove_unfinished() {
+    let alive = alive();
+    for folder in alive.iter() {
+        // Again if another thread makes a file in it meanwhile. The process ends: there is nobody
+        // to tell.
+        let _ = (0..3).any(|_| fs::remove_dir_all(folder).is_ok());
+    }
+    // Never given back: the process ends with it.
+    std::mem::forget(alive);
+}
+
+/// Does what must not be interrupted half-way by [`remove_unfinished`], such as to exchange
+/// folders.
+pub(super) fn together<R>(work: impl FnOnce() -> R) -> R {
+    let _alive = alive();
+    work()
+}
+
+/// The folder that holds `path`.
+pub(super) fn folder_of(path: &Path) -> PathBuf {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
+        _ => PathBuf::from("."),
+    }
+}
+
+fn alive() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    ALIVE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The system's error alone: `tempfile` adds a path that a user has never heard of.
+fn without_path(error: std::io::Error) -> std::io::Error {
+    let inner = error.get_ref().and_then(|wrapped| {
+        let source = wrapped.source()?.downcast_ref::<std::io::Error>()?;
+        source.raw_os_error()
+    });
+    inner.map_or(error, std::io::Error::from_raw_os_error)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_that_lacks_is_the_systems_error_about_the_users_path() {
+        let error = Staging::beside(Path::new("/nowhere/at/all.npy")).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "/nowhere/at/all.npy: No such file or directory (os error 2)"
+        );
+    }
+
+    #[test]
+    fn a_dropped_folder_is_gone_and_forgotten() {
+        let place = tempfile::tempdir().unwrap();
+        let staging = Staging::beside(&place.path().join("x.npy")).unwrap();
+        let path = staging.path().to_path_buf();
+        fs::write(path.join("unfinished"), "half").unwrap();
+        assert!(alive().contains(&path));
+        drop(staging);
+        assert!(!path.exists() && !alive().contains(&path));
+    }
+}
