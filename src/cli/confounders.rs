@@ -210,7 +210,9 @@ pub fn run(args: &Args) -> Result<()> {
     let first = outcome.results.first();
     let results = Results {
         classes: first.map_or(0, |result| result.classes),
-        probes: first.map_or(0, |result| result.probes / study.conditions().len() as u64),
+        probes: first
+            .and_then(|result| result.probe_sets.first())
+            .map_or(0, |set| set.probes),
         header,
         confounders,
     };

@@ -115,6 +115,13 @@ impl Condition {
         self.one_of.get(at)
     }
 
+    /// Whether nothing acts, whatever it is called.
+    #[must_use]
+    pub fn is_clean(&self) -> bool {
+        let mut all = std::iter::once(&self.confounders).chain(&self.one_of);
+        all.all(|doses| doses.list().is_empty())
+    }
+
     fn problem(&self) -> Option<String> {
         if self.name.is_empty() {
             return Some("a condition without a name".into());

@@ -10,13 +10,17 @@ pub const BIN_DEG: f64 = 10.0;
 const BINS: usize = 18;
 /// What is nearer than this to a viewpoint of training is that viewpoint, degrees.
 const AT_TRAINING_DEG: f64 = 0.5;
+/// What is over the end of a bin by no more than this is still in it, degrees: angles come from sines
+/// of single-precision degrees, which put 10 degrees up to 0.00002 above or below. It is the
+/// tolerance of [`super::results::RecognizerResult::is_trained_at`].
+const END_DEG: f64 = 0.01;
 
 /// Rank-1 of the viewpoints within a range of angles from training.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AngleResult {
-    /// Where the range begins, degrees.
+    /// Where the range begins, degrees; what is exactly there belongs to the range before.
     pub from_deg: f64,
-    /// Where it ends, degrees; 0 at the viewpoints of training themselves.
+    /// Where it ends, degrees, this included; 0 at the viewpoints of training themselves.
     pub to_deg: f64,
     /// As of a viewpoint.
     pub probes: u64,
@@ -77,8 +81,8 @@ pub fn by_angle(
         let bin = if angle < AT_TRAINING_DEG {
             0
         } else {
-            // 180 belongs to the last bin. Truncation is the floor: angles are >= 0.
-            1 + ((angle / BIN_DEG) as usize).min(BINS - 1)
+            // 10 degrees are in the bin that ends there. Whole, and at least 1.
+            (((angle - END_DEG) / BIN_DEG).ceil() as usize).min(BINS)
         };
         for (sum, tally) in bins[bin].iter_mut().zip(tallies) {
             *sum += *tally;
@@ -148,11 +152,48 @@ mod tests {
         let expected = [
             (0.0, 0.0, 4, 1.0),
             (0.0, 10.0, 8, 0.5),
-            (90.0, 100.0, 2, 0.0),
+            (80.0, 90.0, 2, 0.0),
         ];
         assert_eq!(found, expected);
         assert_eq!(bins[0].intervals.over_people(), Some((1.0, 1.0)));
         assert_eq!(bins[1].intervals.over_people(), Some((0.25, 0.75)));
         assert_eq!(bins[1].middle_deg(), 5.0);
+    }
+
+    #[test]
+    fn what_is_exactly_at_the_end_of_a_bin_is_in_it() {
+        let bin = |at: (f64, f64)| {
+            let one = Tally {
+                probes: 1,
+                hits: 1,
+                non_finite: 0,
+            };
+            let bins = by_angle(&[(90.0, 0.0)], &[at], &[vec![one]], 1);
+            (bins[0].from_deg, bins[0].to_deg)
+        };
+        // On the horizon and straight up from it, the angle is the difference.
+        for (at, expected) in [
+            ((90.0, 0.4), (0.0, 0.0)),
+            ((90.0, 5.0), (0.0, 10.0)),
+            ((80.0, 0.0), (0.0, 10.0)),
+            ((100.0, 0.0), (0.0, 10.0)),
+            ((90.0, 10.0), (0.0, 10.0)),
+            ((90.0, 10.02), (10.0, 20.0)),
+            ((90.0, 30.0), (20.0, 30.0)),
+            ((0.0, 0.0), (80.0, 90.0)),
+            ((180.0, 0.0), (80.0, 90.0)),
+            ((90.0, 90.0), (80.0, 90.0)),
+            // In front of the walker, however high: a right angle to their left.
+            ((0.0, 35.0), (80.0, 90.0)),
+            ((270.0, 0.0), (170.0, 180.0)),
+            // cos 60 cos 60 = 1/4, which is 75.5 degrees.
+            ((30.0, 60.0), (70.0, 80.0)),
+            // As single precision has 80.1 and 9.9.
+            ((f64::from(80.1_f32), 0.0), (0.0, 10.0)),
+            ((90.0, f64::from(9.999_999_f32)), (0.0, 10.0)),
+            ((90.0, f64::from(10.000_001_f32)), (0.0, 10.0)),
+        ] {
+            assert_eq!(bin(at), expected, "{at:?}");
+        }
     }
 }

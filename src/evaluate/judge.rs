@@ -66,7 +66,8 @@ pub(super) fn judge(
     }
     let keep_pairs = trial.comparisons() <= MAX_PAIRS;
     let people = sequences.subjects.len();
-    let mut by_view = vec![vec![Tally::default(); people]; sequences.views.len()];
+    let none = vec![vec![Tally::default(); people]; sequences.views.len()];
+    let (mut all_by_view, mut clean_by_view) = (none.clone(), none);
     let mut probe_sets = Vec::new();
     for (set, takes) in trial.protocol.probes.iter().zip(&trial.roles.probes) {
         let probes: Vec<usize> = (0..sequences.list.len())
@@ -85,11 +86,14 @@ pub(super) fn judge(
             (&probes, keep_pairs),
             &mut told,
         );
-        let found = sums.by_view.iter().flatten();
-        for (sum, tally) in by_view.iter_mut().flatten().zip(found) {
-            *sum += *tally;
+        add(&mut all_by_view, &sums.by_view);
+        if set.clean {
+            add(&mut clean_by_view, &sums.by_view);
         }
-        probe_sets.push(result_of(&set.name, &trial, sums, seed));
+        probe_sets.push(ProbeSetResult {
+            clean: set.clean,
+            ..result_of(&set.name, &trial, sums, seed)
+        });
     }
     if probe_sets.iter().all(|set| set.probes == 0) {
         return Err(Error::Failed(format!(
@@ -101,6 +105,13 @@ pub(super) fn judge(
             }
         )));
     }
+    // Confounded probes must not hide in the numbers that everybody reads first.
+    let has_clean = probe_sets.iter().any(|set| set.clean && set.probes > 0);
+    let by_view = if has_clean {
+        clean_by_view
+    } else {
+        all_by_view
+    };
     let takes = sequences.takes.iter().enumerate();
     let enrolled: HashSet<usize> = takes
         .filter(|(take, _)| trial.roles.gallery[*take])
@@ -137,10 +148,20 @@ pub(super) fn judge(
     let of_person = |person: usize| by_view.iter().map(|people| people[person]).sum();
     let by_person: Vec<Tally> = (0..people).map(of_person).collect();
     let mut result = RecognizerResult::new(contestant, &tallies).with_subjects(&by_person, seed);
+    let leading = probe_sets.iter().filter(|set| set.clean || !has_clean);
+    result.of_probe_sets = leading.map(|set| set.name.clone()).collect();
+    result.non_finite = probe_sets.iter().map(|set| set.non_finite).sum();
     result.gallery_non_finite = gallery_non_finite;
     result.by_angle = by_angle;
     result.probe_sets = probe_sets;
     Ok(result)
+}
+
+/// Adds the counts of one set of probes, `[viewpoint][person]`.
+fn add(sums: &mut [Vec<Tally>], more: &[Vec<Tally>]) {
+    for (sum, tally) in sums.iter_mut().flatten().zip(more.iter().flatten()) {
+        *sum += *tally;
+    }
 }
 
 /// Meets all probes of a set.
@@ -203,6 +224,7 @@ fn result_of(name: &str, trial: &Trial<'_>, sums: Sums, seed: u64) -> ProbeSetRe
     let map = interval_95(&probed, seed, Ranking::map);
     ProbeSetResult {
         name: name.to_owned(),
+        clean: false,
         probes: all.probes(),
         people: probed.len() as u64,
         tied: sums.tied,

@@ -145,6 +145,9 @@ pub struct ProbeSet {
     /// Which of those of each person.
     #[serde(default)]
     pub order: Order,
+    /// Whether nothing acts on these walks: results lead with such sets, apart from all others.
+    #[serde(default)]
+    pub clean: bool,
 }
 
 /// What part each take has.
@@ -314,6 +317,22 @@ impl Protocol {
                 set.name
             ));
         }
+        for (set, is_in) in self.probes.iter().zip(&roles.probes) {
+            let mut pooled: Vec<&str> = Vec::new();
+            for (take, _) in takes.iter().zip(is_in).filter(|(_, is_in)| **is_in) {
+                if !pooled.contains(&take.condition.as_str()) {
+                    pooled.push(&take.condition);
+                }
+            }
+            if let [first, second, ..] = pooled[..] {
+                doubts.push(format!(
+                    "the probe set {} pools {} conditions ({first}, {second}{}): choose with conditions = [..] in a protocol's [[probes]]",
+                    set.name,
+                    pooled.len(),
+                    if pooled.len() > 2 { ", .." } else { "" }
+                ));
+            }
+        }
         let both = (0..takes.len()).filter(|&take| roles.gallery[take] && roles.is_probed(take));
         let both = both.count();
         if both > 0 && !self.exclude_own_take {
@@ -382,6 +401,7 @@ impl Protocol {
     #[must_use]
     pub fn under(self, conditions: &[Condition]) -> Self {
         let alone = self.probes.len() == 1;
+        let says_which = self.probes.iter().any(|set| set.clean);
         let set = |set: &ProbeSet, condition: &Condition| ProbeSet {
             name: if alone {
                 condition.name.clone()
@@ -389,6 +409,7 @@ impl Protocol {
                 format!("{}, {}", set.name, condition.name)
             },
             conditions: vec![condition.name.clone()],
+            clean: condition.is_clean() && (set.clean || !says_which),
             ..set.clone()
         };
         let sets = self.probes.iter();

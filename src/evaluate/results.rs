@@ -63,15 +63,22 @@ pub struct RecognizerResult {
     pub protocol: String,
     /// People among whom it chooses; chance is 1 in so many.
     pub classes: usize,
+    /// The sets of probes that `probes`, `people`, `rank1` with its intervals, `by_viewpoint` and
+    /// `by_angle` are of: the clean ones, or all, pooled, where none is clean.
+    #[serde(default)]
+    pub of_probe_sets: Vec<String>,
     /// How often it was asked: once for each probe or, where each of the gallery's viewpoints is
     /// compared for itself, for each of these.
     pub probes: u64,
+    /// People who are looked for; 0 if it is not known who was hit.
+    #[serde(default)]
+    pub people: u64,
     /// Share of hits, 0..1; 0 without probes.
     pub rank1: f64,
     /// Its 95 % intervals.
     #[serde(flatten)]
     pub intervals: Rank1Intervals,
-    /// Probes whose output was not finite. They are misses.
+    /// Probes whose output was not finite, of all sets. They are misses.
     pub non_finite: u64,
     /// Embeddings of the gallery that were not finite. They were left out of it.
     #[serde(default)]
@@ -98,6 +105,9 @@ pub struct RecognizerResult {
 pub struct ProbeSetResult {
     /// The set, such as `BG`.
     pub name: String,
+    /// Whether it is known that nothing acts on its walks.
+    #[serde(default)]
+    pub clean: bool,
     /// As [`RecognizerResult::probes`].
     pub probes: u64,
     /// People who are looked for.
@@ -307,7 +317,9 @@ impl RecognizerResult {
             runtime: contestant.runtime,
             protocol: contestant.protocol,
             classes: contestant.classes,
+            of_probe_sets: Vec::new(),
             probes: all.probes,
+            people: 0,
             rank1: all.rank1().unwrap_or_default(),
             intervals: Rank1Intervals::of(&[all], 0),
             non_finite: all.non_finite,
@@ -323,6 +335,7 @@ impl RecognizerResult {
     /// The result with the interval over people, from each one's counts.
     #[must_use]
     pub fn with_subjects(mut self, subjects: &[Tally], seed: u64) -> Self {
+        self.people = subjects.iter().filter(|one| one.probes > 0).count() as u64;
         self.intervals = Rank1Intervals::of(subjects, seed);
         self
     }
@@ -401,7 +414,7 @@ pub(crate) mod tests {
         assert!(json.starts_with(&format!(
             r#"{{"schema":1,"command":"score","version":"{version}","seed":1,"inputs":[],"settings":{{"views":"paper"}},"warnings":[],"silhouettes":3200,"#
         )));
-        assert!(json.contains(r#""protocol":"closed-set","classes":26,"probes":20,"rank1":0.95,"rank1_low":null,"rank1_high":null,"rank1_wilson_low":0.7638"#), "{json}");
+        assert!(json.contains(r#""protocol":"closed-set","classes":26,"of_probe_sets":[],"probes":20,"people":0,"rank1":0.95,"rank1_low":null,"rank1_high":null,"rank1_wilson_low":0.7638"#), "{json}");
         assert!(json.contains(
             r#"[{"azimuth_deg":90.0,"elevation_deg":0.0,"probes":20,"rank1":0.95}],"by_angle":[],"probe_sets":[],"p50_us":4.0,"p90_us":4.0,"p99_us":null}],"seconds":1.5}"#
         ), "{json}");

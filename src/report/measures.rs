@@ -303,6 +303,7 @@ mod tests {
         };
         ProbeSetResult {
             name: "NM".into(),
+            clean: true,
             probes: 12_345,
             people: 7,
             tied: 0,

@@ -250,3 +250,41 @@ fn probes_that_meet_nobody_are_refused() {
     let error = outcome("casia-b", &[], &geis).err();
     assert!(error.is_some_and(|error| error.to_string().contains("no probe meets a gallery")));
 }
+
+#[test]
+fn results_lead_with_the_clean_probes_and_do_not_pool_walks_with_bags() {
+    let geis = [
+        ("ann", "nm-01", FRONT, (0, 0)),
+        ("bob", "nm-01", FRONT, (100, 0)),
+        ("ann", "nm-05", SIDE, (1, 0)),
+        ("bob", "nm-05", SIDE, (99, 0)),
+        // With bags each looks like the other, and once like nothing.
+        ("ann", "bg-01", SIDE, (99, 0)),
+        ("bob", "bg-01", SIDE, (1, 0)),
+        ("bob", "bg-02", SIDE, (13, 0)),
+    ];
+    let found = outcome("casia-b", &[], &geis).expect("five probes");
+    let result = &found.results[0];
+    assert_eq!(result.of_probe_sets, ["NM"]);
+    assert_eq!((result.probes, result.people, result.rank1), (2, 2, 1.0));
+    let by_view: Vec<_> = result
+        .by_viewpoint
+        .iter()
+        .map(|view| (view.azimuth_deg, view.probes, view.rank1))
+        .collect();
+    assert_eq!(by_view, [(90.0, 2, 1.0)]);
+    let sets: Vec<_> = result
+        .probe_sets
+        .iter()
+        .map(|set| (set.name.as_str(), set.clean, set.probes, set.rank1))
+        .collect();
+    assert_eq!(sets, [("NM", true, 2, 1.0), ("BG", false, 3, 0.0)]);
+    // A broken answer is told of wherever it is.
+    assert_eq!(result.non_finite, 1);
+    // Without a clean probe all are pooled, and the result says which.
+    let bags = [&geis[..2], &geis[4..6]].concat();
+    let found = outcome("casia-b", &[], &bags).expect("two probes");
+    let result = &found.results[0];
+    assert_eq!(result.of_probe_sets, ["BG"]);
+    assert_eq!((result.probes, result.rank1), (2, 0.0));
+}

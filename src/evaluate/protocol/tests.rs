@@ -160,3 +160,44 @@ fn made_takes_never_wrap_nor_reach_what_training_uses() {
         "{met}"
     );
 }
+
+#[test]
+fn only_the_set_on_which_nothing_acts_is_clean() {
+    let clean = |protocol: &Protocol| -> Vec<String> {
+        let sets = protocol.probes.iter().filter(|set| set.clean);
+        sets.map(|set| set.name.clone()).collect()
+    };
+    let named = |name| Protocol::named(name).expect("built in");
+    assert_eq!(clean(&named("casia-b")), ["NM"]);
+    for (conditions, expected) in [
+        ("each", "normal"),
+        ("casia-b", "NM"),
+        ("tum-iitkgp", "regular"),
+    ] {
+        let list = crate::confound::Conditions::named(conditions)
+            .expect("built in")
+            .list;
+        let under = named("closed-set").under(&list);
+        assert_eq!(under.probes.len(), list.len());
+        assert_eq!(clean(&under), [expected]);
+    }
+}
+
+#[test]
+fn conditions_that_one_set_pools_are_told() {
+    let mut takes = vec![take(0, "a"), take(0, "b"), take(0, "c")];
+    let protocol = Protocol::named("closed-set").expect("built in");
+    let doubts = |takes: &[Take]| {
+        let roles = protocol.roles(takes).expect("all are probed");
+        protocol.doubts(takes, &roles)
+    };
+    assert_eq!(doubts(&takes), Vec::<String>::new());
+    takes[1].condition = "bag".into();
+    takes[2].condition = "coat".into();
+    takes[0].condition = "normal".into();
+    assert!(
+        doubts(&takes)[0].starts_with("the probe set all pools 3 conditions (normal, bag, ..)"),
+        "{:?}",
+        doubts(&takes)
+    );
+}
