@@ -3,6 +3,7 @@
 use super::cohort::anthropometry::{DIMENSIONS, Dimensions, Population};
 use super::cohort::body;
 use super::events::{Cut, cut};
+use super::flips::{Ends, bridge_flips};
 use super::measured::{Measured, MeasuredPeople};
 use super::retarget::{DEFAULT_CUT_OFF_HZ, Take, leg_length_m};
 use super::{Body, Span, Subject, Track, Walk};
@@ -142,7 +143,7 @@ impl Recording {
             Source::Motion(motion) => Take::from_motion(motion, cut_off_hz),
             Source::Markers(markers) => Take::from_markers(markers, cut_off_hz),
         };
-        let take = take.map_err(|problem| refusal(path, &problem, read_warnings))?;
+        let mut take = take.map_err(|problem| refusal(path, &problem, read_warnings))?;
         let mut cut = match options.keep {
             Keep::Take => None,
             _ => Some(cut(&take).map_err(|problem| refusal(path, &problem, &take.warnings))?),
@@ -151,6 +152,21 @@ impl Recording {
             (Some(cut), Keep::MeanCycle) => cut.cycles = vec![cut.mean()],
             (Some(cut), Keep::FirstCycle) => cut.cycles.truncate(1),
             _ => {}
+        }
+        match &mut cut {
+            Some(cut) => {
+                for one in &mut cut.cycles {
+                    let cycle = &mut one.cycle;
+                    let rate_hz = cycle.rotations.len() as f64 / cycle.period_s;
+                    let bridged = bridge_flips(&mut cycle.rotations, Ends::Meet, rate_hz);
+                    let at = |what| format!("the cycle at {:.2} s: {what}", one.start_s);
+                    cut.warnings.extend(bridged.into_iter().map(at));
+                }
+            }
+            None => {
+                let bridged = bridge_flips(&mut take.rotations, Ends::Open, take.sample_rate_hz);
+                take.warnings.extend(bridged);
+            }
         }
         let stem = path
             .file_stem()
