@@ -15,6 +15,7 @@ mod frontier;
 mod gallery;
 mod import;
 mod inspect;
+mod keep_going;
 mod progress;
 mod quantize;
 mod recognizers;
@@ -24,6 +25,7 @@ mod score;
 mod source;
 mod sweep;
 mod train;
+mod walkers;
 
 use crate::error::{Error, Result};
 use clap::{Parser, Subcommand};

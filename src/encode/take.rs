@@ -77,7 +77,8 @@ pub fn encode_take(
         .ok_or_else(|| Error::Failed("a take that travels further than the format holds".into()))
 }
 
-fn check(span: &Span) -> Result<()> {
+/// Refuses takes that the format does not hold.
+pub(super) fn check(span: &Span) -> Result<()> {
     let frames = span.roots.len();
     if frames == 0 || span.rotations.len() != frames || u32::try_from(frames).is_err() {
         return Err(Error::Failed(format!(

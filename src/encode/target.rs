@@ -162,7 +162,8 @@ fn refuse_circles(rotations: &[[DQuat; JOINTS]]) -> Result<()> {
     Ok(())
 }
 
-fn check(cycle: &Cycle) -> Result<()> {
+/// Refuses cycles that the format does not hold.
+pub(super) fn check(cycle: &Cycle) -> Result<()> {
     let frames = cycle.root.len();
     if !(MIN_FRAMES..=usize::from(u16::MAX)).contains(&frames) || cycle.rotations.len() != frames {
         return Err(Error::Failed(format!(

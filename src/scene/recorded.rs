@@ -7,7 +7,7 @@ use super::flips::{Ends, bridge_flips};
 use super::measured::{Measured, MeasuredPeople};
 use super::retarget::{DEFAULT_CUT_OFF_HZ, Take, leg_length_m};
 use super::{Body, Span, Subject, Track, Walk};
-use crate::error::{Error, Result};
+use crate::error::{Error, Refused, Result};
 use crate::import::{Format, Motion, Options, Source};
 use edgegait_core::pack::{Gait, Sex};
 use edgegait_core::skeleton::{JOINTS, Joint};
@@ -255,7 +255,7 @@ pub struct BodyOptions {
 /// either case.
 ///
 /// # Errors
-/// For implausible bodies, and two takes of one name of one subject.
+/// With the people whose bodies are implausible, and for two takes of one name of one subject.
 pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<Subject>> {
     let mut recordings: Vec<&Recording> = recordings.iter().collect();
     let key = |recording: &&Recording| (recording.subject.clone(), recording.name.clone());
@@ -275,16 +275,30 @@ pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<S
         ));
     }
     let mut subjects: Vec<Subject> = Vec::new();
+    let mut refused: Vec<Refused> = Vec::new();
     for recording in recordings.iter().copied() {
+        if refused.iter().any(|one| one.subject == recording.subject) {
+            continue;
+        }
         let known = subjects
             .iter()
             .position(|subject| subject.name == recording.subject);
         let index = match known {
             Some(index) => index,
-            None => {
-                subjects.push(new_subject(recording, options)?);
-                subjects.len() - 1
-            }
+            None => match new_subject(recording, options) {
+                Ok(subject) => {
+                    subjects.push(subject);
+                    subjects.len() - 1
+                }
+                Err(error) => {
+                    refused.push(Refused {
+                        subject: recording.subject.clone(),
+                        walk: None,
+                        problem: error.to_string(),
+                    });
+                    continue;
+                }
+            },
         };
         let subject = &mut subjects[index];
         let own = &recording.take.offsets;
@@ -311,7 +325,11 @@ pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<S
             }
         }
     }
-    Ok(subjects)
+    if refused.is_empty() {
+        Ok(subjects)
+    } else {
+        Err(Error::Refused(refused))
+    }
 }
 
 /// A subject with a body and no walks yet.
@@ -338,8 +356,7 @@ fn new_subject(recording: &Recording, options: &BodyOptions) -> Result<Subject> 
         let mean = 0.5 * (bmi(Sex::Female) + bmi(Sex::Male));
         sex.map_or(mean, bmi) * stature_m * stature_m
     });
-    let dimensions = Dimensions::expected(stature_m, mass_kg, sex, &[0.0; DIMENSIONS])
-        .map_err(|error| Error::Usage(format!("subject {:?}: {error}", recording.subject)))?
+    let dimensions = Dimensions::expected(stature_m, mass_kg, sex, &[0.0; DIMENSIONS])?
         .with(&measured.dimensions_m);
     let offsets = match known_stature_m {
         Some(_) => body::offsets(&dimensions),
