@@ -5,8 +5,8 @@ use crate::error::{Error, Result};
 /// The flag.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct KeepGoing {
-    /// Leave out what cannot be used, with a warning for each, and go on with the rest: files, gait
-    /// cycles and fields of --bodies
+    /// Leave out what cannot be used, with a warning for each, and go on with the rest: `import`
+    /// files, gait cycles and fields of --bodies, `score` sequences of a tree
     #[arg(long)]
     keep_going: bool,
 }
