@@ -176,3 +176,40 @@ fn a_field_of_the_bodies_that_cannot_be_costs_that_field_only() {
     });
     assert!(said, "{all:?}");
 }
+
+#[test]
+fn a_warning_of_several_files_is_said_once_with_their_number_and_kept_with_each() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    files(at);
+    let names = ["hand_1.bvh", "hand_2.bvh", "hand_3.bvh", "hand_4.bvh"];
+    for name in &names[1..] {
+        fs::copy(at.join(names[0]), at.join(name)).expect("a copy");
+    }
+    let import = format!(
+        "import {} good_1.bvh --out out.egp --json out.json",
+        names.join(" ")
+    );
+    let said = done(at, &import.split(' ').collect::<Vec<_>>());
+    let lines: Vec<&str> = said
+        .lines()
+        .filter(|line| line.contains("LeftHand"))
+        .collect();
+    assert_eq!(lines.len(), 1, "{said}");
+    assert!(lines[0].starts_with("warning: "), "{said}");
+    assert!(
+        lines[0].contains("(4 files: ") && lines[0].ends_with(" and 1 more)"),
+        "{said}"
+    );
+    let results = fs::read(at.join("out.json")).expect("results");
+    let results: Value = serde_json::from_slice(&results).expect("JSON");
+    for name in names {
+        let (all, own) = warnings(&results, name);
+        assert_eq!(own.map(|own| own.len()), Some(1));
+        assert_eq!(all.len(), 1, "{all:?}");
+        assert!(
+            all[0].ends_with("(4 files: hand_1.bvh, hand_2.bvh, hand_3.bvh and 1 more)"),
+            "{all:?}"
+        );
+    }
+}

@@ -6,6 +6,7 @@ use super::encoding::EncodingArgs;
 use super::inspect::{optional, summary};
 use super::keep_going::KeepGoing;
 use super::progress::Progress;
+use super::shared_warnings::SharedWarning;
 use super::walkers::encoded_people;
 use crate::dataset::{Header, InputFile, write_atomically};
 use crate::error::{Error, Result};
@@ -236,13 +237,9 @@ pub fn run(args: &Args) -> Result<()> {
     for fit in &results.fits {
         args.common.say(fit);
     }
-    for clip in &results.clips {
-        let named = |warning: &String| format!("{}: {warning}", clip.file);
-        results
-            .header
-            .warnings
-            .extend(clip.warnings.iter().map(named));
-    }
+    let all = clip_warnings(&results.clips);
+    let all: Vec<String> = all.iter().map(ToString::to_string).collect();
+    results.header.warnings.extend(all);
     args.common
         .say(format_args!("wrote {}", args.out.display()));
     args.common.say(summary(
@@ -402,6 +399,15 @@ fn clip_results(
     Ok(rows.collect())
 }
 
+/// What was said of the files, by their paths.
+fn clip_warnings(clips: &[ClipResult]) -> Vec<SharedWarning<'_>> {
+    SharedWarning::of(
+        clips
+            .iter()
+            .map(|clip| (clip.file.as_str(), clip.warnings.as_slice())),
+    )
+}
+
 /// The same for a terminal.
 fn table(results: &Results) -> String {
     let mut text = format!(
@@ -419,6 +425,7 @@ fn table(results: &Results) -> String {
         "loop mm",
         "skate mm"
     );
+    let warnings = clip_warnings(&results.clips);
     for clip in &results.clips {
         let _ = writeln!(
             text,
@@ -436,9 +443,13 @@ fn table(results: &Results) -> String {
             optional(clip.closure_mm, 0),
             optional(clip.skate_mm, 0)
         );
-        for warning in &clip.warnings {
-            let _ = writeln!(text, "    warning: {warning}");
+        let is_own = |one: &&SharedWarning<'_>| !one.is_shared() && one.files[0] == clip.file;
+        for own in warnings.iter().filter(is_own) {
+            let _ = writeln!(text, "    warning: {}", own.warning);
         }
+    }
+    for shared in warnings.iter().filter(|one| one.is_shared()) {
+        let _ = writeln!(text, "warning: {shared}");
     }
     for warning in &results.header.warnings {
         let _ = writeln!(text, "warning: {warning}");

@@ -22,6 +22,7 @@ mod recognizers;
 mod render;
 mod runtime;
 mod score;
+mod shared_warnings;
 mod source;
 mod sweep;
 mod train;
