@@ -30,9 +30,38 @@ pub enum Error {
     /// The command was asked for something that makes no sense: exit code 2.
     #[error("{0}")]
     Usage(String),
+    /// Walks cannot be encoded, or people have no plausible body; what is left can do without them.
+    #[error("{}", lines(.0))]
+    Refused(Vec<Refused>),
     /// Anything else that stops the work.
     #[error("{0}")]
     Failed(String),
+}
+
+/// A walk that cannot be encoded, or a person with all walks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Refused {
+    /// Who walks.
+    pub subject: String,
+    /// Name of the take and number of its cycle; `None` for all of the subject's.
+    pub walk: Option<(String, u16)>,
+    /// What was expected, what was found, what to do.
+    pub problem: String,
+}
+
+impl fmt::Display for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.walk {
+            Some((name, _)) => write!(f, "{} {name}: {}", self.subject, self.problem),
+            None => write!(f, "subject {:?}: {}", self.subject, self.problem),
+        }
+    }
+}
+
+/// Each in a line.
+fn lines(refused: &[Refused]) -> String {
+    let lines: Vec<String> = refused.iter().map(ToString::to_string).collect();
+    lines.join("\n")
 }
 
 /// A place in an input file.
@@ -89,9 +118,14 @@ impl Error {
         }
     }
 
-    /// The process's exit code for this error: 2 for usage, 1 otherwise.
+    /// The process's exit code for this error: 2 for usage, bodies that nobody has among it, 1
+    /// otherwise.
     #[must_use]
-    pub const fn exit_code(&self) -> u8 {
-        if matches!(self, Self::Usage(_)) { 2 } else { 1 }
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Usage(_) => 2,
+            Self::Refused(refused) if refused.iter().all(|one| one.walk.is_none()) => 2,
+            _ => 1,
+        }
     }
 }

@@ -118,7 +118,7 @@ fn rows_and_walkers_without_each_other_are_warned_of_and_bad_files_refused() {
         at,
         &import.split(' ').collect::<Vec<_>>(),
         1,
-        &["bad.csv:2", "knee_height of 47"],
+        &["bad.csv:2", "knee_height_mm of 47"],
     );
     assert!(!at.join("bad.egp").exists());
 }

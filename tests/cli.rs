@@ -436,3 +436,53 @@ fn stored_cycles_and_their_variations_have_different_numbers() {
     let expected = ["00", "01", "02", "10", "11", "12"];
     assert!(numbers.iter().map(|two| two.concat()).eq(expected));
 }
+
+#[test]
+fn what_a_pack_does_not_state_of_a_body_is_measured_or_unknown_and_never_0() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let mut three = made(3, vec![5.0]);
+    let stature_m = three[1].stature_m;
+    for subject in &mut three[1..] {
+        (subject.stature_m, subject.mass_kg) = (0.0, 0.0);
+    }
+    three[2].body.hulls.clear();
+    let bytes = encode_subjects(&three, 5.0, &|| ()).expect("a pack");
+    fs::write(at.join("three.egp"), bytes).expect("a file");
+    let results: Value =
+        serde_json::from_str(&done(at, &["inspect", "three.egp", "--json", "-"])).expect("JSON");
+    let [stated, measured, unknown] = [0, 1, 2].map(|at| &results["subjects"][at]);
+    assert_eq!(stated["stature_from"], "pack");
+    assert!(stated["mass_kg"].as_f64().is_some_and(|mass| mass > 40.0));
+    assert_eq!(measured["stature_from"], "hulls");
+    let height_m = measured["stature_m"].as_f64().expect("it has hulls");
+    // The hulls' own soles and crown; each point is within 2 mm.
+    assert!(
+        (height_m - stature_m).abs() < 0.03,
+        "{height_m} {stature_m}"
+    );
+    for (subject, key) in [
+        (measured, "mass_kg"),
+        (unknown, "mass_kg"),
+        (unknown, "stature_m"),
+        (unknown, "stature_from"),
+    ] {
+        assert!(subject[key].is_null(), "{key}: {subject}");
+    }
+    let said = done(at, &["inspect", "three.egp"]);
+    let row = |subject: &Value| {
+        let name = subject["name"].as_str().expect("a name");
+        let row = said
+            .lines()
+            .find(|line| line.starts_with(name))
+            .expect("a row");
+        let words = row.split_whitespace().skip(1).take(2);
+        words.map(ToOwned::to_owned).collect::<Vec<String>>()
+    };
+    assert_eq!(row(measured), [format!("~{height_m:.2}"), "-".to_owned()]);
+    assert_eq!(row(unknown), ["-", "-"]);
+    assert!(
+        said.contains("(~: the pack does not state the stature"),
+        "{said}"
+    );
+}

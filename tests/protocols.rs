@@ -227,7 +227,97 @@ fn a_tree_of_pictures_scores_like_the_walks_that_they_show() {
     refused(at, &common, 2, &["expected a tree of silhouettes"]);
     std::fs::write(at.join("tree/F01/walk-4kmh/000/000.png"), b"no picture").expect("written");
     let common = ["score", "pixels", "tree", "--protocol", "speeds.toml"];
-    refused(at, &common, 1, &["000.png"]);
+    refused(at, &common, 1, &["000.png", "--keep-going"]);
+}
+
+#[test]
+fn an_unreadable_picture_costs_its_sequence_if_that_was_asked_for() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    four_people(at);
+    write_tree(&at.join("four.egp"), &at.join("tree"));
+    write_tree(&at.join("four.egp"), &at.join("less"));
+    let score = |data: &str, more: &[&str]| {
+        let common = ["score", "pixels", data, "--protocol", "speeds.toml"];
+        found(at, &[&common[..], more].concat())
+    };
+    let keep_going = ["--keep-going"];
+    let whole = score("tree", &keep_going);
+    assert_eq!(whole["warnings"], score("tree", &[])["warnings"]);
+
+    std::fs::write(at.join("tree/F01/walk-4kmh/000/000.png"), b"no picture").expect("written");
+    std::fs::write(at.join("tree/M01/walk-6kmh/090/000.pkl"), b"no pickle").expect("written");
+    let lost = ["F01/walk-4kmh/000", "M01/walk-6kmh/090"];
+    for sequence in lost {
+        assert!(at.join("tree").join(sequence).is_dir(), "{sequence}");
+        std::fs::remove_dir_all(at.join("less").join(sequence)).expect("removed");
+    }
+    let (found, expected) = (score("tree", &keep_going), score("less", &[]));
+    assert_eq!(
+        found["recognizers"][0]["probe_sets"],
+        expected["recognizers"][0]["probe_sets"]
+    );
+    let said: Vec<&str> = found["warnings"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .filter_map(Value::as_str)
+        .filter(|one| one.contains("left out"))
+        .collect();
+    assert_eq!(said.len(), 3, "{said:?}");
+    assert!(
+        said[0].starts_with("left out: tree/F01/walk-4kmh/000/000.png: cannot be read"),
+        "{said:?}"
+    );
+    assert!(
+        said[1].starts_with("left out: tree/M01/walk-6kmh/090: "),
+        "{said:?}"
+    );
+    assert!(
+        said[2].starts_with("2 of ") && said[2].ends_with(" sequences were left out"),
+        "{said:?}"
+    );
+    for threads in ["1", "2"] {
+        let again = score("tree", &["--keep-going", "--threads", threads]);
+        assert_eq!(again["warnings"], found["warnings"], "{threads} threads");
+    }
+
+    for entry in walkdir(&at.join("less")) {
+        std::fs::write(entry, b"no picture").expect("written");
+    }
+    let score = [
+        "score",
+        "pixels",
+        "--protocol",
+        "speeds.toml",
+        "--keep-going",
+    ];
+    refused(
+        at,
+        &[&score[..], &["less"]].concat(),
+        1,
+        &["sequences cannot be read", "000.png"],
+    );
+    refused(
+        at,
+        &[&score[..], &["four.egp"]].concat(),
+        2,
+        &["--keep-going: expected a tree"],
+    );
+}
+
+/// The files in a folder and those below.
+fn walkdir(folder: &Path) -> Vec<std::path::PathBuf> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            files.extend(walkdir(&path));
+        } else {
+            files.push(path);
+        }
+    }
+    files
 }
 
 #[test]

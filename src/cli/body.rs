@@ -1,5 +1,6 @@
 //! Which bodies walk: made from measurements, or fitted to a mesh.
 
+use super::keep_going::{KeepGoing, with_hint};
 use super::progress::Progress;
 use crate::dataset::{Header, InputFile};
 use crate::error::{Error, Result};
@@ -54,27 +55,37 @@ impl BodyArgs {
         files.into_iter().flatten().cloned()
     }
 
-    /// Those who were measured.
+    /// Those who were measured, and warnings of fields that are taken as not measured.
     ///
     /// # Errors
     /// As [`MeasuredPeople::read`].
-    pub fn measured(&self) -> Result<MeasuredPeople> {
-        self.bodies.as_ref().map_or_else(
-            || Ok(MeasuredPeople::default()),
-            |path| MeasuredPeople::read(path),
-        )
+    pub fn measured(&self, keep_going: KeepGoing) -> Result<(MeasuredPeople, Vec<String>)> {
+        let Some(path) = &self.bodies else {
+            return Ok((MeasuredPeople::default(), Vec::new()));
+        };
+        let (people, unusable) = MeasuredPeople::read_usable(path)?;
+        if keep_going.is_given() {
+            let warning = |error: &Error| format!("{error}: taken as not measured");
+            return Ok((people, unusable.iter().map(warning).collect()));
+        }
+        let first = unusable.into_iter().next();
+        first.map_or(Ok((people, Vec::new())), |error| {
+            let hint = "--keep-going takes it as not measured";
+            Err(with_hint(error, hint))
+        })
     }
 
     /// The bodies of these recordings, with hulls fitted to meshes: of so many points if they are
-    /// stated, with this seed. Input files and warnings go into the header.
+    /// stated, with this seed. Input files and warnings go into the header. Recordings whose own
+    /// mesh has no figure are taken out if that was asked for.
     ///
     /// # Errors
     /// For meshes that cannot be read or have no figure.
     pub fn options(
         &self,
-        recordings: &[Recording],
+        recordings: &mut Vec<Recording>,
         measured: MeasuredPeople,
-        (points, seed): (Option<usize>, u64),
+        (points, seed, keep_going): (Option<usize>, u64, KeepGoing),
         header: &mut Header,
     ) -> Result<BodyOptions> {
         if let Some(path) = &self.bodies {
@@ -103,15 +114,22 @@ impl BodyArgs {
             for recording in recordings {
                 given.insert(recording.subject.clone(), body.clone());
             }
-        } else {
-            for recording in recordings {
-                let Some(mesh) = &recording.mesh else {
-                    continue;
+        } else if self.stature_m.is_none() {
+            let (all, mut refused) = (recordings.len(), Vec::new());
+            recordings.retain(|recording| {
+                let subject = &recording.subject;
+                let is_over = !refused.is_empty() && !keep_going.is_given();
+                let is_done = is_over || given.contains_key(subject);
+                let Some(mesh) = recording.mesh.as_ref().filter(|_| !is_done) else {
+                    return true;
                 };
-                if self.stature_m.is_none() && !given.contains_key(&recording.subject) {
-                    given.insert(recording.subject.clone(), fit(&recording.path, mesh)?);
-                }
-            }
+                let fitted = fit(&recording.path, mesh).map_err(|error| refused.push(error));
+                fitted
+                    .map(|body| given.insert(subject.clone(), body))
+                    .is_ok()
+            });
+            let left_out = keep_going.leave_out(refused, all, ("files", "imported"))?;
+            header.warnings.extend(left_out);
         }
         Ok(BodyOptions {
             stature_m: self.stature_m,

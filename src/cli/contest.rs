@@ -3,6 +3,8 @@
 use super::args::{ViewArgs, file_with};
 use super::conditions::ConditionArgs;
 use super::drawing::{DrawArgs, STATED, framing_of, stated};
+use super::keep_going::{KeepGoing, with_hint};
+use super::progress::Progress;
 use super::recognizers::{Given, load};
 use super::source::{SourceArgs, require};
 use crate::confound::Condition;
@@ -11,7 +13,7 @@ use crate::error::{Error, Result};
 use crate::evaluate::contest::{Contest, Drawn, Entrant, Wish, usual};
 use crate::evaluate::protocol::Protocol;
 use crate::score::Runtime;
-use crate::source::Source;
+use crate::source::{Form, Source};
 use edgegait_core::pack::Pack;
 use std::path::{Path, PathBuf};
 
@@ -35,6 +37,8 @@ pub struct ContestArgs {
     /// Take a tree's pictures as they are: they have been framed already, as OpenGait does
     #[arg(long)]
     as_stored: bool,
+    #[command(flatten)]
+    keep_going: KeepGoing,
     #[command(flatten)]
     conditions: ConditionArgs,
     #[command(flatten)]
@@ -76,6 +80,7 @@ impl ContestArgs {
             let (source, given) = self.folder(folder, protocol.as_ref(), &mut header)?;
             let setup = (&self.draw, seed, given);
             let entrants = load(models, runtime, setup, &mut header)?;
+            let source = self.readable(source, &entrants, &mut header)?;
             let subjects = &source.sequences().subjects;
             let protocol = protocol.map_or_else(|| usual(&entrants, subjects), Ok)?;
             let mut header = header.with("protocol", protocol.name.as_str());
@@ -84,11 +89,19 @@ impl ContestArgs {
                     .with("size", entrant.settings.size.name())
                     .with("framing", entrant.settings.framing.name());
             }
-            return work(&Contest::new(source, protocol)?, &entrants, header);
+            let is_tree = matches!(source, Source::Tree(_));
+            let done = work(&Contest::new(source, protocol)?, &entrants, header);
+            return done.map_err(|error| match error {
+                // Of a picture, not of what is written.
+                Error::Input { ref path, .. } | Error::Io { ref path, .. }
+                    if is_tree && path.starts_with(folder) =>
+                {
+                    with_hint(error, "--keep-going leaves such sequences out")
+                }
+                other => other,
+            });
         }
-        if self.as_stored {
-            return Err(not_stored());
-        }
+        self.refuse_without_tree()?;
         let usual = protocol
             .as_ref()
             .and_then(|protocol| protocol.conditions.as_deref());
@@ -161,11 +174,8 @@ impl ContestArgs {
             require("take", &self.walks, &takes)?;
         }
         let Source::Tree(recordings) = source else {
-            return if self.as_stored {
-                Err(not_stored())
-            } else {
-                Ok(source)
-            };
+            self.refuse_without_tree()?;
+            return Ok(source);
         };
         let views = self.views.is_given().then(|| self.views.views("paper"));
         let views = views.transpose()?;
@@ -186,6 +196,56 @@ impl ContestArgs {
         } else {
             recordings
         }))
+    }
+
+    /// Refuses flags that say how a tree is read, where there is none.
+    fn refuse_without_tree(&self) -> Result<()> {
+        let flags = [
+            ("--as-stored", self.as_stored),
+            ("--keep-going", self.keep_going.is_given()),
+        ];
+        flags
+            .iter()
+            .find(|(_, is_given)| *is_given)
+            .map_or(Ok(()), |(flag, _)| {
+                Err(Error::Usage(format!(
+                    "{flag}: expected a tree of silhouettes"
+                )))
+            })
+    }
+
+    /// The same less the sequences of a tree that cannot be shown to all of these, if that was asked
+    /// for: which are left out depends on them alone, not on who is looked for.
+    fn readable(
+        &self,
+        source: Source<'static>,
+        entrants: &[Entrant],
+        header: &mut Header,
+    ) -> Result<Source<'static>> {
+        let recordings = match source {
+            Source::Tree(recordings) if self.keep_going.is_given() => recordings,
+            other => return Ok(other),
+        };
+        let mut forms: Vec<Form> = Vec::new();
+        for entrant in entrants {
+            if !forms.contains(&entrant.form()) {
+                forms.push(entrant.form());
+            }
+        }
+        let all = recordings.len();
+        let progress = Progress::new("folders", all);
+        let (recordings, refused) = recordings.readable(&forms, &|| progress.step())?;
+        let warnings = self
+            .keep_going
+            .leave_out(refused, all, ("sequences", "read"))?;
+        if !warnings.is_empty() {
+            let count = warnings.len();
+            header.warnings.extend(warnings);
+            header
+                .warnings
+                .push(format!("{count} of {all} sequences were left out"));
+        }
+        Ok(Source::Tree(recordings))
     }
 
     /// What a folder holds, and how its pictures are if they cannot be drawn otherwise.
@@ -245,10 +305,6 @@ impl ContestArgs {
         *header = header.clone().with(kind, path.display().to_string());
         Ok((source, given))
     }
-}
-
-fn not_stored() -> Error {
-    Error::Usage("--as-stored: expected a tree of silhouettes".into())
 }
 
 /// The walks' names, each once, at most a dozen.

@@ -3,7 +3,9 @@
 use super::args::{Common, gei_rmse, stated_choice};
 use super::progress::Progress;
 use crate::dataset::Header;
-use crate::encode::{BUDGET_TRIES, MAX_ERROR_MM, body_error_mm, encode_subjects, encode_within};
+use crate::encode::{
+    BUDGET_TRIES, MAX_ERROR_MM, body_error_mm, check_walks, encode_subjects, encode_within,
+};
 use crate::error::{Error, Result};
 use crate::frontier::choose::{self, Choice};
 use crate::frontier::configuration::Encoding;
@@ -61,6 +63,7 @@ impl EncodingArgs {
     /// # Errors
     /// As [`encode_subjects`] and [`encode_within`].
     pub fn encode(&self, what: &'static str, people: &[Subject]) -> Result<Encoded> {
+        check_walks(people)?;
         let choice = match self.max_gei_rmse {
             Some(most) => Some(choose::encoding(people, most)?),
             None => None,

@@ -4,13 +4,16 @@ use super::args::{Common, Files};
 use super::body::BodyArgs;
 use super::encoding::EncodingArgs;
 use super::inspect::{optional, summary};
+use super::keep_going::KeepGoing;
 use super::outputs::{Kind, Output};
 use super::progress::Progress;
+use super::shared_warnings::SharedWarning;
+use super::walkers::encoded_people;
 use crate::dataset::{Header, InputFile, write_bytes};
 use crate::error::{Error, Result};
 use crate::import::EXTENSIONS;
 use crate::scene::Subject;
-use crate::scene::recorded::{Keep, ReadOptions, Recording, Smoothing, SubjectName, subjects};
+use crate::scene::recorded::{Keep, ReadOptions, Recording, Smoothing, SubjectName};
 use crate::scene::stance::Skate;
 use clap::ValueEnum;
 use edgegait_core::clip::Clip;
@@ -62,9 +65,8 @@ pub struct Args {
     fps: Option<f64>,
     #[command(flatten)]
     encoding: EncodingArgs,
-    /// Leave out files that cannot be imported, with a warning
-    #[arg(long)]
-    keep_going: bool,
+    #[command(flatten)]
+    keep_going: KeepGoing,
     #[command(flatten)]
     pub common: Common,
 }
@@ -188,7 +190,7 @@ pub fn run(args: &Args) -> Result<()> {
         }
     }
     args.encoding.check()?;
-    let measured = args.body.measured()?;
+    let (measured, unmeasured) = args.body.measured(args.keep_going)?;
     let files = expand(&args.files)?;
     let options = ReadOptions {
         keep: match (args.track, args.cycles) {
@@ -216,38 +218,29 @@ pub fn run(args: &Args) -> Result<()> {
             Some(_) => Smoothing::Off,
         },
     };
-    let (recordings, mut refused) = read_all(&files, &options);
+    let (mut recordings, refused) = read_all(&files, &options);
     let mut header = Header::new("import", args.common.seed)
         .with("track", args.track.name())
         .with("low_pass_hz", args.low_pass_hz);
-    if !refused.is_empty() && (!args.keep_going || recordings.is_empty()) {
-        if files.len() == 1 {
-            return Err(refused.swap_remove(0));
-        }
-        let list: Vec<String> = refused.iter().map(ToString::to_string).collect();
-        return Err(Error::Failed(format!(
-            "{} of {} files cannot be imported (--keep-going leaves them out):\n{}",
-            refused.len(),
-            files.len(),
-            list.join("\n")
-        )));
-    }
-    header.warnings = refused
-        .iter()
-        .map(|error| format!("left out: {error}"))
-        .collect();
+    let kinds = ("files", "imported");
+    header.warnings = args.keep_going.leave_out(refused, files.len(), kinds)?;
+    header.warnings.extend(unmeasured);
     for recording in &recordings {
         header.inputs.push(InputFile::of(&recording.path)?);
     }
     let points = args.encoding.hull_points.map(usize::from);
     let body = args.body.options(
-        &recordings,
+        &mut recordings,
         measured,
-        (points, args.common.seed),
+        (points, args.common.seed, args.keep_going),
         &mut header,
     )?;
-    let people = subjects(&recordings, &body)?;
-    let encoded = args.encoding.encode("encoding", &people)?;
+    let (people, encoded) = encoded_people(
+        &mut recordings,
+        &body,
+        (&args.encoding, args.keep_going),
+        &mut header.warnings,
+    )?;
     let bytes = &encoded.bytes;
     header = args.encoding.stated(header, &encoded);
     header.warnings.extend(encoded.missed_errors()?);
@@ -264,13 +257,9 @@ pub fn run(args: &Args) -> Result<()> {
     for fit in &results.fits {
         args.common.say(fit);
     }
-    for clip in &results.clips {
-        let named = |warning: &String| format!("{}: {warning}", clip.file);
-        results
-            .header
-            .warnings
-            .extend(clip.warnings.iter().map(named));
-    }
+    let all = clip_warnings(&results.clips);
+    let all: Vec<String> = all.iter().map(ToString::to_string).collect();
+    results.header.warnings.extend(all);
     args.common.say(summary(
         Header::new("import", args.common.seed),
         &args.out,
@@ -431,6 +420,15 @@ fn clip_results(
     Ok(rows.collect())
 }
 
+/// What was said of the files, by their paths.
+fn clip_warnings(clips: &[ClipResult]) -> Vec<SharedWarning<'_>> {
+    SharedWarning::of(
+        clips
+            .iter()
+            .map(|clip| (clip.file.as_str(), clip.warnings.as_slice())),
+    )
+}
+
 /// The same for a terminal.
 fn table(results: &Results) -> String {
     let mut text = format!(
@@ -448,6 +446,7 @@ fn table(results: &Results) -> String {
         "loop mm",
         "skate mm"
     );
+    let warnings = clip_warnings(&results.clips);
     for clip in &results.clips {
         let _ = writeln!(
             text,
@@ -465,9 +464,13 @@ fn table(results: &Results) -> String {
             optional(clip.closure_mm, 0),
             optional(clip.skate_mm, 0)
         );
-        for warning in &clip.warnings {
-            let _ = writeln!(text, "    warning: {warning}");
+        let is_own = |one: &&SharedWarning<'_>| !one.is_shared() && one.files[0] == clip.file;
+        for own in warnings.iter().filter(is_own) {
+            let _ = writeln!(text, "    warning: {}", own.warning);
         }
+    }
+    for shared in warnings.iter().filter(|one| one.is_shared()) {
+        let _ = writeln!(text, "warning: {shared}");
     }
     for warning in &results.header.warnings {
         let _ = writeln!(text, "warning: {warning}");

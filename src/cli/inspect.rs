@@ -5,6 +5,7 @@ use super::budget::BudgetSummary;
 use super::source::read_pack;
 use crate::dataset::Header;
 use crate::error::{Error, Result};
+use edgegait_core::avatar::Avatar;
 use edgegait_core::pack::{Gait, Pack, Walk};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use serde::Serialize;
@@ -81,8 +82,11 @@ struct JointSummary {
 struct SubjectSummary {
     name: String,
     sex: Option<&'static str>,
-    stature_m: f64,
-    mass_kg: f64,
+    /// What the pack states, or else the height of the hulls, standing; `None` without both.
+    stature_m: Option<f64>,
+    stature_from: Option<&'static str>,
+    /// `None` where the pack does not state it.
+    mass_kg: Option<f64>,
     hulls: usize,
     points: usize,
     avatar_bytes: usize,
@@ -124,14 +128,22 @@ pub fn summary(header: Header, path: &Path, bytes: &[u8]) -> Result<Summary> {
         .filter_map(|(number, subject)| {
             let own = || pack.walks().filter(|walk| walk.subject == number);
             let avatar = pack.avatar(subject.avatar)?;
+            let (stature_m, stature_from) = match known(subject.stature_mm, 1e-3) {
+                Some(stated) => (Some(stated), Some(FROM_PACK)),
+                None => {
+                    let measured = height_m(&avatar).map(|height| rounded(height, 3));
+                    (measured, measured.map(|_| FROM_HULLS))
+                }
+            };
             Some(SubjectSummary {
                 name: subject.name.into(),
                 sex: subject.sex.map(|sex| match sex {
                     edgegait_core::pack::Sex::Female => "female",
                     edgegait_core::pack::Sex::Male => "male",
                 }),
-                stature_m: f64::from(subject.stature_mm) * 1e-3,
-                mass_kg: f64::from(subject.mass_hg) * 0.1,
+                stature_m,
+                stature_from,
+                mass_kg: known(subject.mass_hg, 0.1),
                 hulls: avatar.hulls().count(),
                 points: avatar.hulls().map(|hull| hull.len()).sum(),
                 avatar_bytes: avatar.len_bytes(),
@@ -203,6 +215,38 @@ pub fn summary(header: Header, path: &Path, bytes: &[u8]) -> Result<Summary> {
     })
 }
 
+/// Where a stature is from.
+const FROM_PACK: &str = "pack";
+const FROM_HULLS: &str = "hulls";
+
+/// A quantity of a pack in another unit; packs have 0 for what is unknown.
+fn known(stored: u16, unit: f64) -> Option<f64> {
+    (stored > 0).then(|| f64::from(stored) * unit)
+}
+
+/// From the lowest to the highest point of a body that stands at rest, metres; `None` without
+/// hulls.
+fn height_m(avatar: &Avatar<'_>) -> Option<f64> {
+    let offsets = avatar.skeleton().offsets;
+    // Nothing is turned at rest; parents are first.
+    let mut heights = [0.0f32; JOINTS];
+    for joint in Joint::ALL {
+        if let Some(parent) = joint.parent() {
+            heights[joint.index()] = heights[parent.index()] + offsets[joint.index()].y;
+        }
+    }
+    let points = avatar.hulls().flat_map(|hull| {
+        let height = heights[hull.joint().index()];
+        hull.points()
+            .map(move |point| f64::from(height + point.y))
+            .collect::<Vec<_>>()
+    });
+    let (least, most) = points.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), y| {
+        (least.min(y), most.max(y))
+    });
+    (most > least).then_some(most - least)
+}
+
 /// A number as it is shown, with so many decimals.
 fn rounded(value: f64, decimals: i32) -> f64 {
     let scale = 10f64.powi(decimals);
@@ -224,6 +268,18 @@ fn spread(values: impl Iterator<Item = f64> + Clone) -> (f64, f64, f64) {
     let least = values.clone().fold(f64::INFINITY, f64::min);
     let most = values.fold(f64::NEG_INFINITY, f64::max);
     (least, sum / f64::max(count, 1.0), most)
+}
+
+impl SubjectSummary {
+    fn is_measured(&self) -> bool {
+        self.stature_from == Some(FROM_HULLS)
+    }
+
+    /// The stature, with a mark if it was measured here.
+    fn stature(&self) -> String {
+        let mark = if self.is_measured() { "~" } else { "" };
+        format!("{mark}{}", optional(self.stature_m, 2))
+    }
 }
 
 impl ClipSummary {
@@ -299,10 +355,10 @@ impl Summary {
         for subject in self.subjects.iter().take(SHOWN) {
             writeln!(
                 f,
-                "{:<10} {:>6.2} {:>6.1} {:>6} {:>6} {:>10} {:>8.2} {:>7} {:>6} {:>10}",
+                "{:<10} {:>6} {:>6} {:>6} {:>6} {:>10} {:>8.2} {:>7} {:>6} {:>10}",
                 subject.name,
-                subject.stature_m,
-                subject.mass_kg,
+                subject.stature(),
+                optional(subject.mass_kg, 1),
                 subject.hulls,
                 subject.points,
                 subject.avatar_bytes,
@@ -312,7 +368,14 @@ impl Summary {
                 subject.clip_bytes
             )?;
         }
-        write_rest(f, self.subjects.len())
+        write_rest(f, self.subjects.len())?;
+        if self.subjects.iter().any(SubjectSummary::is_measured) {
+            writeln!(
+                f,
+                "(~: the pack does not state the stature; from the lowest to the highest point of the hulls, standing)"
+            )?;
+        }
+        Ok(())
     }
 
     fn write_joints(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -17,15 +17,18 @@ mod import;
 mod inspect;
 mod interrupt;
 mod outputs;
+mod keep_going;
 mod progress;
 mod quantize;
 mod recognizers;
 mod render;
 mod runtime;
 mod score;
+mod shared_warnings;
 mod source;
 mod sweep;
 mod train;
+mod walkers;
 
 use crate::error::{Error, Result};
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};

@@ -2,8 +2,9 @@
 
 use super::avatar::encode_avatar;
 use super::target::Target;
-use super::tracks::{Motion, Tracks};
-use crate::error::{Error, Result};
+use super::tracks::{Motion, Stopped, Tracks};
+use super::{take, target};
+use crate::error::{Error, Refused, Result};
 use crate::scene::{Subject, Track, Walk};
 use edgegait_core::avatar::Avatar;
 use edgegait_core::format::{
@@ -36,28 +37,34 @@ pub fn encode_subjects(
     max_error_mm: f64,
     progress: &(dyn Fn() + Sync),
 ) -> Result<Vec<u8>> {
+    check_walks(subjects)?;
     let bodies = subjects
         .par_iter()
         .map(|subject| Ok(encode_avatar(&subject.body, body_error_mm(max_error_mm))?.bytes))
         .collect::<Result<Vec<_>>>()?;
-    let mut motions = Vec::new();
+    let (mut motions, mut whose) = (Vec::new(), Vec::new());
     for (subject, body) in subjects.iter().zip(&bodies) {
         let skeleton = Avatar::parse(body)
             .map_err(|error| Error::Failed(error.to_string()))?
             .skeleton();
         for walk in &subject.walks {
+            whose.push((subject, walk));
             motions.push(match &walk.motion {
-                Track::Loop(cycle) => {
-                    let target = Target::new(cycle, skeleton.clone());
-                    Motion::Loop(Box::new(
-                        target.map_err(|error| named(subject, walk, error))?,
-                    ))
-                }
+                Track::Loop(cycle) => Motion::Loop(Box::new(Target::new(cycle, skeleton.clone())?)),
                 Track::Take(span) => Motion::Take(span, Box::new(skeleton.clone())),
             });
         }
     }
-    let tracks = Tracks::encode(&motions, max_error_mm, progress)?;
+    let tracks = Tracks::encode(&motions, max_error_mm, progress).map_err(|stopped| {
+        let refused = |(number, error): (usize, Error)| {
+            let (subject, walk) = whose[number];
+            refused(subject, walk, &error)
+        };
+        match stopped {
+            Stopped::Motions(list) => Error::Refused(list.into_iter().map(refused).collect()),
+            Stopped::Failed(error) => error,
+        }
+    })?;
     let mut clips = tracks.clips.into_iter();
     let mut builder = PackBuilder::default();
     for (subject, body) in subjects.iter().zip(bodies) {
@@ -70,9 +77,44 @@ pub fn encode_subjects(
     builder.finish(tracks.codebook, tracks.templates)
 }
 
-/// An error with whose walk it is about.
-fn named(subject: &Subject, walk: &Walk, error: Error) -> Error {
-    Error::Failed(format!("{} {}: {error}", subject.name, walk.name))
+/// Refuses walks that no pack holds, whatever else is in it: cheap, and the first that
+/// [`encode_subjects`] does.
+///
+/// # Errors
+/// With all of them.
+pub fn check_walks(subjects: &[Subject]) -> Result<()> {
+    let walks = subjects
+        .iter()
+        .flat_map(|subject| subject.walks.iter().map(move |walk| (subject, walk)));
+    let refused: Vec<Refused> = walks
+        .filter_map(|(subject, walk)| {
+            let checked = match &walk.motion {
+                Track::Loop(cycle) => target::check(cycle),
+                Track::Take(span) => take::check(span),
+            };
+            let checked = checked.and_then(|()| whole_speed(walk).map(drop));
+            checked.err().map(|error| refused(subject, walk, &error))
+        })
+        .collect();
+    if refused.is_empty() {
+        Ok(())
+    } else {
+        Err(Error::Refused(refused))
+    }
+}
+
+/// Whose walk an error is about.
+fn refused(subject: &Subject, walk: &Walk, error: &Error) -> Refused {
+    Refused {
+        subject: subject.name.clone(),
+        walk: Some((walk.name.clone(), walk.cycle)),
+        problem: error.to_string(),
+    }
+}
+
+/// A walk's speed as the format has it.
+fn whole_speed(walk: &Walk) -> Result<u16> {
+    whole(walk.speed_mps * 1e3, "speed in mm/s")
 }
 
 /// Greatest errors that [`encode_within`] chooses from, mm: finer ones are below what motion
@@ -156,7 +198,7 @@ impl PackBuilder {
             });
             record.extend(number.to_le_bytes());
             record.extend(walk.cycle.to_le_bytes());
-            record.extend(whole(walk.speed_mps * 1e3, "speed in mm/s")?.to_le_bytes());
+            record.extend(whole_speed(walk)?.to_le_bytes());
             record.extend(narrow::<u16>(self.clips.len())?.to_le_bytes());
             record.extend([0, 0]);
             self.clips.push(clip);

@@ -9,6 +9,7 @@ use super::fits::Fits;
 use super::frames::VIRTUAL_POINTS;
 use super::target::{JointErrors, around, joint_errors, refuse_flips, virtual_points};
 use crate::error::{Error, Result};
+use crate::scene::flips::Ends;
 use crate::scene::{Span, forward_kinematics};
 use edgegait_core::clip::{Clip, Take};
 use edgegait_core::codebook::Codebook;
@@ -76,7 +77,8 @@ pub fn encode_take(
         .ok_or_else(|| Error::Failed("a take that travels further than the format holds".into()))
 }
 
-fn check(span: &Span) -> Result<()> {
+/// Refuses takes that the format does not hold.
+pub(super) fn check(span: &Span) -> Result<()> {
     let frames = span.roots.len();
     if frames == 0 || span.rotations.len() != frames || u32::try_from(frames).is_err() {
         return Err(Error::Failed(format!(
@@ -103,8 +105,7 @@ fn check(span: &Span) -> Result<()> {
             "frame {frame} of a take has numbers that are not finite, or rotations that are not unit quaternions"
         )));
     }
-    let steps = (1..frames).map(|frame| (frame - 1, frame));
-    refuse_flips(&span.rotations, steps, span.sample_rate_hz)
+    refuse_flips(&span.rotations, Ends::Open, span.sample_rate_hz)
 }
 
 /// A knot interval with the coarsest scale that is good enough.

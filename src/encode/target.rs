@@ -3,6 +3,7 @@
 use super::frames::{VIRTUAL_POINT_M, VIRTUAL_POINTS};
 use super::series::Series;
 use crate::error::{Error, Result};
+use crate::scene::flips::{Ends, first_flip, largest_step_deg};
 use crate::scene::{Cycle, forward_kinematics};
 use edgegait_core::clip::Loop;
 use edgegait_core::pose::{ModelPose, Pose};
@@ -117,39 +118,26 @@ pub(super) fn joint_errors(
     errors
 }
 
-/// Fastest rotation of a joint that is not taken for a flip of the capture, degrees a second:
-/// 30 degrees a frame at 120 Hz (DESIGN.md, section 4); and the largest step at any rate,
-/// beyond which it is a guess which way a joint turned.
-const FASTEST_DEG_S: f64 = 3_600.0;
-const LARGEST_STEP_DEG: f64 = 75.0;
-
 /// Farthest that a pelvis may be from the origin: beyond it, the decoder's `f32` has steps of
 /// 0.1 mm and more.
 const FARTHEST_ROOT_M: f64 = 1e3;
 
-/// Refuses motions in which a joint flips over between two frames of `steps`: no smooth
-/// curve goes through both.
+/// Refuses motions in which a joint flips over between two frames: no smooth curve goes through
+/// both.
 ///
 /// # Errors
 /// Naming the first such joint and frames, counted from 0.
-pub(super) fn refuse_flips(
-    rotations: &[[DQuat; JOINTS]],
-    steps: impl Iterator<Item = (usize, usize)>,
-    rate_hz: f64,
-) -> Result<()> {
-    let most = (FASTEST_DEG_S / rate_hz).min(LARGEST_STEP_DEG);
-    for (before, after) in steps {
-        for (joint, (a, b)) in rotations[before].iter().zip(&rotations[after]).enumerate() {
-            let turned = a.angle_between(*b).to_degrees();
-            if turned > most {
-                return Err(Error::Failed(format!(
-                    "joint {:?} turns {turned:.0} degrees from frame {before} to {after}: expected at most {most:.0} at {rate_hz:.0} frames a second (a flip of the capture? cut the motion there)",
-                    Joint::ALL[joint]
-                )));
-            }
-        }
-    }
-    Ok(())
+pub(super) fn refuse_flips(rotations: &[[DQuat; JOINTS]], ends: Ends, rate_hz: f64) -> Result<()> {
+    first_flip(rotations, ends, rate_hz).map_or(Ok(()), |flip| {
+        Err(Error::Failed(format!(
+            "joint {:?} turns {:.0} degrees from frame {} to {}: expected at most {:.0} at {rate_hz:.0} frames a second (a flip of the capture? cut the motion there)",
+            flip.joint,
+            flip.turned_deg,
+            flip.before,
+            flip.after,
+            largest_step_deg(rate_hz)
+        )))
+    })
 }
 
 /// Refuses cycles in which a joint turns full circle: no series of vectors closes there.
@@ -174,7 +162,8 @@ fn refuse_circles(rotations: &[[DQuat; JOINTS]]) -> Result<()> {
     Ok(())
 }
 
-fn check(cycle: &Cycle) -> Result<()> {
+/// Refuses cycles that the format does not hold.
+pub(super) fn check(cycle: &Cycle) -> Result<()> {
     let frames = cycle.root.len();
     if !(MIN_FRAMES..=usize::from(u16::MAX)).contains(&frames) || cycle.rotations.len() != frames {
         return Err(Error::Failed(format!(
@@ -208,7 +197,6 @@ fn check(cycle: &Cycle) -> Result<()> {
     }
     #[expect(clippy::cast_precision_loss, reason = "at most 65,535 frames")]
     let rate_hz = frames as f64 / cycle.period_s;
-    let steps = (1..=frames).map(|frame| (frame - 1, frame % frames));
-    refuse_flips(&cycle.rotations, steps, rate_hz)?;
+    refuse_flips(&cycle.rotations, Ends::Meet, rate_hz)?;
     refuse_circles(&cycle.rotations)
 }

@@ -38,6 +38,36 @@ pub(super) struct Tracks {
     pub(super) clips: Vec<Vec<u8>>,
 }
 
+/// Why motions were not encoded.
+pub(super) enum Stopped {
+    /// Some of them cannot be: their numbers, and why.
+    Motions(Vec<(usize, Error)>),
+    /// Anything else.
+    Failed(Error),
+}
+
+impl From<Error> for Stopped {
+    fn from(error: Error) -> Self {
+        Self::Failed(error)
+    }
+}
+
+/// What came of each motion, or all of them of which nothing came.
+fn all<T>(results: Vec<(usize, Result<T>)>) -> std::result::Result<Vec<T>, Stopped> {
+    let (mut good, mut refused) = (Vec::with_capacity(results.len()), Vec::new());
+    for (number, result) in results {
+        match result {
+            Ok(one) => good.push(one),
+            Err(error) => refused.push((number, error)),
+        }
+    }
+    if refused.is_empty() {
+        Ok(good)
+    } else {
+        Err(Stopped::Motions(refused))
+    }
+}
+
 /// What all clips of a pack are encoded with.
 struct Shared {
     frames: Frames,
@@ -48,35 +78,42 @@ impl Tracks {
     /// Encodes motions, each within `max_error_mm` where the format allows.
     ///
     /// # Errors
-    /// For cycles in which a joint turns almost full circle from its mean over the pack, and
-    /// for takes that [`encode_take`] refuses.
+    /// With the cycles in which a joint turns almost full circle from its mean over the pack, or
+    /// the takes that [`encode_take`] refuses.
     pub(super) fn encode(
         motions: &[Motion<'_>],
         max_error_mm: f64,
         progress: &(dyn Fn() + Sync),
-    ) -> Result<Self> {
+    ) -> std::result::Result<Self, Stopped> {
         let frames = fit_frames(motions);
-        let targets: Vec<&Target<'_>> = motions
+        let (numbers, targets): (Vec<usize>, Vec<&Target<'_>>) = motions
             .iter()
-            .filter_map(|motion| match motion {
-                Motion::Loop(target) => Some(target.as_ref()),
+            .enumerate()
+            .filter_map(|(number, motion)| match motion {
+                Motion::Loop(target) => Some((number, target.as_ref())),
                 Motion::Take(..) => None,
             })
-            .collect();
+            .unzip();
         let sketches = targets
             .par_iter()
-            .map(|target| plainly(target, &frames, None, max_error_mm).ok_or_else(too_far))
-            .collect::<Result<Vec<_>>>()?;
+            .zip(&numbers)
+            .map(|(target, &number)| {
+                let sketch = plainly(target, &frames, None, max_error_mm);
+                (number, sketch.ok_or_else(too_far))
+            })
+            .collect();
+        let sketches = all(sketches)?;
         let templates = Templates::fit(&sketches, &frames);
         let shared = Shared { frames, templates };
-        let mut quantised = (0..targets.len())
+        let quantised = (0..targets.len())
             .into_par_iter()
             .map(|clip| {
-                let one = shared.quantise(targets[clip], clip, max_error_mm)?;
+                let one = shared.quantise(targets[clip], clip, max_error_mm);
                 progress();
-                Ok(one)
+                (numbers[clip], one)
             })
-            .collect::<Result<Vec<_>>>()?;
+            .collect();
+        let mut quantised = all(quantised)?;
         let mut written = shared.write(&targets, &quantised)?;
         let mut bound_mm = max_error_mm;
         for _ in 0..TRIES {
@@ -131,24 +168,26 @@ fn takes(
     codebook: &[u8],
     max_error_mm: f64,
     progress: &(dyn Fn() + Sync),
-) -> Result<Vec<(Vec<u8>, JointErrors)>> {
+) -> std::result::Result<Vec<(Vec<u8>, JointErrors)>, Stopped> {
     let codebook = Codebook::parse(codebook).map_err(|error| Error::Failed(error.to_string()))?;
-    motions
+    let encoded = |span: &Span, skeleton: &Skeleton| {
+        let bytes = encode_take(span, skeleton, &codebook, max_error_mm)?.bytes;
+        let errors = Clip::parse(&bytes, &codebook)
+            .map_err(|error| Error::Failed(format!("a clip does not read back: {error}")))?
+            .as_take()
+            .map(|take| measure_joints(span, skeleton, &take));
+        progress();
+        Ok((bytes, errors.unwrap_or_default()))
+    };
+    let results = motions
         .par_iter()
-        .filter_map(|motion| match motion {
+        .enumerate()
+        .filter_map(|(number, motion)| match motion {
             Motion::Loop(_) => None,
-            Motion::Take(span, skeleton) => Some((span, skeleton)),
+            Motion::Take(span, skeleton) => Some((number, encoded(span, skeleton))),
         })
-        .map(|(span, skeleton)| {
-            let bytes = encode_take(span, skeleton, &codebook, max_error_mm)?.bytes;
-            let errors = Clip::parse(&bytes, &codebook)
-                .map_err(|error| Error::Failed(format!("a clip does not read back: {error}")))?
-                .as_take()
-                .map(|take| measure_joints(span, skeleton, &take));
-            progress();
-            Ok((bytes, errors.unwrap_or_default()))
-        })
-        .collect()
+        .collect();
+    all(results)
 }
 
 /// The frames that suit all motions.

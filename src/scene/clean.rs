@@ -34,7 +34,8 @@ pub(super) struct Clean {
 }
 
 /// Looks at every step of the root and of the given joints, whose turning counts
-/// (hands do not: they flip for a frame in CMU's 08_07 and 08_09, and the low-pass hides it).
+/// (hands do not: they flip for a frame in CMU's 08_07 and 08_09, and the low-pass hides it, or
+/// [`flips`](super::flips) bridges it).
 /// `unit_m`: metres in one source unit; `positions`: of the root, by frame.
 pub(super) fn longest_clean_stretch(
     motion: &Motion,

@@ -54,6 +54,8 @@ enum Quantity {
 
 /// A column, and what its numbers are multiplied by to be in metres or kg.
 struct Column {
+    /// As the file calls it.
+    name: String,
     quantity: Quantity,
     unit: f64,
 }
@@ -76,8 +78,18 @@ impl MeasuredPeople {
     /// # Errors
     /// For unknown or repeated columns, subjects without a name or with two rows, and what is
     /// no number or lies more than six standard deviations from ANSUR II's mean, naming the
-    /// line.
+    /// line and the column.
     pub fn read(path: &Path) -> Result<Self> {
+        let (people, unusable) = Self::read_usable(path)?;
+        unusable.into_iter().next().map_or(Ok(people), Err)
+    }
+
+    /// The same where fields that [`read`](Self::read) refuses for what they hold count as not
+    /// measured, and those fields.
+    ///
+    /// # Errors
+    /// For columns, and for rows that cannot be told whose they are.
+    pub fn read_usable(path: &Path) -> Result<(Self, Vec<Error>)> {
         let text = std::fs::read(path).map_err(|error| Error::io(path, error))?;
         let refuse = |position: Option<&Position>, problem| {
             Error::at(path, Place::Line(line(&text, position)), problem)
@@ -88,13 +100,15 @@ impl MeasuredPeople {
             .from_reader(text.as_slice());
         let headers = reader.headers().map_err(unreadable)?;
         let columns = columns(headers).map_err(|problem| refuse(headers.position(), problem))?;
+        let mut unusable = Vec::new();
         let mut people = BTreeMap::new();
         let mut positions: BTreeMap<String, Option<Position>> = BTreeMap::new();
         for record in reader.records() {
             let record = record.map_err(unreadable)?;
             let at = record.position();
-            let (subject, measured) =
+            let (subject, measured, problems) =
                 row(&columns, &record).map_err(|problem| refuse(at, problem))?;
+            unusable.extend(problems.into_iter().map(|problem| refuse(at, problem)));
             if let Some(first) = positions.insert(subject.clone(), at.cloned()) {
                 let first = line(&text, first.as_ref());
                 return Err(refuse(
@@ -109,7 +123,7 @@ impl MeasuredPeople {
         if people.is_empty() {
             return Err(Error::input(path, "no subjects: expected at least one row"));
         }
-        Ok(Self(people))
+        Ok((Self(people), unusable))
     }
 
     /// What was measured of a subject, if there is a row.
@@ -198,17 +212,43 @@ impl Column {
                 (quantity, unit)
             }
         };
-        Some(Self { quantity, unit })
+        Some(Self {
+            name: name.into(),
+            quantity,
+            unit,
+        })
+    }
+
+    /// A field in metres or kg, where it lies in a range of what it is (`of`).
+    fn number(
+        &self,
+        text: &str,
+        (least, most): (f64, f64),
+        of: &str,
+    ) -> std::result::Result<f64, String> {
+        let Self { name, unit, .. } = self;
+        let value = text
+            .parse::<f64>()
+            .map_err(|_| format!("{name}: expected a number, found {text:?}"))?;
+        if (least..=most).contains(&(value * unit)) {
+            return Ok(value * unit);
+        }
+        Err(format!(
+            "{name} of {text}: expected {:.3} to {:.3} ({of})",
+            least / unit,
+            most / unit
+        ))
     }
 }
 
-/// One person.
+/// One person, and what is wrong with fields that are not used.
 fn row(
     columns: &[Column],
     record: &StringRecord,
-) -> std::result::Result<(String, Measured), String> {
+) -> std::result::Result<(String, Measured, Vec<String>), String> {
     let mut subject = String::new();
     let mut measured = Measured::NOTHING;
+    let mut problems = Vec::new();
     let fields = || {
         columns
             .iter()
@@ -218,13 +258,11 @@ fn row(
     for (column, text) in fields() {
         match column.quantity {
             Quantity::Subject => subject = text.into(),
-            Quantity::Sex => {
-                measured.sex = Some(match text {
-                    "female" => Sex::Female,
-                    "male" => Sex::Male,
-                    _ => return Err(format!("sex: expected female or male, found {text:?}")),
-                });
-            }
+            Quantity::Sex => match text {
+                "female" => measured.sex = Some(Sex::Female),
+                "male" => measured.sex = Some(Sex::Male),
+                _ => problems.push(format!("sex: expected female or male, found {text:?}")),
+            },
             _ => {}
         }
     }
@@ -235,39 +273,33 @@ fn row(
     let dimensions = Dimensions::plausible(measured.sex);
     let stature = Population::plausible_stature(measured.sex);
     for (column, text) in fields() {
-        let number = |name: &str, (least, most): (f64, f64), of: &str| {
-            let value = text
-                .parse::<f64>()
-                .map_err(|_| format!("{name}: expected a number, found {text:?}"))?;
-            if (least..=most).contains(&(value * column.unit)) {
-                return Ok(Some(value * column.unit));
-            }
-            Err(format!(
-                "{name} of {text}: expected {:.3} to {:.3} ({of})",
-                least / column.unit,
-                most / column.unit
-            ))
+        let mut number = |range, of| {
+            let found = column.number(text, range, of);
+            found.map_err(|problem| problems.push(problem)).ok()
         };
         const OF: &str = "six standard deviations about ANSUR II's mean";
         match column.quantity {
             Quantity::Subject | Quantity::Sex => {}
-            Quantity::Stature => measured.stature_m = number("stature", stature, OF)?,
+            Quantity::Stature => measured.stature_m = number(stature, OF),
             Quantity::Mass => {
                 let index = |stature: f64, bmi: f64| bmi * stature * stature;
                 let range = (index(stature.0, 12.0), index(stature.1, 60.0));
-                let of = "body mass indices of 12 to 60";
-                measured.mass_kg = number("mass_kg", range, of)?;
+                measured.mass_kg = number(range, "body mass indices of 12 to 60");
             }
             Quantity::Dimension(index) => {
-                measured.dimensions_m[index] = number(NAMES[index], dimensions[index], OF)?;
+                measured.dimensions_m[index] = number(dimensions[index], OF);
             }
         }
     }
-    if let (Some(stature_m), Some(mass_kg)) = (measured.stature_m, measured.mass_kg) {
-        Dimensions::expected(stature_m, mass_kg, measured.sex, &[0.0; DIMENSIONS])
-            .map_err(|error| error.to_string())?;
+    if let (Some(stature_m), Some(mass_kg)) = (measured.stature_m, measured.mass_kg)
+        && let Err(error) =
+            Dimensions::expected(stature_m, mass_kg, measured.sex, &[0.0; DIMENSIONS])
+    {
+        // The stature also says where joints are.
+        measured.mass_kg = None;
+        problems.push(format!("mass_kg: {error}"));
     }
-    Ok((subject, measured))
+    Ok((subject, measured, problems))
 }
 
 /// The line that a record is in: it begins behind the empty lines at its position.
@@ -339,16 +371,16 @@ mod tests {
         let row = |row: &str| format!("{head}a,1.7,65,female,250\n{row}\n");
         for (text, words) in [
             (row("b,1.7,65,female,25O"), ["people.csv:3", "\"25O\""]),
-            (row("b,,,,nan"), ["people.csv:3", "foot_length of nan"]),
+            (row("b,,,,nan"), ["people.csv:3", "foot_length_mm of nan"]),
             // Mean 246.3 and SD 12.4 mm for women, 271.2 and 13.1 for men: 172 to 321 and
             // 193 to 350.
             (row("b,,,female,340"), ["people.csv:3", "expected 17"]),
             (row("b,,,male,180"), ["people.csv:3", "expected 19"]),
-            (row("b,,,,0.25"), ["people.csv:3", "foot_length of 0.25"]),
-            (row("b,,,,-250"), ["people.csv:3", "foot_length of -250"]),
-            (row("b,0,,,"), ["people.csv:3", "stature of 0"]),
-            (row("\nb,170,,,"), ["people.csv:4", "stature of 170"]),
-            (row("b,170,,,"), ["people.csv:3", "stature of 170"]),
+            (row("b,,,,0.25"), ["people.csv:3", "foot_length_mm of 0.25"]),
+            (row("b,,,,-250"), ["people.csv:3", "foot_length_mm of -250"]),
+            (row("b,0,,,"), ["people.csv:3", "stature_m of 0"]),
+            (row("\nb,170,,,"), ["people.csv:4", "stature_m of 170"]),
+            (row("b,170,,,"), ["people.csv:3", "stature_m of 170"]),
             (row("b,,1e9,,"), ["people.csv:3", "mass_kg of 1e9"]),
             (row("b,1.9,30,,"), ["people.csv:3", "index of 12 to 60"]),
             (row("b,,,f,"), ["people.csv:3", "female or male"]),
@@ -378,6 +410,38 @@ mod tests {
         ] {
             refused(&text, &words);
         }
+    }
+
+    #[test]
+    fn fields_that_cannot_be_are_as_good_as_empty_where_the_rest_is_wanted() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("people.csv");
+        let text = "subject,stature_m,mass_kg,sex,foot_length_mm\n\
+                    a,1.7,65,f,25O\nb,1.6,60,female,240\nc,1.9,30,,\n";
+        std::fs::write(&path, text).expect("a file");
+        let (people, unusable) = MeasuredPeople::read_usable(&path).expect("three people");
+        let said: Vec<String> = unusable.iter().map(ToString::to_string).collect();
+        assert_eq!(said.len(), 3, "{said:?}");
+        assert!(said[0].contains("people.csv:2: sex: "), "{said:?}");
+        assert!(
+            said[1].contains("people.csv:2: foot_length_mm: "),
+            "{said:?}"
+        );
+        assert!(said[2].contains("people.csv:4: mass_kg: "), "{said:?}");
+        let of = |name| {
+            let row = people.of(name).expect("a row");
+            (row.stature_m, row.mass_kg, row.sex)
+        };
+        assert_eq!(of("a"), (Some(1.7), Some(65.0), None));
+        assert_eq!(of("b"), (Some(1.6), Some(60.0), Some(Sex::Female)));
+        assert_eq!(of("c"), (Some(1.9), None, None));
+        // Foot length is empty for a, and 240 mm for b.
+        let known = |name| {
+            people
+                .of(name)
+                .map(|row| row.dimensions_m.iter().flatten().count())
+        };
+        assert_eq!((known("a"), known("b")), (Some(0), Some(1)));
     }
 
     #[test]

@@ -12,6 +12,7 @@ pub mod events;
 pub mod figure;
 pub mod filter;
 pub mod fit;
+pub mod flips;
 mod follow;
 mod markers;
 pub mod measured;

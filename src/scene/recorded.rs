@@ -3,10 +3,11 @@
 use super::cohort::anthropometry::{DIMENSIONS, Dimensions, Population};
 use super::cohort::body;
 use super::events::{Cut, cut};
+use super::flips::{Ends, bridge_flips};
 use super::measured::{Measured, MeasuredPeople};
 use super::retarget::{DEFAULT_CUT_OFF_HZ, Take, leg_length_m};
 use super::{Body, Span, Subject, Track, Walk};
-use crate::error::{Error, Result};
+use crate::error::{Error, Refused, Result};
 use crate::import::{Format, Motion, Options, Source};
 use edgegait_core::pack::{Gait, Sex};
 use edgegait_core::skeleton::{JOINTS, Joint};
@@ -142,7 +143,7 @@ impl Recording {
             Source::Motion(motion) => Take::from_motion(motion, cut_off_hz),
             Source::Markers(markers) => Take::from_markers(markers, cut_off_hz),
         };
-        let take = take.map_err(|problem| refusal(path, &problem, read_warnings))?;
+        let mut take = take.map_err(|problem| refusal(path, &problem, read_warnings))?;
         let mut cut = match options.keep {
             Keep::Take => None,
             _ => Some(cut(&take).map_err(|problem| refusal(path, &problem, &take.warnings))?),
@@ -151,6 +152,21 @@ impl Recording {
             (Some(cut), Keep::MeanCycle) => cut.cycles = vec![cut.mean()],
             (Some(cut), Keep::FirstCycle) => cut.cycles.truncate(1),
             _ => {}
+        }
+        match &mut cut {
+            Some(cut) => {
+                for one in &mut cut.cycles {
+                    let cycle = &mut one.cycle;
+                    let rate_hz = cycle.rotations.len() as f64 / cycle.period_s;
+                    let bridged = bridge_flips(&mut cycle.rotations, Ends::Meet, rate_hz);
+                    let at = |what| format!("the cycle at {:.2} s: {what}", one.start_s);
+                    cut.warnings.extend(bridged.into_iter().map(at));
+                }
+            }
+            None => {
+                let bridged = bridge_flips(&mut take.rotations, Ends::Open, take.sample_rate_hz);
+                take.warnings.extend(bridged);
+            }
         }
         let stem = path
             .file_stem()
@@ -239,7 +255,7 @@ pub struct BodyOptions {
 /// either case.
 ///
 /// # Errors
-/// For implausible bodies, and two takes of one name of one subject.
+/// With the people whose bodies are implausible, and for two takes of one name of one subject.
 pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<Subject>> {
     let mut recordings: Vec<&Recording> = recordings.iter().collect();
     let key = |recording: &&Recording| (recording.subject.clone(), recording.name.clone());
@@ -259,16 +275,30 @@ pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<S
         ));
     }
     let mut subjects: Vec<Subject> = Vec::new();
+    let mut refused: Vec<Refused> = Vec::new();
     for recording in recordings.iter().copied() {
+        if refused.iter().any(|one| one.subject == recording.subject) {
+            continue;
+        }
         let known = subjects
             .iter()
             .position(|subject| subject.name == recording.subject);
         let index = match known {
             Some(index) => index,
-            None => {
-                subjects.push(new_subject(recording, options)?);
-                subjects.len() - 1
-            }
+            None => match new_subject(recording, options) {
+                Ok(subject) => {
+                    subjects.push(subject);
+                    subjects.len() - 1
+                }
+                Err(error) => {
+                    refused.push(Refused {
+                        subject: recording.subject.clone(),
+                        walk: None,
+                        problem: error.to_string(),
+                    });
+                    continue;
+                }
+            },
         };
         let subject = &mut subjects[index];
         let own = &recording.take.offsets;
@@ -295,7 +325,11 @@ pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<S
             }
         }
     }
-    Ok(subjects)
+    if refused.is_empty() {
+        Ok(subjects)
+    } else {
+        Err(Error::Refused(refused))
+    }
 }
 
 /// A subject with a body and no walks yet.
@@ -322,8 +356,7 @@ fn new_subject(recording: &Recording, options: &BodyOptions) -> Result<Subject> 
         let mean = 0.5 * (bmi(Sex::Female) + bmi(Sex::Male));
         sex.map_or(mean, bmi) * stature_m * stature_m
     });
-    let dimensions = Dimensions::expected(stature_m, mass_kg, sex, &[0.0; DIMENSIONS])
-        .map_err(|error| Error::Usage(format!("subject {:?}: {error}", recording.subject)))?
+    let dimensions = Dimensions::expected(stature_m, mass_kg, sex, &[0.0; DIMENSIONS])?
         .with(&measured.dimensions_m);
     let offsets = match known_stature_m {
         Some(_) => body::offsets(&dimensions),

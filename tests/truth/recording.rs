@@ -35,6 +35,18 @@ pub fn recording(
     sinks_cm_s: f64,
     arm: impl Fn(usize) -> [f64; 3],
 ) -> PathBuf {
+    walk(folder, name, sinks_cm_s, |joint, frame| {
+        (joint == "LeftArm").then(|| arm(frame))
+    })
+}
+
+/// The same with angles of any joint that are stated.
+pub fn walk(
+    folder: &Path,
+    name: &str,
+    sinks_cm_s: f64,
+    angles: impl Fn(&str, usize) -> Option<[f64; 3]>,
+) -> PathBuf {
     let mut text = String::from("HIERARCHY\n");
     for (index, (depth, joint, [x, y, z])) in JOINTS_OF_FILE.iter().enumerate() {
         let (kind, place) = if index == 0 {
@@ -68,12 +80,12 @@ pub fn recording(
             100.0 * seconds
         );
         for (_, joint, _) in &JOINTS_OF_FILE[1..] {
-            let [y, x, z] = match *joint {
-                "LeftArm" => arm(frame),
+            let usual = match *joint {
                 "LeftUpLeg" => [0.0, -swing, 0.0],
                 "RightUpLeg" => [0.0, swing, 0.0],
                 _ => [0.0; 3],
             };
+            let [y, x, z] = angles(joint, frame).unwrap_or(usual);
             let _ = write!(text, " {y} {x} {z}");
         }
         text.push('\n');

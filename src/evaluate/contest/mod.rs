@@ -33,7 +33,9 @@ impl Entrant {
         self.form() == other.form()
     }
 
-    fn form(&self) -> Form {
+    /// How it is shown sequences.
+    #[must_use]
+    pub fn form(&self) -> Form {
         let contract = self.recognizer.contract();
         Form {
             settings: Settings {
