@@ -2,10 +2,9 @@
 
 use std::collections::BTreeSet;
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-
-use tempfile::TempDir;
 
 use crate::error::{Error, Result};
 
@@ -15,11 +14,10 @@ static ALIVE: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 /// A folder that is removed with all that is in it when it is dropped, and by
 /// [`remove_unfinished`].
 ///
-/// What is created inside has the permissions that the user's umask gives:
-/// `tempfile`'s own files are private to the user, and would stay so.
+/// It and what is created inside have the permissions that the user's umask gives, and keep them.
 #[derive(Debug)]
 pub struct Staging {
-    folder: TempDir,
+    folder: PathBuf,
 }
 
 impl Staging {
@@ -51,25 +49,34 @@ impl Staging {
     fn new(prefix: &str, place: &Path) -> std::io::Result<Self> {
         // Made and noted at once, so that none is forgotten.
         let mut alive = alive();
-        let made = tempfile::Builder::new().prefix(prefix).tempdir_in(place);
-        let folder = made.map_err(without_path)?;
-        alive.insert(folder.path().to_path_buf());
-        Ok(Self { folder })
+        let mut number = alive.len();
+        loop {
+            let folder = place.join(format!("{prefix}{}-{number}", std::process::id()));
+            match fs::create_dir(&folder) {
+                Ok(()) => {
+                    alive.insert(folder.clone());
+                    return Ok(Self { folder });
+                }
+                // Another one's, or what a former process of this number left.
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => number += 1,
+                Err(error) => return Err(error),
+            }
+        }
     }
 
     /// Where it is.
     #[must_use]
     pub fn path(&self) -> &Path {
-        self.folder.path()
+        &self.folder
     }
 }
 
 impl Drop for Staging {
     fn drop(&mut self) {
-        // Forgotten only when it is gone. `TempDir` then finds nothing left to remove.
+        // Forgotten only when it is gone.
         let mut alive = alive();
-        let _ = fs::remove_dir_all(self.folder.path());
-        alive.remove(self.folder.path());
+        let _ = fs::remove_dir_all(&self.folder);
+        alive.remove(&self.folder);
     }
 }
 
@@ -104,15 +111,6 @@ pub(super) fn folder_of(path: &Path) -> PathBuf {
 
 fn alive() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     ALIVE.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// The system's error alone: `tempfile` adds a path that a user has never heard of.
-fn without_path(error: std::io::Error) -> std::io::Error {
-    let inner = error.get_ref().and_then(|wrapped| {
-        let source = wrapped.source()?.downcast_ref::<std::io::Error>()?;
-        source.raw_os_error()
-    });
-    inner.map_or(error, std::io::Error::from_raw_os_error)
 }
 
 #[cfg(test)]

@@ -353,11 +353,15 @@ mod tests {
         let dir = folder.path().join("d");
         fs::create_dir(&dir).unwrap();
         write(&dir, 1, Existing::ReplaceOwn).expect("an empty folder is no loss");
-        let refused = write(&dir, 2, Existing::ReplaceOwn).unwrap_err();
+        write(&dir, 2, Existing::ReplaceOwn).expect("an earlier dataset of ours");
+        let manifest = fs::read_to_string(dir.join(MANIFEST)).unwrap();
+        let foreign = manifest.replace("\"sweep\"", "\"camera\"");
+        fs::write(dir.join(MANIFEST), foreign).unwrap();
+        let refused = write(&dir, 3, Existing::ReplaceOwn).unwrap_err();
         assert!(
             refused
                 .to_string()
-                .ends_with("(name another, or use --overwrite)"),
+                .ends_with("(name another folder, or use --overwrite)"),
             "{refused}"
         );
         assert_eq!(refused.exit_code(), 2);
