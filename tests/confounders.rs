@@ -341,6 +341,14 @@ fn casia_b_looks_for_people_with_bags_and_in_coats() {
         asked.iter().all(|&count| count > 0 && count == asked[0]),
         "{asked:?}"
     );
+    // Bags and coats are not pooled with walks as they are, nor hidden on the page.
+    let result = &results["recognizers"][0];
+    assert_eq!(result["of_probe_sets"], serde_json::json!(["NM"]));
+    assert_eq!(result["probes"], asked[0]);
+    assert_eq!(result["rank1"], sets[0]["rank1"]);
+    let page = std::fs::read_to_string(folder.path().join("edgegait-report/index.html"));
+    let page = page.expect("a report");
+    assert!(page.contains("<strong>the clean probe set NM, 1 of 3</strong>"));
 }
 
 #[test]

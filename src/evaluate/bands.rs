@@ -19,6 +19,9 @@ pub struct Bands {
     pub cells: [[Tally; 5]; 5],
     /// Viewpoints in no band: below the horizon or on the walker's right.
     pub outside: usize,
+    /// Viewpoints in a band whose azimuth or elevation is no multiple of 5 degrees: they count as
+    /// the nearest one, the higher of two.
+    pub between: usize,
 }
 
 impl Bands {
@@ -30,7 +33,11 @@ impl Bands {
             let elevation = band(viewpoint.elevation_deg, &ELEVATION_ENDS);
             let azimuth = band(viewpoint.azimuth_deg, &AZIMUTH_ENDS);
             match (elevation, azimuth) {
-                (Some(e), Some(a)) => bands.cells[e][a] += viewpoint.tally(),
+                (Some(e), Some(a)) => {
+                    bands.cells[e][a] += viewpoint.tally();
+                    let angles = [viewpoint.azimuth_deg, viewpoint.elevation_deg];
+                    bands.between += usize::from(angles.iter().any(|angle| angle % 5.0 != 0.0));
+                }
                 _ => bands.outside += 1,
             }
         }
@@ -100,6 +107,22 @@ mod tests {
             [37, 185, 185, 185, 111]
         );
         assert_eq!(bands.cells[1][2].probes, 5);
+    }
+
+    #[test]
+    fn what_is_between_two_names_is_counted_at_the_nearest_and_told() {
+        let result = result_of(&[
+            (42.0, 0.0, 1, 1),
+            (43.0, 0.0, 1, 1),
+            (88.0, 2.0, 1, 1),
+            (90.0, 90.0, 1, 1),
+        ]);
+        let bands = Bands::of(&result.by_viewpoint);
+        // 42 is nearest to 40, 43 to 45, 88 to 90, and 2 to 0.
+        let level = bands.cells[0].map(|tally| tally.probes);
+        assert_eq!(level, [1, 1, 1, 0, 0]);
+        assert_eq!(bands.cells[4][2].probes, 1);
+        assert_eq!((bands.between, bands.outside), (3, 0));
     }
 
     #[test]

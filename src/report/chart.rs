@@ -4,13 +4,13 @@ use std::fmt::Write;
 
 use maud::{Markup, html};
 
-use super::percent;
-use crate::evaluate::angle::AngleResult;
+use super::{THIN, percent, scope};
+use crate::evaluate::angle::{AngleResult, BIN_DEG};
 use crate::evaluate::results::RecognizerResult;
 
 /// A line's look: Okabe and Ito's colours (2008), safe for the colour-blind, on
 /// either ground; the dashes tell lines apart in grey.
-const LINES: [(&str, &str); 6] = [
+pub(super) const LINES: [(&str, &str); 6] = [
     ("#0072b2", "none"),
     ("#d55e00", "7 3"),
     ("#009e73", "2 3"),
@@ -41,29 +41,51 @@ pub(super) fn angles(results: &[RecognizerResult]) -> Option<Markup> {
     let farthest = curves
         .iter()
         .flat_map(|result| &result.by_angle)
-        .map(AngleResult::middle_deg)
-        .fold(0.0, f64::max);
+        .map(|bin| bin.to_deg)
+        .fold(BIN_DEG, f64::max);
     if curves.is_empty() {
         return None;
     }
-    let end = (farthest / 15.0).ceil() * 15.0;
-    let x_of = |angle: f64| 54.0 + angle / end * 492.0;
+    let x_of = |angle: f64| 54.0 + angle / farthest * 486.0;
     let y_of = |rate: f64| 12.0 + (1.0 - rate) * 200.0;
-    let step = if end > 90.0 { 30 } else { 15 };
-    // The end is a whole number of degrees, at most 180.
-    let ticks = (0..=end as u32).step_by(step);
+    // Where bins end, or every other one's. The last is a whole number of degrees, at most 180.
+    let step = if farthest > 90.0 { 20 } else { 10 };
+    let ticks = (0..=farthest as u32).step_by(step);
+    let bars = if curves.iter().all(|one| {
+        one.by_angle
+            .iter()
+            .all(|bin| bin.intervals.over_people().is_some())
+    }) {
+        "95 % intervals that draw people"
+    } else {
+        "95 % intervals"
+    };
     Some(html! {
-        svg.angles viewBox="0 0 560 258" role="img"
+        figure {
+        p {
+            "Rank-1, upwards, against the angle between a viewpoint and the nearest one that the "
+            "recognizer was trained at, to the right: at 0 what is there itself, then in steps of "
+            (BIN_DEG) " degrees, each with its upper end, drawn at their middle. Bars are " (bars) "."
+        }
+        ul.quiet { @for result in &curves {
+            li { (result.name) ": " (scope::counts(result, THIN))
+                @if let Some(which) = scope::probe_sets(result) { ", of " (which) } }
+        } }
+        @if curves.len() < results.len() {
+            p.quiet { (curves.len()) " of " (results.len()) " recognizers: the first "
+                (LINES.len()) " at most, of those that say where they were trained" }
+        }
+        div.wide { svg.angles viewBox="0 0 560 258" role="img"
             aria-label="Rank-1 by the angle from the nearest viewpoint of training" {
             @for rate in [0, 25, 50, 75, 100] {
                 @let y = y_of(f64::from(rate) / 100.0);
-                line.rail x1="54" x2="546" y1=(y) y2=(y) {}
+                line.rail x1="54" x2="540" y1=(y) y2=(y) {}
                 text.tick x="48" y=(y + 4.0) text-anchor="end" { (rate) "%" }
             }
             @for tick in ticks {
                 text.tick x=(x_of(f64::from(tick))) y="230" text-anchor="middle" { (tick) }
             }
-            text.axis x="300" y="250" text-anchor="middle" {
+            text.axis x="297" y="250" text-anchor="middle" {
                 "angle from the nearest viewpoint of training, degrees"
             }
             @for (result, (colour, dashes)) in curves.iter().zip(LINES) {
@@ -88,18 +110,20 @@ pub(super) fn angles(results: &[RecognizerResult]) -> Option<Markup> {
                 }
             }
         }
+        }
         (legend(&curves.iter().map(|result| result.name.as_str()).collect::<Vec<_>>()))
+        }
     })
 }
 
 /// A line of a [`curves`] chart: its name, and its points, both coordinates 0..1.
 pub(super) type Curve = (String, Vec<(f64, f64)>);
 
-/// A chart of at most six lines of rates (0..1, upwards) with ticks of the horizontal axis
-/// (place 0..1, text). None without lines.
+/// A chart of as many lines of rates (0..1, upwards) as [`LINES`] has, with ticks of the horizontal
+/// axis (place 0..1, text). None without lines.
 pub(super) fn curves(
     (what, axis): (&str, &str),
-    ticks: &[(f64, &str)],
+    ticks: &[(f64, String)],
     curves: &[Curve],
 ) -> Option<Markup> {
     if curves.iter().all(|(_, points)| points.len() < 2) {
@@ -181,8 +205,9 @@ mod tests {
         };
         result.by_angle = vec![bin(0.0, 0.0, 1.0), bin(90.0, 100.0, 0.25)];
         let chart = angles(&[result]).unwrap().into_string();
-        // 100 % at 0 degrees, 25 % at the bin of 90 to 100 of an axis that ends at 105.
-        assert!(chart.contains("d=\"M54.0 12.0L499.1 162.0\""), "{chart}");
+        crate::report::extent::assert_texts_are_readable(&chart);
+        // 100 % at 0 degrees, 25 % in the bin of 90 to 100, where the axis ends.
+        assert!(chart.contains("d=\"M54.0 12.0L515.7 162.0\""), "{chart}");
         assert!(
             chart.contains("<title>pca-svm, 90 to 100°: 25.0 % of 4, 12.5 to 50.0</title>"),
             "{chart}"

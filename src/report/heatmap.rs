@@ -27,10 +27,20 @@ const VIRIDIS: [[u8; 3]; 17] = [
     [0xfd, 0xe7, 0x25],
 ];
 
-/// Width and height of a cell; a 37 x 19 grid is then 518 x 266.
-const CELL: usize = 14;
-const LEFT: usize = 46;
-const TOP: usize = 8;
+/// What the longer side of a picture comes near to, where its cells are not at their largest.
+const SIDE: usize = 520;
+/// Width and height of the largest cells, which few viewpoints have.
+const LARGEST: usize = 48;
+/// Cells as wide and high as this have their number in them.
+const NUMBERED: usize = 44;
+/// A letter of a label at its widest: 16 units high on a phone.
+const LETTER: usize = 10;
+/// From the top to the cells: the name of the upward axis.
+const TOP: usize = 28;
+/// From the cells to the bottom: labels, and the name of the other axis.
+const BOTTOM: usize = 46;
+/// Room for the names of the axes.
+const LEAST_WIDTH: usize = 130;
 
 /// The most rows or columns that are still a picture.
 const MAX_SIDE: usize = 120;
@@ -63,12 +73,12 @@ pub(super) struct Grid<'a> {
 }
 
 impl<'a> Grid<'a> {
-    /// The grid, or none if the viewpoints are not one: fewer than two rows or
-    /// columns, more than a third of the cells empty, or two results in a cell.
+    /// The grid, or none if the viewpoints are not one: none at all, more than a third of the
+    /// cells empty, or two results in a cell.
     pub(super) fn of(viewpoints: &'a [ViewpointResult]) -> Option<Self> {
         let azimuths = distinct(viewpoints.iter().map(|v| v.azimuth_deg));
         let elevations = distinct(viewpoints.iter().map(|v| v.elevation_deg));
-        let sides = 2..=MAX_SIDE;
+        let sides = 1..=MAX_SIDE;
         if !sides.contains(&azimuths.len())
             || !sides.contains(&elevations.len())
             || viewpoints.len() * 3 < azimuths.len() * elevations.len() * 2
@@ -93,49 +103,119 @@ impl<'a> Grid<'a> {
     /// The picture: azimuth to the right, elevation upwards.
     pub(super) fn svg(&self, result: &RecognizerResult) -> Markup {
         let (columns, rows) = (self.azimuths.len(), self.elevations.len());
-        let (plot_width, plot_height) = (columns * CELL, rows * CELL);
-        let (width, height) = (LEFT + plot_width + 10, TOP + plot_height + 42);
-        let y_of = |row: usize| TOP + (rows - 1 - row) * CELL;
-        let x_of = |column: usize| LEFT + column * CELL;
+        let (across, up) = cell(columns, rows);
+        let left = 12 + LETTER * longest(&self.elevations);
+        let (plot_width, plot_height) = (columns * across, rows * up);
+        // Half of the last label may stand over the last cell.
+        let right = 6 + (LETTER * longest(&self.azimuths)).saturating_sub(across) / 2;
+        let width = (left + plot_width + right).max(LEAST_WIDTH);
+        let height = TOP + plot_height + BOTTOM;
+        let y_of = |row: usize| TOP + (rows - 1 - row) * up;
+        let x_of = |column: usize| left + column * across;
         let text = format!(
-            "Heatmap of the rank-1 of {} by azimuth and elevation; the table has the numbers in bands",
+            "Heatmap of the rank-1 of {} by azimuth and elevation; the table has the numbers",
             result.name
         );
         html! {
-            svg.heatmap viewBox=(format!("0 0 {width} {height}"))
-                style=(format!("max-width: {}px", 2 * width)) role="img" aria-label=(text) {
-                rect.void x=(LEFT) y=(TOP) width=(plot_width) height=(plot_height) {}
+            svg.(class_of(width)) viewBox=(format!("0 0 {width} {height}"))
+                style=(style_of(width)) role="img" aria-label=(text) {
+                rect.void x=(left) y=(TOP) width=(plot_width) height=(plot_height) {}
                 @for (row, cells) in self.cells.iter().enumerate() {
                     @for (column, viewpoint) in cells.iter().enumerate() {
                         @if let Some(viewpoint) = viewpoint {
-                            rect x=(x_of(column)) y=(y_of(row)) width=(CELL) height=(CELL)
+                            rect x=(x_of(column)) y=(y_of(row)) width=(across) height=(up)
                                 fill=(colour(viewpoint.rank1)) { title { (exact(viewpoint)) } }
+                            @if across.min(up) >= NUMBERED {
+                                text.number x=(x_of(column) + across / 2) y=(y_of(row) + up / 2 + 5)
+                                    text-anchor="middle" style=(format!("fill: {}", ink(viewpoint.rank1))) {
+                                    (short(viewpoint.rank1))
+                                }
+                            }
                         }
                     }
                 }
                 @for (row, cells) in self.cells.iter().enumerate() {
                     @for (column, viewpoint) in cells.iter().enumerate() {
                         @if viewpoint.is_some_and(|v| result.is_trained_at(v)) {
-                            rect.halo x=(x_of(column)) y=(y_of(row)) width=(CELL) height=(CELL) {}
-                            rect.trained x=(x_of(column)) y=(y_of(row)) width=(CELL) height=(CELL) {}
+                            rect.halo x=(x_of(column)) y=(y_of(row)) width=(across) height=(up) {}
+                            rect.trained x=(x_of(column)) y=(y_of(row)) width=(across) height=(up) {}
                         }
                     }
                 }
-                @for column in ticks(&self.azimuths, 26) {
-                    text.tick x=(x_of(column) + CELL / 2) y=(TOP + plot_height + 17)
-                        text-anchor="middle" { (self.azimuths[column]) }
+                @for column in ticks(&self.azimuths, across, LETTER * longest(&self.azimuths) + 4) {
+                    text.tick x=(x_of(column) + across / 2) y=(TOP + plot_height + 17)
+                        text-anchor="middle" { (label(self.azimuths[column])) }
                 }
-                @for row in ticks(&self.elevations, 14) {
-                    text.tick x=(LEFT - 6) y=(y_of(row) + CELL / 2 + 4)
-                        text-anchor="end" { (self.elevations[row]) }
+                @for row in ticks(&self.elevations, up, 18) {
+                    text.tick x=(left - 6) y=(y_of(row) + up / 2 + 4)
+                        text-anchor="end" { (label(self.elevations[row])) }
                 }
-                text.axis x=(LEFT + plot_width / 2) y=(TOP + plot_height + 37) text-anchor="middle" {
-                    "azimuth, degrees: 0 in front, 90 the walker's left, 180 behind"
-                }
-                text.axis transform=(format!("translate(12 {}) rotate(-90)", TOP + plot_height / 2))
-                    text-anchor="middle" { "elevation, degrees" }
+                (axes((left, plot_width), (width, height)))
             }
         }
+    }
+}
+
+/// Wider pictures than this are shrunk on a phone, and their letters are enlarged there.
+const LARGE: usize = 400;
+
+/// The classes of a picture of viewpoints that is so wide.
+pub(super) fn class_of(width: usize) -> &'static str {
+    if width > LARGE {
+        "heatmap large"
+    } else {
+        "heatmap"
+    }
+}
+
+/// How wide it is on the page: a small one no wider than its letters can be read.
+pub(super) fn style_of(width: usize) -> String {
+    if width > LARGE {
+        format!("max-width: {}px", width * 7 / 5)
+    } else {
+        format!("width: {}px; max-width: 100%", width * 6 / 5)
+    }
+}
+
+/// The names of both axes of a picture of viewpoints: of its plot from `left` on, and as a whole.
+pub(super) fn axes((left, plot_width): (usize, usize), (width, height): (usize, usize)) -> Markup {
+    // "azimuth, °" is 10 letters.
+    let middle = (left + plot_width / 2).clamp(5 * LETTER, width - 5 * LETTER);
+    html! {
+        text.axis x="2" y="16" { "elevation, °" }
+        text.axis x=(middle) y=(height - 8) text-anchor="middle" { "azimuth, °" }
+    }
+}
+
+/// Width and height of a cell: square, but where there are so many in a row or column that
+/// squares would be too small.
+fn cell(columns: usize, rows: usize) -> (usize, usize) {
+    let of = |count: usize| (SIDE / count).min(LARGEST);
+    let square = of(columns.max(rows));
+    if square < 8 {
+        (of(columns), of(rows))
+    } else {
+        (square, square)
+    }
+}
+
+/// An angle in words, to a hundredth: single precision has 77.31 as 77.30999755859375.
+pub(super) fn label(angle: f64) -> String {
+    format!("{}", (angle * 100.0).round() / 100.0 + 0.0)
+}
+
+/// Letters of the longest label.
+fn longest(angles: &[f64]) -> usize {
+    let letters = angles.iter().map(|&angle| label(angle).chars().count());
+    letters.max().unwrap_or(0)
+}
+
+/// A rate in percent that fits into a cell.
+fn short(rate: f64) -> String {
+    let text = percent(rate);
+    match text.strip_suffix(".0") {
+        Some(whole) if whole == "0" || whole == "100" => whole.to_owned(),
+        _ => text,
     }
 }
 
@@ -168,13 +248,13 @@ pub(super) fn legend(classes: usize, has_training: bool) -> Markup {
 }
 
 /// A viewpoint's result in words.
-fn exact(viewpoint: &ViewpointResult) -> String {
+pub(super) fn exact(viewpoint: &ViewpointResult) -> String {
     let tally = viewpoint.tally();
     let interval = tally.interval();
     format!(
         "azimuth {}°, elevation {}°: {} % ({} of {}, 95 % interval {} to {})",
-        viewpoint.azimuth_deg,
-        viewpoint.elevation_deg,
+        label(viewpoint.azimuth_deg),
+        label(viewpoint.elevation_deg),
         percent(viewpoint.rank1),
         tally.hits,
         tally.probes,
@@ -197,27 +277,31 @@ fn place(angles: &[f64], angle: f64) -> Option<usize> {
         .ok()
 }
 
-/// The places to label, so that labels are at least `room` apart: multiples of 30,
-/// 45 or 15 degrees if they are enough, every n-th otherwise.
-fn ticks(angles: &[f64], room: usize) -> Vec<usize> {
+/// The places to label, so that labels are at least `room` apart: all of them if they fit, else
+/// multiples of 15, 30, 45 or 90 degrees if they are enough, every n-th otherwise.
+fn ticks(angles: &[f64], cell: usize, room: usize) -> Vec<usize> {
+    if cell >= room {
+        return (0..angles.len()).collect();
+    }
     for step in [15.0, 30.0, 45.0, 90.0] {
         let places: Vec<_> = (0..angles.len())
             .filter(|&i| angles[i] % step == 0.0)
             .collect();
         let apart = places
             .windows(2)
-            .all(|pair| (pair[1] - pair[0]) * CELL >= room);
+            .all(|pair| (pair[1] - pair[0]) * cell >= room);
         if places.len() >= 3 && apart {
             return places;
         }
     }
-    (0..angles.len()).step_by(room.div_ceil(CELL)).collect()
+    (0..angles.len()).step_by(room.div_ceil(cell)).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::evaluate::results::tests::result_of;
+    use crate::report::extent::assert_texts_are_readable;
 
     #[test]
     fn the_scale_has_viridis_at_its_ends_and_in_between() {
@@ -254,8 +338,8 @@ mod tests {
             Grid::of(&result_of(viewpoints).by_viewpoint).is_some()
         };
         assert!(!grid(&[]));
-        assert!(!grid(&[(90.0, 0.0, 1, 1)]));
-        assert!(!grid(&[(0.0, 0.0, 1, 1), (45.0, 0.0, 1, 1)]), "one row");
+        assert!(grid(&[(90.0, 0.0, 1, 1)]), "one cell");
+        assert!(grid(&[(0.0, 0.0, 1, 1), (45.0, 0.0, 1, 1)]), "one row");
         assert!(
             !grid(&[(1.0, 2.0, 1, 1), (3.0, 4.0, 1, 1), (5.0, 6.0, 1, 1)]),
             "scattered"
@@ -268,5 +352,60 @@ mod tests {
             grid(&[(0.0, 0.0, 1, 1), (5.0, 0.0, 1, 1), (5.0, 5.0, 1, 1)]),
             "a gap"
         );
+    }
+
+    /// All of these azimuths with all of these elevations.
+    fn drawn(azimuths: &[f64], elevations: &[f64]) -> String {
+        let all = azimuths.iter().flat_map(|&a| {
+            let each = elevations.iter();
+            each.map(move |&e| (a, e, 1, 3))
+        });
+        let result = result_of(&all.collect::<Vec<_>>());
+        let grid = Grid::of(&result.by_viewpoint).expect("a grid");
+        grid.svg(&result).into_string()
+    }
+
+    #[test]
+    fn labels_of_grids_of_any_size_are_whole_and_apart() {
+        let steps = |count: u32, step: f64| -> Vec<f64> {
+            (0..count).map(|at| f64::from(at) * step).collect()
+        };
+        for columns in [1, 2, 3, 5, 7, 10, 11, 13, 20, 37, 72, 120] {
+            for rows in [1, 2, 3, 10, 19, 120] {
+                for step in [5.0, 18.0, 2.5, -1.25, 33.333_333] {
+                    let svg = drawn(&steps(columns, step), &steps(rows, step / 2.0));
+                    assert_texts_are_readable(&svg);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn few_viewpoints_have_a_label_and_a_number_each() {
+        let azimuths: Vec<f64> = (0..11).map(|at| f64::from(at) * 18.0).collect();
+        let svg = drawn(&azimuths, &[0.0]);
+        for azimuth in azimuths {
+            assert!(svg.contains(&format!(">{azimuth}</text>")), "{svg}");
+        }
+        assert_eq!(svg.matches(">33.3</text>").count(), 11);
+        // 11 cells of 47, not of 14.
+        assert_eq!(svg.matches("width=\"47\" height=\"47\"").count(), 11);
+        let one = drawn(&[90.0], &[30.0]);
+        assert!(
+            one.contains(">90</text>") && one.contains(">30</text>"),
+            "{one}"
+        );
+    }
+
+    #[test]
+    fn the_papers_grid_keeps_its_cells() {
+        let svg = drawn(
+            &(0..37).map(|at| f64::from(at) * 5.0).collect::<Vec<_>>(),
+            &(0..19).map(|at| f64::from(at) * 5.0).collect::<Vec<_>>(),
+        );
+        assert_eq!(svg.matches("width=\"14\" height=\"14\"").count(), 703);
+        for tick in ["0", "45", "90", "135", "180"] {
+            assert!(svg.contains(&format!(">{tick}</text>")), "{tick}");
+        }
     }
 }

@@ -13,12 +13,11 @@ use image::GrayImage;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde_json::Value;
 
-use super::viewpoints::{chance, rate, recognizer};
-use super::{THIN, chart, grouped, measures, microseconds, percent, png};
+use super::summary::{finding, summary};
+use super::viewpoints::recognizer;
+use super::{THIN, chart, grouped, percent, png, ranks};
 use crate::dataset::{Header, write_atomically};
 use crate::error::{Error, Result};
-use crate::evaluate::bands::{Bands, ELEVATIONS};
-use crate::evaluate::rank::Tally;
 use crate::evaluate::results::ScoreResults;
 use crate::template::Template;
 
@@ -105,11 +104,9 @@ pub fn page(results: &ScoreResults, samples: &[Sample]) -> Result<String> {
                     (summary(results))
                     @if let Some(chart) = chart::angles(&results.recognizers) {
                         h2 { "How far from training" }
-                        p { "Rank-1 against the angle between a viewpoint and the nearest one that "
-                            "the recognizer was trained at, in steps of 10 degrees." }
-                        figure { div.wide { (chart) } }
+                        (chart)
                     }
-                    @if let Some(charts) = measures::charts(&results.recognizers) {
+                    @if let Some(charts) = ranks::charts(&results.recognizers) {
                         h2 { "Who is found, and who is accepted" }
                         (charts)
                     }
@@ -147,7 +144,7 @@ fn facts(results: &ScoreResults) -> Markup {
             @if let Some(share) = results.clipped_share {
                 " · " (percent(share)) " % of the figures cut off by the frame"
             }
-            @if let Some(time) = results.time { " · " (format!("{:.1}", time.seconds)) " s" }
+            @if let Some(time) = results.time { " · " (format!("{:.1}", time.seconds)) "\u{a0}s" }
         }
     }
 }
@@ -158,36 +155,6 @@ fn lead() -> Markup {
             "Silhouettes of walking people, one by one or averaged into Gait Energy Images (GEI), "
             "were shown to recognizers, and each was asked who walks. This page says how "
             "often it was right, from where, and how long an answer took."
-        }
-    }
-}
-
-/// The best recognizer in two sentences.
-fn finding(results: &ScoreResults) -> Markup {
-    let scored = results
-        .recognizers
-        .iter()
-        .filter(|result| result.probes > 0);
-    // Of equals the first, as listed: max_by keeps the last.
-    let Some(best) = scored.rev().max_by(|a, b| a.rank1.total_cmp(&b.rank1)) else {
-        return html! { p.finding { "Nothing was scored." } };
-    };
-    let trained = best.at_training().rank1();
-    let bands = Bands::of(&best.by_viewpoint);
-    let seen = (0..ELEVATIONS.len()).filter(|&band| bands.elevation(band).probes > 0);
-    let worst = bands.worst_elevation().filter(|_| seen.count() > 1);
-    html! {
-        p.finding {
-            @if results.recognizers.len() > 1 { "The best of " (results.recognizers.len()) ", " }
-            strong { (best.name) }
-            @if results.recognizers.len() > 1 { "," }
-            " recognizes " strong { (percent(best.rank1)) " %" } " over all viewpoints"
-            @if let Some(rate) = trained { " and " strong { (percent(rate)) " %" } " where it was trained" }
-            "; chance is " (percent(chance(best))) " %."
-            @if let Some((band, tally)) = worst {
-                " It does worst at elevations of " (band.replace('-', "–")) "°: "
-                strong { (rate(tally)) " %" } "."
-            }
         }
     }
 }
@@ -211,55 +178,6 @@ fn warnings(results: &ScoreResults) -> Markup {
                 }
             }
         }
-    }
-}
-
-fn summary(results: &ScoreResults) -> Markup {
-    html! {
-        h2 { "Summary" }
-        div.scroll { table.summary {
-            thead { tr {
-                th scope="col" { "recognizer" }
-                th.text scope="col" { "runtime" }
-                th scope="col" { "rank-1" small { "95 % interval; tick: chance" } }
-                th scope="col" { "where trained" small { "rank-1" } }
-                th scope="col" { "worst elevations" small { "rank-1" } }
-                th scope="col" { "one inference, µs" small { "p50 / p90 / p99" } }
-            } }
-            tbody { @for result in &results.recognizers {
-                @let trained = result.at_training();
-                tr {
-                    th scope="row" { (result.name) small { (result.protocol) } }
-                    td.text data-label="runtime" { (result.runtime.name) small { (result.runtime.detail()) } }
-                    td data-label="rank-1" {
-                        b { (percent(result.rank1)) " %" }
-                        small { (percent(result.intervals.rank1_wilson_low)) " to " (percent(result.intervals.rank1_wilson_high))
-                            " of " (grouped(result.probes, THIN)) }
-                        @if let Some((low, high)) = result.intervals.over_people() {
-                            small { (percent(low)) " to " (percent(high)) " over people" }
-                        }
-                        (chart::interval(result))
-                    }
-                    td data-label="where trained" { (rate_and_interval(trained)) }
-                    td data-label="worst elevations" {
-                        @match Bands::of(&result.by_viewpoint).worst_elevation() {
-                            Some((band, tally)) => { (rate(tally)) " %" small { "at " (band.replace('-', "–")) "°" } }
-                            None => "–",
-                        }
-                    }
-                    td data-label="one inference, µs" {
-                        @match result.latency {
-                            Some(latency) => {
-                                (microseconds(latency.p50_us, THIN)) " / "
-                                (microseconds(latency.p90_us, THIN)) " / "
-                                (latency.p99_us.map_or("–".into(), |us| microseconds(us, THIN)))
-                            }
-                            None => "–",
-                        }
-                    }
-                }
-            } }
-        } }
     }
 }
 
@@ -290,9 +208,9 @@ fn reading() -> Markup {
         h2 { "How to read this" }
         p { strong { "Rank-1" } " is the share of probes whose best match is the right person. A tie "
             "goes to the first; an output that is not a finite number is a miss." }
-        p { strong { "The interval" } " is Wilson's at 95 % and takes the probes as independent. Views "
-            "of one walk are not: the interval \"over people\", where there is one, draws people "
-            "instead (cluster bootstrap) and is the one to compare recognizers by." }
+        p { strong { "The interval" } " \"over people\" is at 95 % and draws people (cluster bootstrap), "
+            "as views of one walk are not independent. Where it is not known who was hit, or one "
+            "person was looked for, Wilson's stands there, which takes probes as independent." }
         p { strong { "mAP and mINP" } " leave out probes whose person is not in the gallery, as OpenGait "
             "does; " strong { "EER, AUC and TAR" } " take every distance as a claim to be somebody. A "
             "question mark stands where fewer than 30 errors were to be seen, or none." }
@@ -326,19 +244,6 @@ fn plain(value: &Value) -> String {
     value
         .as_str()
         .map_or_else(|| value.to_string(), str::to_owned)
-}
-
-fn rate_and_interval(tally: Tally) -> Markup {
-    let interval = tally.interval();
-    html! {
-        @match tally.rank1() {
-            Some(rank1) => {
-                (percent(rank1)) " %"
-                small { (percent(interval.low)) " to " (percent(interval.high)) }
-            }
-            None => "–",
-        }
-    }
 }
 
 #[cfg(test)]
@@ -415,24 +320,12 @@ mod tests {
     }
 
     #[test]
-    fn the_best_recognizer_and_its_worst_band_are_named() {
-        let mut second = grid();
-        second.name = "second".into();
-        let page = page(&results_of(vec![grid(), second]), &[]).unwrap();
-        assert!(page.contains(
-            "The best of 2, <strong>pca-svm</strong>, recognizes <strong>43.8 %</strong> over all \
-             viewpoints and <strong>100.0 %</strong> where it was trained; chance is 3.8 %. It does \
-             worst at elevations of 80–90°: <strong>25.0 %</strong>."
-        ));
-    }
-
-    #[test]
-    fn scattered_viewpoints_are_a_table() {
+    fn scattered_viewpoints_are_dots_and_a_table() {
         let list: Vec<_> = (0..26)
             .map(|i| (f64::from(i) * 3.5, f64::from(i) - 9.0, 1, 2))
             .collect();
         let page = page(&results_of(vec![result_of(&list)]), &[]).unwrap();
-        assert!(!page.contains("class=\"heatmap\""));
+        assert_eq!(page.matches("class=\"dot\"").count(), 26);
         assert!(page.contains("<td>3.5</td><td>-8</td><td>2</td>"));
         assert!(page.contains("; 7 viewpoints are in no band"));
         let few = result_of(&[(12.5, 3.0, 1, 2), (77.0, -9.0, 2, 2)]);

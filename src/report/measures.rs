@@ -4,13 +4,14 @@ use std::fmt::Write;
 
 use maud::{Markup, html};
 
-use super::chart::{Curve, curves, legend};
-use super::{THIN, grouped, percent};
+use super::{THIN, grouped, percent, scope};
 use crate::evaluate::angle::AngleResult;
 use crate::evaluate::results::{CrossViewResult, ProbeSetResult, RecognizerResult};
 
 /// Bins of angle in a row of a terminal.
 const ANGLES_IN_A_ROW: usize = 11;
+/// Sets of probes whose matrices a page shows.
+const MAX_MATRICES: usize = 6;
 /// Viewpoints of a cross-view matrix that a page shows cell by cell.
 const MAX_CELLS: usize = 16;
 
@@ -21,7 +22,7 @@ pub(super) fn text(result: &RecognizerResult) -> String {
         line(
             &mut out,
             &format!(
-                "  {:<14} {:>8} {:>6} {:>13} {:>6} {:>6} {:>6} {:>6} {:>6}",
+                "  {:<14} {:>8} {:>6} {:>13} {:>6} {:>6} {:>6} {:>6} {:>5}",
                 "probe set",
                 "asked",
                 "rank-1",
@@ -39,7 +40,7 @@ pub(super) fn text(result: &RecognizerResult) -> String {
         line(
             &mut out,
             &format!(
-                "  {:<14} {:>8} {:>6} {:>13} {:>6} {:>6} {:>6} {:>6} {:>6}",
+                "  {:<14} {:>8} {:>6} {:>13} {:>6} {:>6} {:>6} {:>6} {:>5}",
                 super::table::shortened(&set.name, 14),
                 grouped(set.probes, ","),
                 percent(set.rank1),
@@ -56,14 +57,15 @@ pub(super) fn text(result: &RecognizerResult) -> String {
         line(
             &mut out,
             &format!(
-                "    {} people, each looked for among {}; chance {} %",
+                "    {}{} people, each looked for among {}; chance {} %",
+                if set.clean { "clean; " } else { "" },
                 grouped(set.people, ","),
                 result.classes,
                 percent(1.0 / result.classes.max(1) as f64)
             ),
         );
         if let Some(accepted) = accepted(set) {
-            line(&mut out, &format!("    {accepted}"));
+            wrapped(&mut out, &accepted);
         }
         if let Some(cross_view) = &set.cross_view {
             line(&mut out, &format!("    {}", mean(cross_view)));
@@ -71,6 +73,12 @@ pub(super) fn text(result: &RecognizerResult) -> String {
         if let Some(left_out) = left_out(set) {
             line(&mut out, &format!("    {left_out}"));
         }
+    }
+    if let (Some(which), false) = (scope::probe_sets(result), result.by_angle.is_empty()) {
+        line(
+            &mut out,
+            &super::table::shortened(&format!("  by angle from training, of {which}:"), 80),
+        );
     }
     for bins in result.by_angle.chunks(ANGLES_IN_A_ROW) {
         angles(&mut out, bins);
@@ -86,7 +94,7 @@ fn angles(out: &mut String, bins: &[AngleResult]) {
         })
     };
     let ends = |bin: &AngleResult| bin.intervals.shown();
-    line(out, &row("degrees away", &|bin| format!("{}", bin.to_deg)));
+    line(out, &row("degrees, to", &|bin| format!("{}", bin.to_deg)));
     line(out, &row("rank-1 %", &|bin| percent(bin.rank1)));
     line(out, &row("  from", &|bin| percent(ends(bin).0)));
     line(out, &row("  to", &|bin| percent(ends(bin).1)));
@@ -145,75 +153,22 @@ fn range(interval: Option<(f64, f64)>, dash: &str) -> String {
     })
 }
 
+/// Lines of at most 80 columns of a text under a set of probes.
+fn wrapped(out: &mut String, text: &str) {
+    let mut row = String::from("   ");
+    for word in text.split(' ') {
+        if row.chars().count() + 1 + word.chars().count() > 80 {
+            line(out, &row);
+            row = String::from("     ");
+        }
+        let _ = write!(row, " {word}");
+    }
+    line(out, &row);
+}
+
 fn line(out: &mut String, text: &str) {
     // Writing to a string cannot fail.
     let _ = writeln!(out, "{}", text.trim_end());
-}
-
-/// Ranks that the chart of the CMC shows.
-const RANKS: usize = 20;
-
-/// CMC and ROC of the first six sets of probes of all recognizers. None without any.
-pub(super) fn charts(results: &[RecognizerResult]) -> Option<Markup> {
-    let sets: Vec<(String, &ProbeSetResult)> = results
-        .iter()
-        .flat_map(|result| {
-            let name = |set: &ProbeSetResult| match result.probe_sets.len() {
-                1 => result.name.clone(),
-                _ => format!("{}, {}", result.name, set.name),
-            };
-            result.probe_sets.iter().map(move |set| (name(set), set))
-        })
-        .collect();
-    let cmc: Vec<Curve> = sets
-        .iter()
-        .map(|(name, set)| {
-            let ranks = set.cmc.iter().take(RANKS).enumerate();
-            let place = |rank: usize| rank as f64 / (RANKS - 1) as f64;
-            let points = ranks.map(|(rank, &rate)| (place(rank), rate));
-            (name.clone(), points.collect())
-        })
-        .collect();
-    let roc: Vec<Curve> = sets
-        .iter()
-        .map(|(name, set)| {
-            let points = set.verification.iter().flat_map(|found| &found.roc);
-            // From 1e-4 to 1, a quarter of the axis for each power of ten.
-            let place = |far: f64| 1.0 + far.max(1e-4).log10() / 4.0;
-            (
-                name.clone(),
-                points.map(|at| (place(at.far), at.tar)).collect(),
-            )
-        })
-        .collect();
-    let ranks = [
-        (0.0, "1"),
-        (4.0 / 19.0, "5"),
-        (9.0 / 19.0, "10"),
-        (1.0, "20"),
-    ];
-    let fars = [
-        (0.0, "0.01"),
-        (0.25, "0.1"),
-        (0.5, "1"),
-        (0.75, "10"),
-        (1.0, "100"),
-    ];
-    let cmc = curves(
-        ("The right person is among the first (CMC)", "rank"),
-        &ranks,
-        &cmc,
-    )?;
-    let roc = curves(
-        (
-            "True claims that are accepted (ROC)",
-            "false claims that are accepted, %",
-        ),
-        &fars,
-        &roc,
-    );
-    let names: Vec<&str> = sets.iter().map(|(name, _)| name.as_str()).collect();
-    Some(html! { div.pair { (cmc) @if let Some(roc) = roc { (roc) } } (legend(&names)) })
 }
 
 /// The sets as a table, and matrices of those that have one.
@@ -221,7 +176,10 @@ pub(super) fn page(result: &RecognizerResult) -> Markup {
     html! {
         @if !result.probe_sets.is_empty() {
             div.scroll { table.summary {
-                caption { "Protocol " (result.protocol) }
+                caption { "Protocol " (result.protocol) ", "
+                    @match result.probe_sets.len() { 1 => "its probe set", many => { "all " (many) " probe sets" } }
+                    ", each looked for among " (result.classes) " people; chance is "
+                    (percent(super::viewpoints::chance(result))) " %" }
                 thead { tr {
                     th scope="col" { "probes" }
                     th scope="col" { "rank-1" small { "% · over people" } }
@@ -230,21 +188,34 @@ pub(super) fn page(result: &RecognizerResult) -> Markup {
                     th scope="col" { "mINP" small { "%" } }
                     th scope="col" { "EER" small { "% · over people" } }
                     th scope="col" { "AUC" }
-                    th scope="col" { "TAR" small { "% at FAR %" } }
+                    th scope="col" { "TAR" small { "% at FAR of " (fars(&result.probe_sets)) " %" } }
                 } }
-                tbody { @for set in &result.probe_sets { (row(set)) } }
+                tbody { @for set in &result.probe_sets { (row(set, &result.probe_sets)) } }
             } }
-            @for set in &result.probe_sets {
+            @let (sets, which) = scope::chosen(result, MAX_MATRICES);
+            @if sets.len() < result.probe_sets.len() && sets.iter().any(|set| set.cross_view.is_some()) {
+                p { "Matrices of " (which) "." }
+            }
+            @for set in sets {
                 @if let Some(cross_view) = &set.cross_view { (matrix(&set.name, cross_view)) }
             }
         }
     }
 }
 
-fn row(set: &ProbeSetResult) -> Markup {
+/// The false accept rates of the first set that has any, percent.
+fn fars(sets: &[ProbeSetResult]) -> String {
+    let rates = sets.iter().find_map(|set| set.verification.as_ref());
+    let rates = rates.iter().flat_map(|found| &found.tar_at_far);
+    let texts: Vec<String> = rates.map(|at| (at.far * 100.0).to_string()).collect();
+    texts.join(" / ")
+}
+
+fn row(set: &ProbeSetResult, sets: &[ProbeSetResult]) -> Markup {
     let verification = set.verification.as_ref();
     html! { tr {
-        th scope="row" { (set.name) small { (grouped(set.probes, THIN)) " of " (grouped(set.people, THIN)) " people" }
+        th scope="row" { (set.name) @if set.clean { " (clean)" }
+            small { (scope::of_people(set.probes, set.people, THIN)) }
             @if let Some(left_out) = left_out(set) { small { (left_out) } } }
         td data-label="rank-1" { (percent(set.rank1)) small { (range(set.intervals.over_people(), " to ")) } }
         td data-label="rank-5" { (percent(set.rank5)) }
@@ -254,11 +225,13 @@ fn row(set: &ProbeSetResult) -> Markup {
             small { (range(verification.and_then(|found| found.eer_low.zip(found.eer_high)), " to ")) } }
         td data-label="AUC" { (verification.and_then(|found| found.auc).map_or("–".into(), |auc| format!("{auc:.3}"))) }
         td data-label="TAR" {
-            @for at in verification.map_or(&[][..], |found| &found.tar_at_far) {
-                div title=[at.note.as_deref()] {
-                    (share(at.tar)) @if at.tar.is_some() && at.note.is_some() { "?" } " at " (at.far * 100.0)
+            @for (place, at) in verification.iter().flat_map(|found| &found.tar_at_far).enumerate() {
+                @if place > 0 { " / " }
+                span title=[at.note.as_deref()] {
+                    (share(at.tar)) @if at.tar.is_some() && at.note.is_some() { "?" }
                 }
             }
+            small.narrow { "at FAR of " (fars(sets)) " %" }
         }
     } }
 }
@@ -292,7 +265,7 @@ mod tests {
     use crate::evaluate::intervals::Rank1Intervals;
     use crate::evaluate::results::VerificationResult;
     use crate::evaluate::results::tests::result_of;
-    use crate::evaluate::verification::{RocPoint, TarAtFar};
+    use crate::evaluate::verification::TarAtFar;
 
     pub(super) fn set() -> ProbeSetResult {
         let at = |far, tar, note: Option<&str>| TarAtFar {
@@ -354,36 +327,27 @@ mod tests {
         result.protocol = "casia-b".into();
         result.probe_sets = vec![set()];
         let expected =
-            "  probe set         asked rank-1   over people rank-5    mAP   mINP    EER    AUC
-  NM               12,345   50.0   25.0 - 75.0   87.5   62.5      -   12.5  0.938
-    7 people, each looked for among 26; chance 3.8 %
+            "  probe set         asked rank-1   over people rank-5    mAP   mINP    EER   AUC
+  NM               12,345   50.0   25.0 - 75.0   87.5   62.5      -   12.5 0.938
+    clean; 7 people, each looked for among 26; chance 3.8 %
     accepted % at false accepts %: 75.0 at 10 (200 impostor pairs)
     a cell is empty
     misses: 2 without anyone of theirs in the gallery
 ";
         assert_eq!(text(&result), expected);
-        let page = page(&result).into_string();
-        assert!(page.contains("title=\"needs more\">- at 0.01<"), "{page}");
-        assert!(page.contains(">90/15<"), "{page}");
-    }
-
-    #[test]
-    fn curves_are_drawn_to_scale() {
-        let mut result = result_of(&[(90.0, 0.0, 19, 20)]);
-        assert!(charts(std::slice::from_ref(&result)).is_none());
-        let mut set = set();
-        let at = |far, tar| RocPoint { far, tar };
-        if let Some(found) = &mut set.verification {
-            found.roc = vec![at(0.0, 0.25), at(0.01, 0.5), at(1.0, 1.0)];
+        result.probe_sets[0].people = 1_000_000;
+        let found = result.probe_sets[0].verification.as_mut();
+        let found = found.expect("there is one");
+        found.impostors = 9_876_543;
+        for at in &mut found.tar_at_far {
+            (at.tar, at.note) = (Some(0.123), Some("needs more".into()));
         }
-        result.probe_sets = vec![set];
-        let page = charts(&[result]).expect("two charts").into_string();
-        // 50 % at rank 1, 60 % at rank 2 of 20.
-        assert!(page.contains("M54.0 112.0L69.8 92.0"), "{page}");
-        // 0 stands at 1e-4; 1 % is half way to all.
-        assert!(
-            page.contains("M54.0 162.0L204.0 112.0L354.0 12.0"),
-            "{page}"
-        );
+        found.tar_at_far = [&found.tar_at_far[..], &found.tar_at_far[..]].concat();
+        for line in text(&result).lines() {
+            assert!(line.chars().count() <= 80, "{line}");
+        }
+        let page = page(&result).into_string();
+        assert!(page.contains("title=\"needs more\">12.3?<"), "{page}");
+        assert!(page.contains(">90/15<"), "{page}");
     }
 }

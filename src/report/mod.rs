@@ -5,14 +5,20 @@
 mod chart;
 mod confounders;
 pub(crate) mod drawing;
+#[cfg(test)]
+mod extent;
 mod gallery;
 mod heatmap;
 mod html;
 mod measures;
 mod picture;
 pub mod pixels;
+mod ranks;
+mod scatter;
 pub mod scene;
+mod scope;
 mod strengths;
+mod summary;
 mod table;
 mod viewpoints;
 

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{grouped, measures, microseconds, percent};
+use super::{grouped, measures, microseconds, percent, scope};
 use crate::evaluate::bands::{AZIMUTHS, Bands, ELEVATIONS};
 use crate::evaluate::rank::Tally;
 use crate::evaluate::results::{RecognizerResult, ScoreResults};
@@ -42,6 +42,20 @@ pub fn table(results: &ScoreResults) -> String {
             &mut out,
             &format!("protocol: {}", shortened(&first.protocol, 60)),
         );
+        if let Some(which) = scope::probe_sets(first) {
+            line(&mut out, &shortened(&format!("rank-1 is of {which}"), 80));
+        }
+        if let Some((worst, others)) = scope::worst_other(first) {
+            let name = shortened(&worst.name, 30);
+            let lowest = percent(worst.rank1);
+            line(
+                &mut out,
+                &format!(
+                    "  the other {others} are below; the lowest of {}: {name}, {lowest} %",
+                    shortened(&first.name, 18)
+                ),
+            );
+        }
     }
     for recognizer in &results.recognizers {
         places(&mut out, recognizer);
@@ -61,11 +75,15 @@ fn places(out: &mut String, recognizer: &RecognizerResult) {
     let name = shortened(&recognizer.name, 34);
     let seen = (0..ELEVATIONS.len()).filter(|&band| bands.elevation(band).probes > 0);
     // One row is no table.
-    if seen.count() > 1 {
+    let is_grid = seen.count() > 1;
+    if is_grid {
         line(
             out,
             &format!("\n{name}: rank-1 % by elevation and azimuth, degrees"),
         );
+        if let Some(which) = scope::probe_sets(recognizer) {
+            line(out, &shortened(&format!("  of {which}"), 80));
+        }
         grid(out, &bands);
     } else {
         line(out, &format!("\n{name}"));
@@ -74,6 +92,16 @@ fn places(out: &mut String, recognizer: &RecognizerResult) {
     let trained = recognizer.at_training();
     if let Some(rank1) = trained.rank1() {
         line(out, &format!("  {} % where it was trained", percent(rank1)));
+    }
+    if is_grid && bands.between > 0 {
+        line(
+            out,
+            &format!(
+                "  {} of {} viewpoints are no multiples of 5: they stand where they are nearest",
+                grouped(bands.between as u64, ","),
+                grouped(recognizer.by_viewpoint.len() as u64, ",")
+            ),
+        );
     }
     if bands.outside > 0 {
         line(

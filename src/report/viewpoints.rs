@@ -2,33 +2,48 @@
 
 use maud::{Markup, html};
 
-use super::heatmap::{Grid, colour, ink, legend};
-use super::{THIN, grouped, measures, percent};
+use super::heatmap::{Grid, colour, ink, label, legend};
+use super::{THIN, grouped, measures, percent, scatter, scope};
 use crate::evaluate::bands::{AZIMUTHS, Bands, ELEVATIONS};
 use crate::evaluate::rank::Tally;
 use crate::evaluate::results::RecognizerResult;
 
-/// A recognizer's section: the heatmap, or a list of viewpoints that are no grid, and
-/// the bands.
+/// Viewpoints that are listed one by one rather than in bands.
+const LISTED: usize = 25;
+
+/// A recognizer's section: its sets of probes, a picture of its viewpoints, and a list of them or,
+/// of many, the bands.
 pub(super) fn recognizer(result: &RecognizerResult) -> Markup {
     let bands = Bands::of(&result.by_viewpoint);
     let grid = Grid::of(&result.by_viewpoint);
-    // A short list of viewpoints is its own summary.
-    let has_bands = bands.all().probes > 0 && (grid.is_some() || result.by_viewpoint.len() > 25);
+    let is_listed = grid.is_none() || result.by_viewpoint.len() <= LISTED;
+    let has_bands = bands.all().probes > 0 && result.by_viewpoint.len() > LISTED;
+    let has_training = result.at_training().probes > 0;
     html! {
         section {
             h2 { (result.name) }
             (measures::page(result))
-            h3 { "Rank-1 by viewpoint" }
-            @if grid.is_none() { (viewpoints(result)) }
-            div.views {
-                @if let Some(grid) = grid {
-                    figure {
-                        div.wide { (grid.svg(result)) }
-                        (legend(result.classes, result.at_training().probes > 0))
-                    }
+            @if !result.by_viewpoint.is_empty() {
+                h3 { "Rank-1 by viewpoint" }
+                p {
+                    (result.name)
+                    @if let Some(which) = scope::probe_sets(result) { " on " (which) }
+                    ": " (scope::counts(result, THIN)) " in all. Azimuth, to the right: 0 in front of the "
+                    "walker, 90 at their left, 180 behind. Elevation, upwards: 0 level, 90 straight above."
                 }
-                @if has_bands { (band_table(&bands)) }
+                div.views {
+                    figure {
+                        div.wide {
+                            @match grid {
+                                Some(grid) => (grid.svg(result)),
+                                None => (scatter::svg(result)),
+                            }
+                        }
+                        (legend(result.classes, has_training))
+                    }
+                    @if has_bands { (band_table(&bands)) }
+                    @if is_listed { (viewpoints(result)) }
+                }
             }
         }
     }
@@ -40,6 +55,9 @@ fn band_table(bands: &Bands) -> Markup {
             caption { "Rank-1 in percent by bands of elevation (rows) and azimuth (columns), degrees"
                 @if bands.outside > 0 {
                     "; " (grouped(bands.outside as u64, THIN)) " viewpoints are in no band"
+                }
+                @if bands.between > 0 {
+                    "; " (grouped(bands.between as u64, THIN)) " are no multiples of 5 and count as the nearest"
                 }
             }
             thead { tr {
@@ -81,7 +99,7 @@ pub(super) fn rate_cell(rank1: Option<f64>) -> Markup {
     }
 }
 
-/// Viewpoints that are no grid, one by one.
+/// Viewpoints one by one.
 fn viewpoints(result: &RecognizerResult) -> Markup {
     html! {
         div.scroll { table {
@@ -98,8 +116,8 @@ fn viewpoints(result: &RecognizerResult) -> Markup {
                 @let tally = viewpoint.tally();
                 @let interval = tally.interval();
                 tr {
-                    td { (viewpoint.azimuth_deg) }
-                    td { (viewpoint.elevation_deg) }
+                    td { (label(viewpoint.azimuth_deg)) }
+                    td { (label(viewpoint.elevation_deg)) }
                     td { (grouped(viewpoint.probes, THIN)) }
                     (cell(tally))
                     td { (percent(interval.low)) " to " (percent(interval.high)) }

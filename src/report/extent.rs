@@ -1,0 +1,68 @@
+//! Where the texts of a chart lie, for tests: estimated, and rather too wide than too narrow.
+
+/// Asserts that no text of any of the `<svg>` reaches over its `viewBox`, and that no two texts that
+/// begin on one line overlap.
+///
+/// Texts are as large as on a phone (16 units, see `style.css`), and a letter is as wide as the
+/// widest digits of common fonts: 0.6 of that.
+#[track_caller]
+pub(super) fn assert_texts_are_readable(html: &str) {
+    for svg in html.split("<svg").skip(1) {
+        let svg = svg.split("</svg>").next().unwrap_or_default();
+        let size: Vec<f64> = value(svg, "viewBox")
+            .unwrap_or_default()
+            .split(' ')
+            .map(|number| number.parse().expect("a number"))
+            .collect();
+        let mut lines: Vec<(f64, f64, f64, &str)> = Vec::new();
+        for text in svg.split("<text").skip(1) {
+            let (attributes, rest) = text.split_once('>').expect("a tag ends");
+            let content = rest.split('<').next().unwrap_or_default();
+            let number = |name: &str| -> f64 {
+                let number = value(attributes, name).unwrap_or_else(|| panic!("{name}: {text}"));
+                number.parse().expect("a number")
+            };
+            let width = content.chars().count() as f64 * 16.0 * 0.6;
+            let (x, y) = (number("x"), number("y"));
+            let left = match value(attributes, "text-anchor") {
+                Some("middle") => x - width / 2.0,
+                Some("end") => x - width,
+                _ => x,
+            };
+            assert!(
+                left >= 0.0 && left + width <= size[2] && y >= 12.0 && y + 4.0 <= size[3],
+                "{content:?} at {left} to {} and {y} is cut off by {size:?}",
+                left + width
+            );
+            for &(other_left, other_right, other_y, other) in &lines {
+                let apart = left >= other_right
+                    || left + width <= other_left
+                    || (y - other_y).abs() >= 14.0;
+                assert!(apart, "{content:?} lies over {other:?}");
+            }
+            lines.push((left, left + width, y, content));
+        }
+    }
+}
+
+/// The value of an attribute.
+fn value<'a>(tag: &'a str, name: &str) -> Option<&'a str> {
+    let (_, rest) = tag.split_once(&format!(" {name}=\""))?;
+    rest.split('"').next()
+}
+
+#[test]
+#[should_panic(expected = "cut off")]
+fn a_text_that_is_cut_off_is_found() {
+    assert_texts_are_readable(
+        "<svg viewBox=\"0 0 99 40\"><text x=\"50\" y=\"20\" text-anchor=\"middle\">elevation, degrees</text></svg>",
+    );
+}
+
+#[test]
+#[should_panic(expected = "lies over")]
+fn texts_that_overlap_are_found() {
+    assert_texts_are_readable(
+        "<svg viewBox=\"0 0 99 40\"><text x=\"0\" y=\"20\">150</text><text x=\"20\" y=\"20\">180</text></svg>",
+    );
+}

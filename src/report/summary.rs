@@ -1,0 +1,191 @@
+//! The page's first words: the best recognizer, and all of them in a table.
+
+use maud::{Markup, html};
+
+use super::heatmap::label;
+use super::viewpoints::{chance, rate};
+use super::{THIN, chart, grouped, microseconds, percent, scope};
+use crate::evaluate::bands::{Bands, ELEVATIONS};
+use crate::evaluate::rank::Tally;
+use crate::evaluate::results::{RecognizerResult, ScoreResults};
+
+/// The best recognizer in a few sentences.
+pub(super) fn finding(results: &ScoreResults) -> Markup {
+    let scored = results
+        .recognizers
+        .iter()
+        .filter(|result| result.probes > 0);
+    // Of equals the first, as listed: max_by keeps the last.
+    let Some(best) = scored.rev().max_by(|a, b| a.rank1.total_cmp(&b.rank1)) else {
+        return html! { p.finding { "Nothing was scored." } };
+    };
+    let trained = best.at_training();
+    // Where all viewpoints are those of training, it would be the same number again.
+    let trained = trained.rank1().filter(|_| trained.probes < best.probes);
+    html! {
+        div.finding {
+            p {
+                @if results.recognizers.len() > 1 { "The best of " (results.recognizers.len()) ", " }
+                strong { (best.name) }
+                @if results.recognizers.len() > 1 { "," }
+                " recognizes " strong { (percent(best.rank1)) " %" }
+                @match &best.by_viewpoint[..] {
+                    [one] => { " from its one viewpoint, azimuth " (label(one.azimuth_deg)) "°, elevation " (label(one.elevation_deg)) "°" }
+                    many => { " over all " (grouped(many.len() as u64, THIN)) " viewpoints" }
+                }
+                @if let Some(rate) = trained { " and " strong { (percent(rate)) " %" } " where it was trained" }
+                "; chance is " (percent(chance(best))) " %."
+                @if let Some((band, tally)) = worst_elevation(best) {
+                    " It does worst at elevations of " (band) "°: "
+                    strong { (rate(tally)) " %" } "."
+                }
+            }
+            @if let Some(which) = scope::probe_sets(best) {
+                p {
+                    "That is of " strong { (which) } ": " (scope::counts(best, THIN)) "."
+                    @if let Some((worst, others)) = scope::worst_other(best) {
+                        @match others {
+                            1 => " The other one",
+                            many => { " Of the other " (many) " it does worst on " (worst.name) },
+                        }
+                        @if others == 1 { " is " (worst.name) }
+                        ": " strong { (percent(worst.rank1)) " %" } "."
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// All recognizers, a row for each.
+pub(super) fn summary(results: &ScoreResults) -> Markup {
+    html! {
+        h2 { "Summary" }
+        div.scroll { table.summary {
+            thead { tr {
+                th scope="col" { "recognizer" }
+                th.text scope="col" { "runtime" }
+                th scope="col" { "rank-1" small { "95 % interval; tick: chance" } }
+                th scope="col" { "where trained" small { "rank-1" } }
+                th scope="col" { "worst elevations" small { "rank-1" } }
+                th scope="col" { "one inference, µs" small { "p50 / p90 / p99" } }
+            } }
+            tbody { @for result in &results.recognizers {
+                @let trained = result.at_training();
+                tr {
+                    th scope="row" { (result.name) small { (result.protocol)
+                        @if let Some(which) = scope::probe_sets(result) { ": " (which) } } }
+                    td.text data-label="runtime" { (result.runtime.name) small { (result.runtime.detail()) } }
+                    td data-label="rank-1" {
+                        b { (percent(result.rank1)) " %" }
+                        @let (low, high) = result.intervals.shown();
+                        small { (percent(low)) " to " (percent(high))
+                            @if result.intervals.over_people().is_some() { " over people" } }
+                        small { "of " (grouped(result.probes, THIN)) " probes" }
+                        (chart::interval(result))
+                    }
+                    td data-label="where trained" { (rate_and_interval(trained)) }
+                    td data-label="worst elevations" {
+                        @match worst_elevation(result) {
+                            Some((band, tally)) => { (rate(tally)) " %" small { "at " (band) "°" } }
+                            None => "–",
+                        }
+                    }
+                    td data-label="one inference, µs" {
+                        @match result.latency {
+                            Some(latency) => {
+                                (microseconds(latency.p50_us, THIN)) " / "
+                                (microseconds(latency.p90_us, THIN)) " / "
+                                (latency.p99_us.map_or("–".into(), |us| microseconds(us, THIN)))
+                            }
+                            None => "–",
+                        }
+                    }
+                }
+            } }
+        } }
+    }
+}
+
+fn rate_and_interval(tally: Tally) -> Markup {
+    let interval = tally.interval();
+    html! {
+        @match tally.rank1() {
+            Some(rank1) => {
+                (percent(rank1)) " %"
+                small { (percent(interval.low)) " to " (percent(interval.high)) }
+            }
+            None => "–",
+        }
+    }
+}
+
+/// The elevations at which a recognizer does worst, by name, if it was seen from several.
+fn worst_elevation(result: &RecognizerResult) -> Option<(String, Tally)> {
+    let bands = Bands::of(&result.by_viewpoint);
+    let seen = (0..ELEVATIONS.len()).filter(|&band| bands.elevation(band).probes > 0);
+    let worst = bands.worst_elevation().filter(|_| seen.count() > 1);
+    worst.map(|(band, tally)| (band.replace('-', "–"), tally))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluate::results::tests::{result_of, results_of};
+    use crate::report::scope::tests::{confounded, set};
+
+    fn grid() -> RecognizerResult {
+        let mut result = result_of(&[
+            (0.0, 0.0, 1, 4),
+            (90.0, 0.0, 4, 4),
+            (0.0, 90.0, 0, 4),
+            (90.0, 90.0, 2, 4),
+        ]);
+        result.trained_at = vec![(90.0, 0.0)];
+        result
+    }
+
+    #[test]
+    fn the_best_recognizer_and_its_worst_band_are_named() {
+        let mut second = grid();
+        second.name = "second".into();
+        let said = finding(&results_of(vec![grid(), second])).into_string();
+        assert!(said.contains(
+            "The best of 2, <strong>pca-svm</strong>, recognizes <strong>43.8 %</strong> over all \
+             4 viewpoints and <strong>100.0 %</strong> where it was trained; chance is 3.8 %. It does \
+             worst at elevations of 80–90°: <strong>25.0 %</strong>."
+        ));
+    }
+
+    #[test]
+    fn the_headline_is_of_the_clean_probes_and_says_so() {
+        let sets = vec![
+            set("normal", true, 26),
+            set("fog", false, 1),
+            set("bag", false, 20),
+        ];
+        let results = results_of(vec![confounded(sets)]);
+        let said = finding(&results).into_string();
+        assert!(said.contains(
+            "<strong>pca-svm</strong> recognizes <strong>100.0 %</strong> from its one viewpoint, \
+             azimuth 90°, elevation 0°; chance is 3.8 %."
+        ), "{said}");
+        assert!(said.contains(
+            "That is of <strong>the clean probe set normal, 1 of 3</strong>: 26 probes of 26 people. \
+             Of the other 2 it does worst on fog: <strong>3.8 %</strong>."
+        ), "{said}");
+        let row = summary(&results).into_string();
+        assert!(row.contains("the clean probe set normal, 1 of 3"), "{row}");
+        // Seen from one elevation, none is the worst.
+        assert!(row.contains("data-label=\"worst elevations\">–<"), "{row}");
+    }
+
+    #[test]
+    fn what_is_pooled_is_said() {
+        let sets = vec![set("5", false, 26), set("6", false, 26)];
+        let said = finding(&results_of(vec![confounded(sets)])).into_string();
+        assert!(said.contains(
+            "That is of <strong>all 2 probe sets, pooled (5; 6): none is known to be clean</strong>"
+        ), "{said}");
+    }
+}
