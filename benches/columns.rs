@@ -84,7 +84,8 @@ fn columns(criterion: &mut Criterion) {
                         let camera = Camera::orthographic(viewpoint);
                         let drawing =
                             renderer.draw(black_box(figure), &camera, framing, Vec2::ZERO);
-                        builder.add(drawing.expect("a person within reach").frame);
+                        let frame = drawing.expect("a person within reach").frame;
+                        builder.add(frame).expect("room");
                     }
                 });
             });

@@ -58,7 +58,7 @@ fn gei_of(
         let pose = clip.pose(f32::from(frame) / f32::from(FRAMES));
         figure.update(&ModelPose::new(skeleton, &pose));
         let drawing = renderer.draw(&figure, camera, Framing::Height, Vec2::ZERO);
-        gei.add(drawing.expect("a walker").frame);
+        gei.add(drawing.expect("a walker").frame).expect("room");
     }
     gei.finish()
 }

@@ -60,7 +60,7 @@ fn the_board_takes_people_for_whom_the_onnx_model_does() {
             let pose = ModelPose::new(&skeleton, &job.cycle.pose(phase));
             let figure = Figure::new(&body, &pose);
             let drawing = renderer.draw(&figure, &job.camera, quantized.framing(), Vec2::ZERO);
-            gei.add(drawing.expect("a figure").frame);
+            gei.add(drawing.expect("a figure").frame).expect("room");
         }
         let gei = gei.finish();
         let input: Vec<f32> = gei

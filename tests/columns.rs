@@ -133,7 +133,9 @@ fn a_sweeps_geis_are_the_means_of_the_frames_that_are_rendered() {
             let geis = &geis(&pack, &views, settings)[1];
             for (gei, frames) in geis.iter().zip(frames(&pack, 1, &views, settings)) {
                 let mut builder = GeiBuilder::new(size);
-                frames.iter().for_each(|frame| builder.add(frame));
+                for frame in frames {
+                    builder.add(&frame).expect("room");
+                }
                 assert_eq!(builder.finish().pixels(), *gei, "{size} {framing:?}");
                 assert!(gei.iter().any(|&mean| mean > 0));
             }

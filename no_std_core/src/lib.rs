@@ -34,7 +34,7 @@
 //!         let pose = cycle.pose(f32::from(frame) / 32.0);
 //!         figure.update(&ModelPose::new(&skeleton, &pose));
 //!         let drawing = renderer.draw(&figure, &camera, Framing::Height, Vec2::ZERO).ok()?;
-//!         gei.add(drawing.frame);
+//!         gei.add(drawing.frame).ok()?;
 //!     }
 //!     Some(gei.finish())
 //! }

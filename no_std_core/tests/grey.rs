@@ -119,7 +119,7 @@ fn geis_are_as_close_to_exact_coverage_as_the_readme_says() {
                     };
                     let figure = Figure::at_rest(&body);
                     let drawing = renderer.draw(&figure, &camera, framing, jitter);
-                    builder.add(drawing.expect("a body").frame);
+                    builder.add(drawing.expect("a body").frame).expect("room");
                 }
                 let gei = builder.finish();
                 for (&found, exact) in gei.pixels().iter().zip(exact) {

@@ -15,6 +15,7 @@ use edgegait_core::pack::Pack;
 use edgegait_core::pose::{ModelPose, Pose};
 use edgegait_core::raster::{self, DrawError, Rasterizer};
 use edgegait_core::silhouette::{Silhouette, Size};
+use edgegait_core::template::FrameError;
 use edgegait_core::{lean, template};
 use glam::{Quat, Vec2, Vec3};
 use random::Random;
@@ -165,10 +166,12 @@ fn a_gei_in_a_buffer_is_the_gei() {
             let pose = ModelPose::new(&skeleton, &cycle.pose(f32::from(frame) / 23.0));
             let figure = Figure::new(&whole, &pose);
             let drawing = renderer.draw(&figure, &camera, Framing::Height, Vec2::ZERO);
-            expected.add(drawing.expect("a figure").frame);
+            let frame = drawing.expect("a figure").frame;
+            expected.add(frame).expect("room");
             let posed = small.posed(&pose);
             let drawing = lean.draw(&posed, &camera, Framing::Height, Vec2::ZERO);
-            gei.add(drawing.expect("a figure").silhouette);
+            let silhouette = drawing.expect("a figure").silhouette;
+            gei.add(silhouette).expect("room");
         }
         assert_eq!(gei.frames(), 23);
         assert_eq!(gei.finish(), expected.finish().pixels());
@@ -177,21 +180,31 @@ fn a_gei_in_a_buffer_is_the_gei() {
 }
 
 #[test]
-fn a_gei_in_a_buffer_counts_255_frames_of_its_size() {
+fn a_gei_in_a_buffer_counts_255_frames_of_its_size_and_refuses_others() {
     let error = GeiBuilder::new(Size::S50x30, &mut [0; 1_499]).expect_err("no room");
     let (expected, found) = (1_500, 1_499);
     assert_eq!(error, BufferTooSmall { expected, found });
     let mut buffer = [9; 1_500];
     let mut gei = GeiBuilder::new(Size::S50x30, &mut buffer).expect("room");
-    gei.add(&Silhouette::from_rows(Size::S64x44, &[1]));
+    let refused = gei.add(&Silhouette::from_rows(Size::S64x44, &[1]));
+    let (expected, found) = (Size::S50x30, Size::S64x44);
+    assert_eq!(refused, Err(FrameError::Size { expected, found }));
     assert_eq!(gei.frames(), 0);
     assert_eq!(gei.finish(), [0; 1_500]);
     let mut gei = GeiBuilder::new(Size::S50x30, &mut buffer).expect("room");
-    // On in 1, 2 and 300 frames, of which 255 are taken.
-    for frame in 0..300 {
+    // On in 1, 2 and 255 frames.
+    for frame in 0..255 {
         let bits = 0b100 | u64::from(frame < 2) << 1 | u64::from(frame < 1);
-        gei.add(&Silhouette::from_rows(Size::S50x30, &[0, bits]));
+        let silhouette = Silhouette::from_rows(Size::S50x30, &[0, bits]);
+        gei.add(&silhouette).expect("room");
     }
+    let refused = gei.add(&Silhouette::from_rows(Size::S50x30, &[0, 0b1000]));
+    let refused = refused.expect_err("a 256th frame");
+    assert_eq!(refused, FrameError::Full { frames: 255 });
+    assert_eq!(
+        refused.to_string(),
+        "expected at most 255 frames in this template, found one more (begin another)"
+    );
     assert_eq!(gei.frames(), 255);
     assert_eq!(gei.finish()[30..34], [1, 2, 255, 0]);
 }

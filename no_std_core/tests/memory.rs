@@ -287,7 +287,7 @@ fn taken_lean<W: Window>(size: Size) -> Taken {
                 let framing = [Framing::Height, Framing::Box][usize::from(view % 2)];
                 let drawing = renderer.draw(&body.posed(&pose), &camera, framing, Vec2::ZERO);
                 if let Ok(drawing) = drawing {
-                    gei.add(drawing.silhouette);
+                    gei.add(drawing.silhouette).expect("room");
                 }
             }
         }
@@ -368,7 +368,7 @@ fn building_a_gei_takes_nothing() {
         let (gei, used) = taken(|| {
             let mut builder = GeiBuilder::new(LARGEST);
             for _ in 0..100 {
-                builder.add(frame);
+                builder.add(frame).expect("room");
             }
             builder.finish()
         });

@@ -27,7 +27,7 @@ fn gei(job: &Job<'_>, rasterizer: Rasterizer, recognizer: &LinearRecognizer<'_>)
         let phase = f32::from(frame) / f32::from(FRAMES);
         figure.update(&ModelPose::new(&skeleton, &job.cycle.pose(phase)));
         let drawing = renderer.draw(&figure, &job.camera, recognizer.framing(), Vec2::ZERO);
-        gei.add(drawing.expect("a figure").frame);
+        gei.add(drawing.expect("a figure").frame).expect("room");
     }
     gei.finish()
 }

@@ -55,7 +55,7 @@ fn a_gei_is_the_mean_in_f64_rounded_half_up() {
         let mut sums = vec![0.0f64; size.pixels()];
         for _ in 0..frames {
             let frame = frame(&mut random, turn % 3, size);
-            builder.add(&frame);
+            builder.add(&frame).expect("room");
             let is_ninths = matches!(frame, Frame::Ninths(_));
             let coverage = frame.to_coverage();
             for (sum, &pixel) in sums.iter_mut().zip(coverage.pixels()) {
@@ -209,7 +209,9 @@ fn every_template_is_what_its_definition_gives_of_all_frames_at_once() {
             let mut builder = TemplateBuilder::new(kind, size, count)
                 .with_tau(tau)
                 .with_decrement(decrement);
-            frames.iter().for_each(|frame| builder.add(frame));
+            for frame in &frames {
+                builder.add(frame).expect("room");
+            }
             let mut found = vec![0; kind.bytes(size)];
             builder.finish(&mut found);
             let expected = expected(kind, &frames, (tau, decrement));

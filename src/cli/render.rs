@@ -235,12 +235,12 @@ pub fn run(args: &Args) -> Result<()> {
             )));
         }
         Target::Png(path) if args.gallery => {
-            let of = |&template| (template, made(template, &frames[0], settings.size));
-            let made: Vec<_> = templates.iter().map(of).collect();
+            let of = |&template| Ok((template, made(template, &frames[0], settings.size)?));
+            let made = templates.iter().map(of).collect::<Result<Vec<_>>>()?;
             write_png(path, &gallery::of_templates(&made, settings)?)?;
         }
         Target::Png(path) => {
-            let rows = pictures(templates, &frames, per_walk, settings);
+            let rows = pictures(templates, &frames, per_walk, settings)?;
             write_png(path, &contact_sheet(&rows, settings.size, args.scale)?)?;
         }
         Target::Npy(path) => write_array(path, templates.first().copied(), &frames, settings.size)?,
@@ -285,12 +285,12 @@ fn names(templates: &[Template]) -> Option<String> {
 }
 
 /// A template of a cycle's frames.
-fn made(template: Template, frames: &[Frame], size: Size) -> Vec<u8> {
+fn made(template: Template, frames: &[Frame], size: Size) -> Result<Vec<u8>> {
     let mut builder = Builder::new(template, size, frames.len() as u32);
     for frame in frames {
-        builder.add(frame);
+        builder.add(frame)?;
     }
-    builder.finish()
+    Ok(builder.finish())
 }
 
 /// What a contact sheet shows: a row of frames for each viewpoint of each walk; of one template a
@@ -300,25 +300,27 @@ fn pictures(
     frames: &[Vec<Frame>],
     per_walk: usize,
     settings: Settings,
-) -> Vec<Vec<Vec<u8>>> {
+) -> Result<Vec<Vec<Vec<u8>>>> {
     let size = settings.size;
-    let shown = |template: &Template, frames: &[Frame]| {
-        cells(&made(*template, frames, size), template.shape(size), size)
+    let shown = |template: &Template, frames: &Vec<Frame>| {
+        let bytes = made(*template, frames, size)?;
+        Ok(cells(&bytes, template.shape(size), size))
     };
+    let of_row = |row: Result<Vec<Vec<Vec<u8>>>>| row.map(|cells| cells.concat());
     match templates {
         [] => {
             let of_view = |frames: &Vec<Frame>| frames.iter().map(pixels).collect();
-            frames.iter().map(of_view).collect()
+            Ok(frames.iter().map(of_view).collect())
         }
         [template] => {
             let of_view = |frames: &Vec<Frame>| shown(template, frames);
-            let of_walk = |views: &[Vec<Frame>]| views.iter().flat_map(of_view).collect();
+            let of_walk = |views: &[Vec<Frame>]| of_row(views.iter().map(of_view).collect());
             frames.chunks(per_walk).map(of_walk).collect()
         }
         several => {
             let of_view = |frames: &Vec<Frame>| {
                 let of = |template| shown(template, frames);
-                several.iter().flat_map(of).collect()
+                of_row(several.iter().map(of).collect())
             };
             frames.iter().map(of_view).collect()
         }
@@ -344,7 +346,7 @@ fn write_array(
         };
     };
     let of = |frames: &Vec<Frame>| made(template, frames, size);
-    let bytes: Vec<u8> = frames.iter().flat_map(of).collect();
+    let bytes = frames.iter().map(of).collect::<Result<Vec<_>>>()?.concat();
     match template.shape(size) {
         Shape::Image {
             planes,

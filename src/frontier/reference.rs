@@ -136,7 +136,8 @@ impl Reference {
                         .iter()
                         .step_by((REFERENCE_FRAMES / frames) as usize);
                     for (frame, expected) in drawn.iter().zip(phases) {
-                        builder.add(frame);
+                        let added = builder.add(frame);
+                        added.map_err(|error| Error::Failed(error.to_string()))?;
                         jaccard += f64::from(frame.silhouette().jaccard(expected));
                     }
                     let gei = builder.finish();

@@ -7,6 +7,9 @@ mod kernels;
 mod macs;
 mod rules;
 mod walk;
+mod windows;
+#[cfg(test)]
+pub(super) mod written;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -14,6 +17,7 @@ use std::path::Path;
 use super::protobuf::{Malformed, Reader};
 use crate::error::{Error, Place, Result};
 use walk::Walk;
+pub use windows::Window;
 
 /// What an ONNX file says about itself.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -37,6 +41,8 @@ pub struct Graph {
     pub outputs: Vec<Port>,
     /// The operations of the outermost graph, in order.
     nodes: Vec<Node>,
+    /// Those of graphs inside of it, and of functions.
+    inner: Vec<Node>,
     /// Its initialisers by name.
     initializers: BTreeMap<String, Tensor>,
     /// Shapes that the file states for what lies between inputs and outputs.

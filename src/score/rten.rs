@@ -1,13 +1,14 @@
 //! The embedded runtime: rten, pure Rust.
 //!
 //! It needs no library, so a fresh machine can score at once. It computes
-//! `ConvInteger` wrongly on some processors without an error, and has no LRN and
-//! no `ai.onnx.ml`: such models are refused before they are loaded.
+//! `ConvInteger` wrongly on some processors without an error, has no LRN and no `ai.onnx.ml`,
+//! and no windows over more than two axes: such models are refused before they are loaded.
 
 use std::sync::Arc;
 
 use rten::{ModelOptions, NodeId, RunOptions, ThreadPool, Value, ValueView};
 
+use super::graph::Window;
 use super::model::Model;
 use super::ports::Ports;
 use super::{Contract, Outputs, Provider, Recognizer, RuntimeName, Tensor, run_batch};
@@ -48,6 +49,21 @@ fn objection(operator: &str) -> Option<&'static str> {
     }
 }
 
+/// Why a window cannot slide here, if so: rten 0.27 says it only when it comes to it, in
+/// `ops::conv`, `ops::conv_transpose` and `ops::pooling`. (Its global pooling takes any.)
+fn window_objection(window: &Window<'_>) -> Option<String> {
+    match window.axes {
+        Some(axes) if axes > 2 => Some(format!(
+            "slides over {axes} axes, and the embedded runtime has it over 1 or 2"
+        )),
+        _ if !window.has_strides => Some(
+            "leaves strides or the kernel's shape out, and the embedded runtime needs them stated"
+                .into(),
+        ),
+        _ => None,
+    }
+}
+
 impl RtenRecognizer {
     pub fn load(model: &Model, threads: usize) -> Result<Self> {
         let refuse = |problem: String| Error::input(model.path(), format!("{problem} ({WAY_OUT})"));
@@ -55,6 +71,14 @@ impl RtenRecognizer {
             if let Some(reason) = objection(operator) {
                 return Err(refuse(format!(
                     "the model uses {operator}, and the embedded runtime {reason}"
+                )));
+            }
+        }
+        for window in model.graph().windows() {
+            if let Some(reason) = window_objection(&window) {
+                return Err(refuse(format!(
+                    "the model's {} ({:?}) {reason}",
+                    window.operator, window.output
                 )));
             }
         }
@@ -92,7 +116,7 @@ impl RtenRecognizer {
     fn run_once(&self, input: &[f32], shape: &[usize]) -> Result<(Tensor, Option<Tensor>)> {
         let failed = |problem: String| {
             Error::Failed(format!(
-                "{}: the embedded runtime: {problem}",
+                "{}: the embedded runtime: {problem} (if the model is right, {WAY_OUT})",
                 self.contract.name
             ))
         };
@@ -165,6 +189,7 @@ impl Recognizer for RtenRecognizer {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::score::graph::written;
     use crate::score::testing::{bytes_with_operator, small_model};
 
     #[test]
@@ -192,6 +217,64 @@ mod tests {
                 "{text}"
             );
         }
+    }
+
+    #[test]
+    fn windows_over_three_axes_are_refused_with_a_way_out() {
+        let five = [8, 1, 1, 3, 3];
+        let sources = [
+            vec![written::weights("w", 1, &five)],
+            vec![
+                written::weights("v", 1, &five),
+                written::node("Identity", "v", "w", &[]),
+            ],
+        ];
+        let stated: &[&str] = &["kernel_shape=[1,3,3]", "strides=[1,1,1]"];
+        for source in sources {
+            for (operator, attributes) in [
+                ("Conv", &[][..]),
+                ("ConvTranspose", stated),
+                ("MaxPool", stated),
+                ("AveragePool", stated),
+            ] {
+                let text = refusal(&[
+                    source.concat(),
+                    written::integers("five", &[-1, 1, 1, 50, 30]),
+                    written::node("Reshape", "x five", "clip", &[]),
+                    written::node(operator, "clip w", "c", attributes),
+                ]);
+                assert_eq!(
+                    text,
+                    format!(
+                        "m.onnx: the model's {operator} (\"c\") slides over 3 axes, and the \
+                         embedded runtime has it over 1 or 2 (use --runtime ort --ort-lib PATH)"
+                    )
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn windows_that_leave_out_what_the_runtime_needs_are_refused_with_a_way_out() {
+        let pool = written::node("MaxPool", "x", "c", &["kernel_shape=[2,2]"]);
+        assert_eq!(
+            refusal(&[pool]),
+            "m.onnx: the model's MaxPool (\"c\") leaves strides or the kernel's shape out, and the \
+             embedded runtime needs them stated (use --runtime ort --ort-lib PATH)"
+        );
+    }
+
+    /// What is said of a model of these parts, from `x` to `c`, when it is loaded.
+    fn refusal(parts: &[Vec<u8>]) -> String {
+        let output = written::stated(12, "out", &[0, 8]);
+        let flat = written::node("Flatten", "c", "out", &[]);
+        let parts = [parts, &[flat, output]].concat();
+        let bytes = written::bytes(&[0, 1, 50, 30], &parts);
+        let model = Model::from_bytes("m.onnx", bytes, Contract::default()).expect("a graph");
+        let Err(error) = RtenRecognizer::load(&model, 1) else {
+            panic!("it was loaded");
+        };
+        error.to_string()
     }
 
     #[test]

@@ -189,7 +189,7 @@ impl Recordings {
                         ),
                     ));
                 }
-                whole(template, &found.pixels, size)
+                whole(template, &found.pixels, size)?
             }
         };
         Ok((bytes, shown))
@@ -197,13 +197,13 @@ impl Recordings {
 }
 
 /// The template of silhouettes, bytes one after another, which count as one cycle.
-fn whole(template: Template, silhouettes: &[u8], size: Size) -> Vec<u8> {
+fn whole(template: Template, silhouettes: &[u8], size: Size) -> Result<Vec<u8>> {
     let frames = silhouettes.chunks_exact(size.pixels());
     let mut builder = Builder::new(template, size, frames.len() as u32);
     for bytes in frames {
         let mut coverage = Coverage::empty(size);
         coverage.pixels_mut().copy_from_slice(bytes);
-        builder.add(&Frame::Grey(coverage));
+        builder.add(&Frame::Grey(coverage))?;
     }
-    builder.finish()
+    Ok(builder.finish())
 }

@@ -327,7 +327,7 @@ fn see(
                 let (drawn, clipped) = brush.draw(film, frame, sight)?;
                 seen.clipped += clipped;
                 match drawn {
-                    Some(frame) => builder.add(frame),
+                    Some(frame) => builder.add(frame)?,
                     None => seen.empty += 1,
                 }
             }

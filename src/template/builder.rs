@@ -1,14 +1,18 @@
 //! Makes a template of frames that come one by one.
 
 use super::{Template, kfd, width};
+use crate::error::{Error, Result};
 use edgegait_core::silhouette::{Frame, Size};
-use edgegait_core::template::{Kind, TemplateBuilder};
+use edgegait_core::template::{FrameError, Kind, TemplateBuilder};
 use glam::DVec2;
 
 /// Makes one template after another.
 pub struct Builder {
     template: Template,
     size: Size,
+    /// How many are to come, and have come.
+    frames: u32,
+    added: u32,
     made_from: Source,
 }
 
@@ -43,25 +47,41 @@ impl Builder {
         Self {
             template,
             size,
+            frames: frames.clamp(1, Self::MAX_FRAMES),
+            added: 0,
             made_from,
         }
     }
 
-    /// Adds a frame of the same size; others, and more than were to come, are not taken.
-    pub fn add(&mut self, frame: &Frame) {
+    /// Adds a frame.
+    ///
+    /// # Errors
+    /// If it is of another size, or one more than were to come.
+    pub fn add(&mut self, frame: &Frame) -> Result<()> {
+        let (expected, found) = (self.size, frame.size());
+        if found != expected {
+            return Err(failed(&FrameError::Size { expected, found }));
+        }
+        if self.added == self.frames {
+            let frames = self.frames;
+            return Err(failed(&FrameError::Full { frames }));
+        }
         match &mut self.made_from {
-            Source::Images(builder) => builder.add(frame),
+            Source::Images(builder) => builder.add(frame).map_err(|error| failed(&error))?,
             Source::Outlines(outlines) => {
                 outlines.extend(kfd::centred_outline(&frame.silhouette()));
             }
             Source::Frames(bytes) => bytes.extend(frame.to_coverage().pixels()),
         }
+        self.added += 1;
+        Ok(())
     }
 
     /// The bytes of the template of the frames so far, which are forgotten: as many as
     /// [`Template::shape`] says, and of silhouettes that for each frame.
     #[must_use]
     pub fn finish(&mut self) -> Vec<u8> {
+        self.added = 0;
         match &mut self.made_from {
             Source::Images(builder) => {
                 let mut bytes = vec![0; builder.kind().bytes(self.size)];
@@ -77,6 +97,10 @@ impl Builder {
             Source::Frames(bytes) => std::mem::take(bytes),
         }
     }
+}
+
+fn failed(error: &FrameError) -> Error {
+    Error::Failed(error.to_string())
 }
 
 fn images(kind: Kind, size: Size, frames: u32) -> Source {
@@ -95,7 +119,9 @@ mod tests {
         for template in Template::ALL {
             let mut builder = Builder::new(template, Size::S64x44, 2);
             let mut made = || {
-                frames.iter().for_each(|frame| builder.add(frame));
+                for frame in &frames {
+                    builder.add(frame).expect("room");
+                }
                 builder.finish()
             };
             let first = made();
@@ -112,11 +138,35 @@ mod tests {
     }
 
     #[test]
+    fn frames_of_another_size_and_more_than_were_to_come_are_refused_by_all_templates() {
+        let frame = |size| Frame::Binary(Silhouette::from_rows(size, &[1]));
+        for template in Template::ALL {
+            let mut builder = Builder::new(template, Size::S64x44, 2);
+            let other = builder.add(&frame(Size::S50x30));
+            assert_eq!(
+                other.expect_err("another size").to_string(),
+                "expected a frame of 64x44 pixels, found one of 50x30 (draw it at that size)"
+            );
+            for _ in 0..2 {
+                builder.add(&frame(Size::S64x44)).expect("room");
+            }
+            let more = builder.add(&frame(Size::S64x44));
+            assert_eq!(
+                more.expect_err("a third frame").to_string(),
+                "expected at most 2 frames in this template, found one more (begin another)"
+            );
+            let _ = builder.finish();
+            builder.add(&frame(Size::S64x44)).expect("room again");
+        }
+    }
+
+    #[test]
     fn row_widths_are_those_of_the_entropy_image() {
         let size = Size::S50x30;
         let mut builder = Builder::new(Template::RowWidth, size, 2);
         for rows in [[0b0001_0110, 0b111], [0b0001_1010, 0b111]] {
-            builder.add(&Frame::Binary(Silhouette::from_rows(size, &rows)));
+            let frame = Frame::Binary(Silhouette::from_rows(size, &rows));
+            builder.add(&frame).expect("room");
         }
         // Columns 2 and 3 of the first row change; of the second row nothing does.
         let found = builder.finish();

@@ -60,7 +60,8 @@ pub fn rows_heap_bytes() -> Result<usize> {
             let mut gei = GeiBuilder::new(size);
             for _ in 0..32 {
                 let drawing = renderer.draw(&figure, &camera, Framing::Height, Vec2::ZERO);
-                gei.add(drawing.map_err(|error| failed(&error))?.frame);
+                let frame = drawing.map_err(|error| failed(&error))?.frame;
+                gei.add(frame).map_err(|error| failed(&error))?;
             }
             black_box(gei.finish());
         }

@@ -1,6 +1,7 @@
 //! A Gait Energy Image counted in the bytes that it ends in.
 
 use crate::silhouette::{Silhouette, Size};
+use crate::template::FrameError;
 use core::fmt;
 
 /// Counts silhouettes into a GEI (Han & Bhanu 2006, equation 1) in bytes of the caller's: as
@@ -54,12 +55,13 @@ impl<'a> GeiBuilder<'a> {
         })
     }
 
-    /// Adds a frame; frames of another size, and those beyond [`Self::MAX_FRAMES`], are not
-    /// taken, as [`Self::frames`] tells.
-    pub fn add(&mut self, silhouette: &Silhouette) {
-        if self.frames == Self::MAX_FRAMES || silhouette.size() != self.size {
-            return;
-        }
+    /// Adds a frame.
+    ///
+    /// # Errors
+    /// If it is of another size, or comes after [`Self::MAX_FRAMES`].
+    pub fn add(&mut self, silhouette: &Silhouette) -> Result<(), FrameError> {
+        let most = u32::from(Self::MAX_FRAMES);
+        FrameError::check([self.size, silhouette.size()], u32::from(self.frames), most)?;
         self.frames += 1;
         let counts = self.counts.chunks_exact_mut(self.size.columns());
         for (row, counts) in silhouette.rows().iter().zip(counts) {
@@ -72,6 +74,7 @@ impl<'a> GeiBuilder<'a> {
                 left &= left - 1;
             }
         }
+        Ok(())
     }
 
     /// How many frames were added.

@@ -30,7 +30,7 @@
 //!     for frame in 0..32u8 {
 //!         let pose = ModelPose::new(&skeleton, &cycle.pose(f32::from(frame) / 32.0));
 //!         let drawing = renderer.draw(&body.posed(&pose), &camera, Framing::Height, Vec2::ZERO);
-//!         gei.add(drawing.ok()?.silhouette);
+//!         gei.add(drawing.ok()?.silhouette).ok()?;
 //!     }
 //!     gei.finish();
 //!     Some(())

@@ -1,5 +1,6 @@
 //! One builder for every template.
 
+use super::FrameError;
 use super::Kind;
 use super::entropy::entropies;
 use super::frequency::Frequencies;
@@ -19,13 +20,14 @@ use crate::silhouette::{Frame, Size};
 /// let mut bytes = [0; MAX_TEMPLATE_BYTES];
 /// for kind in Kind::ALL {
 ///     let mut builder = TemplateBuilder::new(kind, size, 2);
-///     builder.add(&Frame::Binary(Silhouette::from_rows(size, &[0b01])));
-///     builder.add(&Frame::Binary(Silhouette::from_rows(size, &[0b11])));
+///     builder.add(&Frame::Binary(Silhouette::from_rows(size, &[0b01])))?;
+///     builder.add(&Frame::Binary(Silhouette::from_rows(size, &[0b11])))?;
 ///     let template = &mut bytes[..kind.bytes(size)];
 ///     builder.finish(template);
 ///     // The first pixel was always on, the second one in the second frame.
 ///     println!("{}: {:?}", kind.name(), &template[..2]);
 /// }
+/// # Ok::<(), edgegait_core::template::FrameError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct TemplateBuilder {
@@ -95,13 +97,13 @@ impl TemplateBuilder {
         self.kind
     }
 
-    /// Adds a frame; frames of another size, and more than were to come, are not taken, as
-    /// [`Self::frames`] tells. Of grey frames motion, silhouettes and history take the pixels
-    /// that are at least half covered, energy, entropy and frequencies the coverage.
-    pub fn add(&mut self, frame: &Frame) {
-        if self.frames() == self.frames || frame.size() != self.size {
-            return;
-        }
+    /// Adds a frame. Of grey frames motion, silhouettes and history take the pixels that are at
+    /// least half covered, energy, entropy and frequencies the coverage.
+    ///
+    /// # Errors
+    /// If it is of another size, or one more than were to come.
+    pub fn add(&mut self, frame: &Frame) -> Result<(), FrameError> {
+        FrameError::check([self.size, frame.size()], self.frames(), self.frames)?;
         match &mut self.made_from {
             Source::Sums(sums) => sums.add(frame),
             Source::History(history) => history.add(&frame.silhouette()),

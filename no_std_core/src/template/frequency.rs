@@ -1,5 +1,6 @@
 //! Frequency-domain features: how much each pixel swings once and twice a cycle.
 
+use super::FrameError;
 use super::sums::Sums;
 use crate::budget::{FREQUENCIES, MAX_PIXELS};
 use crate::silhouette::{Frame, Size};
@@ -36,10 +37,14 @@ impl Frequencies {
         waves.as_flattened_mut().fill(0.0);
     }
 
-    /// Adds a frame of the same size.
-    pub fn add(&mut self, frame: &Frame) {
-        let coverage = frame.to_coverage();
+    /// Adds a frame.
+    ///
+    /// # Errors
+    /// As [`Sums::add`].
+    pub fn add(&mut self, frame: &Frame) -> Result<(), FrameError> {
         let (frame_number, period) = (self.frames(), self.period);
+        self.sums.add(frame)?;
+        let coverage = frame.to_coverage();
         for (waves, frequency) in self.waves.iter_mut().zip(1..) {
             let turns = f64::from(frequency * frame_number % period) / f64::from(period);
             let (sin, cos) = libm::sincos(TAU * turns);
@@ -51,7 +56,7 @@ impl Frequencies {
                 }
             }
         }
-        self.sums.add(frame);
+        Ok(())
     }
 
     /// The amplitudes of one frequency after the other (Makihara et al. 2006), rounded half up:

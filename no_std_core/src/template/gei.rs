@@ -1,5 +1,6 @@
 //! The Gait Energy Image: the mean silhouette of a gait cycle.
 
+use super::FrameError;
 use super::sums::Sums;
 use crate::budget::MAX_PIXELS;
 use crate::silhouette::{Frame, Size};
@@ -50,11 +51,13 @@ impl GeiBuilder {
         }
     }
 
-    /// Adds a frame; frames of another size, and those beyond [`Self::MAX_FRAMES`], are
-    /// not taken, as [`Self::frames`] tells. All should be of one rasteriser: the first one
-    /// decides how finely is counted.
-    pub fn add(&mut self, frame: &Frame) {
-        self.sums.add(frame);
+    /// Adds a frame. All should be of one rasteriser: the first one decides how finely is
+    /// counted.
+    ///
+    /// # Errors
+    /// If it is of another size, or comes after [`Self::MAX_FRAMES`].
+    pub fn add(&mut self, frame: &Frame) -> Result<(), FrameError> {
+        self.sums.add(frame)
     }
 
     /// How many frames were added.
@@ -86,7 +89,7 @@ mod tests {
         for size in Size::ALL {
             let mut builder = GeiBuilder::new(size);
             for rows in [[0b01, 0b10], [0b11, 0b00], [0b01, 0b10], [0b11, 0b10]] {
-                builder.add(&frame(size, rows));
+                builder.add(&frame(size, rows)).expect("room");
             }
             let gei = builder.finish();
             assert_eq!((builder.frames(), gei.size()), (4, size));
@@ -97,9 +100,11 @@ mod tests {
     }
 
     #[test]
-    fn without_frames_a_gei_is_black_and_other_sizes_are_not_taken() {
+    fn without_frames_a_gei_is_black_and_other_sizes_are_refused() {
         let mut builder = GeiBuilder::new(Size::S64x44);
-        builder.add(&frame(Size::S64x64, [1, 1]));
+        let refused = builder.add(&frame(Size::S64x64, [1, 1]));
+        let (expected, found) = (Size::S64x44, Size::S64x64);
+        assert_eq!(refused, Err(FrameError::Size { expected, found }));
         assert_eq!(builder.frames(), 0);
         assert_eq!(builder.finish().pixels(), [0; 64 * 44]);
     }

@@ -3,6 +3,7 @@
 //! Motion is the difference of consecutive silhouettes, so that only the pixels at a figure's
 //! edge are touched from frame to frame, and ages are told when the template is asked for.
 
+use super::FrameError;
 use crate::budget::{MAX_PIXELS, MAX_ROWS};
 use crate::silhouette::{Silhouette, Size};
 
@@ -50,11 +51,13 @@ impl History {
         self.numbers.fill(0);
     }
 
-    /// Adds a frame of the same size; beyond 65,535 none is taken.
-    pub fn add(&mut self, frame: &Silhouette) {
-        if self.frames == u16::MAX {
-            return;
-        }
+    /// Adds a frame.
+    ///
+    /// # Errors
+    /// If it is of another size, or comes after 65,535.
+    pub fn add(&mut self, frame: &Silhouette) -> Result<(), FrameError> {
+        let sizes = [self.last.size(), frame.size()];
+        FrameError::check(sizes, u32::from(self.frames), u32::from(u16::MAX))?;
         let columns = self.last.size().columns();
         let before = self.last.all_rows().iter().zip(frame.all_rows());
         for (row, (&before, &now)) in before.enumerate() {
@@ -76,6 +79,7 @@ impl History {
         }
         self.last = *frame;
         self.frames += 1;
+        Ok(())
     }
 
     /// How bright each pixel is with motion in the last `tau` steps (at least 1): white in the

@@ -2,6 +2,7 @@
 
 mod builder;
 mod entropy;
+mod error;
 mod frequency;
 mod gei;
 mod history;
@@ -9,6 +10,7 @@ mod sums;
 mod tally;
 
 pub use builder::TemplateBuilder;
+pub use error::FrameError;
 pub use gei::{Gei, GeiBuilder};
 pub use tally::GeiTally;
 

@@ -4,6 +4,7 @@
 //! so that one operation counts 64 pixels. Eight frames at a time go through carry-save
 //! adders (Harley & Seal; Warren 2013, "Hacker's Delight", section 5-1).
 
+use super::FrameError;
 use crate::adder::add_eight;
 use crate::budget::{MAX_PIXELS, MAX_ROWS};
 use crate::raster::simd::{Lanes, Simd, compiled, dispatch};
@@ -61,13 +62,13 @@ impl Sums {
         self.frames
     }
 
-    /// Adds a frame; frames of another size, and those beyond [`Self::MAX_FRAMES`], are not
-    /// taken. The first one decides what is summed: later ones of another kind are turned
-    /// into it.
-    pub fn add(&mut self, frame: &Frame) {
-        if self.frames == Self::MAX_FRAMES || frame.size() != self.size {
-            return;
-        }
+    /// Adds a frame. The first one decides what is summed: later ones of another kind are
+    /// turned into it.
+    ///
+    /// # Errors
+    /// If it is of another size, or comes after [`Self::MAX_FRAMES`].
+    pub fn add(&mut self, frame: &Frame) -> Result<(), FrameError> {
+        FrameError::check([self.size, frame.size()], self.frames, Self::MAX_FRAMES)?;
         self.frames += 1;
         if matches!(self.kind, Kind::None) {
             self.kind = match frame {
@@ -95,6 +96,7 @@ impl Sums {
                 }
             }
         }
+        Ok(())
     }
 
     /// Forgets all frames.
@@ -307,7 +309,7 @@ mod tests {
             let mut plain = [0u32; 1_500];
             for number in 0..frames {
                 let frame = frame(number);
-                sums.add(&Frame::Binary(frame));
+                sums.add(&Frame::Binary(frame)).expect("room");
                 for (pixel, sum) in plain.iter_mut().enumerate() {
                     *sum += u32::from(frame.is_on(pixel / 30, pixel % 30));
                 }
@@ -327,25 +329,40 @@ mod tests {
         let mut sums = Sums::new(SIZE);
         let mut parts = Sums::new(SIZE);
         for _ in 0..3 {
-            sums.add(&ninths);
+            sums.add(&ninths).expect("room");
             for image in &images {
-                parts.add(&Frame::Binary(*image));
+                parts.add(&Frame::Binary(*image)).expect("room");
             }
         }
         assert_eq!(sums.means(), parts.means());
         // Bits among them are nine ninths.
-        sums.add(&Frame::Binary(images[0]));
+        sums.add(&Frame::Binary(images[0])).expect("room");
         for _ in 0..9 {
-            parts.add(&Frame::Binary(images[0]));
+            parts.add(&Frame::Binary(images[0])).expect("room");
         }
         assert_eq!(sums.means(), parts.means());
     }
 
     #[test]
-    fn frames_of_another_size_are_not_taken() {
+    fn a_frame_of_another_size_is_refused() {
         let mut sums = Sums::new(SIZE);
-        sums.add(&Frame::Grey(Coverage::empty(Size::S64x44)));
+        let refused = sums.add(&Frame::Grey(Coverage::empty(Size::S64x44)));
+        let (expected, found) = (SIZE, Size::S64x44);
+        assert_eq!(refused, Err(FrameError::Size { expected, found }));
         assert_eq!(sums.frames(), 0);
         assert_eq!(sums.means(), [0; MAX_PIXELS]);
+    }
+
+    #[test]
+    fn a_frame_after_7281_is_refused_and_changes_nothing() {
+        let mut sums = Sums::new(SIZE);
+        let white = Frame::Binary(Silhouette::from_rows(SIZE, &[1]));
+        for _ in 0..Sums::MAX_FRAMES {
+            sums.add(&white).expect("room");
+        }
+        let black = Frame::Binary(Silhouette::empty(SIZE));
+        let full = Err(FrameError::Full { frames: 7_281 });
+        assert_eq!(sums.add(&black), full);
+        assert_eq!((sums.frames(), sums.means()[0]), (7_281, 255));
     }
 }

@@ -255,7 +255,7 @@ fn templates(
                 let pose = cycle.pose(f32::from(frame) / 8.0);
                 figure.update(&ModelPose::new(&skeleton, &pose));
                 let drawing = renderer.draw(&figure, &camera, Framing::Height, Vec2::ZERO);
-                builder.add(drawing.expect("a figure").frame);
+                builder.add(drawing.expect("a figure").frame).expect("room");
             }
             let template = &mut bytes[..kind.bytes(Size::S50x30)];
             builder.finish(template);

@@ -9,8 +9,8 @@ use super::{Dimension, Graph, Node};
 
 /// What is known of the tensors so far.
 #[derive(Default)]
-struct Known<'a> {
-    shapes: HashMap<&'a str, Vec<u64>>,
+pub(super) struct Known<'a> {
+    pub shapes: HashMap<&'a str, Vec<u64>>,
     /// The numbers of tensors that hold shapes, axes or indices.
     integers: HashMap<&'a str, Vec<i64>>,
     /// Sizes of named dimensions.
@@ -26,13 +26,7 @@ impl Graph {
     /// # Errors
     /// Naming the first operation of an unknown kind or shape: nothing is guessed.
     pub fn macs(&self, input: &[u64]) -> Result<u64, String> {
-        let mut known = Known::default();
-        for (name, tensor) in &self.initializers {
-            known.shapes.insert(name, tensor.shape.clone());
-            if let Some(integers) = &tensor.integers {
-                known.integers.insert(name, integers.clone());
-            }
-        }
+        let mut known = Known::of_initializers(self);
         let [port] = self.inputs.as_slice() else {
             return Err(format!("expected one input, found {}", self.inputs.len()));
         };
@@ -47,8 +41,22 @@ impl Graph {
 }
 
 impl<'a> Known<'a> {
+    pub fn of_initializers(graph: &'a Graph) -> Self {
+        let mut known = Self::default();
+        for (name, tensor) in &graph.initializers {
+            known.shapes.insert(name, tensor.shape.clone());
+            if let Some(integers) = &tensor.integers {
+                known.integers.insert(name, integers.clone());
+            }
+        }
+        known
+    }
+
     /// Learns the shapes of a node's outputs; its multiply-accumulates.
-    fn step(&mut self, graph: &'a Graph, node: &'a Node) -> Result<u64, String> {
+    ///
+    /// # Errors
+    /// If the operator is unknown, or what it gives.
+    pub fn step(&mut self, graph: &'a Graph, node: &'a Node) -> Result<u64, String> {
         let name = node.outputs.first().map_or("", String::as_str);
         let (depth, integers, inferred) = {
             let operands = Operands {
@@ -93,7 +101,11 @@ impl<'a> Known<'a> {
         }
         let depth = depth
             .ok_or_else(|| format!("what {} ({name:?}) sums over is not known", node.operator))?;
-        Ok(elements(&self.shapes[name]).saturating_mul(depth))
+        let output = self
+            .shapes
+            .get(name)
+            .ok_or_else(|| format!("{} has no output", node.operator))?;
+        Ok(elements(output).saturating_mul(depth))
     }
 
     /// Learns the sizes of a stated shape's named dimensions.

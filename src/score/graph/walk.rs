@@ -123,6 +123,8 @@ impl Walk {
         *self.graph.operators.entry(operator).or_default() += 1;
         if depth == 0 {
             self.graph.nodes.push(found);
+        } else {
+            self.graph.inner.push(found);
         }
         Ok(())
     }

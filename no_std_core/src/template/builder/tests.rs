@@ -10,7 +10,8 @@ const FOUR: [[u64; 2]; 4] = [[0b01, 0b10], [0b11, 0b00], [0b01, 0b10], [0b11, 0b
 fn corners(mut builder: TemplateBuilder, frames: &[[u64; 2]]) -> heapless::Vec<[u8; 4], 3> {
     let size = builder.size;
     for rows in frames {
-        builder.add(&Frame::Binary(Silhouette::from_rows(size, rows)));
+        let frame = Frame::Binary(Silhouette::from_rows(size, rows));
+        builder.add(&frame).expect("room");
     }
     let mut bytes = [7; MAX_TEMPLATE_BYTES];
     builder.finish(&mut bytes);
@@ -97,19 +98,21 @@ fn what_never_changes_has_no_motion_and_no_entropy() {
 }
 
 #[test]
-fn frames_of_another_size_and_more_than_were_to_come_are_not_taken() {
+fn frames_of_another_size_and_more_than_were_to_come_are_refused() {
     for kind in Kind::ALL {
         let mut builder = TemplateBuilder::new(kind, Size::S50x30, 2);
-        builder.add(&Frame::Binary(Silhouette::empty(Size::S64x64)));
+        let refused = builder.add(&Frame::Binary(Silhouette::empty(Size::S64x64)));
+        let (expected, found) = (Size::S50x30, Size::S64x64);
+        assert_eq!(refused, Err(FrameError::Size { expected, found }));
         assert_eq!(builder.frames(), 0);
         let mut bytes = [7; 3 * 1500];
         builder.finish(&mut bytes);
         let (template, rest) = bytes.split_at(kind.bytes(Size::S50x30));
         assert!(template.iter().all(|&byte| byte == 0), "{kind:?}");
         assert!(rest.iter().all(|&byte| byte == 7), "{kind:?}");
-        for _ in 0..3 {
-            builder.add(&Frame::Binary(Silhouette::from_rows(Size::S50x30, &[1])));
-        }
+        let frame = Frame::Binary(Silhouette::from_rows(Size::S50x30, &[1]));
+        assert_eq!([builder.add(&frame), builder.add(&frame)], [Ok(()); 2]);
+        assert_eq!(builder.add(&frame), Err(FrameError::Full { frames: 2 }));
         assert_eq!(builder.frames(), 2);
         builder.finish(&mut []);
     }
@@ -121,7 +124,7 @@ fn a_cleared_builder_is_as_a_new_one() {
         let mut used = TemplateBuilder::new(kind, Size::S50x30, 4);
         for rows in FOUR {
             let frame = Silhouette::from_rows(Size::S50x30, &[!rows[0], !0, rows[1]]);
-            used.add(&Frame::Binary(frame));
+            used.add(&Frame::Binary(frame)).expect("room");
         }
         used.clear();
         assert_eq!(used.frames(), 0);

@@ -235,7 +235,8 @@ fn recognize(
         let Ok(drawing) = drawing else {
             panic!("a figure without an image");
         };
-        stages.count.of(meter, || gei.add(drawing.silhouette));
+        let added = stages.count.of(meter, || gei.add(drawing.silhouette));
+        assert!(added.is_ok(), "a frame that the GEI has no room for");
     }
     let pixels = stages.finish.of(meter, || gei.finish());
     let answer = stages.classify.of(meter, || recognizer.classify(pixels));
