@@ -3,7 +3,7 @@
 #[expect(dead_code, reason = "other tests of the command use the rest")]
 mod command;
 
-use command::{done, folder, refused};
+use command::{done, folder, npy, refused};
 use edgegait::confound::{CATALOGUE, Condition, Dose, Doses, Kind, Stage};
 use edgegait::encode::{MAX_ERROR_MM, encode_subjects};
 use edgegait::scene::cohort::{CohortOptions, subjects};
@@ -250,7 +250,7 @@ fn the_command_takes_conditions_and_says_which() {
         let arguments: Vec<&str> = sweep.iter().chain(&[out]).chain(more).copied().collect();
         done(at, &arguments);
         let index = std::fs::read_to_string(at.join(out).join("index.csv")).expect("an index");
-        let conditions = index.lines().skip(1).map(|line| line.split(',').nth(6));
+        let conditions = index.lines().skip(1).map(|line| line.split(',').nth(7));
         conditions
             .map(|field| field.expect("a condition").to_owned())
             .collect()
@@ -303,6 +303,44 @@ fn the_command_takes_conditions_and_says_which() {
         2,
         &["columns", "roll=1"],
     );
+}
+
+#[test]
+fn the_index_names_the_alternative_that_each_person_drew() {
+    let folder = folder();
+    let at = folder.path();
+    // (subject, walk, condition, alternative) and the GEI of each row.
+    type Row = ([String; 4], Vec<u8>);
+    let swept = |out: &str, flags: [&str; 2]| -> Vec<Row> {
+        let common = "sweep two.egp --views side --frames-per-cycle 4 --raster rows --out";
+        let arguments: Vec<&str> = common.split(' ').chain([out]).chain(flags).collect();
+        done(at, &arguments);
+        let mut index = csv::Reader::from_path(at.join(out).join("index.csv")).expect("a table");
+        let pixels = npy(at.join(out).join("geis.npy")).1;
+        let rows = index.records().map(|row| {
+            let row = row.expect("a row");
+            [0, 1, 7, 8].map(|field| row[field].to_owned())
+        });
+        rows.zip(pixels.chunks(1_500).map(<[u8]>::to_vec)).collect()
+    };
+    let mut drawn = std::collections::BTreeSet::new();
+    for (row, gei) in swept("casia", ["--conditions", "casia-b"]) {
+        let [subject, walk, condition, alternative] = &row;
+        if condition == "NM" {
+            assert_eq!(alternative, "");
+            continue;
+        }
+        // What is named makes the same picture by itself.
+        let alone = swept(alternative, ["--confound", alternative]);
+        let own = alone
+            .iter()
+            .find(|(one, _)| (&one[0], &one[1]) == (subject, walk));
+        let (own, expected) = own.expect("the same walk");
+        assert_eq!((own[3].as_str(), &gei), ("", expected), "{row:?}");
+        drawn.insert((condition.clone(), subject.clone(), alternative.clone()));
+    }
+    // One for each person and condition, whatever the walk.
+    assert_eq!(drawn.len(), 4, "{drawn:?}");
 }
 
 #[test]

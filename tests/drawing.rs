@@ -193,7 +193,7 @@ fn viewpoints_that_are_the_same_are_the_same_pictures() {
 fn results_state_how_they_were_drawn() {
     let folder = folder();
     let at = folder.path();
-    let plain = &json(at, "render two.egp --out x.npy")["settings"];
+    let plain = &json(at, "render two.egp --overwrite --out x.npy")["settings"];
     for (key, value) in [
         ("raster", "skia"),
         ("framing", "height"),
@@ -227,7 +227,7 @@ fn results_state_how_they_were_drawn() {
     );
     let mean = json(
         at,
-        "render two.egp --lens persp --camera static --out x.npy",
+        "render two.egp --lens persp --camera static --overwrite --out x.npy",
     );
     assert_eq!(mean["settings"]["aim_m"], "mean pelvis");
 }

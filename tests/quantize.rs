@@ -218,7 +218,7 @@ fn what_cannot_be_quantised_is_refused_and_leaves_no_file() {
         ),
         (
             [&side, "--out", "folder.egr"],
-            1,
+            2,
             ["folder.egr", "found a folder"],
         ),
         (
@@ -263,7 +263,7 @@ fn a_table_says_what_8_bits_changed() {
     let output = edgegait(dir.path(), &arguments);
     let table = text(&output.stdout);
     assert!(
-        table.starts_with("wrote side.egr: 39326 bytes, 26 classes of 1500 weights\n"),
+        table.starts_with("side.egr: 39326 bytes, 26 classes of 1500 weights\n"),
         "{table}"
     );
     assert!(
@@ -271,5 +271,6 @@ fn a_table_says_what_8_bits_changed() {
         "{table}"
     );
     assert!(table.contains("100.00 (the model: 100.00)\n"), "{table}");
+    assert!(table.ends_with("wrote side.egr\n"), "{table}");
     assert_eq!(names(dir.path()), ["side.egr"]);
 }

@@ -178,7 +178,7 @@ fn augmented_images_follow_their_own_with_a_condition_of_theirs() {
     let conditions: Vec<&str> = index
         .lines()
         .skip(1)
-        .filter_map(|line| line.split(',').nth(6))
+        .filter_map(|line| line.split(',').nth(7))
         .collect();
     let of_one = ["normal", "normal+flip", "normal+crop3", "normal+flip+crop3"];
     assert_eq!(conditions, [of_one; 4].concat());
