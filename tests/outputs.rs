@@ -146,6 +146,28 @@ fn an_earlier_result_is_replaced_and_anything_else_only_when_asked() {
     }
 }
 
+#[test]
+#[cfg(target_os = "linux")]
+fn a_table_is_printed_though_its_results_cannot_be_written_in_the_end() {
+    let folder = folder();
+    for arguments in [
+        "inspect two.egp --json /dev/full",
+        "cohort --people 1 --speeds-kmh 5 --out /dev/full",
+        "score two.egp --walks walk-4kmh --views side --json /dev/full",
+    ] {
+        let output = edgegait(folder.path(), &arguments.split(' ').collect::<Vec<_>>());
+        assert_eq!(code(&output), 1, "{arguments}");
+        let error = text(&output.stderr);
+        assert!(error.contains("error: /dev/full: No space left"), "{error}");
+        let table = text(&output.stdout);
+        assert!(
+            table.contains("F01") || table.contains("rank-1 %"),
+            "{table}"
+        );
+        assert!(!table.contains("wrote"), "{table}");
+    }
+}
+
 /// Waits until something is so, for a minute at most.
 #[cfg(target_os = "linux")]
 fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {

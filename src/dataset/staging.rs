@@ -81,7 +81,7 @@ impl Drop for Staging {
 }
 
 /// Removes all folders of this process that are still being worked in, for a process that ends
-/// before its work does. What has to happen together ([`together`]) is waited for. Nothing is made or
+/// before its work does. What has to happen together is waited for. Nothing is made or
 /// given its name afterwards.
 pub fn remove_unfinished() {
     let alive = alive();

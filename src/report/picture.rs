@@ -243,9 +243,12 @@ mod tests {
         let path = folder.path().join("sheet.png");
         write_png(&path, &sheet).unwrap();
         assert_eq!(image::open(&path).unwrap().into_luma8(), sheet);
-        // Pinned by hand: the chunk that follows the header.
+        // The chunk that follows the header, its CRC-32 as Python's zlib has it.
         let bytes = std::fs::read(&path).unwrap();
-        assert_eq!(&bytes[33..58], b"\0\0\0\x11tEXtSoftware\0EdgeGait");
+        assert_eq!(
+            &bytes[33..62],
+            b"\0\0\0\x11tEXtSoftware\0EdgeGait\xde\x9e\x1b\xaf"
+        );
         assert!(is_own_png(&bytes) && !is_own_png(&bytes[..40]) && !is_own_png(b"P5 1 1"));
     }
 

@@ -2,7 +2,7 @@
 //!
 //! No smooth curve goes through both frames, so the encoder refuses them. Hands are the
 //! exception: captures lose them for a moment or read them the wrong way round (which is why
-//! [`clean`](super::clean) passes over them), nothing hangs on them, and which way round they are
+//! `clean` passes over them), nothing hangs on them, and which way round they are
 //! hardly shows in a silhouette. Such noise is worth a warning, not a walk: it is bridged here,
 //! where the encoder would refuse it and nowhere else.
 
