@@ -188,7 +188,7 @@ fn an_interrupted_sweep_leaves_nothing_and_what_was_there() {
     let sweep = ["sweep", "two.egp", "--out", "walks", "--views", "side"];
     done(at, &sweep);
     let before = npy(at.join("walks/geis.npy")).1;
-    for (signal, code_of_signal) in [("-INT", 130), ("-TERM", 130)] {
+    for (signal, code_of_signal) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)] {
         let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_edgegait"))
             .args(["sweep", "two.egp", "--out", "walks", "--cycles", "1000"])
             .current_dir(at)
@@ -205,6 +205,36 @@ fn an_interrupted_sweep_leaves_nothing_and_what_was_there() {
         assert_eq!(names(at), ["two.egp", "walks"]);
         assert_eq!(npy(at.join("walks/geis.npy")).1, before);
     }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_signal_that_was_ignored_at_the_start_stays_ignored() {
+    let folder = folder();
+    let at = folder.path();
+    let program = env!("CARGO_BIN_EXE_edgegait");
+    let sweep = format!("trap '' HUP; exec {program} sweep two.egp --out walks --cycles 1000");
+    // As `nohup` does it.
+    let mut child = std::process::Command::new("sh")
+        .args(["-c", &sweep])
+        .current_dir(at)
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .expect("the command starts");
+    wait_until("it works in a hidden folder", || names(at).len() == 2);
+    for (signal, ends) in [("-HUP", false), ("-TERM", true)] {
+        let kill = std::process::Command::new("kill")
+            .args([signal, &child.id().to_string()])
+            .status();
+        assert!(kill.expect("kill runs").success());
+        if ends {
+            assert_eq!(child.wait().expect("it ends").code(), Some(143));
+        } else {
+            std::thread::sleep(std::time::Duration::from_millis(500));
+            assert!(child.try_wait().expect("its state").is_none());
+        }
+    }
+    assert_eq!(names(at), ["two.egp"]);
 }
 
 #[test]

@@ -3,20 +3,54 @@
 use crate::dataset::remove_unfinished;
 use crate::error::{Error, Result};
 
-/// Exit code of a process that was interrupted: 128 and the number of SIGINT, as shells have it.
-const INTERRUPTED: i32 = 130;
+/// Exit code of a process whose parent has ended: as if SIGHUP had ended it, in a shell's words.
+const ORPHANED: i32 = 128 + 1;
 
-/// From now on, SIGINT, SIGTERM and SIGHUP remove what is half-made and end the process. Results
-/// that have their names already stay.
+/// From now on, SIGINT, SIGTERM and SIGHUP remove what is half-made and end the process, with 128
+/// and the signal's number as shells have it. Results that have their names already stay. Signals
+/// that the process was started to ignore (`nohup`, a script's background) stay ignored.
 ///
 /// # Errors
 /// The system's, if it takes no handler.
+#[cfg(unix)]
 pub fn listen() -> Result<()> {
-    ctrlc::set_handler(|| {
-        remove_unfinished();
-        std::process::exit(INTERRUPTED);
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    let failed =
+        |error: std::io::Error| Error::Failed(format!("cannot listen for interruptions: {error}"));
+    let heard = [SIGINT, SIGTERM, SIGHUP].into_iter();
+    let heard = heard.filter(|&signal| !is_ignored(signal));
+    let mut signals = signal_hook::iterator::Signals::new(heard).map_err(failed)?;
+    let wait = move || {
+        if let Some(signal) = signals.forever().next() {
+            remove_unfinished();
+            std::process::exit(128 + signal);
+        }
+    };
+    let started = std::thread::Builder::new().spawn(wait);
+    started.map(drop).map_err(failed)
+}
+
+/// Elsewhere a process that is interrupted leaves its hidden folders behind.
+///
+/// # Errors
+/// Never.
+#[cfg(not(unix))]
+pub fn listen() -> Result<()> {
+    Ok(())
+}
+
+/// Whether the process was started to ignore a signal. Where the system does not tell, it may have
+/// been for SIGHUP.
+#[cfg(unix)]
+fn is_ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| {
+        let digits = line.strip_prefix("SigIgn:")?.trim();
+        u64::from_str_radix(digits, 16).ok()
+    });
+    mask.map_or(signal == signal_hook::consts::SIGHUP, |mask| {
+        mask >> (signal - 1) & 1 == 1
     })
-    .map_err(|error| Error::Failed(format!("cannot listen for interruptions: {error}")))
 }
 
 /// Ends this process when the one that started it has ended, however it did: standard input, which
@@ -28,7 +62,7 @@ pub fn end_with_parent() -> Result<()> {
     let wait = || {
         let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
         remove_unfinished();
-        std::process::exit(INTERRUPTED);
+        std::process::exit(ORPHANED);
     };
     std::thread::Builder::new()
         .spawn(wait)
