@@ -78,8 +78,14 @@ fn columns(criterion: &mut Criterion) {
                     pixels_per_metre: place.pixels_per_metre,
                 };
                 let mut builder = GeiBuilder::new(SIZE);
+                let mut frames = 0;
                 b.iter(|| {
                     let (figure, viewpoints) = drawings.next().expect("an endless cycle");
+                    if frames == FRAMES {
+                        builder = GeiBuilder::new(SIZE);
+                        frames = 0;
+                    }
+                    frames += 1;
                     for &viewpoint in viewpoints {
                         let camera = Camera::orthographic(viewpoint);
                         let drawing =
