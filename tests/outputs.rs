@@ -180,6 +180,17 @@ fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
     panic!("it never came about: {what}");
 }
 
+/// The command as a terminal starts it, though this test may have been started to ignore signals.
+#[cfg(target_os = "linux")]
+fn heeding_signals() -> std::process::Command {
+    let mut command = std::process::Command::new("env");
+    command.args([
+        "--default-signal=INT,TERM,HUP",
+        env!("CARGO_BIN_EXE_edgegait"),
+    ]);
+    command
+}
+
 #[test]
 #[cfg(target_os = "linux")]
 fn an_interrupted_sweep_leaves_nothing_and_what_was_there() {
@@ -189,7 +200,7 @@ fn an_interrupted_sweep_leaves_nothing_and_what_was_there() {
     done(at, &sweep);
     let before = npy(at.join("walks/geis.npy")).1;
     for (signal, code_of_signal) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)] {
-        let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_edgegait"))
+        let mut child = heeding_signals()
             .args(["sweep", "two.egp", "--out", "walks", "--cycles", "1000"])
             .current_dir(at)
             .stderr(std::process::Stdio::null())
@@ -213,7 +224,9 @@ fn a_signal_that_was_ignored_at_the_start_stays_ignored() {
     let folder = folder();
     let at = folder.path();
     let program = env!("CARGO_BIN_EXE_edgegait");
-    let sweep = format!("trap '' HUP; exec {program} sweep two.egp --out walks --cycles 1000");
+    let sweep = format!(
+        "trap '' HUP; exec env --default-signal=TERM {program} sweep two.egp --out walks --cycles 1000"
+    );
     // As `nohup` does it.
     let mut child = std::process::Command::new("sh")
         .args(["-c", &sweep])
@@ -250,7 +263,7 @@ fn a_bench_that_dies_takes_the_process_that_measures_with_it() {
         children.split_whitespace().next().map(str::to_owned)
     };
     for signal in ["-INT", "-KILL"] {
-        let mut parent = std::process::Command::new(env!("CARGO_BIN_EXE_edgegait"))
+        let mut parent = heeding_signals()
             .args(["bench", "two.egp", "--window-s", "600"])
             .current_dir(at)
             .env("TMPDIR", &temporary)
