@@ -17,8 +17,10 @@ pub fn listen() -> Result<()> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     let failed =
         |error: std::io::Error| Error::Failed(format!("cannot listen for interruptions: {error}"));
+    // Where the system does not tell, SIGHUP may be ignored.
+    let ignored = ignored().unwrap_or(1 << (SIGHUP - 1));
     let heard = [SIGINT, SIGTERM, SIGHUP].into_iter();
-    let heard = heard.filter(|&signal| !is_ignored(signal));
+    let heard = heard.filter(|signal| ignored >> (signal - 1) & 1 == 0);
     let mut signals = signal_hook::iterator::Signals::new(heard).map_err(failed)?;
     let wait = move || {
         if let Some(signal) = signals.forever().next() {
@@ -39,17 +41,14 @@ pub fn listen() -> Result<()> {
     Ok(())
 }
 
-/// Whether the process was started to ignore a signal. Where the system does not tell, it may have
-/// been for SIGHUP.
+/// The signals that the process was started to ignore, the first in the lowest bit; none where the
+/// system does not tell.
 #[cfg(unix)]
-fn is_ignored(signal: i32) -> bool {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let mask = status.lines().find_map(|line| {
+fn ignored() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    status.lines().find_map(|line| {
         let digits = line.strip_prefix("SigIgn:")?.trim();
         u64::from_str_radix(digits, 16).ok()
-    });
-    mask.map_or(signal == signal_hook::consts::SIGHUP, |mask| {
-        mask >> (signal - 1) & 1 == 1
     })
 }
 

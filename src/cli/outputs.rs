@@ -27,6 +27,8 @@ pub enum Kind {
     Pack,
     /// An ONNX model, with its contract beside it.
     Model,
+    /// The contract of a model that was trained here.
+    Contract,
     /// A recognizer in 8-bit weights.
     Recognizer,
     /// A picture.
@@ -77,7 +79,7 @@ impl Output {
             .to_vec(),
             Kind::Model => vec![
                 (path.clone(), Kind::Model),
-                (Contract::path_beside(path), Kind::Model),
+                (Contract::path_beside(path), Kind::Contract),
             ],
             kind => vec![(path.clone(), kind)],
         }
@@ -108,12 +110,7 @@ impl Output {
             }
             let found = fs::metadata(&path).ok();
             if kind == Kind::Dataset {
-                let existing = if overwrite {
-                    Existing::Replace
-                } else {
-                    Existing::ReplaceOwn
-                };
-                check_replaceable(&path, existing)?;
+                check_replaceable(&path, Existing::of(overwrite))?;
             } else if found.as_ref().is_some_and(Metadata::is_dir) {
                 return refuse(format!("{part}expected a file to write, found a folder"));
             } else if let Some(found) = found.filter(Metadata::is_file)
@@ -200,7 +197,7 @@ fn is_own(path: &Path, kind: Kind, found: &Metadata) -> bool {
         Kind::Csv(column) => begins(format!("{column},").as_bytes()),
         Kind::Pack => begins(&MAGIC),
         Kind::Recognizer => begins(&RECOGNIZER_MAGIC),
-        Kind::Model if path.extension().is_some_and(|it| it == "toml") => text()
+        Kind::Contract => text()
             .and_then(|text| Contract::parse(path, &text).ok())
             .is_some_and(|contract| !contract.training.description.is_empty()),
         // The version of the intermediate representation, and the producer.

@@ -126,11 +126,7 @@ pub fn run(args: &Args) -> Result<()> {
         }
         None => None,
     };
-    let existing = if args.common.overwrite {
-        Existing::Replace
-    } else {
-        Existing::ReplaceOwn
-    };
+    let existing = Existing::of(args.common.overwrite);
     let drawn = jobs.len() * views.list.len();
     let geis = drawn * variants.len();
     let mut writer = DatasetWriter::create(&args.out, (template, size), geis, existing)?;
@@ -152,9 +148,11 @@ pub fn run(args: &Args) -> Result<()> {
             |job, swept| {
                 clipped += swept.clipped;
                 let walk = walk_list[job.walk];
+                let subject = subjects[walk.subject].name;
+                let alternative = alternative(job, subject, settings.seed);
                 for (view, bytes) in views.list.iter().zip(&swept.templates) {
                     let row = IndexRow {
-                        subject: subjects[walk.subject].name.into(),
+                        subject: subject.into(),
                         walk: walk.name.into(),
                         cycle: u32::from(walk.cycle),
                         variation: job.variation,
@@ -162,7 +160,7 @@ pub fn run(args: &Args) -> Result<()> {
                         azimuth_deg: f64::from(view.azimuth_deg),
                         elevation_deg: f64::from(view.elevation_deg),
                         condition: job.condition_name().into(),
-                        alternative: alternative(job, subjects[walk.subject].name, settings.seed),
+                        alternative: alternative.clone(),
                         frames: settings.frames_per_cycle,
                         seed: settings.seed,
                     };

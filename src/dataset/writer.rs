@@ -28,6 +28,18 @@ pub enum Existing {
     Replace,
 }
 
+impl Existing {
+    /// What may be replaced where `--overwrite` was given, or was not.
+    #[must_use]
+    pub const fn of(overwrite: bool) -> Self {
+        if overwrite {
+            Self::Replace
+        } else {
+            Self::ReplaceOwn
+        }
+    }
+}
+
 /// A dataset in the making. Dropped before [`Self::finish`] it leaves nothing.
 #[derive(Debug)]
 pub struct DatasetWriter {
