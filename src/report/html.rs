@@ -254,15 +254,10 @@ mod tests {
     use crate::evaluate::results::{Latency, RecognizerResult};
 
     fn grid() -> RecognizerResult {
-        let mut result = result_of(&[
-            (0.0, 0.0, 1, 4),
-            (90.0, 0.0, 4, 4),
-            (0.0, 90.0, 0, 4),
-            (90.0, 90.0, 2, 4),
-        ]);
-        result.trained_at = vec![(90.0, 0.0)];
-        result.latency = Latency::of(&[5.0]);
-        result
+        RecognizerResult {
+            latency: Latency::of(&[5.0]),
+            ..crate::report::summary::tests::grid()
+        }
     }
 
     #[test]

@@ -129,12 +129,13 @@ fn worst_elevation(result: &RecognizerResult) -> Option<(String, Tally)> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::evaluate::results::tests::{result_of, results_of};
     use crate::report::scope::tests::{confounded, set};
 
-    fn grid() -> RecognizerResult {
+    /// Four viewpoints, the side view of them that of training.
+    pub fn grid() -> RecognizerResult {
         let mut result = result_of(&[
             (0.0, 0.0, 1, 4),
             (90.0, 0.0, 4, 4),
