@@ -9,7 +9,7 @@ use std::fs;
 use std::hint::black_box;
 
 /// Four seconds of setting off and turning.
-const TAKE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/v1-take.egp");
+const TAKE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/golden/v1-take.egp");
 
 fn main() {
     let mut criterion = common::criterion();

@@ -68,30 +68,8 @@ fn the_embedded_runtime_computes_what_rust_computes() {
     assert_eq!(Runtime::rten().name().name, "rten");
 }
 
-#[test]
-fn onnx_runtime_computes_what_rust_and_the_embedded_runtime_compute() {
-    let Some(path) = ort_library() else { return };
-    let ort = Runtime::ort(&path).expect("the real library");
-    assert_agrees_with_rust(&ort);
-    assert!(ort.name().version.starts_with("1."), "{:?}", ort.name());
-
-    let (recognizer, probes) = twelve_people();
-    let model = model_of(&recognizer);
-    let [a, b] = [Runtime::rten(), ort].map(|runtime| {
-        runtime
-            .load(&model)
-            .expect("our own model")
-            .run(&probes, 64)
-            .expect("64 GEIs")
-    });
-    let b_embedding: Vec<f64> = b.embedding.iter().copied().map(f64::from).collect();
-    let worst = relative(&a.embedding, &b_embedding);
-    println!("rten and ONNX Runtime: embedding {worst:.1e} relative");
-    assert!(worst <= 1e-5);
-}
-
 /// Rows of a batch of seven, and the same GEIs alone: equal within 1e-6 of the largest number.
-fn assert_batch_mates_do_not_matter(runtime: &Runtime) {
+fn a_gei_scores_the_same_alone_and_among_seven(runtime: &Runtime) {
     let (recognizer, probes) = twelve_people();
     let loaded = runtime.load(&model_of(&recognizer)).expect("our own model");
     let seven = loaded.run(&probes[..7 * 1500], 7).expect("seven GEIs");
@@ -115,83 +93,65 @@ fn assert_batch_mates_do_not_matter(runtime: &Runtime) {
     assert!(worst <= 1e-6);
 }
 
-#[test]
-fn a_gei_scores_the_same_alone_and_among_seven() {
-    assert_batch_mates_do_not_matter(&Runtime::rten());
-    let Some(path) = ort_library() else { return };
-    assert_batch_mates_do_not_matter(&Runtime::ort(path).expect("the real library"));
+/// The real library.
+fn ort() -> Runtime {
+    Runtime::ort(ort_library()).expect("the real library")
 }
 
-/// The runtimes that are here.
-fn runtimes() -> Vec<Runtime> {
-    let ort = ort_library().map(|path| Runtime::ort(path).expect("the real library"));
-    std::iter::once(Runtime::rten()).chain(ort).collect()
-}
-
-#[test]
-fn numbers_that_are_not_finite_are_counted() {
+fn numbers_that_are_not_finite_are_counted(runtime: &Runtime) {
     let bytes = bytes_of_a_logarithm(None);
     let model = Model::from_bytes("log.onnx", bytes, Contract::default()).expect("a model");
     let mut geis = vec![1.0_f32; 2 * 1500];
     geis[0] = -1.0;
     geis[1500] = 0.0;
     geis[1501] = -2.0;
-    for runtime in runtimes() {
-        let outputs = runtime
-            .load(&model)
-            .expect("plain operators")
-            .run(&geis, 2)
-            .expect("two");
-        assert_eq!(
-            (outputs.non_finite, outputs.embedding_dims),
-            (3, 1500),
-            "{:?}",
-            runtime.name()
-        );
-        assert_eq!((outputs.scores, outputs.classes), (None, 0));
-    }
+    let outputs = runtime
+        .load(&model)
+        .expect("plain operators")
+        .run(&geis, 2)
+        .expect("two");
+    assert_eq!(
+        (outputs.non_finite, outputs.embedding_dims),
+        (3, 1500),
+        "{:?}",
+        runtime.name()
+    );
+    assert_eq!((outputs.scores, outputs.classes), (None, 0));
 }
 
-#[test]
-fn a_model_that_takes_one_gei_is_run_one_by_one() {
+fn a_model_that_takes_one_gei_is_run_one_by_one(runtime: &Runtime) {
     let bytes = bytes_of_a_logarithm(Some(1));
     let model = Model::from_bytes("log.onnx", bytes, Contract::default()).expect("a model");
     let geis: Vec<f32> = (0..3 * 1500).map(|i| 1.0 + i as f32).collect();
-    for runtime in runtimes() {
-        let outputs = runtime
-            .load(&model)
-            .expect("plain operators")
-            .run(&geis, 3)
-            .expect("three");
-        assert_eq!(outputs.embedding.len(), 4500);
-        assert!((outputs.embedding[4499] - 4500_f32.ln()).abs() < 1e-5);
-    }
+    let outputs = runtime
+        .load(&model)
+        .expect("plain operators")
+        .run(&geis, 3)
+        .expect("three");
+    assert_eq!(outputs.embedding.len(), 4500);
+    assert!((outputs.embedding[4499] - 4500_f32.ln()).abs() < 1e-5);
 }
 
 /// Steps of 1 / 255 hold these numbers exactly; were they scaled with their mates of up to 100,
 /// most would be 0.
-#[test]
-fn batch_mates_do_not_change_what_a_dynamically_quantized_model_says() {
+fn batch_mates_do_not_change_what_a_dynamically_quantized_model_says(runtime: &Runtime) {
     let bytes = bytes_of_a_dynamic_quantization();
     let model = Model::from_bytes("steps.onnx", bytes, Contract::default()).expect("usable");
     let fine: Vec<f32> = (0..1500).map(|i| (i % 256) as f32 / 255.0).collect();
     let coarse = fine.iter().map(|number| 100.0 * number);
     let both: Vec<f32> = fine.iter().copied().chain(coarse).collect();
-    for runtime in runtimes() {
-        let loaded = runtime.load(&model).expect("plain operators");
-        let outputs = loaded.run(&both, 2).expect("two GEIs");
-        for (found, expected) in outputs.embedding.iter().zip(&both) {
-            assert!(
-                (found - expected).abs() <= 1e-5 * expected.max(1.0),
-                "{found} {expected}"
-            );
-        }
+    let loaded = runtime.load(&model).expect("plain operators");
+    let outputs = loaded.run(&both, 2).expect("two GEIs");
+    for (found, expected) in outputs.embedding.iter().zip(&both) {
+        assert!(
+            (found - expected).abs() <= 1e-5 * expected.max(1.0),
+            "{found} {expected}"
+        );
     }
 }
 
 /// Two sequences of three frames whose mean is told by arithmetic.
-#[test]
-fn sequences_are_averaged_over_their_frames_into_parts() {
+fn sequences_are_averaged_over_their_frames_into_parts(runtime: &Runtime) {
     let pixels = 64 * 44;
     let frame = |value: f32| (0..pixels).map(move |pixel| value + pixel as f32);
     let input: Vec<f32> = [1.0, 2.0, 6.0, 10.0, 20.0, 60.0]
@@ -201,67 +161,56 @@ fn sequences_are_averaged_over_their_frames_into_parts() {
     for batch in [None, Some(1)] {
         let bytes = bytes_of_a_mean_over_frames(batch, None);
         let model = Model::from_bytes("mean.onnx", bytes, contract_of_sequences()).expect("usable");
-        for runtime in runtimes() {
-            let loaded = runtime.load(&model).expect("plain operators");
-            let outputs = loaded.run(&input, 2).expect("two sequences");
-            assert_eq!(
-                (outputs.embedding_dims, outputs.embedding_parts),
-                (pixels, 44)
-            );
-            assert_eq!(outputs.embedding.len(), 2 * pixels);
-            for (pixel, [first, second]) in [(0, [3.0, 30.0]), (2815, [2818.0, 2845.0])] {
-                assert!((outputs.embedding[pixel] - first).abs() < 1e-3);
-                assert!((outputs.embedding[pixels + pixel] - second).abs() < 1e-3);
-            }
-            let error = loaded
-                .run(&input[1..], 2)
-                .expect_err("a pixel short")
-                .to_string();
-            assert!(
-                error.starts_with(
-                    "mean: expected 2 sequences of equally many silhouettes of 64 x 44"
-                ),
-                "{error}"
-            );
+        let loaded = runtime.load(&model).expect("plain operators");
+        let outputs = loaded.run(&input, 2).expect("two sequences");
+        assert_eq!(
+            (outputs.embedding_dims, outputs.embedding_parts),
+            (pixels, 44)
+        );
+        assert_eq!(outputs.embedding.len(), 2 * pixels);
+        for (pixel, [first, second]) in [(0, [3.0, 30.0]), (2815, [2818.0, 2845.0])] {
+            assert!((outputs.embedding[pixel] - first).abs() < 1e-3);
+            assert!((outputs.embedding[pixels + pixel] - second).abs() < 1e-3);
         }
+        let error = loaded
+            .run(&input[1..], 2)
+            .expect_err("a pixel short")
+            .to_string();
+        assert!(
+            error.starts_with("mean: expected 2 sequences of equally many silhouettes of 64 x 44"),
+            "{error}"
+        );
     }
 }
 
-#[test]
-fn a_number_of_frames_that_the_contract_does_not_state_is_refused() {
+fn a_number_of_frames_that_the_contract_does_not_state_is_refused(runtime: &Runtime) {
     let contract = Contract {
         frames: Some(4),
         ..contract_of_sequences()
     };
     let bytes = bytes_of_a_mean_over_frames(None, None);
     let model = Model::from_bytes("mean.onnx", bytes, contract).expect("usable");
-    for runtime in runtimes() {
-        let loaded = runtime.load(&model).expect("plain operators");
-        assert!(loaded.run(&vec![0.0; 4 * 2816], 1).is_ok());
-        assert!(loaded.run(&vec![0.0; 5 * 2816], 1).is_err());
-    }
+    let loaded = runtime.load(&model).expect("plain operators");
+    assert!(loaded.run(&vec![0.0; 4 * 2816], 1).is_ok());
+    assert!(loaded.run(&vec![0.0; 5 * 2816], 1).is_err());
 }
 
-#[test]
-fn batches_of_the_wrong_length_are_refused() {
-    for runtime in runtimes() {
-        let loaded = runtime.load(&small_model()).expect("our own model");
-        for (length, batch) in [(0, 0), (1499, 1), (1500, 2), (3000, 1), (1500, usize::MAX)] {
-            let error = loaded
-                .run(&vec![0.0; length], batch)
-                .expect_err("wrong length")
-                .to_string();
-            assert!(
-                error.starts_with(&format!("small: expected {batch} GEIs of 50 x 30")),
-                "{error}"
-            );
-        }
-        assert!(loaded.run(&[0.5; 1500], 1).is_ok());
+fn batches_of_the_wrong_length_are_refused(runtime: &Runtime) {
+    let loaded = runtime.load(&small_model()).expect("our own model");
+    for (length, batch) in [(0, 0), (1499, 1), (1500, 2), (3000, 1), (1500, usize::MAX)] {
+        let error = loaded
+            .run(&vec![0.0; length], batch)
+            .expect_err("wrong length")
+            .to_string();
+        assert!(
+            error.starts_with(&format!("small: expected {batch} GEIs of 50 x 30")),
+            "{error}"
+        );
     }
+    assert!(loaded.run(&[0.5; 1500], 1).is_ok());
 }
 
-#[test]
-fn broken_models_are_refused_by_both_runtimes_without_a_panic() {
+fn broken_models_are_refused_by_both_runtimes_without_a_panic(runtime: &Runtime) {
     let whole = small_model().bytes().to_vec();
     let noise: Vec<u8> = (0..5000_u32)
         .map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8)
@@ -274,15 +223,12 @@ fn broken_models_are_refused_by_both_runtimes_without_a_panic() {
             refused += 1;
             continue;
         };
-        for runtime in runtimes() {
-            assert!(runtime.load(&model).is_err());
-        }
+        assert!(runtime.load(&model).is_err());
     }
     assert!(refused >= 40, "{refused}");
 }
 
-#[test]
-fn changed_bytes_are_an_error_or_a_model_but_never_a_panic() {
+fn changed_bytes_are_an_error_or_a_model_but_never_a_panic(runtime: &Runtime) {
     let whole = small_model().bytes().to_vec();
     let structure = (0..160).chain(whole.len() - 300..whole.len());
     for at in structure {
@@ -292,40 +238,24 @@ fn changed_bytes_are_an_error_or_a_model_but_never_a_panic() {
             let Ok(model) = Model::from_bytes("m.onnx", bytes, Contract::default()) else {
                 continue;
             };
-            for runtime in runtimes() {
-                if let Ok(loaded) = runtime.load(&model) {
-                    let _ = loaded.run(&[0.5; 1500], 1);
-                }
+            if let Ok(loaded) = runtime.load(&model) {
+                let _ = loaded.run(&[0.5; 1500], 1);
             }
         }
     }
 }
 
 #[test]
-fn libraries_that_cannot_be_used_are_errors_and_the_right_one_still_loads() {
+fn libraries_that_cannot_be_used_are_errors() {
     let folder = tempfile::tempdir().expect("a folder");
     let text = folder.path().join("text.so");
     std::fs::write(&text, "not a library").expect("written");
     assert!(Runtime::ort(&text).is_err());
     assert!(Runtime::ort(folder.path().join("missing.so")).is_err());
-    let Some(path) = ort_library() else { return };
-    let bytes = std::fs::read(&path).expect("readable");
-    let cut = folder.path().join("cut.so");
-    std::fs::write(&cut, &bytes[..bytes.len() * 2 / 3]).expect("written");
-    let error = Runtime::ort(&cut).expect_err("cut short").to_string();
-    assert!(error.contains("cut short"), "{error}");
-    Runtime::ort(&path).expect("the real library");
-    let copy = folder.path().join("copy.so");
-    std::fs::copy(&path, &copy).expect("copied");
-    let error = Runtime::ort(&copy).expect_err("a second one").to_string();
-    assert!(
-        error.contains("a process loads one ONNX Runtime"),
-        "{error}"
-    );
 }
 
 #[test]
-fn operators_that_the_embedded_runtime_lacks_reach_onnx_runtime() {
+fn operators_that_the_embedded_runtime_lacks_are_named() {
     let bytes = bytes_with_operator("LRN", "");
     let model = Model::from_bytes("lrn.onnx", bytes, Contract::default()).expect("a graph");
     let error = Runtime::rten()
@@ -337,15 +267,6 @@ fn operators_that_the_embedded_runtime_lacks_reach_onnx_runtime() {
         error.contains("has no LRN (use --runtime ort --ort-lib PATH)"),
         "{error}"
     );
-    let Some(path) = ort_library() else { return };
-    // Without its attribute `size` it is refused there too, but for that reason.
-    let ort = Runtime::ort(path).expect("the real library");
-    let error = ort
-        .load(&model)
-        .map(|_| ())
-        .expect_err("no size")
-        .to_string();
-    assert!(error.contains("ONNX Runtime refuses the model"), "{error}");
 }
 
 /// Writes a model, GEIs and the scores that Rust computes, for a check in Python.
@@ -372,4 +293,98 @@ fn writes_a_model_its_probes_and_its_scores() {
         .map(|score| score as f32)
         .collect();
     std::fs::write(path.with_extension("scores.f32"), raw(&scores)).expect("written");
+}
+
+/// Runs each of these checks with the embedded runtime and with ONNX Runtime.
+macro_rules! both_runtimes {
+    ($($check:ident)*) => {
+        mod both_runtimes {
+            mod embedded {
+                $(#[test]
+                fn $check() {
+                    super::super::$check(&crate::score::Runtime::rten());
+                })*
+            }
+
+            mod with_ort {
+                $(#[test]
+                #[ignore = "needs EDGEGAIT_ORT_LIB"]
+                fn $check() {
+                    super::super::$check(&super::super::ort());
+                })*
+            }
+        }
+    };
+}
+
+both_runtimes! {
+    a_gei_scores_the_same_alone_and_among_seven
+    numbers_that_are_not_finite_are_counted
+    a_model_that_takes_one_gei_is_run_one_by_one
+    batch_mates_do_not_change_what_a_dynamically_quantized_model_says
+    sequences_are_averaged_over_their_frames_into_parts
+    a_number_of_frames_that_the_contract_does_not_state_is_refused
+    batches_of_the_wrong_length_are_refused
+    broken_models_are_refused_by_both_runtimes_without_a_panic
+    changed_bytes_are_an_error_or_a_model_but_never_a_panic
+}
+
+mod with_ort {
+    use super::*;
+
+    #[test]
+    #[ignore = "needs EDGEGAIT_ORT_LIB"]
+    fn onnx_runtime_computes_what_rust_and_the_embedded_runtime_compute() {
+        let ort = ort();
+        assert_agrees_with_rust(&ort);
+        assert!(ort.name().version.starts_with("1."), "{:?}", ort.name());
+
+        let (recognizer, probes) = twelve_people();
+        let model = model_of(&recognizer);
+        let [a, b] = [Runtime::rten(), ort].map(|runtime| {
+            runtime
+                .load(&model)
+                .expect("our own model")
+                .run(&probes, 64)
+                .expect("64 GEIs")
+        });
+        let b_embedding: Vec<f64> = b.embedding.iter().copied().map(f64::from).collect();
+        let worst = relative(&a.embedding, &b_embedding);
+        println!("rten and ONNX Runtime: embedding {worst:.1e} relative");
+        assert!(worst <= 1e-5);
+    }
+
+    #[test]
+    #[ignore = "needs EDGEGAIT_ORT_LIB"]
+    fn a_cut_or_a_second_library_is_an_error_and_the_right_one_still_loads() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = ort_library();
+        let bytes = std::fs::read(&path).expect("readable");
+        let cut = folder.path().join("cut.so");
+        std::fs::write(&cut, &bytes[..bytes.len() * 2 / 3]).expect("written");
+        let error = Runtime::ort(&cut).expect_err("cut short").to_string();
+        assert!(error.contains("cut short"), "{error}");
+        Runtime::ort(&path).expect("the real library");
+        let copy = folder.path().join("copy.so");
+        std::fs::copy(&path, &copy).expect("copied");
+        let error = Runtime::ort(&copy).expect_err("a second one").to_string();
+        assert!(
+            error.contains("a process loads one ONNX Runtime"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    #[ignore = "needs EDGEGAIT_ORT_LIB"]
+    fn operators_that_the_embedded_runtime_lacks_reach_it() {
+        let bytes = bytes_with_operator("LRN", "");
+        let model = Model::from_bytes("lrn.onnx", bytes, Contract::default()).expect("a graph");
+        // Without its attribute `size` it is refused there too, but for that reason.
+        let error = ort()
+            .load(&model)
+            .map(|_| ())
+            .expect_err("no size")
+            .to_string();
+        assert!(error.contains("ONNX Runtime refuses the model"), "{error}");
+    }
 }

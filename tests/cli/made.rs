@@ -1,0 +1,22 @@
+//! What the tests of the command compare it with.
+
+use edgegait::scene::Subject;
+use edgegait::scene::cohort::{self, CohortOptions};
+use sha2::{Digest, Sha256};
+use std::fs;
+use std::path::PathBuf;
+
+pub fn sha256(path: PathBuf) -> String {
+    let digest = Sha256::digest(fs::read(path).expect("a file"));
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// People of the cohort at these speeds, before they are encoded.
+pub fn made(people: usize, speeds_kmh: Vec<f64>) -> Vec<Subject> {
+    let options = CohortOptions {
+        seed: 1,
+        people,
+        speeds_kmh,
+    };
+    cohort::subjects(&options).expect("people")
+}

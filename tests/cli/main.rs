@@ -1,0 +1,19 @@
+//! The command: what it takes, says, writes and refuses.
+
+#[path = "../helpers/command.rs"]
+mod command;
+#[path = "../helpers/figure.rs"]
+mod figure;
+#[path = "../helpers/npy.rs"]
+mod npy;
+#[path = "../helpers/recording.rs"]
+mod recording;
+#[path = "../helpers/two.rs"]
+mod two;
+
+mod clip_command;
+mod commands;
+mod keep_going;
+mod made;
+mod outputs;
+mod refusals;

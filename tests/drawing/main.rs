@@ -1,0 +1,15 @@
+//! Silhouettes, templates and confounders, as the command and the library draw them.
+
+#[path = "../helpers/command.rs"]
+mod command;
+#[path = "../helpers/npy.rs"]
+mod npy;
+#[path = "../helpers/two.rs"]
+mod two;
+
+mod board;
+mod columns;
+mod confounders;
+mod leave_out;
+mod pictures;
+mod templates;

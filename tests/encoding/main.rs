@@ -1,0 +1,19 @@
+//! Walks and takes, from the scene into a pack and back.
+
+#[path = "../helpers/command.rs"]
+mod command;
+#[path = "../helpers/data.rs"]
+mod data;
+#[path = "../helpers/recording.rs"]
+mod recording;
+#[path = "../helpers/two.rs"]
+mod two;
+
+mod chain;
+mod encoding_error;
+mod frontier;
+mod golden;
+mod take;
+mod take_oracle;
+mod tracks;
+mod truth;

@@ -1,0 +1,25 @@
+//! Recordings, skeletons and bodies, from files to canonical ones.
+
+#[path = "../helpers/command.rs"]
+mod command;
+#[path = "../helpers/data.rs"]
+mod data;
+#[path = "../helpers/figure.rs"]
+mod figure;
+#[path = "../helpers/npy.rs"]
+mod npy;
+#[path = "../helpers/npz.rs"]
+mod npz;
+
+mod anthropometry;
+mod bodies;
+mod clips;
+mod faults;
+mod formats;
+mod gltf;
+mod hard;
+mod hard_files;
+mod manifest;
+mod markers;
+mod mesh;
+mod skeletons;

@@ -1,0 +1,18 @@
+//! Recognizers: trained, scored, quantised, timed.
+
+#[path = "../helpers/command.rs"]
+mod command;
+#[path = "../helpers/data.rs"]
+mod data;
+#[path = "../helpers/npy.rs"]
+mod npy;
+#[path = "../helpers/two.rs"]
+mod two;
+
+mod bench;
+mod gates;
+mod protocols;
+mod quantize;
+mod score;
+mod train;
+mod twins;
