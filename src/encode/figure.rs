@@ -73,20 +73,26 @@ enum Goal {
 }
 
 impl Points {
-    #[inline]
     fn new(points: [DVec3; VIRTUAL_POINTS], truth: &[DVec3; VIRTUAL_POINTS], error_m: f64) -> Self {
-        let (mut worst, mut cost) = (0.0f64, 0.0);
-        for (point, truth) in points.iter().zip(truth) {
+        let mut found = Self {
+            points,
+            worst: 0.0,
+            cost: 0.0,
+        };
+        found.weigh(truth, error_m);
+        found
+    }
+
+    /// States how far the points are from where they ought to be.
+    #[inline]
+    fn weigh(&mut self, truth: &[DVec3; VIRTUAL_POINTS], error_m: f64) {
+        (self.worst, self.cost) = (0.0, 0.0);
+        for (point, truth) in self.points.iter().zip(truth) {
             let square = point.distance_squared(*truth);
-            worst = worst.max(square);
+            self.worst = self.worst.max(square);
             let share = square / (error_m * error_m);
             let fourth = share * share;
-            cost += fourth * fourth * share;
-        }
-        Self {
-            points,
-            worst,
-            cost,
+            self.cost += fourth * fourth * share;
         }
     }
 }
@@ -241,8 +247,14 @@ impl<'a> Figure<'a> {
             let matrix = DMat3::from_quat(turn);
             let moved = pivot + shift - matrix * pivot;
             for &below in hanging {
-                let points = states[below].at.points.map(|point| moved + matrix * point);
-                let at = Points::new(points, &self.target.points[frame][below], self.error_m);
+                // In place: without all optimisations, as tests are built, copies and closures
+                // take most of the time.
+                self.trial.points.push(states[below].at);
+                let at = self.trial.points.last_mut().expect("just pushed");
+                for point in &mut at.points {
+                    *point = moved + matrix * *point;
+                }
+                at.weigh(&self.target.points[frame][below], self.error_m);
                 after += at.cost;
                 let fails = match goal {
                     Goal::Cheaper => after >= before,
@@ -251,7 +263,6 @@ impl<'a> Figure<'a> {
                 if fails {
                     return false;
                 }
-                self.trial.points.push(at);
             }
             self.trial.motions.push((turn, pivot, shift));
         }

@@ -325,7 +325,7 @@ mod tests {
                 .collect();
             let cut = cut(&take).unwrap();
             let off = cut.speed_mps / (speed_kmh / 3.6) - 1.0;
-            // Made feet slide; recorded ones come within 5 % (`tests/manifest.rs`).
+            // Made feet slide; recorded ones come within 5 % (`tests/import/manifest.rs`).
             assert!(off.abs() < 0.15, "{speed_kmh}: {}", cut.speed_mps);
             assert!(cut.warnings[0].contains("treadmill"), "{:?}", cut.warnings);
         }

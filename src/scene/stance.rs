@@ -292,7 +292,7 @@ mod tests {
 
     /// Healthy walkers stand 0.58 to 0.64 (Perry 1992), runners less than half a cycle. Made feet
     /// slide, more so in running, which makes their stances shorter: recorded ones are compared
-    /// with laboratories' events in `tests/manifest.rs`.
+    /// with laboratories' events in `tests/import/manifest.rs`.
     #[test]
     fn walkers_stand_longer_than_half_a_cycle_and_runners_shorter() {
         for (speed_kmh, expected) in [

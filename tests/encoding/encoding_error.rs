@@ -1,7 +1,7 @@
 //! What an encoding error costs: GEIs and Rank-1 at 1, 5, 10 and 20 mm, against the finest
 //! encoding. The README's table:
 //!
-//! `cargo test --release --test encoding_error -- --ignored --nocapture`
+//! `cargo test --release --test encoding encoding_error -- --ignored --nocapture`
 
 use edgegait::dataset::Dataset;
 use serde_json::Value;

@@ -238,12 +238,12 @@ fn a_sweep_takes_the_cheapest_drawing_that_meets_an_error() {
 fn a_cohort_takes_the_encoding_of_fewest_bytes_that_meets_an_error() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path();
-    let cohort = ["cohort", "--people", "2", "--speeds-kmh", "5"];
+    let cohort = ["cohort", "--people", "1", "--speeds-kmh", "5"];
     let made = |more: &[&str]| settings(path, &[&cohort[..], more].concat());
     let found = made(&["--max-gei-rmse", "8"]);
     assert!(found["gei_rmse"].as_f64().expect("an error") <= 8.0);
     let why = found["chosen"].as_str().expect("why");
-    assert!(why.contains("walks: 2, viewpoints: 12"), "{why}");
+    assert!(why.contains("walks: 1, viewpoints: 12"), "{why}");
     let bytes = || fs::read(path.join("cohort.egp")).expect("a pack");
     let chosen = bytes();
     let [error, points] = ["max_error_mm", "hull_points"].map(|key| found[key].to_string());

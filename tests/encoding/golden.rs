@@ -1,7 +1,7 @@
 //! Packs of released versions decode to the same poses, bit for bit, for ever; and whatever
 //! is done to their bytes, they are refused or decode to something.
 //!
-//! `UPDATE_GOLDEN=1 cargo test --test golden` makes the packs of the present version and
+//! `UPDATE_GOLDEN=1 cargo test --test encoding golden` makes the packs of the present version and
 //! their poses again: only until that version is released.
 
 use edgegait::encode::encode_subjects;

@@ -13,6 +13,7 @@ mod npz;
 
 mod anthropometry;
 mod bodies;
+mod checksums;
 mod clips;
 mod faults;
 mod formats;

@@ -173,7 +173,7 @@ fn subjects_and_takes_do_not_depend_on_the_order_of_the_files() {
     let expected = vec![
         (
             "07".to_owned(),
-            vec!["07_01".to_owned(), "07_10".to_owned()],
+            ["07_01", "07_10", "07_10"].map(str::to_owned).to_vec(),
         ),
         ("08".to_owned(), vec!["08_01".to_owned()]),
     ];

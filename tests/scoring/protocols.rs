@@ -1,6 +1,7 @@
 //! Protocols by the command: the same people come to the same numbers however they are given.
 
 use crate::command::{done, refused};
+use crate::data::fixtures;
 use crate::two::folder;
 use serde_json::Value;
 use std::path::Path;
@@ -418,4 +419,22 @@ fn probes_that_training_was_shown_or_that_vary_what_it_was_shown_are_warned_of()
         done(at, &[&sweep[..], &["--first-cycle", first]].concat());
         assert_eq!(warned(&["d", "--protocol", "closed-set"]), [expected]);
     }
+}
+
+/// Two people, two takes each: one of both is the gallery.
+#[test]
+fn silhouettes_that_others_made_are_scored() {
+    let tree = fixtures().join("people/people");
+    let folder = tempfile::tempdir().expect("a folder");
+    let score = [
+        "score",
+        "pixels",
+        tree.to_str().expect("UTF-8"),
+        "--json",
+        "-",
+    ];
+    let results: Value = serde_json::from_str(&done(folder.path(), &score)).expect("JSON");
+    let pixels = &results["recognizers"][0];
+    assert_eq!(pixels["rank1"], 1.0, "{pixels}");
+    assert_eq!(pixels["probe_sets"][0]["probes"], 2, "{pixels}");
 }
