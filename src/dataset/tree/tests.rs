@@ -273,8 +273,8 @@ fn walkers_of_a_tree_that_others_made_are_framed() {
     let tree = Tree::open("tests/data/people/people").expect("a tree");
     let sequences = tree.sequences();
     assert_eq!((sequences.len(), tree.skipped()), (4, &[][..]));
-    for at in 0..sequences.len() {
-        assert_eq!(sequences[at].view, "090");
+    for (at, sequence) in sequences.iter().enumerate() {
+        assert_eq!(sequence.view, "090");
         check_framing(&tree, at);
     }
 }
