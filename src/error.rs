@@ -1,5 +1,6 @@
 //! The one error of the host: where, what was expected, what was found, what to do.
 
+use edgegait_core::format::FormatError;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -8,6 +9,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 
 /// Why a command could not do its work.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Error {
     /// A file holds something that cannot be used.
     #[error("{}{place}: {problem}", path.display())]
@@ -33,6 +35,9 @@ pub enum Error {
     /// Walks cannot be encoded, or people have no plausible body; what is left can do without them.
     #[error("{}", lines(.0))]
     Refused(Vec<Refused>),
+    /// Bytes are no pack.
+    #[error(transparent)]
+    Pack(#[from] FormatError),
     /// Anything else that stops the work.
     #[error("{0}")]
     Failed(String),

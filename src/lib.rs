@@ -7,7 +7,7 @@
 //!        -> evaluate -> report
 //! ```
 //!
-//! [`frontier`] measures what the whole chain costs and what it gets wrong, for the command;
+//! The [`guide`] has a page for each topic of the command. [`frontier`] measures what the whole chain costs and what it gets wrong, for the command;
 //! [`mod@bench`] what a recognizer costs on the machine at hand.
 
 pub mod bench;
@@ -18,12 +18,14 @@ pub mod encode;
 pub mod error;
 pub mod evaluate;
 pub mod frontier;
+pub mod guide;
 pub mod import;
 mod named;
 pub mod report;
 pub mod scene;
 pub mod score;
 pub mod source;
+pub mod summary;
 pub mod sweep;
 pub mod template;
 pub mod train;

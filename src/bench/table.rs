@@ -5,13 +5,24 @@ use super::results::{BenchResults, ModelResult};
 use crate::report::{grouped, microseconds, percent};
 
 /// How a table is written.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Format {
-    /// Aligned columns
+    /// Aligned columns.
     #[default]
     Text,
-    /// Tables of Markdown
+    /// Tables of Markdown.
     Markdown,
+}
+
+impl Format {
+    /// The name under which flags state it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Text => "text",
+            Self::Markdown => "markdown",
+        }
+    }
 }
 
 /// Results and what to call them; with a name, its models are headed by it too.

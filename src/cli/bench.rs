@@ -170,7 +170,7 @@ pub fn run(args: &Args) -> Result<()> {
 
     let source_args = args.source(data);
     let source = source_args.load()?;
-    let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
+    let pack = Pack::parse(&source.bytes)?;
     // Takes have no cycle to average: refused here.
     jobs(&pack, &source_args.choose(&pack)?, 0..1)?;
     let folder = Staging::temporary()?;
@@ -343,7 +343,7 @@ fn alone(
         .draw
         .settings_for(open()?.contract(), args.common.seed)?;
     let source = read_pack(pack_at)?;
-    let pack_read = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
+    let pack_read = Pack::parse(&source.bytes)?;
     let walks = args.source(pack).choose(&pack_read)?;
     let views = args.views.views("paper")?;
     let result = measure(&Task {

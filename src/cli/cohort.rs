@@ -2,11 +2,11 @@
 
 use super::args::{Common, Files};
 use super::encoding::EncodingArgs;
-use super::inspect::summary;
 use super::outputs::{Kind, Output};
 use crate::dataset::{Header, write_bytes};
 use crate::error::Result;
 use crate::scene::cohort::{self, CohortOptions, PEOPLE, SPEEDS_KMH};
+use crate::summary::Summary;
 use std::path::PathBuf;
 
 /// Make the built-in cohort (26 people at 10 speeds, from published norms) as a pack
@@ -53,7 +53,7 @@ pub fn run(args: &Args) -> Result<()> {
         .with("speeds_kmh", args.speeds_kmh.clone());
     let mut header = args.encoding.stated(header, &encoded);
     header.warnings.extend(encoded.missed_errors()?);
-    let summary = summary(header, &args.out, &encoded.bytes)?;
+    let summary = Summary::of(header, &args.out, &encoded.bytes)?;
     encoded.say_choice(&args.common);
     args.common.say(&summary);
     write_bytes(&args.out, &encoded.bytes)?;

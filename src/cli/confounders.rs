@@ -139,7 +139,7 @@ pub fn run(args: &Args) -> Result<()> {
         walks: args.walks.clone(),
     };
     let source = source_args.load()?;
-    let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
+    let pack = Pack::parse(&source.bytes)?;
     let walks = source_args.choose(&pack)?;
     let views = if args.views.is_given() {
         args.views.views("side")?

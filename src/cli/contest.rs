@@ -114,7 +114,7 @@ impl ContestArgs {
         };
         let source = source_args.load()?;
         header.inputs.extend(source.inputs.iter().cloned());
-        let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
+        let pack = Pack::parse(&source.bytes)?;
         let chosen = source_args.choose(&pack)?;
         let header = header.with("pack", source.name.as_str());
         let Drawn {

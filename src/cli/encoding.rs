@@ -128,7 +128,7 @@ impl Encoded {
     /// # Errors
     /// When the bytes are no pack.
     pub fn missed_errors(&self) -> Result<Vec<String>> {
-        let pack = Pack::parse(&self.bytes).map_err(|error| Error::Failed(error.to_string()))?;
+        let pack = Pack::parse(&self.bytes)?;
         let clips = (0..pack.clip_count()).filter_map(|index| pack.clip(index));
         let clips: Vec<f32> = clips.map(|clip| clip.max_error_mm()).collect();
         let avatars = (0..pack.avatar_count()).filter_map(|index| pack.avatar(index));

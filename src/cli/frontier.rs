@@ -126,7 +126,7 @@ fn read(path: &Path) -> Result<(Source, Vec<usize>)> {
         walks: Vec::new(),
     };
     let source = of_pack.load()?;
-    let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
+    let pack = Pack::parse(&source.bytes)?;
     let walks = of_pack.choose(&pack)?;
     jobs(&pack, &walks, 0..1)?;
     Ok((source, walks))

@@ -3,7 +3,6 @@
 use super::args::{Common, Files};
 use super::body::BodyArgs;
 use super::encoding::EncodingArgs;
-use super::inspect::{optional, summary};
 use super::keep_going::KeepGoing;
 use super::outputs::{Kind, Output};
 use super::progress::Progress;
@@ -15,6 +14,7 @@ use crate::import::EXTENSIONS;
 use crate::scene::Subject;
 use crate::scene::recorded::{Keep, ReadOptions, Recording, Smoothing, SubjectName};
 use crate::scene::stance::Skate;
+use crate::summary::{Summary, optional};
 use clap::ValueEnum;
 use edgegait_core::clip::Clip;
 use edgegait_core::pack::Pack;
@@ -260,7 +260,7 @@ pub fn run(args: &Args) -> Result<()> {
     let all = clip_warnings(&results.clips);
     let all: Vec<String> = all.iter().map(ToString::to_string).collect();
     results.header.warnings.extend(all);
-    args.common.say(summary(
+    args.common.say(Summary::of(
         Header::new("import", args.common.seed),
         &args.out,
         bytes,
@@ -373,7 +373,7 @@ fn clip_results(
     people: &[Subject],
     bytes: &[u8],
 ) -> Result<Vec<ClipResult>> {
-    let pack = Pack::parse(bytes).map_err(|error| Error::Failed(error.to_string()))?;
+    let pack = Pack::parse(bytes)?;
     let names: Vec<&str> = pack.subjects().map(|subject| subject.name).collect();
     let rows = recordings.iter().map(|recording| {
         let clips: Vec<_> = pack

@@ -4,7 +4,6 @@ mod args;
 mod augment;
 mod bench;
 mod body;
-mod budget;
 mod cohort;
 mod conditions;
 mod confounders;
@@ -28,6 +27,7 @@ mod shared_warnings;
 mod source;
 mod sweep;
 mod train;
+mod values;
 mod walkers;
 
 use crate::error::{Error, Result};

@@ -109,7 +109,7 @@ pub fn run(args: &Args) -> Result<()> {
     }
     header.inputs.extend(source.inputs.iter().cloned());
     header.warnings.extend(model.warning());
-    let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
+    let pack = Pack::parse(&source.bytes)?;
     let walks = source_args.choose(&pack)?;
     let (source, shown) = probes((&pack, &walks), &views, (settings, args.cycles))?;
     let agreement = Agreement::of(recognizer.as_ref(), &quantized, (&source, &shown))?;

@@ -189,7 +189,7 @@ pub fn run(args: &Args) -> Result<()> {
     let mut header = Header::new("render", args.common.seed);
     let conditions = args.conditions.load(None, &mut header)?;
     let source = args.source.load()?;
-    let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
+    let pack = Pack::parse(&source.bytes)?;
     let mut walks = args.source.choose(&pack)?;
     if args.source.subjects.is_empty() && args.source.walks.is_empty() {
         walks.truncate(1);

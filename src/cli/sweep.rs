@@ -112,7 +112,7 @@ pub fn run(args: &Args) -> Result<()> {
     augmentation.check(template, size)?;
     let variants = augmentation.variants();
     let source = args.source.load()?;
-    let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
+    let pack = Pack::parse(&source.bytes)?;
     let walks = args.source.choose(&pack)?;
     let last = args.first_cycle + args.cycles;
     let jobs = jobs(&pack, &walks, args.first_cycle..last)?;

@@ -18,7 +18,7 @@ mod timing;
 
 pub use study::{Point, Scene, Study};
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::sweep::Views;
 use edgegait_core::pack::Pack;
 
@@ -33,5 +33,5 @@ pub fn spread_views() -> Result<Views> {
 
 /// Bytes that this program has made or checked, as a pack.
 fn parse(bytes: &[u8]) -> Result<Pack<'_>> {
-    Pack::parse(bytes).map_err(|error| Error::Failed(error.to_string()))
+    Ok(Pack::parse(bytes)?)
 }

@@ -7,7 +7,6 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use clap::ValueEnum;
 use ort::environment::Environment;
 use ort::ep::{self, ExecutionProvider, ExecutionProviderDispatch};
 use ort::memory::Allocator;
@@ -84,7 +83,7 @@ impl Ort {
         if is_built_with(provider) {
             return Ok(());
         }
-        let known = Provider::value_variants().iter().copied();
+        let known = Provider::ALL.into_iter();
         let names: Vec<_> = known
             .filter(|&provider| is_built_with(provider))
             .map(Provider::name)

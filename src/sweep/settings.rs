@@ -2,7 +2,6 @@
 
 use crate::error::{Error, Result};
 use crate::template::Template;
-use clap::ValueEnum;
 use edgegait_core::raster::Rasterizer;
 use edgegait_core::silhouette::Size;
 use glam::{Vec2, Vec3};
@@ -181,17 +180,17 @@ impl fmt::Display for Raster {
 }
 
 /// How a figure is fitted into the image. GEIs of different framings cannot be compared.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Framing {
-    /// Each frame fills the rows, centred on its centroid
+    /// Each frame fills the rows, centred on its centroid.
     #[default]
     Height,
-    /// Each frame is stretched to its bounding box
+    /// Each frame is stretched to its bounding box.
     Box,
-    /// One scale and centre for a whole cycle and all elevations
+    /// One scale and centre for a whole cycle and all elevations.
     Cycle,
-    /// What a sensor there sees
+    /// What a sensor there sees.
     Camera,
 }
 
@@ -209,12 +208,12 @@ impl Framing {
 }
 
 /// How rays run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Lens {
-    /// In parallel
+    /// In parallel.
     #[default]
     Ortho,
-    /// From one eye
+    /// From one eye.
     Persp,
 }
 
@@ -272,12 +271,12 @@ pub enum Aim {
 }
 
 /// Where in its pixel each frame is sampled.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Jitter {
-    /// At the centre
+    /// At the centre.
     #[default]
     None,
-    /// At a point of the R2 sequence, another for each frame (Roberts 2018)
+    /// At a point of the R2 sequence, another for each frame (Roberts 2018).
     R2,
 }
 

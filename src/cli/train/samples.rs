@@ -63,7 +63,7 @@ pub fn from_walks(args: &Args) -> Result<Samples> {
     let augmentation = args.augment.augmentation()?;
     augmentation.check(template, size)?;
     let source = args.source.load()?;
-    let pack = Pack::parse(&source.bytes).map_err(|error| Error::Failed(error.to_string()))?;
+    let pack = Pack::parse(&source.bytes)?;
     let walks = args.source.choose(&pack)?;
     let all: Vec<_> = pack.walks().collect();
     let people = each_once(walks.iter().map(|&walk| all[walk].subject));

@@ -1,0 +1,75 @@
+//! Flags' names of the library's own choices, and what `--help` says of each.
+
+use crate::bench::Format;
+use crate::score::Provider;
+use crate::sweep::{Framing, Jitter, Lens};
+use crate::template::Template;
+use clap::ValueEnum;
+use clap::builder::PossibleValue;
+
+/// A flag's values are called what the library calls them.
+macro_rules! values {
+    ($type:ty { $($variant:ident: $help:literal,)* }) => {
+        impl ValueEnum for $type {
+            fn value_variants<'a>() -> &'a [Self] {
+                &[$(Self::$variant),*]
+            }
+
+            fn to_possible_value(&self) -> Option<PossibleValue> {
+                let help = match self {
+                    $(Self::$variant => $help,)*
+                };
+                Some(PossibleValue::new(self.name()).help(help))
+            }
+        }
+    };
+}
+
+values!(Framing {
+    Height: "Each frame fills the rows, centred on its centroid",
+    Box: "Each frame is stretched to its bounding box",
+    Cycle: "One scale and centre for a whole cycle and all elevations",
+    Camera: "What a sensor there sees",
+});
+
+values!(Lens {
+    Ortho: "In parallel",
+    Persp: "From one eye",
+});
+
+values!(Jitter {
+    None: "At the centre",
+    R2: "At a point of the R2 sequence, another for each frame (Roberts 2018)",
+});
+
+values!(Template {
+    Silhouettes: "The silhouettes themselves, one after another",
+    Gei: "Gait Energy Image: the mean (Han & Bhanu 2006)",
+    Mei: "Motion Energy Image: where anything moved (Bobick & Davis 2001)",
+    Mhi: "Motion History Image: how recently it moved (Bobick & Davis 2001)",
+    Msi: "Motion Silhouette Image: how recently the figure was there (Lam & Lee 2006)",
+    Ghi: "Gait History Image-style: what stays, and when the rest moved last (Liu & Zheng 2007)",
+    Geni: "Gait Entropy Image: how uncertain each pixel is (Bashir, Xiang & Gong 2009)",
+    Frequency: "Amplitudes of the frequencies 0, 1 and 2 of a cycle, stacked (Makihara et al. 2006)",
+    Kfd: "Key Fourier Descriptors-style of the outline, a vector (Yu et al. 2004)",
+    RowWidth: "Row-width-style: how wide each row of the GEnI is, a vector (after Nandy et al.)",
+});
+
+values!(Provider {
+    Cpu: "The processor, in every library",
+    Xnnpack: "XNNPACK: the processor by Google's kernels",
+    Acl: "Arm Compute Library",
+    Armnn: "Arm NN",
+    Nnapi: "Android's Neural Networks API",
+    Coreml: "Apple's Core ML",
+    Qnn: "Qualcomm AI Engine Direct",
+    Rknpu: "Rockchip's NPU",
+    Cuda: "Nvidia GPUs",
+    Tensorrt: "Nvidia TensorRT",
+    Openvino: "Intel OpenVINO",
+});
+
+values!(Format {
+    Text: "Aligned columns",
+    Markdown: "Tables of Markdown",
+});

@@ -1,0 +1,18 @@
+//! The guide: a page for each topic, for people who use the command.
+//!
+//! The README says how to begin, and `--help` what each flag does.
+
+#[doc = include_str!("boards.md")]
+pub mod boards {}
+#[doc = include_str!("confounders.md")]
+pub mod confounders {}
+#[doc = include_str!("encoding.md")]
+pub mod encoding {}
+#[doc = include_str!("importing.md")]
+pub mod importing {}
+#[doc = include_str!("models.md")]
+pub mod models {}
+#[doc = include_str!("results.md")]
+pub mod results {}
+#[doc = include_str!("speed.md")]
+pub mod speed {}
