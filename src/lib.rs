@@ -1,5 +1,101 @@
 //! The EdgeGait host: everything around `edgegait-core` that needs a computer.
 //!
+//! People and their walks are made ([`scene::cohort`]) or recorded ([`scene::recorded`]), encoded
+//! into a [`Pack`], drawn from viewpoints under conditions ([`sweep()`]), and shown to recognizers
+//! ([`Contest`]). The [`guide`] has a page for each topic of the command.
+//!
+//! # GEIs of a pack, as an array
+//!
+//! ```
+//! use edgegait::scene::cohort;
+//! use edgegait::{CohortOptions, MAX_ERROR_MM, Pack, Settings, Views, encode_subjects, jobs, sweep};
+//! use ndarray::Array3;
+//!
+//! # fn main() -> edgegait::Result<()> {
+//! let options = CohortOptions { people: 2, speeds_kmh: vec![5.0], seed: 1 };
+//! let bytes = encode_subjects(&cohort::subjects(&options)?, MAX_ERROR_MM, &|| ())?;
+//! let pack = Pack::parse(&bytes)?;
+//!
+//! // The cycle of each of the two walks, from the front and from the left.
+//! let cycles = jobs(&pack, &[0, 1], 0..1)?;
+//! let views = Views::grid("front and left", [0.0, 90.0], [0.0])?;
+//! let mut pixels = Vec::new();
+//! sweep(
+//!     &pack,
+//!     &cycles,
+//!     &views.list,
+//!     Settings::default(),
+//!     |_, swept| Ok(swept.templates.concat()),
+//!     |_, geis| {
+//!         pixels.extend(geis);
+//!         Ok(())
+//!     },
+//! )?;
+//! let geis = Array3::from_shape_vec((2 * 2, 50, 30), pixels).expect("four GEIs of 50x30");
+//! assert_eq!(geis.iter().max(), Some(&255));
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Score an ONNX model
+//!
+//! ```
+//! # use edgegait::scene::cohort;
+//! # use edgegait::{CohortOptions, MAX_ERROR_MM, Pack, Settings, Views, encode_subjects};
+//! use edgegait::{Drawn, Entrant, Model, Runtime, Wish};
+//!
+//! # fn main() -> edgegait::Result<()> {
+//! # let options = CohortOptions { people: 2, speeds_kmh: vec![5.0], seed: 1 };
+//! # let bytes = encode_subjects(&cohort::subjects(&options)?, MAX_ERROR_MM, &|| ())?;
+//! # let pack = Pack::parse(&bytes)?;
+//! // Trained on these people from the left; GEIs of 50x30 framed by height, as by default.
+//! let model = Model::open("models/side.onnx")?;
+//! let entrants = [Entrant {
+//!     recognizer: Runtime::rten().load(&model)?,
+//!     settings: Settings::default(),
+//! }];
+//! let wish = Wish { views: Some(Views::side()?), ..Wish::default() };
+//! let drawn = Drawn::new((&pack, &[0, 1]), &entrants, wish)?;
+//! let outcome = drawn.contest.run(&entrants, 1, &mut |_| (), &mut |_| ())?;
+//! assert_eq!(outcome.results[0].rank1, 1.0);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # What a confounder does to rank-1
+//!
+//! ```
+//! # use edgegait::scene::cohort;
+//! # use edgegait::{CohortOptions, MAX_ERROR_MM, Pack, Settings, Views, encode_subjects};
+//! # use edgegait::{Drawn, Entrant, Model, Runtime, Wish};
+//! use edgegait::{Condition, Doses, dose};
+//!
+//! # fn main() -> edgegait::Result<()> {
+//! # let options = CohortOptions { people: 8, speeds_kmh: vec![5.0], seed: 1 };
+//! # let bytes = encode_subjects(&cohort::subjects(&options)?, MAX_ERROR_MM, &|| ())?;
+//! # let pack = Pack::parse(&bytes)?;
+//! # let model = Model::open("models/side.onnx")?;
+//! # let entrants = [Entrant {
+//! #     recognizer: Runtime::rten().load(&model)?,
+//! #     settings: Settings::default(),
+//! # }];
+//! // A camera that is rolled by 1 and by 20 degrees.
+//! let rolled = ["roll=1deg", "roll=20deg"]
+//!     .map(|text| Condition::of(Doses::new(dose(text).ok())));
+//! let wish = Wish { views: Some(Views::side()?), conditions: &rolled, ..Wish::default() };
+//! let walks: Vec<usize> = (0..8).collect();
+//! let drawn = Drawn::new((&pack, &walks), &entrants, wish)?;
+//! let outcome = drawn.contest.run(&entrants, 1, &mut |_| (), &mut |_| ())?;
+//! let [level, askew] = &outcome.results[0].probe_sets[..] else {
+//!     panic!("a set of probes for each condition");
+//! };
+//! assert!(level.rank1 > 0.9 && askew.rank1 < 0.5);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Modules
+//!
 //! Data flows one way, and each module uses only what is upstream of it:
 //!
 //! ```text
@@ -7,8 +103,8 @@
 //!        -> evaluate -> report
 //! ```
 //!
-//! The [`guide`] has a page for each topic of the command. [`frontier`] measures what the whole chain costs and what it gets wrong, for the command;
-//! [`mod@bench`] what a recognizer costs on the machine at hand.
+//! [`summary`] says what a pack holds; [`frontier`] measures what the whole chain costs and what
+//! it gets wrong, for the command; [`mod@bench`] what a recognizer costs on the machine at hand.
 
 pub mod bench;
 pub mod cli;
@@ -29,3 +125,19 @@ pub mod summary;
 pub mod sweep;
 pub mod template;
 pub mod train;
+
+pub use confound::{Condition, Conditions, Doses, dose};
+pub use dataset::{Dataset, Tree};
+pub use edgegait_core::pack::Pack;
+pub use encode::{MAX_ERROR_MM, encode_subjects};
+pub use error::{Error, Result};
+pub use evaluate::contest::{Contest, Drawn, Entrant, Outcome, Wish};
+pub use evaluate::protocol::Protocol;
+pub use import::Motion;
+pub use scene::Subject;
+pub use scene::cohort::CohortOptions;
+pub use scene::recorded::{ReadOptions, Recording};
+pub use score::{Contract, Model, Runtime};
+pub use sweep::{Framing, Jitter, Job, Lens, Raster, Settings, View, Views, jobs, sweep};
+pub use template::Template;
+pub use train::LinearRecognizer;

@@ -28,6 +28,14 @@ fn check(name: &str, said: &Said, ending: &Ending) {
     }
 }
 
+/// The same for a file that holds this.
+fn check_file(name: &str, file: &str, bytes: impl AsRef<[u8]>, ending: &Ending) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join(file);
+    fs::write(&path, bytes).expect("a file");
+    check(name, &import(&path, None), ending);
+}
+
 fn fixture(name: &str) -> Vec<u8> {
     fs::read(fixtures().join("mocap/clips").join(name)).expect("a fixture")
 }
@@ -285,10 +293,7 @@ fn faults_of_a_trc_are_told() {
         ),
         ("empty", String::new(), Refused("the file is empty")),
     ] {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("x.trc");
-        fs::write(&path, text).expect("a file");
-        check(name, &import(&path, None), &ending);
+        check_file(name, "x.trc", text, &ending);
     }
 }
 
@@ -331,10 +336,7 @@ fn faults_of_a_c3d_are_told() {
         ("text", b"HIERARCHY\n".to_vec(), Refused("byte")),
         ("empty", Vec::new(), Refused("the file is empty")),
     ] {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("x.c3d");
-        fs::write(&path, bytes).expect("a file");
-        check(name, &import(&path, None), &ending);
+        check_file(name, "x.c3d", bytes, &ending);
     }
 }
 
@@ -362,9 +364,6 @@ fn faults_of_a_glb_are_told() {
         ("text", b"HIERARCHY\n".to_vec(), Refused("x.glb")),
         ("empty", Vec::new(), Refused("not a complete glTF 2.0 file")),
     ] {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("x.glb");
-        fs::write(&path, bytes).expect("a file");
-        check(name, &import(&path, None), &ending);
+        check_file(name, "x.glb", bytes, &ending);
     }
 }
