@@ -35,8 +35,17 @@ pub(super) fn virtual_points(position: DVec3, orientation: DQuat) -> [DVec3; VIR
 /// The same for an orientation as a matrix.
 #[inline]
 pub(super) fn around(position: DVec3, axes: DMat3) -> [DVec3; VIRTUAL_POINTS] {
-    let [x, y, z] = [axes.x_axis, axes.y_axis, axes.z_axis].map(|axis| axis * VIRTUAL_POINT_M);
-    [x, y, z, -x, -y, -z].map(|arm| position + arm)
+    let x = axes.x_axis * VIRTUAL_POINT_M;
+    let y = axes.y_axis * VIRTUAL_POINT_M;
+    let z = axes.z_axis * VIRTUAL_POINT_M;
+    [
+        position + x,
+        position + y,
+        position + z,
+        position - x,
+        position - y,
+        position - z,
+    ]
 }
 
 impl<'a> Target<'a> {
