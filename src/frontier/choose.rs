@@ -6,7 +6,7 @@
 use super::configuration::{Drawing, Encoding, drawings};
 use super::cost::gei_cost;
 use super::reference::{Reference, Sample, exact_geis, rmse, spread};
-use super::{parse, spread_views};
+use super::spread_views;
 use crate::encode::encode_subjects;
 use crate::error::{Error, Result};
 use crate::scene::thin::with_thinner_bodies;
@@ -89,7 +89,7 @@ pub fn drawing(
 pub fn encoding(people: &[Subject], most: f64) -> Result<Choice<Encoding>> {
     let some = some_walks(people)?;
     let finest = encode_subjects(&some, Encoding::FINEST.track_error_mm, &|| {})?;
-    let finest = parse(&finest)?;
+    let finest = Pack::parse(&finest)?;
     let walks: Vec<usize> = (0..finest.walks().len()).collect();
     let sample = Sample::spread(&walks, &spread_views()?.list, SAMPLE);
     let settings = Settings::default();
@@ -112,7 +112,7 @@ pub fn encoding(people: &[Subject], most: f64) -> Result<Choice<Encoding>> {
     });
     let measured_on = (sample.jobs.len(), sample.views.len());
     let choice = first_within(most, candidates, measured_on, |(_, bytes)| {
-        let found = exact_geis(&parse(bytes)?, &sample, settings, &|| {})?;
+        let found = exact_geis(&Pack::parse(bytes)?, &sample, settings, &|| {})?;
         Ok(rmse(&found, &expected))
     })?;
     Ok(Choice {

@@ -20,7 +20,6 @@ pub use study::{Point, Scene, Study};
 
 use crate::error::Result;
 use crate::sweep::Views;
-use edgegait_core::pack::Pack;
 
 /// Viewpoints that errors are averaged over: 20, from the front to behind, level to above. Ours.
 ///
@@ -29,9 +28,4 @@ use edgegait_core::pack::Pack;
 pub fn spread_views() -> Result<Views> {
     let azimuths = [0.0, 45.0, 90.0, 135.0, 180.0];
     Views::grid("spread", azimuths, [0.0, 30.0, 60.0, 90.0])
-}
-
-/// Bytes that this program has made or checked, as a pack.
-fn parse(bytes: &[u8]) -> Result<Pack<'_>> {
-    Ok(Pack::parse(bytes)?)
 }

@@ -4,8 +4,8 @@ use super::configuration::{Configuration, Drawing, Encoding, configurations, dra
 use super::pareto::{Merits, pareto};
 use super::recognition::{Rank1, Recognition};
 use super::reference::{Deviation, Reference, Sample, exact_geis};
+use super::spread_views;
 use super::timing::{Timed, least_ns};
-use super::{parse, spread_views};
 use crate::encode::encode_subjects;
 use crate::error::{Error, Result};
 use crate::scene::Subject;
@@ -301,7 +301,7 @@ impl Study<'_> {
         configurations: &[Configuration],
         progress: &(dyn Fn() + Sync),
     ) -> Result<Vec<Deviation>> {
-        let finest = parse(&packs.finest)?;
+        let finest = Pack::parse(&packs.finest)?;
         let walks = match self.scene {
             Scene::BuiltIn => of_walkers(&finest),
             Scene::Pack { walks, .. } => walks.to_vec(),
@@ -311,7 +311,7 @@ impl Study<'_> {
         let reference = Reference::new(&finest, &sample, settings, &|| {})?;
         progress();
         let measured = configurations.iter().map(|configuration| {
-            let pack = parse(packs.of(configuration)?)?;
+            let pack = Pack::parse(packs.of(configuration)?)?;
             let settings = configuration.drawing.applied_to(settings);
             let found = reference.deviation(&pack, &sample, settings);
             progress();
@@ -327,7 +327,7 @@ impl Study<'_> {
         configurations: &[Configuration],
         progress: &(dyn Fn() + Sync),
     ) -> Result<Vec<BTreeMap<String, f64>>> {
-        let finest = parse(&packs.finest)?;
+        let finest = Pack::parse(&packs.finest)?;
         let walks = finest.walks().enumerate();
         let probed = walks.filter(|(_, walk)| walk.name == "walk-5kmh");
         let jobs = probed.flat_map(|(walk, _)| PROBES.map(|cycle| Job::plain(walk, cycle)));
@@ -344,7 +344,7 @@ impl Study<'_> {
         let expected = recognition.of_exact(&finest, &sample, &geis)?;
         progress();
         let measured = configurations.iter().map(|configuration| {
-            let pack = parse(packs.of(configuration)?)?;
+            let pack = Pack::parse(packs.of(configuration)?)?;
             let settings = configuration.drawing.applied_to(settings);
             let found = recognition.of_drawn(&pack, &sample, settings)?;
             progress();
@@ -363,7 +363,7 @@ impl Study<'_> {
     ) -> Result<Vec<f64>> {
         let cases = configurations.iter().map(|configuration| {
             Ok(Timed {
-                pack: parse(packs.of(configuration)?)?,
+                pack: Pack::parse(packs.of(configuration)?)?,
                 settings: configuration.drawing.applied_to(Settings::default()),
             })
         });
@@ -382,7 +382,7 @@ fn of_walkers(pack: &Pack<'_>) -> Vec<usize> {
 
 /// How closely a pack says that it is encoded, and the points of its largest body.
 fn stored(bytes: &[u8]) -> Result<Encoding> {
-    let pack = parse(bytes)?;
+    let pack = Pack::parse(bytes)?;
     let clips = (0..pack.clip_count()).filter_map(|index| pack.clip(index));
     let errors = clips.map(|clip| f64::from(clip.max_error_mm()));
     let avatars = (0..pack.avatar_count()).filter_map(|index| pack.avatar(index));

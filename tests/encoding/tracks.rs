@@ -5,8 +5,7 @@ use super::truth::{
     assert_stated, clip_bytes, encoded, error_of, errors_between, errors_mm, first_loop, made,
     motion, motion_mut, parsed, refusal, standing, subject, with_joint,
 };
-use crate::command;
-use crate::command::{done, refused};
+use crate::command::{self, done, refused};
 use crate::data::{fixtures, given};
 use crate::recording::walk;
 use edgegait::encode::encode_within;

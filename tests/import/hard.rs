@@ -3,8 +3,7 @@
 //! leaves the choice, the table says what we chose. Files with the same faults are made here.
 
 use super::hard_files::{Case, End, MARKERS, NO_MARKERS, REFERENCE, SKELETONS, USUAL};
-use crate::command;
-use crate::command::{code, text};
+use crate::command::{self, code, text};
 use crate::data::given;
 use edgegait::import::{Markers, Motion, Options, Source};
 use edgegait::scene::retarget::Take;
