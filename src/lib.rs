@@ -50,10 +50,7 @@
 //! # let pack = Pack::parse(&bytes)?;
 //! // Trained on these people from the left; GEIs of 50x30 framed by height, as by default.
 //! let model = Model::open("models/side.onnx")?;
-//! let entrants = [Entrant {
-//!     recognizer: Runtime::rten().load(&model)?,
-//!     settings: Settings::default(),
-//! }];
+//! let entrants = [Entrant::drawn(&model, &Runtime::rten(), Settings::default())?];
 //! let wish = Wish { views: Some(Views::side()?), ..Wish::default() };
 //! let drawn = Drawn::new((&pack, &[0, 1]), &entrants, wish)?;
 //! let outcome = drawn.contest.run(&entrants, 1, &mut |_| (), &mut |_| ())?;
@@ -75,10 +72,7 @@
 //! # let bytes = encode_subjects(&cohort::subjects(&options)?, MAX_ERROR_MM, &|| ())?;
 //! # let pack = Pack::parse(&bytes)?;
 //! # let model = Model::open("models/side.onnx")?;
-//! # let entrants = [Entrant {
-//! #     recognizer: Runtime::rten().load(&model)?,
-//! #     settings: Settings::default(),
-//! # }];
+//! # let entrants = [Entrant::drawn(&model, &Runtime::rten(), Settings::default())?];
 //! // A camera that is rolled by 1 and by 20 degrees.
 //! let rolled = ["roll=1deg", "roll=20deg"]
 //!     .map(|text| Condition::of(Doses::new(dose(text).ok())));
@@ -99,7 +93,7 @@
 //! Data flows one way, and each module uses only what is upstream of it:
 //!
 //! ```text
-//! import -> scene -> encode -> [pack bytes, core] -> sweep -> dataset -> source -> train, score
+//! import -> scene -> encode -> [pack bytes, core] -> sweep -> dataset -> source -> score -> train
 //!        -> evaluate -> report
 //! ```
 //!
@@ -138,6 +132,7 @@ pub use scene::Subject;
 pub use scene::cohort::CohortOptions;
 pub use scene::recorded::{ReadOptions, Recording};
 pub use score::{Contract, Model, Runtime};
+pub use source::{PackSource, Selection};
 pub use sweep::{Framing, Jitter, Job, Lens, Raster, Settings, View, Views, jobs, sweep};
 pub use template::Template;
-pub use train::LinearRecognizer;
+pub use train::{LinearRecognizer, Samples};

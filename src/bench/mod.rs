@@ -12,6 +12,7 @@ mod energy;
 mod inputs;
 mod measure;
 mod memory;
+mod process;
 mod results;
 mod statistics;
 mod table;
@@ -23,6 +24,7 @@ pub use energy::Meter;
 pub use inputs::Scene;
 pub use measure::{Task, measure};
 pub use memory::peak_rss_bytes;
+pub use process::{end_with_parent, measured_by};
 pub use results::{
     Bare, BenchResults, Conditions, Energy, ModelResult, Offline, Parts, Timing, utc_now,
 };

@@ -5,8 +5,10 @@ use super::board::{Board, State};
 use super::statistics::{Times, median_index};
 use super::windows::Window;
 use crate::dataset::Header;
+use crate::error::{Error, Result};
 use crate::score::RuntimeName;
 use serde::{Deserialize, Serialize};
+use std::path::Path;
 use std::time::SystemTime;
 
 /// The results of `edgegait bench`.
@@ -200,6 +202,20 @@ pub struct Conditions {
     /// Highest temperature between windows, degrees Celsius.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hottest_c: Option<f64>,
+}
+
+impl BenchResults {
+    /// Reads the JSON that `edgegait bench` wrote.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or holds something else.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, error))?;
+        serde_json::from_str(&text).map_err(|error| {
+            let expected = "expected the JSON results of edgegait bench";
+            Error::input(path, format!("{expected}: {error}"))
+        })
+    }
 }
 
 /// Now, universal time, as RFC 3339 writes it.

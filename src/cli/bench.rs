@@ -1,25 +1,26 @@
 //! `edgegait bench`: what recognizers cost on this machine.
 
 use super::args::{Common, Files, ViewArgs};
-use super::drawing::{DrawArgs, stated};
-use super::interrupt::end_with_parent;
+use super::drawing::DrawArgs;
 use super::progress::Progress;
 use super::recognizers::{is_baseline, models, sort_inputs, with_contracts};
 use super::runtime::RuntimeArgs;
-use super::source::{SourceArgs, read_pack};
+use super::source::{SelectionArgs, SourceArgs};
 use crate::bench::board::{Board, CpuList, LOAD_WARNED_OF, load_of_others};
 use crate::bench::windows::Plan;
 use crate::bench::{
-    BenchResults, Column, Format, ModelResult, Scene, Task, measure, pin, render, utc_now,
+    BenchResults, Column, Format, ModelResult, Scene, Task, end_with_parent, measure, measured_by,
+    pin, render, utc_now,
 };
-use crate::dataset::{Header, InputFile, Staging, sha256_of_bytes, write_bytes};
+use crate::dataset::{Header, Staging, write_bytes};
 use crate::error::{Error, Result};
 use crate::score::Model;
+use crate::source::PackSource;
 use crate::sweep::jobs;
 use edgegait_core::pack::Pack;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::Command;
 use std::time::Duration;
 
 /// Measure what recognizers cost on this machine: latency, throughput, memory, energy, accuracy
@@ -33,12 +34,8 @@ pub struct Args {
     /// built-in cohort]
     #[arg(value_name = "MODEL|PACK")]
     inputs: Vec<PathBuf>,
-    /// Only these people, by name
-    #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
-    subjects: Vec<String>,
-    /// Only these walks, by name [default: walk-5kmh of the built-in cohort, all of a pack]
-    #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
-    walks: Vec<String>,
+    #[command(flatten)]
+    selection: SelectionArgs,
     /// Inferences of a batch
     #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u16).range(1..=4096))]
     batch: u16,
@@ -124,8 +121,7 @@ impl Args {
     fn source(&self, pack: Option<PathBuf>) -> SourceArgs {
         SourceArgs {
             pack,
-            subjects: self.subjects.clone(),
-            walks: self.walks.clone(),
+            selection: self.selection.clone(),
         }
     }
 }
@@ -187,7 +183,7 @@ pub fn run(args: &Args) -> Result<()> {
     warn(&mut results);
     let progress = Progress::new("models", models.len());
     for (index, model) in models.iter().enumerate() {
-        let result = in_a_process_of_its_own(model, index, &pack_at)?;
+        let result = elsewhere(model, index, &pack_at)?;
         let warnings = result.warnings.iter();
         let warnings = warnings.map(|warning| format!("{}: {warning}", result.name));
         results.header.warnings.extend(warnings);
@@ -214,7 +210,7 @@ fn header(args: &Args, models: &[Model]) -> Result<Header> {
     let mut drawn = Header::new("bench", seed);
     for (index, model) in models.iter().enumerate() {
         let settings = args.draw.settings_for(model.contract(), seed)?;
-        let one = stated(Header::new("bench", seed), &settings);
+        let one = Header::new("bench", seed).drawn(&settings);
         if index == 0 {
             drawn = one;
         } else {
@@ -245,13 +241,7 @@ fn header(args: &Args, models: &[Model]) -> Result<Header> {
     if let Some(cpus) = &args.cpus {
         header = header.with("cpus", cpus.to_string());
     }
-    header.inputs = models
-        .iter()
-        .map(|model| InputFile {
-            path: model.path().display().to_string(),
-            sha256: sha256_of_bytes(model.bytes()),
-        })
-        .collect();
+    header.inputs = models.iter().map(Model::input).collect();
     Ok(header)
 }
 
@@ -273,54 +263,15 @@ fn warn(results: &mut BenchResults) {
     }
 }
 
-/// Starts this program again for one model.
-fn in_a_process_of_its_own(model: &Model, index: usize, pack_at: &Path) -> Result<ModelResult> {
+/// Measures one model in a process of its own, which is this program once more.
+fn elsewhere(model: &Model, index: usize, pack_at: &Path) -> Result<ModelResult> {
     let program = std::env::current_exe().map_err(|error| Error::io("this program", error))?;
-    let mut child = Command::new(&program)
+    let mut command = Command::new(program);
+    command
         .args(["bench", "--alone", &index.to_string(), "--pack-at"])
         .arg(pack_at)
-        .args(std::env::args_os().skip(2))
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .map_err(|error| Error::io(&program, error))?;
-    // Open until the child has ended, which ends when it is closed.
-    let _held = child.stdin.take();
-    let output = child
-        .wait_with_output()
-        .map_err(|error| Error::io(&program, error))?;
-    result_of(model.path(), &output)
-}
-
-/// What the process that measured a model has to say.
-fn result_of(model: &Path, output: &Output) -> Result<ModelResult> {
-    let words = String::from_utf8_lossy(&output.stderr);
-    let words = words.trim();
-    if output.status.success() {
-        return serde_json::from_slice(&output.stdout).map_err(|error| {
-            Error::input(
-                model,
-                format!("the process that measured it gave no result: {error}; {words}"),
-            )
-        });
-    }
-    match (output.status.code(), words.strip_prefix("error: ")) {
-        (Some(2), Some(error)) => Err(Error::Usage(error.into())),
-        (Some(_), Some(error)) => Err(Error::Failed(error.into())),
-        _ => Err(Error::input(
-            model,
-            format!(
-                "the process that measured it died ({}): {}",
-                output.status,
-                if words.is_empty() {
-                    "it left no words"
-                } else {
-                    words
-                }
-            ),
-        )),
-    }
+        .args(std::env::args_os().skip(2));
+    measured_by(command, model.path())
 }
 
 /// Measures one model here.
@@ -342,7 +293,7 @@ fn alone(
     let settings = args
         .draw
         .settings_for(open()?.contract(), args.common.seed)?;
-    let source = read_pack(pack_at)?;
+    let source = PackSource::read(pack_at)?;
     let pack_read = Pack::parse(&source.bytes)?;
     let walks = args.source(pack).choose(&pack_read)?;
     let views = args.views.views("paper")?;
@@ -370,15 +321,11 @@ fn alone(
 /// Prints results of several boards side by side.
 fn compare(args: &Args) -> Result<()> {
     let read = |path: &PathBuf| -> Result<(String, BenchResults)> {
-        let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, error))?;
-        let results: BenchResults = serde_json::from_str(&text).map_err(|error| {
-            Error::input(
-                path,
-                format!("expected the JSON results of edgegait bench: {error}"),
-            )
-        })?;
         let stem = path.file_stem().unwrap_or(path.as_os_str());
-        Ok((stem.to_string_lossy().into_owned(), results))
+        Ok((
+            stem.to_string_lossy().into_owned(),
+            BenchResults::read(path)?,
+        ))
     };
     let boards = args.compare.iter().map(read).collect::<Result<Vec<_>>>()?;
     let columns: Vec<Column<'_>> = boards
@@ -392,42 +339,4 @@ fn compare(args: &Args) -> Result<()> {
         }
     }
     Ok(())
-}
-
-#[cfg(all(test, unix))]
-mod tests {
-    use super::*;
-    use std::os::unix::process::ExitStatusExt as _;
-    use std::process::ExitStatus;
-
-    fn refusal(status: i32, words: &str) -> Error {
-        let output = Output {
-            status: ExitStatus::from_raw(status),
-            stdout: Vec::new(),
-            stderr: words.into(),
-        };
-        result_of(Path::new("m.onnx"), &output).expect_err("it failed")
-    }
-
-    #[test]
-    fn a_process_that_dies_names_its_model_and_one_that_fails_speaks_for_itself() {
-        let died = refusal(11, "").to_string();
-        assert!(
-            died.starts_with("m.onnx: the process that measured it died (signal: 11"),
-            "{died}"
-        );
-        let panicked = refusal(101 << 8, "thread 'main' panicked at x.rs").to_string();
-        assert!(
-            panicked.contains("died (exit status: 101): thread 'main'"),
-            "{panicked}"
-        );
-        let failed = refusal(1 << 8, "error: m.onnx: too large\n");
-        assert_eq!(
-            (failed.to_string().as_str(), failed.exit_code()),
-            ("m.onnx: too large", 1)
-        );
-        assert_eq!(refusal(2 << 8, "error: --cpus 99: no").exit_code(), 2);
-        let silent = refusal(0, "").to_string();
-        assert!(silent.contains("gave no result"), "{silent}");
-    }
 }

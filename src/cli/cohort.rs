@@ -1,7 +1,7 @@
 //! `edgegait cohort`: make the built-in people.
 
 use super::args::{Common, Files};
-use super::encoding::EncodingArgs;
+use super::encoding::{EncodingArgs, say_choice};
 use super::outputs::{Kind, Output};
 use crate::dataset::{Header, write_bytes};
 use crate::error::Result;
@@ -54,7 +54,7 @@ pub fn run(args: &Args) -> Result<()> {
     let mut header = args.encoding.stated(header, &encoded);
     header.warnings.extend(encoded.missed_errors()?);
     let summary = Summary::of(header, &args.out, &encoded.bytes)?;
-    encoded.say_choice(&args.common);
+    say_choice(&encoded, &args.common);
     args.common.say(&summary);
     write_bytes(&args.out, &encoded.bytes)?;
     args.common

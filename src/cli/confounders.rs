@@ -1,12 +1,12 @@
 //! `edgegait confounders`: what each confounder does to recognizers.
 
 use super::args::{Common, Files, ViewArgs};
-use super::drawing::{DrawArgs, stated};
+use super::drawing::DrawArgs;
 use super::outputs::{Kind, Output};
 use super::progress::Progress;
 use super::recognizers::{load, sort_inputs, with_contracts};
 use super::runtime::RuntimeArgs;
-use super::source::SourceArgs;
+use super::source::{SelectionArgs, SourceArgs};
 use crate::confound::catalogue::{CATALOGUE, Confounder, named};
 use crate::dataset::Header;
 use crate::error::{Error, Result};
@@ -45,12 +45,8 @@ pub struct Args {
     /// Strengths above 0; confounders with an opposite are measured at their negatives too
     #[arg(long, value_name = "S[,S..]", value_delimiter = ',', default_value = "0.25,0.5,0.75,1", value_parser = strength)]
     strengths: Vec<f64>,
-    /// Only these people, by name
-    #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
-    subjects: Vec<String>,
-    /// Only these walks, by name [default: walk-5kmh of the built-in cohort, all of a pack]
-    #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
-    walks: Vec<String>,
+    #[command(flatten)]
+    selection: SelectionArgs,
     /// Cycles of each walk to probe with, where these are seeded variations [default: 4]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     cycles: Option<u32>,
@@ -135,8 +131,7 @@ pub fn run(args: &Args) -> Result<()> {
     let entrants = load(&models, &runtime, (&args.draw, seed, None), &mut header)?;
     let source_args = SourceArgs {
         pack: data,
-        subjects: args.subjects.clone(),
-        walks: args.walks.clone(),
+        selection: args.selection.clone(),
     };
     let source = source_args.load()?;
     let pack = Pack::parse(&source.bytes)?;
@@ -189,7 +184,8 @@ pub fn run(args: &Args) -> Result<()> {
     let outcome = contest.run(&entrants, seed, &mut |_| progress.step(), &mut |_| ())?;
     drop(progress);
 
-    let mut header = stated(header, &settings)
+    let mut header = header
+        .drawn(&settings)
         .with("pack", source.name.as_str())
         .with("views", views.name.as_str())
         .with("viewpoints", views.list.len())

@@ -2,30 +2,27 @@
 
 use super::args::{ViewArgs, file_with};
 use super::conditions::ConditionArgs;
-use super::drawing::{DrawArgs, STATED, framing_of, stated};
+use super::drawing::DrawArgs;
 use super::keep_going::{KeepGoing, with_hint};
 use super::progress::Progress;
-use super::recognizers::{Given, load};
-use super::source::{SourceArgs, require};
+use super::recognizers::load;
+use super::source::{SelectionArgs, SourceArgs};
 use crate::confound::Condition;
-use crate::dataset::{Header, InputFile, TreeSequence};
+use crate::dataset::{Header, InputFile};
 use crate::error::{Error, Result};
-use crate::evaluate::contest::{Contest, Drawn, Entrant, Wish, usual};
+use crate::evaluate::contest::{Contest, Drawn, Entrant, Stored, Wish, usual};
 use crate::evaluate::protocol::Protocol;
 use crate::score::Runtime;
 use crate::source::{Form, Source};
+use crate::sweep::Views;
 use edgegait_core::pack::Pack;
 use std::path::{Path, PathBuf};
 
 /// Who is looked for among whom, and how they are seen.
 #[derive(Clone, Debug, clap::Args)]
 pub struct ContestArgs {
-    /// Only these people, by name
-    #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
-    subjects: Vec<String>,
-    /// Only these walks, by name [default: walk-5kmh of the built-in cohort, all of a pack]
-    #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
-    walks: Vec<String>,
+    #[command(flatten)]
+    selection: SelectionArgs,
     /// Who is looked for among whom: closed-set, first-take, leave-one-take-out, cross-view,
     /// verification, casia-b, ou-mvlp, or a .toml file of the same keys [default: closed-set where
     /// every model has classes for all people, else first-take]
@@ -77,8 +74,8 @@ impl ContestArgs {
         }
         if let Some(folder) = data.as_ref().filter(|path| path.is_dir()) {
             self.conditions.refuse_for_folders()?;
-            let (source, given) = self.folder(folder, protocol.as_ref(), &mut header)?;
-            let setup = (&self.draw, seed, given);
+            let (source, stored) = self.folder(folder, protocol.as_ref(), &mut header)?;
+            let setup = (&self.draw, seed, stored);
             let entrants = load(models, runtime, setup, &mut header)?;
             let source = self.readable(source, &entrants, &mut header)?;
             let subjects = &source.sequences().subjects;
@@ -109,8 +106,7 @@ impl ContestArgs {
         let entrants = load(models, runtime, (&self.draw, seed, None), &mut header)?;
         let source_args = SourceArgs {
             pack: data,
-            subjects: self.subjects.clone(),
-            walks: self.walks.clone(),
+            selection: self.selection.clone(),
         };
         let source = source_args.load()?;
         header.inputs.extend(source.inputs.iter().cloned());
@@ -133,11 +129,11 @@ impl ContestArgs {
             .with("views", views.name.as_str())
             .with("viewpoints", views.list.len())
             .with("walks", walk_names(&chosen, &all))
-            .with("subjects", self.subjects.join(","))
+            .with("subjects", self.selection.subjects.join(","))
             .with("probes", probes);
         header.warnings.extend(warnings);
         if let Some(entrant) = entrants.first() {
-            header = stated(header, &entrant.settings);
+            header = header.drawn(&entrant.settings);
         }
         work(&contest, &entrants, header)
     }
@@ -151,51 +147,32 @@ impl ContestArgs {
         protocol: Option<Protocol>,
         conditions: &'a [Condition],
     ) -> Result<Wish<'a>> {
-        let views = self.views.is_given().then(|| self.views.views("paper"));
         Ok(Wish {
             protocol,
             cycles: self.cycles,
-            views: views.transpose()?,
+            views: self.given_views()?,
             conditions,
         })
     }
 
     /// The sequences of a tree that flags choose: people, takes (`--walks`), viewpoints.
     fn chosen(&self, source: Source<'static>) -> Result<Source<'static>> {
-        let sequences = source.sequences();
-        let people: Vec<&str> = sequences.subjects.iter().map(String::as_str).collect();
-        let takes: Vec<&str> = sequences
-            .takes
-            .iter()
-            .map(|take| take.name.as_str())
-            .collect();
-        if matches!(source, Source::Tree(_)) {
-            require("subject", &self.subjects, &people)?;
-            require("take", &self.walks, &takes)?;
-        }
         let Source::Tree(recordings) = source else {
             self.refuse_without_tree()?;
             return Ok(source);
         };
-        let views = self.views.is_given().then(|| self.views.views("paper"));
-        let views = views.transpose()?;
-        let is_seen = |sequence: &TreeSequence| {
-            let seen_at = (sequence.azimuth_deg, sequence.elevation_deg);
-            views
-                .as_ref()
-                .is_none_or(|views| views.list.iter().any(|view| view.angles_deg() == seen_at))
-        };
-        let wanted = |list: &[String], name: &String| list.is_empty() || list.contains(name);
-        let recordings = recordings.only(|sequence| {
-            wanted(&self.subjects, &sequence.subject)
-                && wanted(&self.walks, &sequence.take)
-                && is_seen(sequence)
-        });
+        let views = self.given_views()?;
+        let recordings = recordings.chosen(&self.selection.selection(false), views.as_ref())?;
         Ok(Source::Tree(if self.as_stored {
             recordings.taken_as_stored()
         } else {
             recordings
         }))
+    }
+
+    fn given_views(&self) -> Result<Option<Views>> {
+        let views = self.views.is_given().then(|| self.views.views("paper"));
+        views.transpose()
     }
 
     /// Refuses flags that say how a tree is read, where there is none.
@@ -254,7 +231,7 @@ impl ContestArgs {
         path: &Path,
         protocol: Option<&Protocol>,
         header: &mut Header,
-    ) -> Result<(Source<'static>, Option<Given>)> {
+    ) -> Result<(Source<'static>, Option<Stored>)> {
         let first_take = Protocol::named("first-take")?;
         let made = protocol.unwrap_or(&first_take).made(1)?;
         let source = self.chosen(Source::open(path, &made)?)?;
@@ -264,35 +241,26 @@ impl ContestArgs {
         } else {
             self.draw.clone()
         };
-        let (subjects, walks, views) = (&self.subjects, &self.walks, &self.views);
         if is_tree {
-            draw.refuse_for_folders([&[], &[]], self.cycles, &ViewArgs::default())?;
+            let none = SelectionArgs::default();
+            draw.refuse_for_folders(&none, self.cycles, &ViewArgs::default())?;
         } else {
-            draw.refuse_for_folders([subjects, walks], self.cycles, views)?;
+            draw.refuse_for_folders(&self.selection, self.cycles, &self.views)?;
         }
-        let mut given = None;
+        let mut stored = None;
         if let Source::Dataset(geis) = &source {
             header
                 .inputs
                 .push(InputFile::of(path.join("manifest.json"))?);
-            let framing = framing_of(geis.dataset(), path)?;
-            if framing.is_none() {
+            let found = Stored::of(geis.dataset(), path)?;
+            if found.framing.is_none() {
                 header.warnings.push(format!(
                     "{} does not say how its figures are framed: whether that is as the models expect is unknown",
                     path.display()
                 ));
             }
-            // How these GEIs were drawn is theirs to say.
-            for key in STATED {
-                if let Some(value) = geis.dataset().manifest().header.settings.get(key) {
-                    header.settings.insert(key.to_owned(), value.clone());
-                }
-            }
-            given = Some(Given {
-                template: geis.dataset().template(),
-                size: geis.dataset().size(),
-                framing,
-            });
+            *header = header.clone().drawn_as(geis.dataset());
+            stored = Some(found);
         }
         if let Source::Tree(recordings) = &source {
             let skipped = recordings.skipped().iter();
@@ -303,7 +271,7 @@ impl ContestArgs {
         }
         let kind = if is_tree { "tree" } else { "dataset" };
         *header = header.clone().with(kind, path.display().to_string());
-        Ok((source, given))
+        Ok((source, stored))
     }
 }
 

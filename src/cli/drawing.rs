@@ -1,7 +1,7 @@
 //! Flags that say how silhouettes are drawn, and how results state them.
 
 use super::args::ViewArgs;
-use crate::dataset::{Dataset, Header};
+use super::source::SelectionArgs;
 use crate::error::{Error, Result};
 use crate::score::Contract;
 use crate::sweep::{Aim, Framing, Jitter, Lens, Raster, Sensor, Settings};
@@ -10,22 +10,6 @@ use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use edgegait_core::silhouette::Size;
 use glam::Vec3;
-use std::path::Path;
-
-/// Names under which results state how silhouettes were drawn.
-pub const STATED: [&str; 11] = [
-    "template",
-    "raster",
-    "framing",
-    "lens",
-    "distance_m",
-    "fov_deg",
-    "camera",
-    "aim_m",
-    "size",
-    "jitter",
-    "frames_per_cycle",
-];
 
 /// How silhouettes are drawn.
 #[derive(Clone, Debug, clap::Args)]
@@ -200,20 +184,20 @@ impl DrawArgs {
         Ok(())
     }
 
-    /// Refuses flags that choose walks (`subjects`, `walks`) and say how they are drawn, where
-    /// what is in a folder is used as it is.
+    /// Refuses flags that choose walks and say how they are drawn, where what is in a folder is used
+    /// as it is.
     ///
     /// # Errors
     /// Naming the first such flag that was given.
     pub fn refuse_for_folders(
         &self,
-        [subjects, walks]: [&[String]; 2],
+        selection: &SelectionArgs,
         cycles: Option<u32>,
         views: &ViewArgs,
     ) -> Result<()> {
         let flags = [
-            ("--subjects", !subjects.is_empty()),
-            ("--walks", !walks.is_empty()),
+            ("--subjects", !selection.subjects.is_empty()),
+            ("--walks", !selection.walks.is_empty()),
             ("--cycles", cycles.is_some()),
             ("--views, --azimuth-deg, --elevation-deg", views.is_given()),
             ("--template", !self.template.is_empty()),
@@ -235,56 +219,6 @@ impl DrawArgs {
             None => Ok(()),
         }
     }
-}
-
-/// A result's header with how its silhouettes are drawn, by the names of [`STATED`].
-#[must_use]
-pub fn stated(header: Header, settings: &Settings) -> Header {
-    let Sensor {
-        distance_m,
-        fov_deg,
-        aim,
-    } = settings.sensor;
-    let header = match settings.template {
-        Template::Gei => header,
-        other => header.with("template", other.name()),
-    };
-    let mut header = header
-        .with("raster", settings.rasterizer.name())
-        .with("framing", settings.framing.name())
-        .with("lens", settings.lens.name())
-        .with("size", settings.size.name())
-        .with("jitter", settings.jitter.name())
-        .with("frames_per_cycle", settings.frames_per_cycle);
-    if settings.uses_sensor() {
-        let (camera, aim) = match aim {
-            Aim::Pelvis => ("follow", "pelvis".to_owned()),
-            Aim::Mean => ("static", "mean pelvis".to_owned()),
-            Aim::Point(Vec3 { x, y, z }) => ("static", format!("{x},{y},{z}")),
-        };
-        header = header
-            .with("distance_m", distance_m)
-            .with("camera", camera)
-            .with("aim_m", aim);
-    }
-    if settings.framing == Framing::Camera {
-        header = header.with("fov_deg", fov_deg);
-    }
-    header
-}
-
-/// The framing that a dataset in `folder` says it was drawn with; `None` if it does not say.
-///
-/// # Errors
-/// When what it says is no framing.
-pub fn framing_of(dataset: &Dataset, folder: &Path) -> Result<Option<Framing>> {
-    let Some(stated) = dataset.manifest().header.settings.get("framing") else {
-        return Ok(None);
-    };
-    let framing = serde_json::from_value(stated.clone());
-    framing
-        .map(Some)
-        .map_err(|error| Error::input(folder.join("manifest.json"), format!("framing: {error}")))
 }
 
 /// A rasteriser by its name.

@@ -3,11 +3,11 @@
 use super::args::{Common, Files};
 use super::outputs::{Kind, Output};
 use super::progress::Progress;
-use super::source::{Source, SourceArgs};
 use crate::dataset::{Header, write_bytes};
 use crate::error::{Error, Result};
 use crate::frontier::reference::REFERENCE_FRAMES;
 use crate::frontier::{Point, Scene, Study, plot};
+use crate::source::{PackSource, Selection};
 use crate::sweep::jobs;
 use edgegait_core::pack::Pack;
 use serde::Serialize;
@@ -119,15 +119,10 @@ pub fn run(args: &Args) -> Result<()> {
 }
 
 /// A pack and the numbers of its walks, which have to be cycles.
-fn read(path: &Path) -> Result<(Source, Vec<usize>)> {
-    let of_pack = SourceArgs {
-        pack: Some(path.to_path_buf()),
-        subjects: Vec::new(),
-        walks: Vec::new(),
-    };
-    let source = of_pack.load()?;
+fn read(path: &Path) -> Result<(PackSource, Vec<usize>)> {
+    let source = PackSource::read(path)?;
     let pack = Pack::parse(&source.bytes)?;
-    let walks = of_pack.choose(&pack)?;
+    let walks = Selection::default().of(&pack)?;
     jobs(&pack, &walks, 0..1)?;
     Ok((source, walks))
 }

@@ -2,7 +2,7 @@
 
 use super::args::{Common, Files};
 use super::body::BodyArgs;
-use super::encoding::EncodingArgs;
+use super::encoding::{EncodingArgs, say_choice};
 use super::keep_going::KeepGoing;
 use super::outputs::{Kind, Output};
 use super::progress::Progress;
@@ -252,7 +252,7 @@ pub fn run(args: &Args) -> Result<()> {
         bytes: bytes.len(),
         subjects: people.len(),
     };
-    encoded.say_choice(&args.common);
+    say_choice(&encoded, &args.common);
     args.common.say(table(&results));
     for fit in &results.fits {
         args.common.say(fit);

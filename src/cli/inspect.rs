@@ -1,9 +1,9 @@
 //! `edgegait inspect`: what a pack holds, and what it costs.
 
 use super::args::{Common, Files};
-use super::source::read_pack;
 use crate::dataset::Header;
 use crate::error::Result;
+use crate::source::PackSource;
 use crate::summary::Summary;
 use std::path::PathBuf;
 
@@ -30,7 +30,7 @@ impl Args {
 
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<()> {
-    let source = read_pack(&args.pack)?;
+    let source = PackSource::read(&args.pack)?;
     let mut header = Header::new("inspect", args.common.seed);
     header.inputs = source.inputs;
     let summary = Summary::of(header, &args.pack, &source.bytes)?;

@@ -3,9 +3,6 @@
 use crate::dataset::remove_unfinished;
 use crate::error::{Error, Result};
 
-/// Exit code of a process whose parent has ended: as if SIGHUP had ended it, in a shell's words.
-const ORPHANED: i32 = 128 + 1;
-
 /// From now on, SIGINT, SIGTERM and SIGHUP remove what is half-made and end the process, with 128
 /// and the signal's number as shells have it. Results that have their names already stay. Signals
 /// that the process was started to ignore (`nohup`, a script's background) stay ignored.
@@ -50,21 +47,4 @@ fn ignored() -> Option<u64> {
         let digits = line.strip_prefix("SigIgn:")?.trim();
         u64::from_str_radix(digits, 16).ok()
     })
-}
-
-/// Ends this process when the one that started it has ended, however it did: standard input, which
-/// that one keeps open and never writes to, then ends.
-///
-/// # Errors
-/// The system's, if it starts no thread.
-pub fn end_with_parent() -> Result<()> {
-    let wait = || {
-        let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
-        remove_unfinished();
-        std::process::exit(ORPHANED);
-    };
-    std::thread::Builder::new()
-        .spawn(wait)
-        .map(drop)
-        .map_err(|error| Error::Failed(format!("cannot start threads: {error}")))
 }

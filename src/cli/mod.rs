@@ -11,7 +11,6 @@ mod contest;
 mod drawing;
 mod encoding;
 mod frontier;
-mod gallery;
 mod import;
 mod inspect;
 mod interrupt;

@@ -1,11 +1,11 @@
 //! `edgegait quantize`: a linear recognizer in 8-bit weights, for firmware.
 
 use super::args::{Common, Files, ViewArgs};
-use super::drawing::{DrawArgs, stated};
+use super::drawing::DrawArgs;
 use super::outputs::{Kind, Output};
 use super::recognizers::with_contracts;
 use super::runtime::RuntimeArgs;
-use super::source::SourceArgs;
+use super::source::{SelectionArgs, SourceArgs};
 use crate::dataset::{Header, InputFile, sha256_of_bytes, write_bytes};
 use crate::error::{Error, Result};
 use crate::evaluate::agreement::Agreement;
@@ -36,12 +36,8 @@ pub struct Args {
     /// The pack whose walks answers are compared on [default: the built-in cohort]
     #[arg(long, value_name = "PACK")]
     pack: Option<PathBuf>,
-    /// Only these people, by name
-    #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
-    subjects: Vec<String>,
-    /// Only these walks, by name [default: those that the contract's training names]
-    #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
-    walks: Vec<String>,
+    #[command(flatten)]
+    selection: SelectionArgs,
     /// Cycles of each walk to compare answers on, from variation 1000 on, which training never
     /// uses
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=1000))]
@@ -93,20 +89,14 @@ pub fn run(args: &Args) -> Result<()> {
 
     let source_args = args.source(contract);
     let source = source_args.load()?;
-    let mut header = stated(Header::new("quantize", args.common.seed), &settings)
+    let mut header = Header::new("quantize", args.common.seed)
+        .drawn(&settings)
         .with("runtime", runtime.name().name)
         .with("pack", source.name.as_str())
-        .with("walks", source_args.walks.join(","))
+        .with("walks", source_args.selection.walks.join(","))
         .with("viewpoints", views.len())
         .with("cycles", args.cycles);
-    header.inputs.push(InputFile {
-        path: model.path().display().to_string(),
-        sha256: sha256_of_bytes(model.bytes()),
-    });
-    let beside = Contract::path_beside(model.path());
-    if beside.is_file() {
-        header.inputs.push(InputFile::of(beside)?);
-    }
+    header.inputs = model.inputs()?;
     header.inputs.extend(source.inputs.iter().cloned());
     header.warnings.extend(model.warning());
     let pack = Pack::parse(&source.bytes)?;
@@ -181,15 +171,13 @@ impl Args {
 
     /// Whose answers are compared.
     fn source(&self, contract: &Contract) -> SourceArgs {
-        let walks = if self.walks.is_empty() {
-            &contract.training.walks
-        } else {
-            &self.walks
-        };
+        let mut selection = self.selection.clone();
+        if selection.walks.is_empty() {
+            selection.walks.clone_from(&contract.training.walks);
+        }
         SourceArgs {
             pack: self.pack.clone(),
-            subjects: self.subjects.clone(),
-            walks: walks.clone(),
+            selection,
         }
     }
 }

@@ -1,15 +1,12 @@
 //! Which recognizers a command runs: named models, the pixel baseline, or the shipped models.
 
 use super::drawing::DrawArgs;
-use super::source::is_pack_or_folder;
-use crate::dataset::{Header, InputFile, sha256_of_bytes};
+use crate::dataset::Header;
 use crate::error::{Error, Result};
-use crate::evaluate::contest::Entrant;
-use crate::score::pixels::{self, Pixels};
+use crate::evaluate::contest::{Entrant, Stored};
+use crate::score::pixels;
 use crate::score::{Contract, Model, Runtime, shipped};
-use crate::sweep::{Framing, Settings};
-use crate::template::Template;
-use edgegait_core::silhouette::Size;
+use crate::source::is_pack_or_folder;
 use std::path::{Path, PathBuf};
 
 /// Models, and at most one pack or folder, told apart by what they are.
@@ -39,73 +36,31 @@ pub fn is_baseline(path: &Path) -> bool {
     path == Path::new(pixels::NAME) && !path.exists()
 }
 
-/// How a folder's templates are.
-#[derive(Clone, Copy, Debug)]
-pub struct Given {
-    /// Which they are.
-    pub template: Template,
-    /// Of which silhouettes.
-    pub size: Size,
-    /// How those were framed, if it says.
-    pub framing: Option<Framing>,
-}
-
 /// Loads the named models, or the shipped ones, and says how each is shown people: as its
-/// contract asks, where they are drawn, or as a folder's templates are `given`.
+/// contract asks, where they are drawn, or as a dataset's templates are `stored`.
 ///
 /// # Errors
-/// If a model cannot be used, or its contract asks for what is not given or can not be drawn.
+/// If a model cannot be used, or its contract asks for what is not stored or can not be drawn.
 pub fn load(
     paths: &[PathBuf],
     runtime: &Runtime,
-    (draw, seed, given): (&DrawArgs, u64, Option<Given>),
+    (draw, seed, stored): (&DrawArgs, u64, Option<Stored>),
     header: &mut Header,
 ) -> Result<Vec<Entrant>> {
     let settings = draw.settings(seed)?;
     let mut entrants = Vec::new();
     if paths.iter().any(|path| is_baseline(path)) {
-        let settings = given.map_or(settings, |given| Settings {
-            template: given.template,
-            size: given.size,
-            framing: given.framing.unwrap_or_default(),
-            ..settings
-        });
-        let (template, size) = (settings.template, settings.size);
-        entrants.push(Entrant {
-            recognizer: Box::new(Pixels::new(template, size, settings.framing)),
-            settings,
-        });
+        entrants.push(Entrant::pixels(stored, settings));
     }
     for model in models(paths)? {
-        header.inputs.push(InputFile {
-            path: model.path().display().to_string(),
-            sha256: sha256_of_bytes(model.bytes()),
-        });
-        let contract = Contract::path_beside(model.path());
-        if !paths.is_empty() && contract.is_file() {
-            header.inputs.push(InputFile::of(contract)?);
-        }
+        header.inputs.extend(model.inputs()?);
         header.warnings.extend(model.warning());
-        let settings = match given {
-            Some(given) => {
-                let (contract, remedy) = (model.contract(), "sweep another dataset with");
-                // A dataset has no silhouettes, as it says itself.
-                if contract.template != Template::Silhouettes {
-                    contract.require_template(given.template, remedy)?;
-                }
-                contract.require(given.size, given.framing, remedy)?;
-                Settings {
-                    template: contract.template,
-                    size: given.size,
-                    framing: contract.framing,
-                    ..settings
-                }
+        entrants.push(match stored {
+            Some(stored) => Entrant::stored(&model, runtime, (stored, settings))?,
+            None => {
+                let settings = draw.settings_for(model.contract(), seed)?;
+                Entrant::drawn(&model, runtime, settings)?
             }
-            None => draw.settings_for(model.contract(), seed)?,
-        };
-        entrants.push(Entrant {
-            recognizer: runtime.load(&model)?,
-            settings,
         });
     }
     Ok(entrants)

@@ -2,13 +2,12 @@
 
 use super::args::{Common, Files, ViewArgs};
 use super::conditions::ConditionArgs;
-use super::drawing::{DrawArgs, stated};
-use super::gallery;
+use super::drawing::DrawArgs;
 use super::outputs::{Kind, Output};
 use super::source::SourceArgs;
 use crate::dataset::{Header, write_npy};
 use crate::error::{Error, Result};
-use crate::report::{cells, contact_sheet, write_png};
+use crate::report::{cells, condition_gallery, contact_sheet, template_gallery, write_png};
 use crate::sweep::{Job, Moments, Settings, Shot, is_take, silhouettes, walk_name};
 use crate::template::{Builder, Shape, Template};
 use edgegait_core::pack::Pack;
@@ -191,7 +190,7 @@ pub fn run(args: &Args) -> Result<()> {
     let source = args.source.load()?;
     let pack = Pack::parse(&source.bytes)?;
     let mut walks = args.source.choose(&pack)?;
-    if args.source.subjects.is_empty() && args.source.walks.is_empty() {
+    if args.source.selection.subjects.is_empty() && args.source.selection.walks.is_empty() {
         walks.truncate(1);
     } else if walks.len() > 1 && !matches!(target, Target::Png(_)) {
         return Err(Error::Usage(format!(
@@ -226,7 +225,10 @@ pub fn run(args: &Args) -> Result<()> {
     match &target {
         Target::Terminal => args.common.say(text_art(&pack, &shots, &frames)),
         Target::Png(path) if args.gallery && templates.is_empty() => {
-            write_png(path, &gallery::of(&pack, &jobs, &views.list[0], settings)?)?;
+            write_png(
+                path,
+                &condition_gallery(&pack, &jobs, &views.list[0], settings)?,
+            )?;
         }
         Target::Png(_) if args.gallery && jobs.len() > 1 => {
             return Err(Error::Usage(format!(
@@ -237,7 +239,7 @@ pub fn run(args: &Args) -> Result<()> {
         Target::Png(path) if args.gallery => {
             let of = |&template| Ok((template, made(template, &frames[0], settings.size)?));
             let made = templates.iter().map(of).collect::<Result<Vec<_>>>()?;
-            write_png(path, &gallery::of_templates(&made, settings)?)?;
+            write_png(path, &template_gallery(&made, settings)?)?;
         }
         Target::Png(path) => {
             let rows = pictures(templates, &frames, per_walk, settings)?;
@@ -248,15 +250,16 @@ pub fn run(args: &Args) -> Result<()> {
     if let Some(path) = &args.out {
         args.common.say(format_args!("wrote {}", path.display()));
     }
-    let mut header = stated(header, &settings)
+    let mut header = header
+        .drawn(&settings)
         .with("cycle", args.cycle)
         .with("start_s", args.fps.map(|_| args.start_s))
         .with("fps", args.fps)
         .with("frames", args.frames)
         .with("pack", source.name.as_str())
         .with("views", views.name.as_str())
-        .with("subjects", args.source.subjects.join(","))
-        .with("walks", args.source.walks.join(","))
+        .with("subjects", args.source.selection.subjects.join(","))
+        .with("walks", args.source.selection.walks.join(","))
         .with("template", names(templates));
     header.inputs.extend(source.inputs);
     args.common.write_json(&Rendered {

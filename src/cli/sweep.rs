@@ -1,9 +1,9 @@
 //! `edgegait sweep`: walks by viewpoints, as a dataset.
 
 use super::args::{Common, Files, ViewArgs, gei_rmse, stated_choice};
-use super::augment::{AugmentArgs, stated_augmentation};
+use super::augment::AugmentArgs;
 use super::conditions::{ConditionArgs, listing};
-use super::drawing::{DrawArgs, stated};
+use super::drawing::DrawArgs;
 use super::outputs::{Kind, Output};
 use super::progress::Progress;
 use super::source::SourceArgs;
@@ -179,7 +179,8 @@ pub fn run(args: &Args) -> Result<()> {
     }
     let seconds = started.elapsed().as_secs_f64();
     let silhouettes = drawn as u64 * u64::from(settings.frames_per_cycle);
-    let mut header = stated(header, &settings)
+    let mut header = header
+        .drawn(&settings)
         .with("pack", source.name.as_str())
         .with("views", views.name.as_str())
         .with("viewpoints", views.list.len())
@@ -189,7 +190,7 @@ pub fn run(args: &Args) -> Result<()> {
     if let Some(choice) = &choice {
         header = stated_choice(header, args.max_gei_rmse, choice);
     }
-    header = stated_augmentation(header, augmentation);
+    header = header.augmented(augmentation);
     header.inputs.extend(source.inputs);
     writer.finish(header.clone())?;
     let results = Results {

@@ -1,19 +1,20 @@
 //! `edgegait train`: fit a recognizer and export it as ONNX.
 
-mod samples;
-
 use super::args::{Common, Files, ViewArgs};
 use super::augment::AugmentArgs;
 use super::drawing::DrawArgs;
 use super::outputs::{Kind, Output};
+use super::progress::Progress;
 use super::source::SourceArgs;
-use crate::dataset::{Header, InputFile, sha256_of_bytes, write_bytes};
+use crate::dataset::{Dataset, Header, InputFile, sha256_of_bytes, write_bytes};
 use crate::error::{Error, Result};
 use crate::evaluate::rank::{Outcome, closed_set};
-use crate::score::{Contract, Layout, OutputNames, Training};
-use crate::train::{Analysed, Components, LinearRecognizer, Method, Options, Real, onnx};
-use ndarray::Array2;
-use samples::{Samples, from_dataset, from_walks};
+use crate::score::Contract;
+use crate::template::Template;
+use crate::train::{
+    Analysed, Components, LinearRecognizer, Method, Options, Real, Recipe, Samples, onnx,
+};
+use edgegait_core::pack::Pack;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -90,33 +91,28 @@ struct ModelResult {
     training_rank1: f64,
 }
 
+/// Cycles of each walk that are trained on unless a user says otherwise.
+const CYCLES: u32 = 8;
+
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<()> {
     let method = args.method()?;
     let outs = args.outs()?;
-    let mut samples = match &args.source.pack {
-        Some(path) if path.is_dir() => from_dataset(args, path)?,
-        _ => from_walks(args)?,
+    let (samples, mut header) = match &args.source.pack {
+        Some(path) if path.is_dir() => args.of_dataset(path)?,
+        _ => args.of_walks()?,
     };
     let counts: Vec<String> = args.components.iter().map(u16::to_string).collect();
-    let recipe = [
-        ("components", counts.join(",")),
-        ("method", method.to_string()),
-        ("precision", args.precision.name().to_owned()),
-    ];
-    for (name, value) in recipe {
-        samples.header = samples.header.with(name, value);
-    }
-    let numbers = std::mem::take(&mut samples.numbers);
-    let columns = samples.template.shape(samples.size).numbers();
-    let matrix = Array2::from_shape_vec((samples.labels.len(), columns), numbers)
-        .map_err(|error| Error::Failed(error.to_string()))?;
+    header = header
+        .with("components", counts.join(","))
+        .with("method", method.to_string())
+        .with("precision", args.precision.name());
     let models = match args.precision {
-        Precision::F64 => train::<f64>(args, method, &outs, &samples, &matrix)?,
-        Precision::F32 => train::<f32>(args, method, &outs, &samples, &matrix)?,
+        Precision::F64 => train::<f64>(args, method, &outs, &samples)?,
+        Precision::F32 => train::<f32>(args, method, &outs, &samples)?,
     };
     args.common.write_json(&Results {
-        header: samples.header,
+        header,
         samples: samples.labels.len(),
         classes: samples.names.len(),
         models,
@@ -139,6 +135,63 @@ impl Args {
                 .map(|out| Output::new("--out", &out, Kind::Model))
                 .collect(),
         }
+    }
+
+    /// Samples drawn here, from a pack or from the built-in cohort.
+    fn of_walks(&self) -> Result<(Samples, Header)> {
+        let views = self.views.views("side")?;
+        let settings = self.draw.settings(self.common.seed)?;
+        if settings.template == Template::Silhouettes {
+            return Err(Error::Usage(
+                "--template silhouettes: these recognizers take one image or vector of each cycle"
+                    .into(),
+            ));
+        }
+        let augmentation = self.augment.augmentation()?;
+        augmentation.check(settings.template, settings.size)?;
+        let source = self.source.load()?;
+        let pack = Pack::parse(&source.bytes)?;
+        let walks = self.source.choose(&pack)?;
+        let cycles = self.cycles.unwrap_or(CYCLES);
+        let progress = Progress::new("cycles", walks.len() * cycles as usize);
+        let recipe = Recipe {
+            views: &views,
+            settings,
+            cycles,
+            augmentation,
+        };
+        let samples = Samples::drawn((&pack, &walks, &source.name), recipe, &|| progress.step())?;
+        let mut header = Header::new("train", self.common.seed)
+            .drawn(&settings)
+            .with("pack", source.name.as_str())
+            .with("walks", samples.training.walks.join(","))
+            .with("cycles", cycles)
+            .with("views", views.name.as_str())
+            .augmented(augmentation);
+        header.inputs = source.inputs;
+        Ok((samples, header))
+    }
+
+    /// All of a dataset's templates.
+    fn of_dataset(&self, path: &Path) -> Result<(Samples, Header)> {
+        let selection = &self.source.selection;
+        self.draw
+            .refuse_for_folders(selection, self.cycles, &self.views)?;
+        let dataset = Dataset::open(path)?;
+        let augmentation = self.augment.augmentation()?;
+        let samples = Samples::of_dataset((&dataset, path), augmentation)?;
+        let mut header = Header::new("train", self.common.seed).augmented(augmentation);
+        if samples.template != Template::Gei {
+            header = header.with("template", samples.template.name());
+        }
+        if samples.framing.is_none() {
+            header.warnings.push(format!(
+                "{} does not say how its figures are framed: the model's contract says height",
+                path.display()
+            ));
+        }
+        header.inputs = vec![InputFile::of(path.join("manifest.json"))?];
+        Ok((samples, header))
     }
 
     fn method(&self) -> Result<Method> {
@@ -200,11 +253,10 @@ fn train<F: Real>(
     method: Method,
     outs: &[PathBuf],
     samples: &Samples,
-    matrix: &Array2<f32>,
 ) -> Result<Vec<ModelResult>> {
     let (labels, classes) = (&samples.labels, samples.names.len());
     let form = (samples.template, samples.size);
-    let analysed = Analysed::<F>::of(form, matrix.view(), labels, classes)?;
+    let analysed = Analysed::<F>::of(form, samples.numbers.view(), labels, classes)?;
     let mut models = Vec::new();
     if outs.len() > 1 {
         args.common.say(format_args!(
@@ -223,14 +275,15 @@ fn train<F: Real>(
             components: Components::Count(kept),
             method,
         })?;
-        let training_rank1 = rank1(&recognizer, matrix, labels);
+        let training_rank1 = rank1(&recognizer, samples);
         let name = stem(out);
         let model = onnx::write(&recognizer, &name, &[]);
-        let toml = Contract {
-            name,
-            ..contract(args, samples, method, components)
-        }
-        .to_toml()?;
+        let precision = match args.precision {
+            Precision::F64 => "",
+            Precision::F32 => " trained in f32",
+        };
+        let contract = samples.contract(name, (components, method), precision);
+        let toml = contract.to_toml()?;
         let (dims, bytes, percent) = (recognizer.dims(), model.len(), 100.0 * training_rank1);
         if outs.len() > 1 {
             args.common.say(format_args!(
@@ -268,9 +321,9 @@ fn train<F: Real>(
 }
 
 /// Rank-1 on the samples that it was trained on.
-fn rank1(recognizer: &LinearRecognizer, matrix: &Array2<f32>, labels: &[usize]) -> f64 {
-    let hits = matrix
-        .rows()
+fn rank1(recognizer: &LinearRecognizer, samples: &Samples) -> f64 {
+    let (rows, labels) = (samples.numbers.rows(), &samples.labels);
+    let hits = rows
         .into_iter()
         .zip(labels)
         .filter(|(gei, label)| {
@@ -279,29 +332,4 @@ fn rank1(recognizer: &LinearRecognizer, matrix: &Array2<f32>, labels: &[usize]) 
         })
         .count();
     hits as f64 / labels.len() as f64
-}
-
-fn contract(args: &Args, samples: &Samples, method: Method, components: u16) -> Contract {
-    let precision = match args.precision {
-        Precision::F64 => "",
-        Precision::F32 => " trained in f32",
-    };
-    let description = &samples.training.description;
-    Contract {
-        rows: samples.size.rows(),
-        columns: samples.size.columns(),
-        layout: Layout::of(samples.template),
-        framing: samples.framing,
-        template: samples.template,
-        classes: samples.names.clone(),
-        outputs: OutputNames {
-            embedding: Some(onnx::EMBEDDING.into()),
-            scores: Some(onnx::SCORES.into()),
-        },
-        training: Training {
-            description: format!("PCA ({components}) + {method}{precision} on {description}"),
-            ..samples.training.clone()
-        },
-        ..Contract::default()
-    }
 }

@@ -1,10 +1,12 @@
 //! Recordings as people in a pack, less the walks that cannot be encoded.
 
-use super::encoding::{Encoded, EncodingArgs};
+use super::encoding::EncodingArgs;
 use super::keep_going::KeepGoing;
-use crate::error::{Error, Refused, Result};
+use crate::error::{Error, Result};
+use crate::frontier::Encoded;
 use crate::scene::Subject;
 use crate::scene::recorded::{BodyOptions, Recording, subjects};
+use crate::scene::refused::without;
 
 /// The people of these recordings, encoded. Walks that cannot be are taken out of the recordings
 /// if that was asked for, and what is left is encoded as if they had never been there; one warning
@@ -28,8 +30,8 @@ pub fn encoded_people(
             Err(Error::Refused(refused))
                 if keep_going.is_given() || refused.iter().all(|one| one.walk.is_some()) =>
             {
-                let all = recordings.iter().map(walks).sum();
-                let errors = take_out(recordings, &refused);
+                let all = recordings.iter().map(Recording::walks).sum();
+                let errors = without(recordings, &refused);
                 let all = if recordings.is_empty() {
                     errors.len()
                 } else {
@@ -40,56 +42,4 @@ pub fn encoded_people(
             other => return other,
         }
     }
-}
-
-/// Walks of a recording: its cycles, or the take.
-fn walks(recording: &Recording) -> usize {
-    recording.cut.as_ref().map_or(1, |cut| cut.cycles.len())
-}
-
-/// Takes refused walks out of their recordings, and recordings without any out of the list: an
-/// error for each walk, or for all of a person's recording, with its file.
-fn take_out(recordings: &mut Vec<Recording>, refused: &[Refused]) -> Vec<Error> {
-    let mut errors = Vec::new();
-    recordings.retain_mut(|recording| {
-        let Recording {
-            path,
-            subject,
-            name,
-            cut,
-            ..
-        } = recording;
-        let path = path.as_path();
-        let own = || refused.iter().filter(|one| one.subject == *subject);
-        if let Some(person) = own().find(|one| one.walk.is_none()) {
-            errors.push(Error::input(path, person.to_string()));
-            return false;
-        }
-        let problem = |number: usize| {
-            let is_it =
-                |(walk, cycle): &(String, u16)| walk == name && usize::from(*cycle) == number;
-            let found = own().find(|one| one.walk.as_ref().is_some_and(is_it));
-            found.map(|one| one.problem.as_str())
-        };
-        let Some(cut) = cut else {
-            let problem = problem(0);
-            errors.extend(problem.map(|problem| Error::input(path, problem)));
-            return problem.is_none();
-        };
-        let all = cut.cycles.len();
-        let mut numbers = 0..all;
-        cut.cycles.retain(|one| {
-            let problem = numbers.next().and_then(problem);
-            errors.extend(problem.map(|problem| {
-                Error::input(
-                    path,
-                    format!("the cycle at {:.2} s: {problem}", one.start_s),
-                )
-            }));
-            problem.is_none()
-        });
-        cut.found -= all - cut.cycles.len();
-        !cut.cycles.is_empty()
-    });
-    errors
 }

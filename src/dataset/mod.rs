@@ -15,6 +15,7 @@ mod index;
 mod npy;
 mod reader;
 mod staging;
+mod stated;
 mod tree;
 mod writer;
 

@@ -3,11 +3,12 @@
 //!
 //! Errors are those against [`exact`] coverage of the finest motion. [`Study`] measures a
 //! list of [`configuration`]s and marks those that no other beats ([`pareto`]); [`choose`] picks the
-//! cheapest that meets an error. Nothing but times differs between two runs.
+//! cheapest that meets an error, and [`encoded()`] makes packs by it. Nothing but times differs between two runs.
 
 pub mod choose;
 pub mod configuration;
 mod cost;
+mod encoded;
 pub mod exact;
 pub mod pareto;
 pub mod plot;
@@ -16,6 +17,7 @@ pub mod reference;
 mod study;
 mod timing;
 
+pub use encoded::{Encoded, Goal, encoded};
 pub use study::{Point, Scene, Study};
 
 use crate::error::Result;

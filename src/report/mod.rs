@@ -7,15 +7,16 @@ mod confounders;
 pub(crate) mod drawing;
 #[cfg(test)]
 mod extent;
+mod galleries;
 mod gallery;
 mod heatmap;
 mod html;
 mod measures;
 mod picture;
-pub mod pixels;
+mod pixels;
 mod ranks;
 mod scatter;
-pub mod scene;
+mod scene;
 mod scope;
 mod strengths;
 mod summary;
@@ -23,7 +24,7 @@ mod table;
 mod viewpoints;
 
 pub use confounders::{strength_table, write_strengths};
-pub use gallery::{GalleryRow, Raster, TemplateCell, gallery, template_sheet};
+pub use galleries::{condition_gallery, template_gallery};
 pub use html::{Sample, page, write_page};
 pub(crate) use picture::signed;
 pub use picture::{cells, contact_sheet, is_own_png, png, write_png};

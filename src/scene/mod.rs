@@ -17,6 +17,7 @@ mod follow;
 mod markers;
 pub mod measured;
 pub mod recorded;
+pub mod refused;
 mod residual;
 mod rest;
 pub mod retarget;

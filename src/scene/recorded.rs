@@ -198,6 +198,12 @@ impl Recording {
         })
     }
 
+    /// How many walks it has: its cycles, or the take.
+    #[must_use]
+    pub fn walks(&self) -> usize {
+        self.cut.as_ref().map_or(1, |cut| cut.cycles.len())
+    }
+
     /// Horizontal travel over time, mean over the cycles, or the speed along a whole take's
     /// path; m/s.
     #[must_use]

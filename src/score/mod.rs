@@ -26,7 +26,7 @@ pub use contract::{Contract, OutputNames, Training};
 pub use graph::{Dimension, Graph, Port};
 pub use input::{Distance, InputRange, Layout};
 pub use model::Model;
-pub use ports::Batching;
+pub use ports::{Batching, EMBEDDING, SCORES};
 pub use quantize::GeiForm;
 pub use runtime::{Bare, BareOutputs, Provider, Runtime, RuntimeName};
 pub use search::find_library;

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use super::contract::Contract;
 use super::graph::Graph;
 use super::ports::{Batching, Ports};
+use crate::dataset::{InputFile, sha256_of_bytes};
 use crate::error::{Error, Result};
 
 /// Most bytes a model may have (ours; protobuf itself ends at 2 GiB).
@@ -83,6 +84,26 @@ impl Model {
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// The file for results.
+    #[must_use]
+    pub fn input(&self) -> InputFile {
+        InputFile {
+            path: self.path.display().to_string(),
+            sha256: sha256_of_bytes(&self.bytes),
+        }
+    }
+
+    /// The same with the contract's file, if it was read from beside it.
+    ///
+    /// # Errors
+    /// If that can no longer be read.
+    pub fn inputs(&self) -> Result<Vec<InputFile>> {
+        let contract = Contract::path_beside(&self.path);
+        let is_read = matches!(self.bytes, Cow::Owned(_)) && contract.is_file();
+        let contract = is_read.then(|| InputFile::of(contract)).transpose()?;
+        Ok(std::iter::once(self.input()).chain(contract).collect())
     }
 
     /// The file's content.

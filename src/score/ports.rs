@@ -4,7 +4,11 @@ use super::contract::Contract;
 use super::graph::{Dimension, Graph, Port};
 use super::input::{Axis, Layout};
 use crate::template::Template;
-use crate::train::onnx::{EMBEDDING, SCORES};
+
+/// How our own models call the output that is compared by distance, f32 `[N, dims]`.
+pub const EMBEDDING: &str = "embedding";
+/// How they call the output whose highest column is the answer, f32 `[N, classes]`.
+pub const SCORES: &str = "scores";
 
 /// Which inputs and outputs of a model are used, and how many inputs at once.
 #[derive(Clone, Debug, PartialEq, Eq)]

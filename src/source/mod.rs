@@ -5,9 +5,11 @@
 //! know how they were made.
 
 mod dataset;
+mod packs;
 mod tree;
 mod walks;
 
+pub use packs::{BUILT_IN_WALK, PackSource, Selection, built_in, is_pack_or_folder, require};
 pub use tree::Recordings;
 pub use walks::{Made, Walks};
 

@@ -1,8 +1,10 @@
 //! Sequences of a tree of silhouettes.
 
+use super::packs::{Selection, require};
 use super::{Form, Labels, Origin, Sequences, Shown, mean};
 use crate::dataset::{Tree, TreeSequence};
 use crate::error::{Error, Result};
+use crate::sweep::Views;
 use crate::template::{Builder, Template};
 use edgegait_core::silhouette::{Coverage, Frame, Size};
 use rayon::prelude::*;
@@ -62,13 +64,28 @@ impl Recordings {
         self.numbers.is_empty()
     }
 
-    /// Only some of the sequences.
-    #[must_use]
-    pub fn only(self, is_kept: impl Fn(&TreeSequence) -> bool) -> Self {
-        Self {
+    /// Only the sequences of these people and takes, seen from these viewpoints if any are given.
+    ///
+    /// # Errors
+    /// For names that are not there.
+    pub fn chosen(self, selection: &Selection, views: Option<&Views>) -> Result<Self> {
+        let Sequences {
+            subjects, takes, ..
+        } = &self.sequences;
+        let people: Vec<&str> = subjects.iter().map(String::as_str).collect();
+        let takes: Vec<&str> = takes.iter().map(|take| take.name.as_str()).collect();
+        require("subject", &selection.subjects, &people)?;
+        require("take", &selection.walks, &takes)?;
+        let is_kept = |sequence: &TreeSequence| {
+            let seen_at = (sequence.azimuth_deg, sequence.elevation_deg);
+            let is_seen =
+                |views: &Views| views.list.iter().any(|view| view.angles_deg() == seen_at);
+            selection.has(&sequence.subject, &sequence.take) && views.is_none_or(is_seen)
+        };
+        Ok(Self {
             as_stored: self.as_stored,
             ..Self::of(self.tree, |_, sequence| is_kept(sequence))
-        }
+        })
     }
 
     /// Only the sequences that can be shown in all of these forms, and why the others cannot, in

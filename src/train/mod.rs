@@ -9,9 +9,11 @@ mod algebra;
 pub mod lda;
 pub mod onnx;
 pub mod pca;
+mod samples;
 pub mod svm;
 
 pub use algebra::Real;
+pub use samples::{Recipe, Samples};
 
 use edgegait_core::silhouette::Size;
 use ndarray::{Array1, Array2, ArrayView1, ArrayView2, s};

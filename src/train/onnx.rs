@@ -10,16 +10,13 @@
 use ndarray::Array2;
 
 use super::{Affine, Classifier, LinearRecognizer};
+use crate::score::{EMBEDDING, SCORES};
 use crate::template::{Shape, Template};
 
 /// `IR_VERSION` of the file.
 pub const IR_VERSION: u64 = 8;
 /// Version of the default operator set.
 pub const OPSET: u64 = 17;
-/// Name of the first output: f32 `[N, dims]`.
-pub const EMBEDDING: &str = "embedding";
-/// Name of the second output: f32 `[N, classes]`.
-pub const SCORES: &str = "scores";
 
 /// `TensorProto.DataType.FLOAT`.
 const FLOAT: u64 = 1;

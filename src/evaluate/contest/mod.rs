@@ -1,9 +1,11 @@
 //! Recognizers against the same people, under one protocol.
 
 mod drawn;
+mod entrant;
 mod seen;
 
 pub use drawn::{Drawn, Wish, usual};
+pub use entrant::{Entrant, Stored};
 use seen::Seen;
 
 use super::judge::judge;
@@ -12,40 +14,11 @@ use super::results::{Answered, RecognizerResult};
 use super::trial::Trial;
 use crate::error::{Error, Result};
 use crate::score::{Contract, Recognizer, answers::ask};
-use crate::source::{Form, Shown, Source};
-use crate::sweep::{Settings, View, Views};
+use crate::source::{Shown, Source};
+use crate::sweep::{View, Views};
 
 /// Most comparisons of two embeddings, or one with a class, in a contest: some minutes.
 const MAX_COMPARISONS: u64 = 4_000_000_000;
-
-/// A recognizer, and how what it is shown is drawn.
-pub struct Entrant {
-    /// The recognizer.
-    pub recognizer: Box<dyn Recognizer>,
-    /// As its contract asks.
-    pub settings: Settings,
-}
-
-impl Entrant {
-    /// Whether another recognizer is shown the same pictures.
-    #[must_use]
-    pub fn is_shown_as(&self, other: &Self) -> bool {
-        self.form() == other.form()
-    }
-
-    /// How it is shown sequences.
-    #[must_use]
-    pub fn form(&self) -> Form {
-        let contract = self.recognizer.contract();
-        Form {
-            settings: Settings {
-                template: contract.template,
-                ..self.settings
-            },
-            frames: contract.frames,
-        }
-    }
-}
 
 /// People who are looked for, and how.
 pub struct Contest<'a> {

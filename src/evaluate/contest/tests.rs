@@ -1,6 +1,7 @@
 use super::*;
 use crate::dataset::{DatasetWriter, Existing, Header, IndexRow};
 use crate::score::{InputRange, Outputs, RuntimeName};
+use crate::sweep::Settings;
 use crate::template::Template;
 use edgegait_core::budget::PIXELS;
 use edgegait_core::silhouette::Size;

@@ -1,12 +1,12 @@
-//! A gallery: what confounders do to one walk, as pictures.
+//! Galleries of walks of a pack: what confounders do to one, and one in every template.
 
+use super::gallery::{GalleryRow, Raster, TemplateCell, gallery, template_sheet};
+use super::pixels::{faded, mean, pixelated, warped};
+use super::scene::{Floor, Kind as Colour, Shot as Window, ShownHull, frame};
 use crate::confound::appearance::Part;
 use crate::confound::image::straightened;
 use crate::confound::{Condition, Kind};
 use crate::error::Result;
-use crate::report::pixels::{faded, mean, pixelated, warped};
-use crate::report::scene::{Floor, Kind as Colour, Shot as Window, ShownHull, frame};
-use crate::report::{GalleryRow, Raster, TemplateCell, gallery, template_sheet};
 use crate::sweep::{
     Hulls, Job, Moments, Scene, Settings, Shot, Swept, Thing, View, scene, silhouettes, sweep,
 };
@@ -26,11 +26,16 @@ const TEMPLATE_COLUMNS: usize = 5;
 /// The moment that is shown, as a share of the cycle: legs apart, and moving.
 const MOMENT: f64 = 0.1;
 
-/// A row for each job: what the camera sees, the silhouette, and the template of the cycle.
+/// A row for each job, which has its condition: what the camera sees, the silhouette, and the template of the cycle.
 ///
 /// # Errors
 /// When a figure cannot be drawn.
-pub fn of(pack: &Pack<'_>, jobs: &[Job<'_>], view: &View, settings: Settings) -> Result<RgbImage> {
+pub fn condition_gallery(
+    pack: &Pack<'_>,
+    jobs: &[Job<'_>],
+    view: &View,
+    settings: Settings,
+) -> Result<RgbImage> {
     let mut rows = Vec::new();
     let has_several = jobs.iter().any(|job| job.walk != jobs[0].walk);
     let at = (MOMENT * f64::from(settings.frames_per_cycle)) as u32;
@@ -66,7 +71,7 @@ pub fn of(pack: &Pack<'_>, jobs: &[Job<'_>], view: &View, settings: Settings) ->
 ///
 /// # Errors
 /// If there is none.
-pub fn of_templates(made: &[(Template, Vec<u8>)], settings: Settings) -> Result<RgbImage> {
+pub fn template_gallery(made: &[(Template, Vec<u8>)], settings: Settings) -> Result<RgbImage> {
     let cell = |(template, bytes): &(Template, Vec<u8>)| {
         let (columns, numbers) = match template.shape(settings.size) {
             Shape::Image { rows, columns, .. } => (columns, rows * columns),

@@ -1,0 +1,108 @@
+//! How results and manifests state what templates were made of, by the names of the flags.
+
+use super::{Dataset, Header};
+use crate::error::{Error, Result};
+use crate::sweep::{Aim, Framing, Sensor, Settings};
+use crate::template::Template;
+use crate::template::augment::{Augmentation, Crops};
+use glam::Vec3;
+use std::path::Path;
+
+/// Names of what [`Header::drawn`] states.
+const DRAWN: [&str; 11] = [
+    "template",
+    "raster",
+    "framing",
+    "lens",
+    "distance_m",
+    "fov_deg",
+    "camera",
+    "aim_m",
+    "size",
+    "jitter",
+    "frames_per_cycle",
+];
+
+impl Header {
+    /// The header with how silhouettes are drawn.
+    #[must_use]
+    pub fn drawn(self, settings: &Settings) -> Self {
+        let Sensor {
+            distance_m,
+            fov_deg,
+            aim,
+        } = settings.sensor;
+        let header = match settings.template {
+            Template::Gei => self,
+            other => self.with("template", other.name()),
+        };
+        let mut header = header
+            .with("raster", settings.rasterizer.name())
+            .with("framing", settings.framing.name())
+            .with("lens", settings.lens.name())
+            .with("size", settings.size.name())
+            .with("jitter", settings.jitter.name())
+            .with("frames_per_cycle", settings.frames_per_cycle);
+        if settings.uses_sensor() {
+            let (camera, aim) = match aim {
+                Aim::Pelvis => ("follow", "pelvis".to_owned()),
+                Aim::Mean => ("static", "mean pelvis".to_owned()),
+                Aim::Point(Vec3 { x, y, z }) => ("static", format!("{x},{y},{z}")),
+            };
+            header = header
+                .with("distance_m", distance_m)
+                .with("camera", camera)
+                .with("aim_m", aim);
+        }
+        if settings.framing == Framing::Camera {
+            header = header.with("fov_deg", fov_deg);
+        }
+        header
+    }
+
+    /// The header with how the silhouettes of a dataset were drawn, as far as it says.
+    #[must_use]
+    pub fn drawn_as(mut self, dataset: &Dataset) -> Self {
+        for key in DRAWN {
+            if let Some(value) = dataset.manifest().header.settings.get(key) {
+                self.settings.insert(key.to_owned(), value.clone());
+            }
+        }
+        self
+    }
+
+    /// The header with what was made of each image besides itself, if anything was.
+    #[must_use]
+    pub fn augmented(self, augmentation: Augmentation) -> Self {
+        if augmentation == Augmentation::default() {
+            return self;
+        }
+        let names = [
+            augmentation.flip.then_some("flip"),
+            augmentation.crops.map(|_| "crop"),
+        ];
+        let names: Vec<&str> = names.into_iter().flatten().collect();
+        let header = self.with("augment", names.join(","));
+        match augmentation.crops {
+            Some(Crops { steps, rows }) => header.with("crop_steps", steps).with("crop_rows", rows),
+            None => header,
+        }
+    }
+}
+
+impl Dataset {
+    /// The framing that it says it was drawn with; none if it does not say. `folder` is only for
+    /// messages.
+    ///
+    /// # Errors
+    /// When what it says is no framing.
+    pub fn framing(&self, folder: &Path) -> Result<Option<Framing>> {
+        let Some(stated) = self.manifest().header.settings.get("framing") else {
+            return Ok(None);
+        };
+        let framing = serde_json::from_value(stated.clone());
+        framing.map(Some).map_err(|error| {
+            Error::input(folder.join("manifest.json"), format!("framing: {error}"))
+        })
+    }
+}

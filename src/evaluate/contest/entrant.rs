@@ -1,0 +1,138 @@
+//! A recognizer that takes part, and how it is shown people.
+
+use crate::dataset::Dataset;
+use crate::error::{Error, Result};
+use crate::score::pixels::Pixels;
+use crate::score::{Model, Recognizer, Runtime};
+use crate::source::Form;
+use crate::sweep::{Framing, Settings};
+use crate::template::Template;
+use edgegait_core::silhouette::Size;
+use std::path::Path;
+
+/// A recognizer, and how what it is shown is drawn.
+pub struct Entrant {
+    /// The recognizer.
+    pub recognizer: Box<dyn Recognizer>,
+    /// As its contract asks.
+    pub settings: Settings,
+}
+
+/// How a dataset's templates are, which cannot be drawn otherwise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stored {
+    /// Which they are.
+    pub template: Template,
+    /// Of which silhouettes.
+    pub size: Size,
+    /// How those were framed, if it says.
+    pub framing: Option<Framing>,
+}
+
+impl Stored {
+    /// What the dataset in `folder` says of itself.
+    ///
+    /// # Errors
+    /// When what it calls its framing is none.
+    pub fn of(dataset: &Dataset, folder: &Path) -> Result<Self> {
+        Ok(Self {
+            template: dataset.template(),
+            size: dataset.size(),
+            framing: dataset.framing(folder)?,
+        })
+    }
+}
+
+impl Entrant {
+    /// A model that is shown what is drawn with these settings, but for the template, size, framing
+    /// and number of frames, which are those that its contract states.
+    ///
+    /// # Errors
+    /// If the runtime cannot load it, or its contract asks for what cannot be drawn.
+    pub fn drawn(model: &Model, runtime: &Runtime, settings: Settings) -> Result<Self> {
+        let contract = model.contract();
+        let asked = format!("{}x{}", contract.rows, contract.columns);
+        let known = Size::ALL.into_iter().find(|size| size.name() == asked);
+        let size = known.unwrap_or(settings.size);
+        contract.require(size, None, "use")?;
+        let frames = contract.frames.map(u32::try_from).transpose();
+        let frames = frames.map_err(|_| {
+            let name = &contract.name;
+            Error::Failed(format!("{name}: expected fewer frames than 2^32"))
+        })?;
+        let settings = Settings {
+            template: contract.template,
+            size,
+            framing: contract.framing,
+            frames_per_cycle: frames.unwrap_or(settings.frames_per_cycle),
+            ..settings
+        };
+        settings.check()?;
+        Ok(Self {
+            recognizer: runtime.load(model)?,
+            settings,
+        })
+    }
+
+    /// A model that is shown the templates of a dataset. `settings` is how other silhouettes would
+    /// be drawn.
+    ///
+    /// # Errors
+    /// If the runtime cannot load it, or its contract asks for other templates.
+    pub fn stored(
+        model: &Model,
+        runtime: &Runtime,
+        (stored, settings): (Stored, Settings),
+    ) -> Result<Self> {
+        let (contract, remedy) = (model.contract(), "sweep another dataset with");
+        // A dataset has no silhouettes, as it says itself.
+        if contract.template != Template::Silhouettes {
+            contract.require_template(stored.template, remedy)?;
+        }
+        contract.require(stored.size, stored.framing, remedy)?;
+        Ok(Self {
+            recognizer: runtime.load(model)?,
+            settings: Settings {
+                template: contract.template,
+                size: stored.size,
+                framing: contract.framing,
+                ..settings
+            },
+        })
+    }
+
+    /// The baseline, which compares templates pixel by pixel: of a dataset, or drawn like this.
+    #[must_use]
+    pub fn pixels(stored: Option<Stored>, settings: Settings) -> Self {
+        let settings = stored.map_or(settings, |stored| Settings {
+            template: stored.template,
+            size: stored.size,
+            framing: stored.framing.unwrap_or_default(),
+            ..settings
+        });
+        let recognizer = Pixels::new(settings.template, settings.size, settings.framing);
+        Self {
+            recognizer: Box::new(recognizer),
+            settings,
+        }
+    }
+
+    /// Whether another recognizer is shown the same pictures.
+    #[must_use]
+    pub fn is_shown_as(&self, other: &Self) -> bool {
+        self.form() == other.form()
+    }
+
+    /// How it is shown sequences.
+    #[must_use]
+    pub fn form(&self) -> Form {
+        let contract = self.recognizer.contract();
+        Form {
+            settings: Settings {
+                template: contract.template,
+                ..self.settings
+            },
+            frames: contract.frames,
+        }
+    }
+}

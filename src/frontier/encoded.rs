@@ -1,0 +1,119 @@
+//! People as a pack: as close as it has to be, or as small.
+
+use super::choose::{self, Choice};
+use super::configuration::Encoding;
+use crate::encode::{MAX_ERROR_MM, body_error_mm, check_walks, encode_subjects, encode_within};
+use crate::error::Result;
+use crate::scene::Subject;
+use crate::scene::thin::with_thinner_bodies;
+use edgegait_core::pack::Pack;
+
+/// Greatest error by default where a body was fitted to a mesh, mm: 5 mm would cost 0.002 of its
+/// Jaccard index, which is what a third of its points is worth.
+const FITTED_ERROR_MM: f64 = 1.0;
+
+/// How closely people are encoded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Goal {
+    /// With the usual error: [`MAX_ERROR_MM`], or 1 mm where a body was fitted to a mesh.
+    Usual,
+    /// With this error of a walk at most, mm; a body has two fifths of it, up to 4 mm.
+    ErrorMm(f64),
+    /// In at most so many bytes: with the smallest error that fits, from 0.1 mm on.
+    Bytes(usize),
+    /// In the fewest bytes whose GEIs are this close to those of the finest encoding, root mean
+    /// square of 255. Takes a minute for a dozen people: encodings are tried.
+    GeiRmse(f64),
+}
+
+/// A pack, and how it was made.
+#[derive(Clone, Debug)]
+pub struct Encoded {
+    /// The pack.
+    pub bytes: Vec<u8>,
+    /// The error that its walks were to have at most, mm.
+    pub max_error_mm: f64,
+    /// Most points of a body, if that was limited.
+    pub hull_points: Option<usize>,
+    /// What [`Goal::GeiRmse`] chose.
+    pub choice: Option<Choice<Encoding>>,
+}
+
+/// Encodes people, whose bodies keep at most `hull_points` points if that is given; `progress` is
+/// called for each walk that was encoded, as often as it was.
+///
+/// # Errors
+/// As [`encode_subjects`] and [`encode_within`], and if nothing meets [`Goal::GeiRmse`].
+pub fn encoded(
+    people: &[Subject],
+    (goal, hull_points): (Goal, Option<usize>),
+    progress: &(dyn Fn() + Sync),
+) -> Result<Encoded> {
+    check_walks(people)?;
+    let choice = match goal {
+        Goal::GeiRmse(most) => Some(choose::encoding(people, most)?),
+        _ => None,
+    };
+    let chosen = choice.as_ref().map(|choice| choice.chosen);
+    let hull_points = chosen.map(|encoding| encoding.hull_points).or(hull_points);
+    let people = match hull_points {
+        Some(most) => &with_thinner_bodies(people, most)?,
+        None => people,
+    };
+    let is_fitted = people.iter().any(|subject| subject.body.fit.is_some());
+    let (bytes, max_error_mm) = match (goal, chosen) {
+        (Goal::Bytes(budget), _) => encode_within(people, budget, progress)?,
+        (goal, chosen) => {
+            let max_error_mm = match (goal, chosen) {
+                (_, Some(encoding)) => encoding.track_error_mm,
+                (Goal::ErrorMm(asked), None) => asked,
+                _ if is_fitted => FITTED_ERROR_MM,
+                _ => MAX_ERROR_MM,
+            };
+            let bytes = encode_subjects(people, max_error_mm, progress)?;
+            (bytes, max_error_mm)
+        }
+    };
+    Ok(Encoded {
+        bytes,
+        max_error_mm,
+        hull_points,
+        choice,
+    })
+}
+
+impl Encoded {
+    /// Warnings if walks or bodies miss the error that was asked for.
+    ///
+    /// # Errors
+    /// When the bytes are no pack.
+    pub fn missed_errors(&self) -> Result<Vec<String>> {
+        let pack = Pack::parse(&self.bytes)?;
+        let clips = (0..pack.clip_count()).filter_map(|index| pack.clip(index));
+        let clips: Vec<f32> = clips.map(|clip| clip.max_error_mm()).collect();
+        let avatars = (0..pack.avatar_count()).filter_map(|index| pack.avatar(index));
+        let avatars: Vec<f32> = avatars.map(|avatar| avatar.max_error_mm()).collect();
+        let kinds = [
+            ("walks", clips, self.max_error_mm),
+            ("bodies", avatars, body_error_mm(self.max_error_mm)),
+        ];
+        Ok(kinds
+            .into_iter()
+            .filter_map(|(what, errors, asked_mm)| missed(what, &errors, asked_mm))
+            .collect())
+    }
+}
+
+/// A warning if some of these errors are above what was asked for.
+fn missed(what: &str, errors: &[f32], asked_mm: f64) -> Option<String> {
+    let errors = errors.iter().map(|&error| f64::from(error));
+    let (all, most) = (errors.len(), errors.clone().fold(0.0, f64::max));
+    // Stored errors are rounded up to 0.01 mm.
+    let missed = errors.filter(|&error| error > asked_mm + 0.011).count();
+    (missed > 0).then(|| {
+        format!(
+            "{missed} of {all} {what} miss the error of {asked_mm:.2} mm, by up to {:.2} mm: the format is not finer for them",
+            most - asked_mm
+        )
+    })
+}

@@ -1,0 +1,51 @@
+//! Recordings less what cannot be encoded of them.
+
+use super::recorded::Recording;
+use crate::error::{Error, Refused};
+
+/// Takes refused walks out of their recordings, and recordings without any out of the list: an
+/// error for each walk, or for all of a person's recording, with its file.
+pub fn without(recordings: &mut Vec<Recording>, refused: &[Refused]) -> Vec<Error> {
+    let mut errors = Vec::new();
+    recordings.retain_mut(|recording| {
+        let Recording {
+            path,
+            subject,
+            name,
+            cut,
+            ..
+        } = recording;
+        let path = path.as_path();
+        let own = || refused.iter().filter(|one| one.subject == *subject);
+        if let Some(person) = own().find(|one| one.walk.is_none()) {
+            errors.push(Error::input(path, person.to_string()));
+            return false;
+        }
+        let problem = |number: usize| {
+            let is_it =
+                |(walk, cycle): &(String, u16)| walk == name && usize::from(*cycle) == number;
+            let found = own().find(|one| one.walk.as_ref().is_some_and(is_it));
+            found.map(|one| one.problem.as_str())
+        };
+        let Some(cut) = cut else {
+            let problem = problem(0);
+            errors.extend(problem.map(|problem| Error::input(path, problem)));
+            return problem.is_none();
+        };
+        let all = cut.cycles.len();
+        let mut numbers = 0..all;
+        cut.cycles.retain(|one| {
+            let problem = numbers.next().and_then(problem);
+            errors.extend(problem.map(|problem| {
+                Error::input(
+                    path,
+                    format!("the cycle at {:.2} s: {problem}", one.start_s),
+                )
+            }));
+            problem.is_none()
+        });
+        cut.found -= all - cut.cycles.len();
+        !cut.cycles.is_empty()
+    });
+    errors
+}

@@ -1,0 +1,171 @@
+//! Packs as files, the built-in cohort, and which walks of them are used.
+
+use crate::dataset::{InputFile, sha256_of_bytes};
+use crate::encode::{MAX_ERROR_MM, encode_subjects};
+use crate::error::{Error, Place, Result};
+use crate::scene::cohort::{self, CohortOptions, SPEEDS_KMH};
+use edgegait_core::budget::MAX_PACK_BYTES;
+use edgegait_core::format::MAGIC;
+use edgegait_core::pack::Pack;
+use std::path::Path;
+
+/// The walk of the built-in cohort that is used when none is named.
+pub const BUILT_IN_WALK: &str = "walk-5kmh";
+
+/// A pack's bytes and where they are from.
+#[derive(Clone, Debug)]
+pub struct PackSource {
+    /// The pack.
+    pub bytes: Vec<u8>,
+    /// Its file, for results; none for the built-in cohort.
+    pub inputs: Vec<InputFile>,
+    /// What it is called in results.
+    pub name: String,
+}
+
+/// Which people and walks are used.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Selection {
+    /// Names of people; all of them if there is none.
+    pub subjects: Vec<String>,
+    /// Names of walks; all of them if there is none.
+    pub walks: Vec<String>,
+}
+
+impl Selection {
+    /// The numbers of the chosen walks, in pack order.
+    ///
+    /// # Errors
+    /// When a name is unknown, or nothing is chosen.
+    pub fn of(&self, pack: &Pack<'_>) -> Result<Vec<usize>> {
+        let subjects: Vec<&str> = pack.subjects().map(|subject| subject.name).collect();
+        let walks: Vec<&str> = pack.walks().map(|walk| walk.name).collect();
+        require("subject", &self.subjects, &subjects)?;
+        require("walk", &self.walks, &walks)?;
+        let numbers = pack.walks().enumerate();
+        let chosen: Vec<usize> = numbers
+            .filter(|(_, walk)| self.has(subjects[walk.subject], walk.name))
+            .map(|(index, _)| index)
+            .collect();
+        if chosen.is_empty() {
+            return Err(Error::Usage(
+                "no walk of the chosen people has the chosen name".into(),
+            ));
+        }
+        Ok(chosen)
+    }
+
+    /// Whether this walk of this person is used.
+    #[must_use]
+    pub fn has(&self, subject: &str, walk: &str) -> bool {
+        let wanted =
+            |list: &[String], name: &str| list.is_empty() || list.iter().any(|one| one == name);
+        wanted(&self.subjects, subject) && wanted(&self.walks, walk)
+    }
+}
+
+/// Refuses names that are not there.
+///
+/// # Errors
+/// Naming the first of them, and some that are there.
+pub fn require(what: &str, asked: &[String], known: &[&str]) -> Result<()> {
+    for name in asked {
+        if !known.contains(&name.as_str()) {
+            let mut some: Vec<&str> = Vec::new();
+            for name in known {
+                if !some.contains(name) && some.len() < 12 {
+                    some.push(name);
+                }
+            }
+            return Err(Error::Usage(format!(
+                "there is no {what} {name:?}: expected one of {}",
+                some.join(", ")
+            )));
+        }
+    }
+    Ok(())
+}
+
+impl PackSource {
+    /// Reads and checks a pack file.
+    ///
+    /// # Errors
+    /// When the file cannot be read, is larger than a pack may be, or is no pack.
+    pub fn read(path: &Path) -> Result<Self> {
+        let length = std::fs::metadata(path)
+            .map_err(|error| Error::io(path, error))?
+            .len();
+        if length > MAX_PACK_BYTES as u64 {
+            return Err(Error::input(
+                path,
+                format!("{length} bytes, expected a pack of at most {MAX_PACK_BYTES}"),
+            ));
+        }
+        let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
+        Pack::parse(&bytes).map_err(|error| {
+            let problem = format!("expected {}", error.expected);
+            Error::at(path, Place::Byte(error.byte), problem)
+        })?;
+        let name = path.display().to_string();
+        // Of the bytes that were read: the file may be another by now.
+        let input = InputFile {
+            path: name.clone(),
+            sha256: sha256_of_bytes(&bytes),
+        };
+        Ok(Self {
+            bytes,
+            inputs: vec![input],
+            name,
+        })
+    }
+
+    /// The people of these options as a pack; `progress` is called for each walk.
+    ///
+    /// # Errors
+    /// As [`cohort::subjects`] and [`encode_subjects`].
+    pub fn made(options: &CohortOptions, progress: &(dyn Fn() + Sync)) -> Result<Self> {
+        let subjects = cohort::subjects(options)?;
+        Ok(Self {
+            bytes: encode_subjects(&subjects, MAX_ERROR_MM, progress)?,
+            inputs: Vec::new(),
+            name: "built-in cohort".into(),
+        })
+    }
+}
+
+/// The built-in cohort at the speeds that these walks name; at all speeds for no names.
+#[must_use]
+pub fn built_in(walks: &[String]) -> CohortOptions {
+    let mut speeds_kmh: Vec<f64> = SPEEDS_KMH
+        .into_iter()
+        .filter(|speed| {
+            let name = |verb: &str| format!("{verb}-{speed}kmh");
+            walks.contains(&name("walk")) || walks.contains(&name("run"))
+        })
+        .collect();
+    // No speed matches a name: all of them, so that an error can list the names.
+    if speeds_kmh.is_empty() {
+        speeds_kmh = SPEEDS_KMH.to_vec();
+    }
+    CohortOptions {
+        speeds_kmh,
+        ..CohortOptions::default()
+    }
+}
+
+/// Whether a path is a pack or a folder (a dataset, a tree of silhouettes), as opposed to a model.
+///
+/// # Errors
+/// When it cannot be read.
+pub fn is_pack_or_folder(path: &Path) -> Result<bool> {
+    use std::io::Read as _;
+    let metadata = std::fs::metadata(path).map_err(|error| Error::io(path, error))?;
+    if metadata.is_dir() {
+        return Ok(true);
+    }
+    let mut start = Vec::new();
+    std::fs::File::open(path)
+        .and_then(|file| file.take(MAGIC.len() as u64).read_to_end(&mut start))
+        .map_err(|error| Error::io(path, error))?;
+    Ok(start == MAGIC)
+}

@@ -1,0 +1,294 @@
+//! What is trained on: templates of walks that are drawn, or of a dataset.
+
+use super::Method;
+use crate::dataset::{Dataset, IndexRow};
+use crate::error::{Error, Result};
+use crate::score::{Contract, EMBEDDING, Layout, OutputNames, SCORES, Training};
+use crate::sweep::{Framing, Lens, Settings, Views, jobs, sweep};
+use crate::template::Template;
+use crate::template::augment::{Augmentation, Crops, varied};
+use edgegait_core::pack::Pack;
+use edgegait_core::silhouette::Size;
+use ndarray::Array2;
+use std::collections::{BTreeSet, HashSet};
+use std::path::Path;
+
+/// Templates with their people.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Samples {
+    /// A template a row, numbers in 0..1.
+    pub numbers: Array2<f32>,
+    /// Which template they are.
+    pub template: Template,
+    /// Of which silhouettes.
+    pub size: Size,
+    /// How those were framed; none where a dataset does not say.
+    pub framing: Option<Framing>,
+    /// The number of each row's person.
+    pub labels: Vec<usize>,
+    /// The people's names, in the order of their first appearance.
+    pub names: Vec<String>,
+    /// What a contract says of all this.
+    pub training: Training,
+}
+
+/// How templates are made of walks.
+#[derive(Clone, Copy, Debug)]
+pub struct Recipe<'a> {
+    /// From where walks are seen.
+    pub views: &'a Views,
+    /// How they are drawn, and which template is made of them: one image or vector a cycle.
+    pub settings: Settings,
+    /// The stored cycle and seeded variations of it, so many together.
+    pub cycles: u32,
+    /// What is made of each template besides itself.
+    pub augmentation: Augmentation,
+}
+
+impl Samples {
+    /// Templates of these walks of a pack, which is called `name`; `progress` is called for each
+    /// cycle of a walk.
+    ///
+    /// # Errors
+    /// For whole takes, for silhouettes, and what cannot be drawn or augmented.
+    pub fn drawn(
+        (pack, walks, name): (&Pack<'_>, &[usize], &str),
+        recipe: Recipe<'_>,
+        progress: &(dyn Fn() + Sync),
+    ) -> Result<Self> {
+        let Recipe {
+            views,
+            settings,
+            cycles,
+            augmentation,
+        } = recipe;
+        let (template, size) = (settings.template, settings.size);
+        augmentation.check(template, size)?;
+        let all: Vec<_> = pack.walks().collect();
+        let people = each_once(walks.iter().map(|&walk| all[walk].subject));
+        let jobs = jobs(pack, walks, 0..cycles)?;
+        let mut rows = Rows::new(size, augmentation);
+        sweep(
+            pack,
+            &jobs,
+            &views.list,
+            settings,
+            |_, swept| {
+                progress();
+                Ok(swept)
+            },
+            |job, swept| {
+                let person = all[job.walk].subject;
+                let label = people.iter().position(|&p| p == person).unwrap_or(0);
+                for bytes in &swept.templates {
+                    rows.push(bytes, label);
+                }
+                Ok(())
+            },
+        )?;
+        let names = sorted(walks.iter().map(|&walk| all[walk].name));
+        let subjects: Vec<_> = pack.subjects().collect();
+        let people = people.iter().map(|&p| subjects[p].name.to_owned());
+        let training = Training {
+            description: format!(
+                "{} of {name}, variations 0 to {}, {} viewpoints, seed {}, raster {}{}{}",
+                names.join(","),
+                cycles - 1,
+                views.list.len(),
+                settings.seed,
+                settings.rasterizer,
+                if settings.lens == Lens::Persp {
+                    format!(", in perspective from {} m", settings.sensor.distance_m)
+                } else {
+                    String::new()
+                },
+                described(augmentation),
+            ),
+            viewpoints: views
+                .list
+                .iter()
+                .map(|view| view.angles_deg().into())
+                .collect(),
+            subjects: Vec::new(),
+            walks: names.iter().map(|&name| name.to_owned()).collect(),
+            cycles: sorted(walks.iter().map(|&walk| u32::from(all[walk].cycle))),
+            variations: (0..cycles).collect(),
+            seed: settings.seed,
+        };
+        rows.samples(
+            (template, Some(settings.framing)),
+            people.collect(),
+            training,
+        )
+    }
+
+    /// All templates of the dataset in `folder`.
+    ///
+    /// # Errors
+    /// For what cannot be augmented, and a dataset that is augmented already.
+    pub fn of_dataset(
+        (dataset, folder): (&Dataset, &Path),
+        augmentation: Augmentation,
+    ) -> Result<Self> {
+        let (template, size) = (dataset.template(), dataset.size());
+        augmentation.check(template, size)?;
+        let settings = &dataset.manifest().header.settings;
+        if augmentation != Augmentation::default() && settings.contains_key("augment") {
+            return Err(Error::Usage(format!(
+                "--augment: {} is augmented already",
+                folder.display()
+            )));
+        }
+        let index = dataset.index();
+        let mut names: Vec<String> = Vec::new();
+        let mut viewpoints: Vec<[f64; 2]> = Vec::new();
+        let mut rows = Rows::new(size, augmentation);
+        for (bytes, row) in dataset.templates().zip(index) {
+            let known = names.iter().position(|name| *name == row.subject);
+            let label = known.unwrap_or_else(|| {
+                names.push(row.subject.clone());
+                names.len() - 1
+            });
+            let viewpoint = [row.azimuth_deg, row.elevation_deg];
+            if !viewpoints.contains(&viewpoint) {
+                viewpoints.push(viewpoint);
+            }
+            rows.push(bytes, label);
+        }
+        let training = Training {
+            description: format!(
+                "the {} {} of {}{}",
+                index.len(),
+                template.plural(),
+                folder.display(),
+                described(augmentation)
+            ),
+            viewpoints,
+            subjects: Vec::new(),
+            walks: sorted(index.iter().map(|row: &IndexRow| row.walk.clone())),
+            cycles: sorted(index.iter().map(|row| row.cycle)),
+            variations: sorted(index.iter().map(|row| row.variation)),
+            seed: index.first().map_or(0, |row| row.seed),
+        };
+        rows.samples((template, dataset.framing(folder)?), names, training)
+    }
+
+    /// The contract of a model called `name` that was fitted to these with so many principal
+    /// components; `precision` is what is said of it besides, such as ` trained in f32`.
+    #[must_use]
+    pub fn contract(
+        &self,
+        name: String,
+        (components, method): (u16, Method),
+        precision: &str,
+    ) -> Contract {
+        let description = &self.training.description;
+        Contract {
+            name,
+            rows: self.size.rows(),
+            columns: self.size.columns(),
+            layout: Layout::of(self.template),
+            framing: self.framing.unwrap_or_default(),
+            template: self.template,
+            classes: self.names.clone(),
+            outputs: OutputNames {
+                embedding: Some(EMBEDDING.into()),
+                scores: Some(SCORES.into()),
+            },
+            training: Training {
+                description: format!("PCA ({components}) + {method}{precision} on {description}"),
+                ..self.training.clone()
+            },
+            ..Contract::default()
+        }
+    }
+}
+
+/// Samples that are collected.
+struct Rows {
+    size: Size,
+    augmentation: Augmentation,
+    numbers: Vec<f32>,
+    labels: Vec<usize>,
+}
+
+impl Rows {
+    const fn new(size: Size, augmentation: Augmentation) -> Self {
+        Self {
+            size,
+            augmentation,
+            numbers: Vec::new(),
+            labels: Vec::new(),
+        }
+    }
+
+    /// Appends a template of this person, and its variants.
+    fn push(&mut self, bytes: &[u8], label: usize) {
+        let mut append = |bytes: &[u8]| {
+            let unit = bytes.iter().map(|&byte| f32::from(byte) / 255.0);
+            self.numbers.extend(unit);
+        };
+        append(bytes);
+        let variants = self.augmentation.variants();
+        for &variant in variants.iter().skip(1) {
+            append(&varied(bytes, self.size, variant));
+        }
+        self.labels
+            .extend(std::iter::repeat_n(label, variants.len()));
+    }
+
+    fn samples(
+        self,
+        (template, framing): (Template, Option<Framing>),
+        names: Vec<String>,
+        training: Training,
+    ) -> Result<Samples> {
+        let columns = template.shape(self.size).numbers();
+        let numbers = Array2::from_shape_vec((self.labels.len(), columns), self.numbers)
+            .map_err(|error| Error::Failed(error.to_string()))?;
+        Ok(Samples {
+            numbers,
+            template,
+            size: self.size,
+            framing,
+            labels: self.labels,
+            names,
+            training,
+        })
+    }
+}
+
+/// What was added to samples, for their description; nothing if nothing was.
+fn described(augmentation: Augmentation) -> String {
+    let flip = augmentation.flip.then(|| "flip".to_owned());
+    let crop = augmentation
+        .crops
+        .map(|Crops { steps, rows }| format!("crop ({steps} steps of {rows} of the lowest rows)"));
+    let ways: Vec<String> = flip.into_iter().chain(crop).collect();
+    match ways.as_slice() {
+        [] => String::new(),
+        _ => format!(", augmented by {}", ways.join(", ")),
+    }
+}
+
+/// Each of these once, in the order of their first appearance.
+fn each_once(all: impl Iterator<Item = usize>) -> Vec<usize> {
+    let mut seen = HashSet::new();
+    all.filter(|one| seen.insert(*one)).collect()
+}
+
+/// Each of these once, rising.
+fn sorted<T: Ord>(all: impl Iterator<Item = T>) -> Vec<T> {
+    all.collect::<BTreeSet<T>>().into_iter().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn people_whose_walks_are_not_side_by_side_are_one_class_each() {
+        assert_eq!(each_once([2, 0, 2, 2, 1, 0].into_iter()), [2, 0, 1]);
+        assert_eq!(sorted([2, 0, 2, 1, 0].into_iter()), [0, 1, 2]);
+    }
+}
