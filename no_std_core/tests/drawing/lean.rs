@@ -1,11 +1,9 @@
 //! What is drawn hull by hull out of a pack is, byte for byte, what the rasterisers that unpack
 //! a body first draw of it: silhouettes, shares, GEIs and errors.
 
-mod plain_avatar;
-mod random;
-#[expect(dead_code, reason = "clips alone are for other tests")]
-mod small_pack;
-
+use crate::plain_avatar;
+use crate::random::Random;
+use crate::small_pack;
 use edgegait_core::avatar::Avatar;
 use edgegait_core::body::{self, Figure, OverBudget};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
@@ -18,7 +16,6 @@ use edgegait_core::silhouette::{Silhouette, Size};
 use edgegait_core::template::FrameError;
 use edgegait_core::{lean, template};
 use glam::{Quat, Vec2, Vec3};
-use random::Random;
 
 /// Room for every avatar.
 type LeanBody = lean::Body<768, 1536>;

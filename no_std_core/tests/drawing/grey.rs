@@ -1,18 +1,14 @@
 //! How far the GEIs of each rasteriser are from exact coverage: the error of the rasteriser
 //! alone, since figures, frames and framing are the same on both sides.
 
-#[expect(dead_code, reason = "the part of it that this test needs")]
-mod plain;
-mod random;
-
+use crate::plain::{body, dot, image_axes, posed, single, wrapped};
+use crate::random::Random;
 use edgegait_core::body::Figure;
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::raster::{Rasterizer, Renderer};
 use edgegait_core::silhouette::Size;
 use edgegait_core::template::GeiBuilder;
 use glam::Vec2;
-use plain::{body, dot, image_axes, posed, single, wrapped};
-use random::Random;
 
 type V3 = [f64; 3];
 

@@ -4,18 +4,14 @@
 //! directions on: projection, framing (its scale, and where the centroid puts the columns),
 //! outline and crossings. All that the crate rounds to f32 from there on counts as wrong, the
 //! framing's part of it, too.
-#![expect(dead_code, reason = "`plain` is shared with other tests")]
 
-mod plain;
-mod random;
-
+use crate::plain::*;
+use crate::random::Random;
 use edgegait_core::body::Figure;
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::raster::{DrawError, Rasterizer, Renderer};
 use edgegait_core::silhouette::Size;
 use glam::Vec2;
-use plain::*;
-use random::Random;
 
 /// How figures are seen.
 struct Scene {

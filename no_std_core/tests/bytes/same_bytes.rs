@@ -1,12 +1,11 @@
 //! Poses, silhouettes and templates are the same bytes here as everywhere: a committed list of
 //! hashes, which the firmware in `examples/firmware` is held to as well.
 //!
-//! `UPDATE_GOLDEN=1 cargo test -p edgegait-core --test same_bytes` writes the list again: for
+//! `UPDATE_GOLDEN=1 cargo test -p edgegait-core --test bytes same_bytes` writes the list again: for
 //! a change of what is drawn that was meant, and looked at.
 
-mod golden;
-
-use golden::HASHES;
+use crate::golden;
+use crate::golden::HASHES;
 use std::fmt::Write as _;
 
 #[test]

@@ -1,8 +1,7 @@
 //! The column rasteriser against plain f64 code that shares nothing with it: sampling from
 //! the definition, over all pairs of points instead of a hull's edges.
 
-mod random;
-
+use crate::random::Random;
 use edgegait_core::body::{Body, Figure};
 use edgegait_core::budget::MAX_REACH_PIXELS;
 use edgegait_core::camera::Viewpoint;
@@ -12,7 +11,6 @@ use edgegait_core::silhouette::Size;
 use edgegait_core::skeleton::Joint;
 use edgegait_core::template::GeiTally;
 use glam::{Vec2, Vec3};
-use random::Random;
 
 type V3 = [f64; 3];
 

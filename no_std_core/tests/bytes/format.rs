@@ -13,7 +13,7 @@ use glam::Vec3;
 /// bytes there, and zeros where lines are left out.
 fn documented(heading: &str) -> Vec<u8> {
     let mut bytes = Vec::new();
-    let text = include_str!("../FORMAT.md").split_once(heading);
+    let text = include_str!("../../FORMAT.md").split_once(heading);
     let (_, text) = text.expect("the heading");
     let lines = text.lines().take_while(|line| !line.starts_with("# "));
     for (offset, row) in lines.filter_map(|line| line.split_once("  ")) {

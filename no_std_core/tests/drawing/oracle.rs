@@ -1,9 +1,8 @@
 //! Kinematics, projection and rasterisation against plain f64 code that
 //! shares nothing with the crate: written from the conventions of its front page.
 
-mod plain;
-mod random;
-
+use crate::plain::*;
+use crate::random::Random;
 use edgegait_core::body::Figure;
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::pose::{ModelPose, Pose};
@@ -11,8 +10,6 @@ use edgegait_core::raster::{Rasterizer, Renderer};
 use edgegait_core::silhouette::{Frame, Size};
 use edgegait_core::skeleton::{JOINTS, Skeleton};
 use glam::{Quat, Vec2, Vec3};
-use plain::*;
-use random::Random;
 
 type M4 = [[f64; 4]; 4];
 

@@ -1,17 +1,14 @@
 //! Framings, lenses, sizes and sample jitter against plain f64 code that shares nothing
 //! with the crate. Framing by height has its own tests in `oracle.rs`.
 
-mod plain;
-mod random;
-
+use crate::plain::*;
+use crate::random::Random;
 use edgegait_core::body::{Body, Figure};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::raster::{Rasterizer, Renderer};
 use edgegait_core::silhouette::Size;
 use edgegait_core::skeleton::Joint;
 use glam::{Vec2, Vec3};
-use plain::*;
-use random::Random;
 
 /// How figures are seen.
 #[derive(Clone, Copy)]

@@ -1,10 +1,8 @@
 //! Hulls whose points hang on several joints, against hulls that are given where those points
 //! are, and rolled cameras against plain f64 code.
-#![expect(dead_code, reason = "`plain` is shared with other tests")]
 
-mod plain;
-mod random;
-
+use crate::plain::{dot, image_axes, random_angles, random_quaternion, single};
+use crate::random::Random;
 use edgegait_core::body::{Body, Figure, OverBudget};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::pose::{ModelPose, Pose};
@@ -13,8 +11,6 @@ use edgegait_core::raster::{DrawError, Rasterizer, Renderer, Simd};
 use edgegait_core::silhouette::{Silhouette, Size};
 use edgegait_core::skeleton::{JOINTS, Joint, Skeleton};
 use glam::{Mat3, Quat, Vec2, Vec3};
-use plain::{dot, image_axes, random_angles, random_quaternion, single};
-use random::Random;
 
 /// A hull: where each point hangs.
 type Hung = Vec<(Joint, Vec3)>;

@@ -1,12 +1,10 @@
 //! Linear recognizers: what they answer, against sums in i64 and f64, and which bytes are refused.
 
-mod random;
-
+use crate::random::Random;
 use edgegait_core::camera::Framing;
 use edgegait_core::format::{FormatError, crc32};
 use edgegait_core::linear::LinearRecognizer;
 use edgegait_core::silhouette::Size;
-use random::Random;
 
 /// A class as `FORMAT.md` has it.
 #[derive(Clone)]

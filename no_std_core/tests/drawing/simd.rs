@@ -1,18 +1,14 @@
 //! Pictures do not depend on the registers that draw them: all instruction sets of this
 //! processor draw the same bits of random and of hostile hulls.
-#![expect(dead_code, reason = "`plain` is shared with other tests")]
 
-mod plain;
-mod random;
-
+use crate::plain::random_angles;
+use crate::random::Random;
 use edgegait_core::body::{Body, Figure};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::raster::{Rasterizer, Renderer, Simd};
 use edgegait_core::silhouette::Size;
 use edgegait_core::skeleton::Joint;
 use glam::{Vec2, Vec3};
-use plain::random_angles;
-use random::Random;
 
 /// Kinds of hulls.
 const KINDS: usize = 9;

@@ -1,8 +1,7 @@
 //! Damaged and forged packs: an error or a decode, never a panic.
 
-mod random;
-mod small_pack;
-
+use crate::random::Random;
+use crate::small_pack::{avatar, fix_header, small_pack, wild_clip};
 use edgegait_core::avatar::Avatar;
 use edgegait_core::body::{Body, Figure};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
@@ -13,8 +12,6 @@ use edgegait_core::pose::{ModelPose, Pose};
 use edgegait_core::raster::{Rasterizer, Renderer};
 use edgegait_core::silhouette::Size;
 use glam::{Vec2, Vec3};
-use random::Random;
-use small_pack::{avatar, fix_header, small_pack, wild_clip};
 
 const PHASES: [f32; 10] = [
     0.0,

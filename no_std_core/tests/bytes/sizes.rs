@@ -1,6 +1,6 @@
 //! How many bytes each type takes: the memory table of this crate's README.
 //!
-//! `cargo test -p edgegait-core --test sizes -- --nocapture` prints it.
+//! `cargo test -p edgegait-core --test bytes sizes -- --nocapture` prints it.
 
 use edgegait_core::avatar::{Avatar, Hull};
 use edgegait_core::body::{Body, Figure};
@@ -16,7 +16,7 @@ use edgegait_core::silhouette::{Coverage, Frame, Ninths, Silhouette};
 use edgegait_core::skeleton::Skeleton;
 use edgegait_core::template::{Gei, GeiBuilder, GeiTally, TemplateBuilder};
 
-const README: &str = include_str!("../README.md");
+const README: &str = include_str!("../../README.md");
 
 /// Prints a line of the table.
 ///

@@ -1,17 +1,13 @@
 //! Templates against plain f64 code.
-#![expect(dead_code, reason = "`plain` is shared with other tests")]
 
-mod plain;
-mod random;
-
+use crate::plain::{body, posed};
+use crate::random::Random;
 use edgegait_core::body::Figure;
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::raster::{Rasterizer, Renderer};
 use edgegait_core::silhouette::{Coverage, Frame, Silhouette, Size};
 use edgegait_core::template::{GeiBuilder, Kind, TemplateBuilder};
 use glam::Vec2;
-use plain::{body, posed};
-use random::Random;
 
 /// A frame of any bytes, of any bits, or of a drawn person's ninths.
 fn frame(random: &mut Random, kind: usize, size: Size) -> Frame {

@@ -1,0 +1,21 @@
+//! What is drawn, against plain code that shares nothing with it.
+
+mod columns;
+mod draped;
+mod framing;
+mod grey;
+mod hard;
+mod lean;
+mod oracle;
+#[path = "../plain/mod.rs"]
+mod plain;
+#[path = "../plain_avatar/mod.rs"]
+mod plain_avatar;
+#[path = "../random/mod.rs"]
+mod random;
+mod rows;
+mod simd;
+#[path = "../small_pack/mod.rs"]
+#[expect(dead_code, reason = "clips alone are for other tests")]
+mod small_pack;
+mod template;
