@@ -109,6 +109,7 @@ pub mod error;
 pub mod evaluate;
 pub mod frontier;
 pub mod guide;
+#[cfg(feature = "import")]
 pub mod import;
 mod named;
 pub mod report;
@@ -118,6 +119,7 @@ pub mod source;
 pub mod summary;
 pub mod sweep;
 pub mod template;
+#[cfg(feature = "train")]
 pub mod train;
 
 pub use confound::{Condition, Conditions, Doses, dose};
@@ -127,12 +129,15 @@ pub use encode::{MAX_ERROR_MM, encode_subjects};
 pub use error::{Error, Result};
 pub use evaluate::contest::{Contest, Drawn, Entrant, Outcome, Wish};
 pub use evaluate::protocol::Protocol;
+#[cfg(feature = "import")]
 pub use import::Motion;
 pub use scene::Subject;
 pub use scene::cohort::CohortOptions;
+#[cfg(feature = "import")]
 pub use scene::recorded::{ReadOptions, Recording};
 pub use score::{Contract, Model, Runtime};
 pub use source::{PackSource, Selection};
 pub use sweep::{Framing, Jitter, Job, Lens, Raster, Settings, View, Views, jobs, sweep};
 pub use template::Template;
+#[cfg(feature = "train")]
 pub use train::{LinearRecognizer, Samples};

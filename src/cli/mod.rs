@@ -3,6 +3,7 @@
 mod args;
 mod augment;
 mod bench;
+#[cfg(feature = "import")]
 mod body;
 mod cohort;
 mod conditions;
@@ -11,6 +12,7 @@ mod contest;
 mod drawing;
 mod encoding;
 mod frontier;
+#[cfg(feature = "import")]
 mod import;
 mod inspect;
 mod interrupt;
@@ -22,11 +24,14 @@ mod recognizers;
 mod render;
 mod runtime;
 mod score;
+#[cfg(feature = "import")]
 mod shared_warnings;
 mod source;
 mod sweep;
+#[cfg(feature = "train")]
 mod train;
 mod values;
+#[cfg(feature = "import")]
 mod walkers;
 
 use crate::error::{Error, Result};
@@ -58,12 +63,14 @@ enum Command {
     Cohort(cohort::Args),
     Confounders(confounders::Args),
     Frontier(frontier::Args),
+    #[cfg(feature = "import")]
     Import(import::Args),
     Inspect(inspect::Args),
     Quantize(quantize::Args),
     Render(render::Args),
     Score(score::Args),
     Sweep(sweep::Args),
+    #[cfg(feature = "train")]
     Train(train::Args),
 }
 
@@ -109,12 +116,14 @@ fn run(command: &Command) -> Result<()> {
         Command::Cohort(args) => run!(cohort, args),
         Command::Confounders(args) => run!(confounders, args),
         Command::Frontier(args) => run!(frontier, args),
+        #[cfg(feature = "import")]
         Command::Import(args) => run!(import, args),
         Command::Inspect(args) => run!(inspect, args),
         Command::Quantize(args) => run!(quantize, args),
         Command::Render(args) => run!(render, args),
         Command::Score(args) => run!(score, args),
         Command::Sweep(args) => run!(sweep, args),
+        #[cfg(feature = "train")]
         Command::Train(args) => run!(train, args),
     }
 }

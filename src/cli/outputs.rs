@@ -26,6 +26,10 @@ pub enum Kind {
     /// A pack.
     Pack,
     /// An ONNX model, with its contract beside it.
+    #[cfg_attr(
+        not(feature = "train"),
+        expect(dead_code, reason = "only `train` writes models")
+    )]
     Model,
     /// The contract of a model that was trained here.
     Contract,

@@ -3,29 +3,50 @@
 //! Everything that makes a walker (an importer, the built-in cohort) ends in the
 //! types of this module, and the encoder begins with them.
 
+#[cfg(feature = "import")]
 mod clean;
+#[cfg(feature = "import")]
 mod closing;
 pub mod cohort;
+#[cfg(feature = "import")]
 mod complete;
+#[cfg(feature = "import")]
 pub mod contacts;
+#[cfg(feature = "import")]
 pub mod events;
+#[cfg(feature = "import")]
 pub mod figure;
+#[cfg(feature = "import")]
 pub mod filter;
+#[cfg(feature = "import")]
 pub mod fit;
 pub mod flips;
+#[cfg(feature = "import")]
 mod follow;
+#[cfg(feature = "import")]
 mod markers;
+#[cfg(feature = "import")]
 pub mod measured;
+#[cfg(feature = "import")]
 pub mod recorded;
+#[cfg(feature = "import")]
 pub mod refused;
+#[cfg(feature = "import")]
 mod residual;
+#[cfg(feature = "import")]
 mod rest;
+#[cfg(feature = "import")]
 pub mod retarget;
+#[cfg(feature = "import")]
 mod roles;
+#[cfg(feature = "import")]
 mod span;
+#[cfg(feature = "import")]
 pub mod stance;
 pub mod thin;
+#[cfg(feature = "import")]
 mod transfer;
+#[cfg(feature = "import")]
 mod unit;
 pub mod variation;
 
@@ -118,7 +139,17 @@ pub struct Body {
     /// Convex hulls, each rigid with one joint.
     pub hulls: Vec<BodyHull>,
     /// How well they match the mesh that they were fitted to, if they were.
-    pub fit: Option<fit::Fit>,
+    pub fit: Option<Fit>,
+}
+
+/// How well a body's hulls match the mesh that they were fitted to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fit {
+    /// Mean Jaccard index of the silhouettes of hulls and mesh, 192 rows high, in poses and from
+    /// cameras that the fit has not seen.
+    pub jaccard: f64,
+    /// The same by number of points, most first.
+    pub frontier: Vec<(usize, f64)>,
 }
 
 /// A convex hull given by points in its joint's frame, metres.

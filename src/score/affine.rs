@@ -6,9 +6,8 @@
 
 use super::{Outputs, Recognizer};
 use crate::error::{Error, Result};
-use crate::train::Affine;
 use edgegait_core::budget::MAX_CLASSES;
-use ndarray::{Array1, Array2};
+use ndarray::{Array1, Array2, ArrayView1};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -20,6 +19,35 @@ const CHECKED: usize = 64;
 /// what the pixels change in them. Ours: above what f32 arithmetic leaves of models that `train`
 /// made (0.5e-4 to 2.7e-4), below what 8-bit weights change (of `side` 1.7e-3, of `spread` 3.6e-3).
 const MOST_DEVIATION: f64 = 1e-3;
+
+/// `weights x + bias`, in the precision that is exported.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Affine {
+    /// One output a row.
+    pub weights: Array2<f32>,
+    /// One number per output.
+    pub bias: Array1<f32>,
+}
+
+impl Affine {
+    /// The outputs for one input.
+    ///
+    /// # Panics
+    /// If `input` does not have one number per column of the weights.
+    #[must_use]
+    pub fn apply(&self, input: ArrayView1<'_, f32>) -> Array1<f32> {
+        self.weights.dot(&input) + &self.bias
+    }
+
+    /// [`Self::apply`] with double precision inside: the oracle of the exported graph.
+    ///
+    /// # Panics
+    /// As [`Self::apply`].
+    #[must_use]
+    pub fn apply_f64(&self, input: ArrayView1<'_, f64>) -> Array1<f64> {
+        self.weights.mapv(f64::from).dot(&input) + self.bias.mapv(f64::from)
+    }
+}
 
 /// An affine function, and how well it is one.
 #[derive(Clone, Debug)]

@@ -21,7 +21,7 @@ mod runtime;
 mod search;
 pub mod shipped;
 
-pub use affine::AffineScores;
+pub use affine::{Affine, AffineScores};
 pub use contract::{Contract, OutputNames, Training};
 pub use graph::{Dimension, Graph, Port};
 pub use input::{Distance, InputRange, Layout};

@@ -7,11 +7,10 @@
 //! Taking the classes' mean weights from all of them, which changes no answer, was tried: of LDA
 //! they are 0 already, and of an SVM's the mean error of scores rose.
 
-use super::Contract;
+use super::{Affine, Contract};
 use crate::error::{Error, Result};
 use crate::sweep::Framing;
 use crate::template::Template;
-use crate::train::Affine;
 use edgegait_core::format::{
     FRAMING_BOX, FRAMING_HEIGHT, RECOGNIZER_CRC_AT, RECOGNIZER_MAGIC, RECOGNIZER_VERSION,
     RECOGNIZER_VERSION_AT, crc32,

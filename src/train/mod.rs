@@ -19,6 +19,7 @@ use edgegait_core::silhouette::Size;
 use ndarray::{Array1, Array2, ArrayView1, ArrayView2, s};
 
 use crate::error::{Error, Result};
+use crate::score::Affine;
 use crate::template::Template;
 use lda::{Classes, Lda};
 use pca::Pca;
@@ -79,35 +80,6 @@ impl Default for Options {
             components: Components::Variance(0.95),
             method: Method::LDA,
         }
-    }
-}
-
-/// `weights x + bias`, in the precision that is exported.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Affine {
-    /// One output a row.
-    pub weights: Array2<f32>,
-    /// One number per output.
-    pub bias: Array1<f32>,
-}
-
-impl Affine {
-    /// The outputs for one input.
-    ///
-    /// # Panics
-    /// If `input` does not have one number per column of the weights.
-    #[must_use]
-    pub fn apply(&self, input: ArrayView1<'_, f32>) -> Array1<f32> {
-        self.weights.dot(&input) + &self.bias
-    }
-
-    /// [`Self::apply`] with double precision inside: the oracle of the exported graph.
-    ///
-    /// # Panics
-    /// As [`Self::apply`].
-    #[must_use]
-    pub fn apply_f64(&self, input: ArrayView1<'_, f64>) -> Array1<f64> {
-        self.weights.mapv(f64::from).dot(&input) + self.bias.mapv(f64::from)
     }
 }
 

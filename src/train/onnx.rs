@@ -9,8 +9,8 @@
 
 use ndarray::Array2;
 
-use super::{Affine, Classifier, LinearRecognizer};
-use crate::score::{EMBEDDING, SCORES};
+use super::{Classifier, LinearRecognizer};
+use crate::score::{Affine, EMBEDDING, SCORES};
 use crate::template::{Shape, Template};
 
 /// `IR_VERSION` of the file.

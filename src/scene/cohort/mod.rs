@@ -18,8 +18,10 @@ use crate::scene::{Body, Cycle, Subject, Track, Walk};
 use angles::gait_at;
 use anthropometry::{DIMENSIONS, Dimensions, Population};
 use edgegait_core::pack::{Gait, Sex};
+#[cfg(feature = "import")]
 pub(super) use gait::STANDING_TILT_DEG;
 use gait::Walker;
+#[cfg(feature = "import")]
 pub(super) use norms::{Curve, ELBOW_FLEXION, SHOULDER_ABDUCTION, SHOULDER_FLEXION, WALKING};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -12,7 +12,7 @@ mod start;
 mod view;
 
 use self::poses::Figure;
-use super::Body;
+use super::{Body, Fit};
 use crate::error::{Error, Result};
 use crate::import::Motion;
 use edgegait_core::skeleton::{JOINTS, Joint};
@@ -30,16 +30,6 @@ pub const STEPS: usize = 100;
 const VIEWS: usize = 400;
 /// Random poses, half of them to measure with.
 const POSES: usize = 400;
-
-/// How well a body's hulls match the mesh that they were fitted to.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Fit {
-    /// Mean Jaccard index of the silhouettes of hulls and mesh, 192 rows high, in poses and from
-    /// cameras that the fit has not seen.
-    pub jaccard: f64,
-    /// The same by number of points, most first.
-    pub frontier: Vec<(usize, f64)>,
-}
 
 /// The body of a skinned mesh: at most 24 hulls of at most 32 points, `points` in all. Tells
 /// `progress` [`STEPS`] times how far it is; takes about half a minute on two cores.
