@@ -123,6 +123,7 @@ pub mod score;
 pub mod source;
 pub mod summary;
 pub mod sweep;
+mod table;
 pub mod template;
 pub mod train;
 

@@ -4,6 +4,8 @@ use super::strengths::{StrengthPanel, strength_chart};
 use super::{percent, write_png};
 use crate::error::Result;
 use crate::evaluate::strengths::{ConfounderResult, StrengthResult};
+use crate::table::Column::{Left, Right};
+use crate::table::Table;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -51,43 +53,39 @@ pub fn strength_table(results: &[ConfounderResult], classes: usize, probes: u64)
             let _ = writeln!(out, "{name} without any: {}", rank1(plain, at));
         }
     }
+    let mut table = Table::new(&[Left(22), Right(8)]);
     let mut class = "";
     let mut sorted: Vec<&ConfounderResult> = results.iter().collect();
     sorted.sort_by_key(|result| result.class);
     for result in sorted {
         if result.class != class {
             class = result.class;
-            let _ = writeln!(
-                out,
-                "\n{class:<22}{:>8} {:>6} {:>9}  {}",
-                "strength",
-                "GEI",
-                "extra us",
-                recognizers.join(", ")
+            table.note("");
+            let names = recognizers.iter().map(String::as_str);
+            table.row(
+                [class, "strength", "GEI", "extra us"]
+                    .into_iter()
+                    .chain(names),
             );
         }
-        for point in result
-            .by_strength
-            .iter()
-            .filter(|point| point.strength != 0.0)
-        {
-            let is_full = point.strength == 1.0;
-            let rates: Vec<String> = (0..recognizers.len()).map(|at| rank1(point, at)).collect();
-            let extra = if is_full {
+        let points = result.by_strength.iter();
+        for point in points.filter(|point| point.strength != 0.0) {
+            let extra = if point.strength == 1.0 {
                 format!("{:.1}", 1e-3 * result.extra_ns)
             } else {
                 String::new()
             };
-            let _ = writeln!(
-                out,
-                "  {:<20}{:>8} {:>6.1} {extra:>9}  {}",
-                result.name,
-                point.strength,
-                point.gei_rmse,
-                rates.join(", ")
-            );
+            let cells = [
+                format!("  {}", result.name),
+                point.strength.to_string(),
+                format!("{:.1}", point.gei_rmse),
+                extra,
+            ];
+            let rates = (0..recognizers.len()).map(|at| rank1(point, at));
+            table.row(cells.into_iter().chain(rates));
         }
     }
+    out.push_str(&table.to_string());
     for (at, name) in recognizers.iter().enumerate() {
         let mut worst: Vec<&ConfounderResult> = results.iter().collect();
         worst.sort_by(|a, b| a.mean_rank1(at).total_cmp(&b.mean_rank1(at)));
