@@ -24,7 +24,7 @@ pub struct Args {
     /// A pack [default: people of the built-in cohort]
     #[arg(value_name = "PACK")]
     pack: Option<PathBuf>,
-    /// Folder to write (frontier.json, .csv, .svg and .png)
+    /// Folder to write (frontier.json, .csv and .svg)
     #[arg(long, value_name = "PATH", default_value = "edgegait-frontier")]
     out: PathBuf,
     /// Measure roughly: two people, four viewpoints, one round
@@ -107,13 +107,12 @@ pub fn run(args: &Args) -> Result<()> {
     for (name, bytes) in [
         ("frontier.json", format!("{json}\n").into_bytes()),
         ("frontier.csv", csv(&results.points)?),
-        ("frontier.svg", plot::svg(&results.points)?.into_bytes()),
-        ("frontier.png", plot::png(&results.points)?),
+        ("frontier.svg", plot::svg(&results.points).into_bytes()),
     ] {
         write_bytes(args.out.join(name), &bytes)?;
     }
     args.common.say(format_args!(
-        "wrote {}: frontier.json, frontier.csv, frontier.svg, frontier.png",
+        "wrote {}: frontier.json, frontier.csv, frontier.svg",
         args.out.display()
     ));
     args.common.write_json(&results)

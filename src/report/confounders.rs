@@ -1,7 +1,7 @@
 //! What confounders do to recognizers: a table on a terminal, and a chart.
 
-use super::strengths::{StrengthPanel, strength_chart};
-use super::{percent, write_png};
+use super::{percent, strengths};
+use crate::dataset::write_bytes;
 use crate::error::Result;
 use crate::evaluate::strengths::{ConfounderResult, StrengthResult};
 use crate::table::Column::{Left, Right};
@@ -15,24 +15,9 @@ const WORST: usize = 5;
 /// Draws rank-1 of each recognizer against each confounder's strength; `classes` people to choose from.
 ///
 /// # Errors
-/// If there is nothing to draw, or the file cannot be written.
+/// If the file cannot be written.
 pub fn write_strengths(path: &Path, results: &[ConfounderResult], classes: usize) -> Result<()> {
-    let recognizers = recognizers(results);
-    let curve = |result: &ConfounderResult, at: usize| {
-        let points = result.by_strength.iter();
-        points
-            .map(|point| (point.strength, point.recognizers[at].rank1))
-            .collect()
-    };
-    let panel = |result: &ConfounderResult| StrengthPanel {
-        confounder: result.name.to_owned(),
-        class: result.class.to_owned(),
-        curves: (0..recognizers.len()).map(|at| curve(result, at)).collect(),
-    };
-    let mut panels: Vec<StrengthPanel> = results.iter().map(panel).collect();
-    panels.sort_by(|a, b| a.class.cmp(&b.class));
-    let chance = 1.0 / classes.max(1) as f64;
-    write_png(path, &strength_chart(&recognizers, &panels, chance)?)
+    write_bytes(path, strengths::svg(results, classes).as_bytes())
 }
 
 /// All confounders, and for each recognizer the worst; `probes` at each strength.
@@ -104,7 +89,7 @@ pub fn strength_table(results: &[ConfounderResult], classes: usize, probes: u64)
 }
 
 /// The recognizers' names.
-fn recognizers(results: &[ConfounderResult]) -> Vec<String> {
+pub(super) fn recognizers(results: &[ConfounderResult]) -> Vec<String> {
     let first = results
         .first()
         .and_then(|result| result.by_strength.first());
