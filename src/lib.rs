@@ -118,6 +118,7 @@ pub mod score;
 pub mod source;
 pub mod summary;
 pub mod sweep;
+mod table;
 pub mod template;
 #[cfg(feature = "train")]
 pub mod train;

@@ -3,6 +3,8 @@
 use super::board::{Clock, State};
 use super::results::{BenchResults, ModelResult};
 use crate::report::{grouped, microseconds, percent};
+use crate::table::Column::{Left, Right};
+use crate::table::Table;
 
 /// How a table is written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -39,24 +41,45 @@ const ABSENT: &str = "-";
 /// All results side by side. Rows that no column has anything for are left out.
 #[must_use]
 pub fn render(columns: &[Column<'_>], format: Format) -> String {
-    let mut boards = Table::new(columns.iter().map(|column| column.name.to_owned()));
-    for (label, cell) in BOARD_ROWS {
-        boards.row(label, columns.iter().map(|column| cell(column.results)));
-    }
-    let models: Vec<(String, &ModelResult)> = columns
+    let boards = columns
         .iter()
-        .flat_map(|column| {
-            column.results.models.iter().map(|model| match column.name {
-                "" => (model.name.clone(), model),
-                name => (format!("{} {name}", model.name), model),
-            })
+        .map(|column| (column.name.to_owned(), column.results));
+    let models = columns.iter().flat_map(|column| {
+        column.results.models.iter().map(|model| match column.name {
+            "" => (model.name.clone(), model),
+            name => (format!("{} {name}", model.name), model),
         })
-        .collect();
-    let mut figures = Table::new(models.iter().map(|(heading, _)| heading.clone()));
-    for (label, cell) in MODEL_ROWS {
-        figures.row(label, models.iter().map(|(_, model)| cell(model)));
+    });
+    let boards = side_by_side(boards, &BOARD_ROWS, format);
+    format!("{boards}\n{}", side_by_side(models, &MODEL_ROWS, format))
+}
+
+/// A row of headings, and one for each label.
+fn side_by_side<'a, T: 'a>(
+    columns: impl Iterator<Item = (String, &'a T)>,
+    rows: &[Row<T>],
+    format: Format,
+) -> String {
+    let (mut headings, columns): (Vec<String>, Vec<&T>) = columns.unzip();
+    // A single column of text reads better from the left.
+    let aligned = match (format, columns.len()) {
+        (Format::Text, 1) => [Left(0); 2],
+        _ => [Left(0), Right(0)],
+    };
+    let mut table = Table::new(&aligned).with_gap(2);
+    headings.insert(0, String::new());
+    table.row(headings);
+    for (label, cell) in rows {
+        let cells: Vec<Option<String>> = columns.iter().map(|column| cell(column)).collect();
+        if cells.iter().flatten().any(|cell| !cell.is_empty()) {
+            let cells = cells.into_iter().map(|cell| cell.unwrap_or(ABSENT.into()));
+            table.row([(*label).to_owned()].into_iter().chain(cells));
+        }
     }
-    format!("{}\n{}", boards.write(format), figures.write(format))
+    match format {
+        Format::Text => table.to_string(),
+        Format::Markdown => table.markdown(),
+    }
 }
 
 /// A row: its label, and what it says of one column.
@@ -235,105 +258,27 @@ fn some_of(parts: impl Iterator<Item = String>) -> Option<String> {
     (!parts.is_empty()).then(|| parts.join(", "))
 }
 
-struct Table {
-    headings: Vec<String>,
-    rows: Vec<(&'static str, Vec<String>)>,
-}
-
-impl Table {
-    fn new(headings: impl Iterator<Item = String>) -> Self {
-        Self {
-            headings: headings.collect(),
-            rows: Vec::new(),
-        }
-    }
-
-    fn row(&mut self, label: &'static str, cells: impl Iterator<Item = Option<String>>) {
-        let cells: Vec<Option<String>> = cells.collect();
-        if cells.iter().flatten().any(|cell| !cell.is_empty()) {
-            let cells = cells.into_iter().map(|cell| cell.unwrap_or(ABSENT.into()));
-            self.rows.push((label, cells.collect()));
-        }
-    }
-
-    fn write(&self, format: Format) -> String {
-        match format {
-            Format::Text => self.text(),
-            Format::Markdown => self.markdown(),
-        }
-    }
-
-    fn text(&self) -> String {
-        let width = |of: &mut dyn Iterator<Item = &str>| of.map(|t| t.chars().count()).max();
-        let labels = width(&mut self.rows.iter().map(|(label, _)| *label)).unwrap_or(0);
-        let widths: Vec<usize> = (0..self.headings.len())
-            .map(|at| {
-                let cells = self.rows.iter().map(|(_, cells)| cells[at].as_str());
-                let mut all = cells.chain([self.headings[at].as_str()]);
-                width(&mut all).unwrap_or(0)
-            })
-            .collect();
-        let line = |label: &str, cells: &[String]| {
-            let cells = cells.iter().zip(&widths).map(|(cell, width)| {
-                // A single column of text reads better from the left.
-                if self.headings.len() == 1 {
-                    format!("  {cell}")
-                } else {
-                    format!("  {cell:>width$}")
-                }
-            });
-            let cells: String = cells.collect();
-            format!("{label:<labels$}{cells}").trim_end().to_owned() + "\n"
-        };
-        let mut text = String::new();
-        if self.headings.iter().any(|heading| !heading.is_empty()) {
-            text.push_str(&line("", &self.headings));
-        }
-        for (label, cells) in &self.rows {
-            text.push_str(&line(label, cells));
-        }
-        text
-    }
-
-    fn markdown(&self) -> String {
-        let line = |label: &str, cells: &[String]| {
-            let cells = cells
-                .iter()
-                .map(|cell| format!(" {} |", cell.replace('|', "\\|")));
-            format!("| {label} |{}\n", cells.collect::<String>())
-        };
-        let mut text = line("", &self.headings);
-        text.push_str(&format!("|---|{}\n", "--:|".repeat(self.headings.len())));
-        for (label, cells) in &self.rows {
-            text.push_str(&line(label, cells));
-        }
-        text
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn table() -> Table {
-        let mut table = Table::new(["a", "b|c"].map(String::from).into_iter());
-        let some = |text: &str| Some(text.to_owned());
-        table.row("time", [some("1.25"), some("10")].into_iter());
-        table.row("energy", [None, None].into_iter());
-        table.row("heat", [None, some("45.0")].into_iter());
-        table
-    }
-
     #[test]
     fn columns_are_aligned_and_empty_rows_are_left_out() {
-        let expected = "         a   b|c\ntime  1.25    10\nheat     -  45.0\n";
-        assert_eq!(table().write(Format::Text), expected);
-    }
-
-    #[test]
-    fn markdown_escapes_what_would_part_cells() {
-        let expected =
-            "|  | a | b\\|c |\n|---|--:|--:|\n| time | 1.25 | 10 |\n| heat | - | 45.0 |\n";
-        assert_eq!(table().write(Format::Markdown), expected);
+        let rows: [Row<[Option<&str>; 3]>; 3] = [
+            ("time", |of| of[0].map(str::to_owned)),
+            ("energy", |of| of[1].map(str::to_owned)),
+            ("heat", |of| of[2].map(str::to_owned)),
+        ];
+        let columns = [
+            ("a".to_owned(), &[Some("1.25"), None, None]),
+            ("b".to_owned(), &[Some("10"), None, Some("45.0")]),
+        ];
+        let text = side_by_side(columns.clone().into_iter(), &rows, Format::Text);
+        assert_eq!(
+            text,
+            "         a     b\ntime  1.25    10\nheat     -  45.0\n"
+        );
+        let alone = side_by_side(columns.into_iter().take(1), &rows, Format::Text);
+        assert_eq!(alone, "      a\ntime  1.25\n");
     }
 }

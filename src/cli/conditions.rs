@@ -4,7 +4,8 @@ use super::args::file_with;
 use crate::confound::{CATALOGUE, Condition, Conditions, Dose, Doses, NAMES, Unit, dose};
 use crate::dataset::{Header, InputFile};
 use crate::error::{Error, Result};
-use std::fmt::Write as _;
+use crate::table::Column::Left;
+use crate::table::Table;
 use std::path::PathBuf;
 
 /// Under which conditions people walk.
@@ -82,14 +83,15 @@ impl ConditionArgs {
 /// # Errors
 /// Never: what is built in can be read.
 pub fn listing() -> Result<String> {
-    let mut text = String::from("confounders (strength 0 to 1; ± marks those from -1):\n");
+    let mut table = Table::new(&[Left(22)]);
+    table.note("confounders (strength 0 to 1; ± marks those from -1):");
     let mut class = None;
     let mut all: Vec<_> = CATALOGUE.iter().collect();
     all.sort_by_key(|confounder| confounder.class);
     for confounder in all {
         if class != Some(confounder.class) {
             class = Some(confounder.class);
-            let _ = writeln!(text, "\n  {}", confounder.class.name());
+            table.note(format!("\n  {}", confounder.class.name()));
         }
         let sign = if confounder.is_signed { "±" } else { " " };
         let unit = confounder
@@ -97,20 +99,19 @@ pub fn listing() -> Result<String> {
             .map_or(String::new(), |Unit { name, full }| {
                 format!(" [1 = {full} {name}]")
             });
-        let _ = writeln!(
-            text,
-            "  {sign} {:<18} {}{unit}",
-            confounder.name, confounder.at_full
-        );
+        table.row([
+            format!("  {sign} {}", confounder.name),
+            format!("{}{unit}", confounder.at_full),
+        ]);
     }
-    text.push_str("\nconditions that are built in:\n");
+    table.note("\nconditions that are built in:");
     for set in NAMES {
-        let _ = writeln!(text, "\n  --conditions {set}");
+        table.note(format!("\n  --conditions {set}"));
         for condition in Conditions::named(set)?.list {
-            let _ = writeln!(text, "    {:<18} {}", condition.name, described(&condition));
+            table.row([format!("    {}", condition.name), described(&condition)]);
         }
     }
-    Ok(text)
+    Ok(table.to_string())
 }
 
 /// What acts in a condition.

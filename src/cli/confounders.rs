@@ -5,6 +5,7 @@ use super::drawing::DrawArgs;
 use super::outputs::{Kind, Output};
 use super::progress::Progress;
 use super::recognizers::{load, sort_inputs, with_contracts};
+use super::render::has_extension;
 use super::runtime::RuntimeArgs;
 use super::source::{SelectionArgs, SourceArgs};
 use crate::confound::catalogue::{CATALOGUE, Confounder, named};
@@ -50,8 +51,8 @@ pub struct Args {
     /// Cycles of each walk to probe with, where these are seeded variations [default: 4]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     cycles: Option<u32>,
-    /// Picture of rank-1 against strength to write
-    #[arg(long, value_name = "PNG", default_value = "edgegait-confounders.png")]
+    /// Chart of rank-1 against strength to write
+    #[arg(long, value_name = "SVG", default_value = "edgegait-confounders.svg")]
     out: PathBuf,
     #[command(flatten)]
     runtime: RuntimeArgs,
@@ -90,7 +91,7 @@ impl Args {
         let inputs = with_contracts(&self.inputs).into_iter();
         Files {
             inputs: inputs.chain(self.views.file()).collect(),
-            outputs: vec![Output::new("--out", &self.out, Kind::Png)],
+            outputs: vec![Output::new("--out", &self.out, Kind::Svg)],
         }
     }
 }
@@ -110,6 +111,12 @@ struct Results {
 /// Runs the subcommand.
 pub fn run(args: &Args) -> Result<()> {
     let seed = args.common.seed;
+    if !has_extension(&args.out, "svg") {
+        return Err(Error::Usage(format!(
+            "--out {}: expected a name that ends in .svg",
+            args.out.display()
+        )));
+    }
     if let Some(twice) = repeated(&args.strengths) {
         return Err(Error::Usage(format!("--strengths: {twice} is there twice")));
     }

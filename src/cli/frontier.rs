@@ -9,9 +9,10 @@ use crate::frontier::reference::REFERENCE_FRAMES;
 use crate::frontier::{Point, Scene, Study, plot};
 use crate::source::{PackSource, Selection};
 use crate::sweep::jobs;
+use crate::table::Column::{Left, Right};
+use crate::table::Table;
 use edgegait_core::pack::Pack;
 use serde::Serialize;
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Measure speed, bytes and error of every configuration, and mark those that no other beats
@@ -23,7 +24,7 @@ pub struct Args {
     /// A pack [default: people of the built-in cohort]
     #[arg(value_name = "PACK")]
     pack: Option<PathBuf>,
-    /// Folder to write (frontier.json, .csv, .svg and .png)
+    /// Folder to write (frontier.json, .csv and .svg)
     #[arg(long, value_name = "PATH", default_value = "edgegait-frontier")]
     out: PathBuf,
     /// Measure roughly: two people, four viewpoints, one round
@@ -106,13 +107,12 @@ pub fn run(args: &Args) -> Result<()> {
     for (name, bytes) in [
         ("frontier.json", format!("{json}\n").into_bytes()),
         ("frontier.csv", csv(&results.points)?),
-        ("frontier.svg", plot::svg(&results.points)?.into_bytes()),
-        ("frontier.png", plot::png(&results.points)?),
+        ("frontier.svg", plot::svg(&results.points).into_bytes()),
     ] {
         write_bytes(args.out.join(name), &bytes)?;
     }
     args.common.say(format_args!(
-        "wrote {}: frontier.json, frontier.csv, frontier.svg, frontier.png",
+        "wrote {}: frontier.json, frontier.csv, frontier.svg",
         args.out.display()
     ));
     args.common.write_json(&results)
@@ -182,31 +182,23 @@ fn csv(points: &[Point]) -> Result<Vec<u8>> {
 
 /// The same for a terminal; `*` marks the Pareto set.
 fn table(points: &[Point]) -> String {
-    let width = points.iter().map(|point| point.name.len()).max();
-    let width = width.unwrap_or(0);
-    let mut text = format!(
-        "   {:<width$} {:>9} {:>7} {:>9} {:>8} {:>8} {:>8} {:>8} {:>8}\n",
-        "", "ns", "us/GEI", "x default", "Jaccard", "GEI RMSE", "rank-1 %", "pack B", "heap B"
-    );
-    for (number, point) in points.iter().enumerate() {
-        let _ = writeln!(
-            text,
-            "{:>2}{}{:<width$} {:>9.0} {:>7.0} {:>9.3} {:>8.4} {:>8.2} {:>+8.1} {:>8} {:>8}",
-            number + 1,
-            if point.pareto { '*' } else { ' ' },
-            point.name,
-            point.ns_per_silhouette,
-            1e-3 * point.ns_per_gei,
-            point.time_ratio,
-            point.jaccard,
-            point.gei_rmse,
-            100.0 * point.rank1_delta,
-            point.pack_bytes,
-            point.heap_bytes,
-        );
+    let mut table = Table::new(&[Left(0), Right(8)]);
+    table.row("|ns|us/GEI|x default|Jaccard|GEI RMSE|rank-1 %|pack B|heap B".split('|'));
+    for (number, point) in (1..).zip(points) {
+        let mark = if point.pareto { '*' } else { ' ' };
+        table.row([
+            format!("{number:>2}{mark}{}", point.name),
+            format!("{:.0}", point.ns_per_silhouette),
+            format!("{:.0}", 1e-3 * point.ns_per_gei),
+            format!("{:.3}", point.time_ratio),
+            format!("{:.4}", point.jaccard),
+            format!("{:.2}", point.gei_rmse),
+            format!("{:+.1}", 100.0 * point.rank1_delta),
+            point.pack_bytes.to_string(),
+            point.heap_bytes.to_string(),
+        ]);
     }
-    text.push_str(
-        "(*: no other is better in time of a GEI, bytes or error, and not worse in the others)",
-    );
-    text
+    format!(
+        "{table}(*: no other is better in time of a GEI, bytes or error, and not worse in the others)"
+    )
 }

@@ -15,12 +15,14 @@ use crate::scene::Subject;
 use crate::scene::recorded::{Keep, ReadOptions, Recording, Smoothing, SubjectName};
 use crate::scene::stance::Skate;
 use crate::summary::{Summary, optional};
+use crate::table::Column::{Left, Right};
+use crate::table::Table;
 use clap::ValueEnum;
 use edgegait_core::clip::Clip;
 use edgegait_core::pack::Pack;
 use rayon::prelude::*;
 use serde::Serialize;
-use std::fmt::{self, Write as _};
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 /// Import recorded motions (BVH, ASF/AMC, C3D, TRC, glTF): retarget, cut into gait cycles or keep
@@ -431,55 +433,43 @@ fn clip_warnings(clips: &[ClipResult]) -> Vec<SharedWarning<'_>> {
 
 /// The same for a terminal.
 fn table(results: &Results) -> String {
-    let mut text = format!(
-        "{:<32} {:<8} {:>6} {:>6} {:>6} {:>9} {:>6} {:>6} {:>5} {:>6} {:>7} {:>8}\n",
-        "file",
-        "format",
-        "fps",
-        "frames",
-        "cycles",
-        "steps/min",
-        "m/s",
-        "stride",
-        "duty",
-        "fit mm",
-        "loop mm",
-        "skate mm"
+    let mut table = Table::new(&[Left(32), Left(0), Right(6)]);
+    table.row(
+        "file|format|fps|frames|cycles|steps/min|m/s|stride|duty|fit mm|loop mm|skate mm"
+            .split('|'),
     );
     let warnings = clip_warnings(&results.clips);
     for clip in &results.clips {
-        let _ = writeln!(
-            text,
-            "{:<32} {:<8} {:>6.1} {:>6} {:>6} {:>9} {:>6.2} {:>6} {:>5} {:>6.1} {:>7} {:>8}",
+        table.row([
             with_folder(&clip.file),
-            clip.format,
-            clip.fps,
-            clip.frames,
-            clip.cycles,
+            clip.format.clone(),
+            format!("{:.1}", clip.fps),
+            clip.frames.to_string(),
+            clip.cycles.to_string(),
             optional(clip.cadence_spm, 1),
-            clip.speed_mps,
+            format!("{:.2}", clip.speed_mps),
             optional(clip.stride_m, 2),
             optional(clip.duty_factor, 2),
-            clip.residual_mm,
+            format!("{:.1}", clip.residual_mm),
             optional(clip.closure_mm, 0),
-            optional(clip.skate_mm, 0)
-        );
+            optional(clip.skate_mm, 0),
+        ]);
         let is_own = |one: &&SharedWarning<'_>| !one.is_shared() && one.files[0] == clip.file;
         for own in warnings.iter().filter(is_own) {
-            let _ = writeln!(text, "    warning: {}", own.warning);
+            table.note(format!("    warning: {}", own.warning));
         }
     }
     for shared in warnings.iter().filter(|one| one.is_shared()) {
-        let _ = writeln!(text, "warning: {shared}");
+        table.note(format!("warning: {shared}"));
     }
     for warning in &results.header.warnings {
-        let _ = writeln!(text, "warning: {warning}");
+        table.note(format!("warning: {warning}"));
     }
-    text.push_str(
+    table.note(
         "(fit mm: from the file's joints to ours; loop mm: how far joints were moved to close the cycle;\n\
-         skate mm: how far a standing foot slides, mean)\n",
+         skate mm: how far a standing foot slides, mean)",
     );
-    text
+    table.to_string()
 }
 
 /// A file's name after that of its folder, which takes of several people need.

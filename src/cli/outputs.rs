@@ -5,7 +5,7 @@
 
 use crate::dataset::{Existing, check_replaceable};
 use crate::error::{Error, Result};
-use crate::report::is_own_png;
+use crate::report::{SVG_START, is_own_png};
 use crate::score::Contract;
 use edgegait_core::format::{MAGIC, RECOGNIZER_MAGIC};
 use serde_json::Value;
@@ -37,11 +37,13 @@ pub enum Kind {
     Recognizer,
     /// A picture.
     Png,
+    /// A chart.
+    Svg,
     /// An array. It says nothing of who made it, so none is known again.
     Npy,
     /// A folder with a page.
     Report,
-    /// A folder with results as JSON, a table and plots.
+    /// A folder with results as JSON, a table and a chart.
     Frontier,
     /// A folder that holds a dataset and nothing else.
     Dataset,
@@ -76,8 +78,7 @@ impl Output {
             Kind::Frontier => [
                 ("frontier.json", Kind::Json("frontier")),
                 ("frontier.csv", Kind::Csv("name")),
-                ("frontier.svg", Kind::Frontier),
-                ("frontier.png", Kind::Png),
+                ("frontier.svg", Kind::Svg),
             ]
             .map(|(name, kind)| (path.join(name), kind))
             .to_vec(),
@@ -213,13 +214,8 @@ fn is_own(path: &Path, kind: Kind, found: &Metadata) -> bool {
             read.is_ok_and(|length| is_own_png(&start[..length]))
         }
         Kind::Report => text().is_some_and(|text| text.contains(crate::report::TITLE_END)),
-        // A plot beside the results that it shows.
-        Kind::Frontier => {
-            let results = path.with_extension("json");
-            let kind = Kind::Json("frontier");
-            fs::metadata(&results).is_ok_and(|found| is_own(&results, kind, &found))
-        }
-        Kind::Npy | Kind::Dataset => false,
+        Kind::Svg => begins(SVG_START.as_bytes()),
+        Kind::Npy | Kind::Dataset | Kind::Frontier => false,
     }
 }
 

@@ -14,6 +14,8 @@ use crate::evaluate::protocol::Protocol;
 use crate::score::{AffineScores, Contract, GeiForm, Model};
 use crate::source::{Form, Source, Walks};
 use crate::sweep::{Settings, View};
+use crate::table::Column::Left;
+use crate::table::Table;
 use edgegait_core::linear::LinearRecognizer;
 use edgegait_core::pack::Pack;
 use serde::Serialize;
@@ -184,37 +186,24 @@ impl Args {
 
 impl fmt::Display for Results {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Agreement {
-            probes,
-            equal_answers,
-            ..
-        } = self.agreement;
         writeln!(
             f,
             "{}: {} bytes, {} classes of {} weights\n",
             self.file.path, self.bytes, self.classes, self.weights
         )?;
-        writeln!(
-            f,
-            "{:<26}{equal_answers} of {probes}",
-            "same answers as the model"
-        )?;
-        if let (Some(model), Some(int8)) = (self.agreement.rank1, self.agreement.rank1_int8) {
-            writeln!(
-                f,
-                "{:<26}{:.2} (the model: {:.2})",
-                "rank-1 %",
-                100.0 * int8,
-                100.0 * model
-            )?;
+        let found = &self.agreement;
+        let mut table = Table::new(&[Left(0)]);
+        let same = format!("{} of {}", found.equal_answers, found.probes);
+        table.row(["same answers as the model", &same]);
+        if let (Some(model), Some(int8)) = (found.rank1, found.rank1_int8) {
+            let [int8, model] = [int8, model].map(|rate| format!("{:.2}", 100.0 * rate));
+            table.row(["rank-1 %", &format!("{int8} (the model: {model})")]);
         }
-        write!(
-            f,
-            "{:<26}at most {:.3}, mean {:.3} (mean lead of the best score: {:.3})",
-            "score difference",
-            self.agreement.greatest_difference,
-            self.agreement.mean_difference,
-            self.agreement.mean_lead
-        )
+        let difference = format!(
+            "at most {:.3}, mean {:.3} (mean lead of the best score: {:.3})",
+            found.greatest_difference, found.mean_difference, found.mean_lead
+        );
+        table.row(["score difference", &difference]);
+        f.write_str(table.to_string().trim_end())
     }
 }

@@ -10,6 +10,8 @@ use crate::dataset::{Dataset, Header, InputFile, sha256_of_bytes, write_bytes};
 use crate::error::{Error, Result};
 use crate::evaluate::rank::{Outcome, closed_set};
 use crate::score::Contract;
+use crate::table::Column::{Left, Right};
+use crate::table::Table;
 use crate::template::Template;
 use crate::train::{
     Analysed, Components, LinearRecognizer, Method, Options, Real, Recipe, Samples, onnx,
@@ -258,17 +260,6 @@ fn train<F: Real>(
     let form = (samples.template, samples.size);
     let analysed = Analysed::<F>::of(form, samples.numbers.view(), labels, classes)?;
     let mut models = Vec::new();
-    if outs.len() > 1 {
-        args.common.say(format_args!(
-            "trained on {} {} of {classes} people: {method}\n\n{:>10}  {:>5}  {:>8}  {:>17}",
-            labels.len(),
-            samples.template.plural(),
-            "components",
-            "dims",
-            "bytes",
-            "training rank-1 %"
-        ));
-    }
     for (&components, out) in args.components.iter().zip(outs) {
         let kept = usize::from(components).min(labels.len().saturating_sub(1));
         let recognizer = analysed.fit(Options {
@@ -285,12 +276,7 @@ fn train<F: Real>(
         let contract = samples.contract(name, (components, method), precision);
         let toml = contract.to_toml()?;
         let (dims, bytes, percent) = (recognizer.dims(), model.len(), 100.0 * training_rank1);
-        if outs.len() > 1 {
-            args.common.say(format_args!(
-                "{components:>10}  {dims:>5}  {bytes:>8}  {percent:>17.2}  {}",
-                out.display()
-            ));
-        } else {
+        if outs.len() == 1 {
             args.common.say(format_args!(
                 "{}: {bytes} bytes, {classes} people, {dims} dimensions, trained on {} {}, of which it recognizes {percent:.2} %",
                 out.display(),
@@ -317,7 +303,30 @@ fn train<F: Real>(
             training_rank1,
         });
     }
+    if outs.len() > 1 {
+        args.common.say(format_args!(
+            "trained on {} {} of {classes} people: {method}\n\n{}",
+            labels.len(),
+            samples.template.plural(),
+            table(&models).to_string().trim_end()
+        ));
+    }
     Ok(models)
+}
+
+fn table(models: &[ModelResult]) -> Table<'static> {
+    let mut table = Table::new(&[Right(0), Right(5), Right(8), Right(0), Left(0)]);
+    table.row("components|dims|bytes|training rank-1 %|model".split('|'));
+    for model in models {
+        table.row([
+            model.components.to_string(),
+            model.dims.to_string(),
+            model.bytes.to_string(),
+            format!("{:.2}", 100.0 * model.training_rank1),
+            model.file.path.clone(),
+        ]);
+    }
+    table
 }
 
 /// Rank-1 on the samples that it was trained on.

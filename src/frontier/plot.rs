@@ -1,63 +1,41 @@
-//! Time of a GEI against its error, as a picture.
+//! Time of a GEI against its error, as a picture (SVG).
 
 use super::Point;
 use super::pareto::{Merits, pareto};
-use crate::error::{Error, Result};
-use crate::report::drawing::{COLOURS, FONT, failed, register_font};
-use crate::report::signed;
-use image::RgbImage;
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use plotters::coord::Shift;
-use plotters::prelude::*;
-use std::io::Cursor;
-use std::ops::Range;
+use crate::report::drawing::{Axes, LETTER, LINES, Tick, standalone, to_tenth};
+use maud::{Markup, html};
 
 /// The chart, and the list of names beside it, pixels.
-const CHART: (u32, u32) = (820, 820);
-const LIST_WIDTH: u32 = 380;
-const TEXT_SIZE: u32 = 13;
-const TITLE_SIZE: u32 = 15;
+const CHART: Axes = Axes {
+    left: 56.0,
+    top: 32.0,
+    width: 752.0,
+    height: 730.0,
+};
+const HEIGHT: f64 = 820.0;
+const LIST: f64 = 820.0;
+const LIST_WIDTH: f64 = 380.0;
+/// From one line of the list to the next.
+const LINE: f64 = 18.0;
 /// Width and height of a character of the labels.
-const CHARACTER: (i32, i32) = (8, 13);
+const CHARACTER: (i32, i32) = (LETTER.0 as i32, LETTER.1 as i32);
 const DOT: i32 = 5;
 /// Radius of the ring about the default, which no label covers either.
 const RING: i32 = 9;
+/// What the marks mean.
+const LEGEND: [&str; 4] = [
+    "filled: no other is better in time,",
+    "bytes or error and not worse in the rest",
+    "line: the best in time and error alone",
+    "ring: the default",
+];
 
 /// The plot as SVG.
-///
-/// # Errors
-/// When there is nothing to plot.
-pub fn svg(points: &[Point]) -> Result<String> {
-    let mut text = String::new();
-    draw(
-        &SVGBackend::with_string(&mut text, size()).into_drawing_area(),
-        points,
-    )?;
-    Ok(text)
-}
-
-/// The plot as the bytes of a PNG file.
-///
-/// # Errors
-/// When there is nothing to plot.
-pub fn png(points: &[Point]) -> Result<Vec<u8>> {
-    let (width, height) = size();
-    let mut pixels = RgbImage::new(width, height);
-    draw(
-        &BitMapBackend::with_buffer(&mut pixels, size()).into_drawing_area(),
-        points,
-    )?;
-    let mut bytes = Cursor::new(Vec::new());
-    let encoder =
-        PngEncoder::new_with_quality(&mut bytes, CompressionType::Best, FilterType::Adaptive);
-    pixels
-        .write_with_encoder(encoder)
-        .map_err(|error| Error::Failed(format!("png: {error}")))?;
-    Ok(signed(&bytes.into_inner()))
-}
-
-const fn size() -> (u32, u32) {
-    (CHART.0 + LIST_WIDTH, CHART.1)
+#[must_use]
+pub fn svg(points: &[Point]) -> String {
+    let title = "Time of a GEI against its error, by configuration";
+    let content = html! { (chart(points)) (list(points)) };
+    standalone((LIST + LIST_WIDTH, HEIGHT), title, &content)
 }
 
 /// A point's place: microseconds of a GEI, and its error.
@@ -65,25 +43,42 @@ fn place(point: &Point) -> (f64, f64) {
     (1e-3 * point.ns_per_gei, point.gei_rmse)
 }
 
-fn draw<B: DrawingBackend>(area: &DrawingArea<B, Shift>, points: &[Point]) -> Result<()> {
-    register_font();
-    area.fill(&WHITE).map_err(failed)?;
-    let (chart, list) = area.split_horizontally(CHART.0);
-    draw_chart(&chart, points)?;
-    draw_list(&list, points)?;
-    area.present().map_err(failed)
-}
+/// A logarithmic axis from its least to its greatest value.
+struct Axis(f64, f64);
 
-/// The least and the greatest, with room around them.
-fn range(values: impl Iterator<Item = f64>) -> Range<f64> {
-    let (least, most) = values.fold((f64::INFINITY, 0.0), |(least, most), value| {
-        (value.min(least), value.max(most))
-    });
-    least / 1.3..most * 1.3
+impl Axis {
+    /// With room around the values.
+    fn around(values: impl Iterator<Item = f64>) -> Self {
+        let (least, most) = values.fold((f64::INFINITY, 0.0), |(least, most), value| {
+            (value.min(least), value.max(most))
+        });
+        Self(least / 1.3, most * 1.3)
+    }
+
+    /// From 0 to 1.
+    fn place(&self, value: f64) -> f64 {
+        (value / self.0).ln() / (self.1 / self.0).ln()
+    }
+
+    /// Where it is labelled: with one digit and zeros, of a long axis only powers of ten.
+    fn ticks(&self) -> Vec<Tick> {
+        let digits: &[f64] = if self.1 / self.0 > 2e3 {
+            &[1.0]
+        } else {
+            &[1.0, 2.0, 3.0, 5.0, 7.0]
+        };
+        let all = (-3..8).flat_map(|power| digits.iter().map(move |d| d * 10f64.powi(power)));
+        all.filter(|value| (self.0..self.1).contains(value))
+            .map(|value| {
+                let decimals = if value < 1.0 { 3 } else { 0 };
+                (self.place(value), format!("{value:.decimals$}"))
+            })
+            .collect()
+    }
 }
 
 /// The colour of a rasteriser: by the order in which rasterisers appear.
-fn colour(points: &[Point], raster: &str) -> RGBColor {
+fn colour(points: &[Point], raster: &str) -> &'static str {
     let mut names: Vec<&str> = Vec::new();
     for point in points {
         if !names.contains(&point.raster) {
@@ -91,68 +86,44 @@ fn colour(points: &[Point], raster: &str) -> RGBColor {
         }
     }
     let index = names.iter().position(|name| *name == raster);
-    COLOURS[index.unwrap_or(0) % COLOURS.len()]
+    LINES[index.unwrap_or(0) % LINES.len()].0
 }
 
-fn draw_chart<B: DrawingBackend>(area: &DrawingArea<B, Shift>, points: &[Point]) -> Result<()> {
-    let x = range(points.iter().map(|point| place(point).0));
-    let y = range(points.iter().map(|point| place(point).1));
-    let mut chart = ChartBuilder::on(area)
-        .margin(12)
-        .x_label_area_size(46)
-        .y_label_area_size(56)
-        .build_cartesian_2d(
-            x.clone().log_scale().with_key_points(labelled(&x)),
-            y.clone().log_scale().with_key_points(labelled(&y)),
-        )
-        .map_err(failed)?;
-    chart
-        .configure_mesh()
-        .x_desc("time of a GEI on one thread, us")
-        .y_desc("error of a GEI against exact coverage, RMS of 255")
-        .label_style((FONT, TEXT_SIZE))
-        .axis_desc_style((FONT, TITLE_SIZE))
-        .light_line_style(RGBColor(240, 240, 240))
-        .bold_line_style(RGBColor(215, 215, 215))
-        .x_labels(12)
-        .y_labels(14)
-        .x_label_formatter(&|x| number(*x))
-        .y_label_formatter(&|y| number(*y))
-        .draw()
-        .map_err(failed)?;
-    chart
-        .draw_series(LineSeries::new(
-            front(points),
-            BLACK.mix(0.5).stroke_width(2),
-        ))
-        .map_err(failed)?;
-    let dots = points.iter().map(|point| {
-        let colour = colour(points, point.raster);
-        let style = if point.pareto {
-            colour.filled()
-        } else {
-            colour.stroke_width(1)
-        };
-        Circle::new(place(point), DOT, style)
-    });
-    chart.draw_series(dots).map_err(failed)?;
-    let rings = points.iter().filter(|point| point.is_default);
-    let rings = rings.map(|point| Circle::new(place(point), RING, BLACK.stroke_width(2)));
-    chart.draw_series(rings).map_err(failed)?;
-    let at: Vec<(i32, i32)> = points
+fn chart(points: &[Point]) -> Markup {
+    let across = Axis::around(points.iter().map(|point| place(point).0));
+    let up = Axis::around(points.iter().map(|point| place(point).1));
+    let share = |(us, error): (f64, f64)| (across.place(us), up.place(error));
+    let (times, errors) = (across.ticks(), up.ticks());
+    let places: Vec<(f64, f64)> = points
         .iter()
-        .map(|point| chart.backend_coord(&place(point)))
+        .map(|point| CHART.place(share(place(point))))
         .collect();
-    let origin = area.get_base_pixel();
-    for (index, (x, y)) in labels(&at).into_iter().enumerate() {
-        let text = (index + 1).to_string();
-        let style = (FONT, TEXT_SIZE).into_text_style(area);
-        let colour = colour(points, points[index].raster);
-        let style = style.color(&colour);
-        let at = (x - origin.0, y - origin.1);
-        area.draw_text(&text, &style, at).map_err(failed)?;
+    let pixels: Vec<(i32, i32)> = places
+        .iter()
+        .map(|(x, y)| (x.round() as i32, y.round() as i32))
+        .collect();
+    let best = "the best in time and error alone";
+    html! {
+        (CHART.across(&errors)) (CHART.upwards(&times)) (CHART.below(&times))
+        text.axis x="8" y="18" { "error of a GEI against exact coverage, RMS of 255" }
+        text.axis x=(CHART.left + CHART.width / 2.0) y=(HEIGHT - 12.0) text-anchor="middle" {
+            "time of a GEI on one thread, us"
+        }
+        (CHART.curve(best, front(points).into_iter().map(share), ("#8b9097", "none")))
+        @for (point, (x, y)) in points.iter().zip(&places) {
+            @let colour = colour(points, point.raster);
+            circle cx=(to_tenth(*x)) cy=(to_tenth(*y)) r=(DOT) stroke=(colour)
+                fill=(if point.pareto { colour } else { "none" }) {
+                title { (point.name) ": " (to_tenth(place(point).0)) " us, error " (format!("{:.2}", point.gei_rmse)) }
+            }
+            @if point.is_default { circle.ring cx=(to_tenth(*x)) cy=(to_tenth(*y)) r=(RING) {} }
+        }
+        @for (index, (x, y)) in labels(&pixels).into_iter().enumerate() {
+            text x=(x) y=(y + CHARACTER.1 - 2) style=(format!("fill: {}", colour(points, points[index].raster))) {
+                (index + 1)
+            }
+        }
     }
-    Ok(())
 }
 
 /// Points that no other beats in the two plotted respects, from the fastest on.
@@ -166,22 +137,6 @@ fn front(points: &[Point]) -> Vec<(f64, f64)> {
     let mut places: Vec<(f64, f64)> = best.map(|(point, _)| place(point)).collect();
     places.sort_by(|a, b| a.0.total_cmp(&b.0));
     places
-}
-
-/// Where an axis is labelled.
-fn labelled(range: &Range<f64>) -> Vec<f64> {
-    let decade = |power| [1.0, 2.0, 3.0, 5.0, 7.0].map(|digit| digit * 10f64.powi(power));
-    let all = (-3..8).flat_map(decade);
-    all.filter(|value| range.contains(value)).collect()
-}
-
-/// An axis label: one digit and zeros.
-fn number(value: f64) -> String {
-    if value < 1.0 {
-        format!("{value:.3}")
-    } else {
-        format!("{value:.0}")
-    }
 }
 
 /// Upper left corners of the points' numbers, each as near to its point as it can be without
@@ -229,32 +184,19 @@ fn labels(points: &[(i32, i32)]) -> Vec<(i32, i32)> {
 }
 
 /// The points' names by their numbers, and what the marks mean.
-fn draw_list<B: DrawingBackend>(area: &DrawingArea<B, Shift>, points: &[Point]) -> Result<()> {
-    let style = (FONT, TEXT_SIZE).into_text_style(area);
-    let line = i32::try_from(TEXT_SIZE + 5).unwrap_or_default();
-    let mut y = 16;
-    for (index, point) in points.iter().enumerate() {
-        let text = format!("{:>2} {}", index + 1, point.name);
-        let colour = colour(points, point.raster);
-        let style = style.color(&colour);
-        area.draw_text(&text, &style, (18, y)).map_err(failed)?;
-        if point.pareto {
-            area.draw(&Circle::new((8, y + 5), 4, colour.filled()))
-                .map_err(failed)?;
+fn list(points: &[Point]) -> Markup {
+    let y_of = |line: usize| 18.0 + LINE * line as f64;
+    html! {
+        @for (index, point) in points.iter().enumerate() {
+            @let (y, colour) = (y_of(index), colour(points, point.raster));
+            @if point.pareto { circle cx=(LIST + 8.0) cy=(y - 4.5) r="4" fill=(colour) {} }
+            text x=(LIST + 34.0) y=(y) text-anchor="end" style=(format!("fill: {colour}")) { (index + 1) }
+            text x=(LIST + 42.0) y=(y) style=(format!("fill: {colour}")) { (point.name) }
         }
-        y += line;
+        @for (line, text) in (points.len() + 1..).zip(LEGEND) {
+            text.axis x=(LIST + 18.0) y=(y_of(line)) { (text) }
+        }
     }
-    let legend = [
-        "filled: no other is better in time,",
-        "bytes or error and not worse in the rest",
-        "line: the best in time and error alone",
-        "ring: the default",
-    ];
-    for text in legend {
-        y += line;
-        area.draw_text(text, &style, (18, y)).map_err(failed)?;
-    }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -282,13 +224,14 @@ mod tests {
 
     #[test]
     fn axes_are_labelled_within_their_range() {
-        assert_eq!(
-            labelled(&(2.5..60.0)),
-            [3.0, 5.0, 7.0, 10.0, 20.0, 30.0, 50.0]
-        );
-        let texts = [0.5, 7.0, 2000.0].map(number);
-        assert_eq!(texts, ["0.500", "7", "2000"]);
-        let room = range([2.0, 10.0].into_iter());
-        assert!(room.start < 2.0 && room.end > 10.0);
+        let axis = Axis::around([3.25, 46.0].into_iter());
+        let texts: Vec<String> = axis.ticks().into_iter().map(|(_, text)| text).collect();
+        assert_eq!(texts, ["3", "5", "7", "10", "20", "30", "50"]);
+        assert_eq!(Axis(1.0, 100.0).place(10.0), 0.5);
+        let small = Axis(0.45, 0.6).ticks();
+        assert_eq!(small[0].1, "0.500");
+        let long = Axis(0.9, 2000.0).ticks();
+        let texts: Vec<&str> = long.iter().map(|(_, text)| text.as_str()).collect();
+        assert_eq!(texts, ["1", "10", "100", "1000"]);
     }
 }

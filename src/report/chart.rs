@@ -1,23 +1,14 @@
 //! Small charts of the report (inline SVG): intervals, and Rank-1 by angle.
 
-use std::fmt::Write;
-
 use maud::{Markup, html};
 
+use super::drawing::{Axes, LINES, Tick, percents, to_tenth};
 use super::{THIN, percent, scope};
 use crate::evaluate::angle::{AngleResult, BIN_DEG};
 use crate::evaluate::results::RecognizerResult;
 
-/// A line's look: Okabe and Ito's colours (2008), safe for the colour-blind, on
-/// either ground; the dashes tell lines apart in grey.
-pub(super) const LINES: [(&str, &str); 6] = [
-    ("#0072b2", "none"),
-    ("#d55e00", "7 3"),
-    ("#009e73", "2 3"),
-    ("#cc79a7", "9 3 2 3"),
-    ("#e69f00", "4 4"),
-    ("#56b4e9", "1 2"),
-];
+/// Rates at which charts have a line across, percent.
+const RATES: [u32; 5] = [0, 25, 50, 75, 100];
 
 /// A rate with its interval and the chance level on a line from 0 to 100 %.
 pub(super) fn interval(result: &RecognizerResult) -> Markup {
@@ -46,11 +37,18 @@ pub(super) fn angles(results: &[RecognizerResult]) -> Option<Markup> {
     if curves.is_empty() {
         return None;
     }
-    let x_of = |angle: f64| 54.0 + angle / farthest * 486.0;
-    let y_of = |rate: f64| 12.0 + (1.0 - rate) * 200.0;
+    let axes = Axes {
+        left: 54.0,
+        top: 12.0,
+        width: 486.0,
+        height: 200.0,
+    };
     // Where bins end, or every other one's. The last is a whole number of degrees, at most 180.
     let step = if farthest > 90.0 { 20 } else { 10 };
     let ticks = (0..=farthest as u32).step_by(step);
+    let ticks: Vec<Tick> = ticks
+        .map(|tick| (f64::from(tick) / farthest, tick.to_string()))
+        .collect();
     let bars = if curves.iter().all(|one| {
         one.by_angle
             .iter()
@@ -77,31 +75,21 @@ pub(super) fn angles(results: &[RecognizerResult]) -> Option<Markup> {
         }
         div.wide { svg.angles viewBox="0 0 560 258" role="img"
             aria-label="Rank-1 by the angle from the nearest viewpoint of training" {
-            @for rate in [0, 25, 50, 75, 100] {
-                @let y = y_of(f64::from(rate) / 100.0);
-                line.rail x1="54" x2="540" y1=(y) y2=(y) {}
-                text.tick x="48" y=(y + 4.0) text-anchor="end" { (rate) "%" }
-            }
-            @for tick in ticks {
-                text.tick x=(x_of(f64::from(tick))) y="230" text-anchor="middle" { (tick) }
-            }
+            (axes.across(&percents(RATES)))
+            (axes.below(&ticks))
             text.axis x="297" y="250" text-anchor="middle" {
                 "angle from the nearest viewpoint of training, degrees"
             }
             @for (result, (colour, dashes)) in curves.iter().zip(LINES) {
-                @let mut path = String::new();
-                @for (place, bin) in result.by_angle.iter().enumerate() {
-                    @let command = if place == 0 { 'M' } else { 'L' };
-                    @let _ = write!(path, "{command}{:.1} {:.1}", x_of(bin.middle_deg()), y_of(bin.rank1));
-                }
-                path.curve d=(path) stroke=(colour) stroke-dasharray=(dashes) {}
+                @let points = result.by_angle.iter().map(|bin| (bin.middle_deg() / farthest, bin.rank1));
+                (axes.curve(&result.name, points, (colour, dashes)))
                 @for bin in &result.by_angle {
-                    @let x = format!("{:.1}", x_of(bin.middle_deg()));
                     @let (low, high) = bin.intervals.shown();
-                    line.error stroke=(colour) x1=(x) x2=(x) y1=(format!("{:.1}", y_of(low)))
-                        y2=(format!("{:.1}", y_of(high))) {}
-                    circle cx=(x) cy=(format!("{:.1}", y_of(bin.rank1))) r="3.2"
-                        fill=(colour) {
+                    @let y_of = |rate| axes.place((bin.middle_deg() / farthest, rate));
+                    @let [(x, y), (_, low_y), (_, high_y)] = [bin.rank1, low, high].map(y_of);
+                    line.error stroke=(colour) x1=(to_tenth(x)) x2=(to_tenth(x))
+                        y1=(to_tenth(low_y)) y2=(to_tenth(high_y)) {}
+                    circle cx=(to_tenth(x)) cy=(to_tenth(y)) r="3.2" fill=(colour) {
                         title {
                             (result.name) ", " (where_is(bin)) ": " (percent(bin.rank1)) " % of "
                             (bin.probes) ", " (percent(low)) " to " (percent(high))
@@ -123,33 +111,26 @@ pub(super) type Curve = (String, Vec<(f64, f64)>);
 /// axis (place 0..1, text). None without lines.
 pub(super) fn curves(
     (what, axis): (&str, &str),
-    ticks: &[(f64, String)],
+    ticks: &[Tick],
     curves: &[Curve],
 ) -> Option<Markup> {
     if curves.iter().all(|(_, points)| points.len() < 2) {
         return None;
     }
-    let x_of = |x: f64| 54.0 + x.clamp(0.0, 1.0) * 300.0;
-    let y_of = |rate: f64| 12.0 + (1.0 - rate.clamp(0.0, 1.0)) * 200.0;
+    let axes = Axes {
+        left: 54.0,
+        top: 12.0,
+        width: 300.0,
+        height: 200.0,
+    };
     Some(html! {
         figure {
             svg.curves viewBox="0 0 370 258" role="img" aria-label=(what) {
-                @for rate in [0, 25, 50, 75, 100] {
-                    @let y = y_of(f64::from(rate) / 100.0);
-                    line.rail x1="54" x2="354" y1=(y) y2=(y) {}
-                    text.tick x="48" y=(y + 4.0) text-anchor="end" { (rate) "%" }
-                }
-                @for (place, tick) in ticks {
-                    text.tick x=(x_of(*place)) y="230" text-anchor="middle" { (tick) }
-                }
+                (axes.across(&percents(RATES)))
+                (axes.below(ticks))
                 text.axis x="204" y="250" text-anchor="middle" { (axis) }
-                @for ((name, points), (colour, dashes)) in curves.iter().zip(LINES) {
-                    @let mut path = String::new();
-                    @for (place, (x, y)) in points.iter().enumerate() {
-                        @let command = if place == 0 { 'M' } else { 'L' };
-                        @let _ = write!(path, "{command}{:.1} {:.1}", x_of(*x), y_of(*y));
-                    }
-                    path.curve d=(path) stroke=(colour) stroke-dasharray=(dashes) { title { (name) } }
+                @for ((name, points), look) in curves.iter().zip(LINES) {
+                    (axes.curve(name, points.iter().copied(), look))
                 }
             }
             figcaption { (what) }

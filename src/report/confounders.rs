@@ -1,9 +1,11 @@
 //! What confounders do to recognizers: a table on a terminal, and a chart.
 
-use super::strengths::{StrengthPanel, strength_chart};
-use super::{percent, write_png};
+use super::{percent, strengths};
+use crate::dataset::write_bytes;
 use crate::error::Result;
 use crate::evaluate::strengths::{ConfounderResult, StrengthResult};
+use crate::table::Column::{Left, Right};
+use crate::table::Table;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -13,24 +15,9 @@ const WORST: usize = 5;
 /// Draws rank-1 of each recognizer against each confounder's strength; `classes` people to choose from.
 ///
 /// # Errors
-/// If there is nothing to draw, or the file cannot be written.
+/// If the file cannot be written.
 pub fn write_strengths(path: &Path, results: &[ConfounderResult], classes: usize) -> Result<()> {
-    let recognizers = recognizers(results);
-    let curve = |result: &ConfounderResult, at: usize| {
-        let points = result.by_strength.iter();
-        points
-            .map(|point| (point.strength, point.recognizers[at].rank1))
-            .collect()
-    };
-    let panel = |result: &ConfounderResult| StrengthPanel {
-        confounder: result.name.to_owned(),
-        class: result.class.to_owned(),
-        curves: (0..recognizers.len()).map(|at| curve(result, at)).collect(),
-    };
-    let mut panels: Vec<StrengthPanel> = results.iter().map(panel).collect();
-    panels.sort_by(|a, b| a.class.cmp(&b.class));
-    let chance = 1.0 / classes.max(1) as f64;
-    write_png(path, &strength_chart(&recognizers, &panels, chance)?)
+    write_bytes(path, strengths::svg(results, classes).as_bytes())
 }
 
 /// All confounders, and for each recognizer the worst; `probes` at each strength.
@@ -51,43 +38,39 @@ pub fn strength_table(results: &[ConfounderResult], classes: usize, probes: u64)
             let _ = writeln!(out, "{name} without any: {}", rank1(plain, at));
         }
     }
+    let mut table = Table::new(&[Left(22), Right(8)]);
     let mut class = "";
     let mut sorted: Vec<&ConfounderResult> = results.iter().collect();
     sorted.sort_by_key(|result| result.class);
     for result in sorted {
         if result.class != class {
             class = result.class;
-            let _ = writeln!(
-                out,
-                "\n{class:<22}{:>8} {:>6} {:>9}  {}",
-                "strength",
-                "GEI",
-                "extra us",
-                recognizers.join(", ")
+            table.note("");
+            let names = recognizers.iter().map(String::as_str);
+            table.row(
+                [class, "strength", "GEI", "extra us"]
+                    .into_iter()
+                    .chain(names),
             );
         }
-        for point in result
-            .by_strength
-            .iter()
-            .filter(|point| point.strength != 0.0)
-        {
-            let is_full = point.strength == 1.0;
-            let rates: Vec<String> = (0..recognizers.len()).map(|at| rank1(point, at)).collect();
-            let extra = if is_full {
+        let points = result.by_strength.iter();
+        for point in points.filter(|point| point.strength != 0.0) {
+            let extra = if point.strength == 1.0 {
                 format!("{:.1}", 1e-3 * result.extra_ns)
             } else {
                 String::new()
             };
-            let _ = writeln!(
-                out,
-                "  {:<20}{:>8} {:>6.1} {extra:>9}  {}",
-                result.name,
-                point.strength,
-                point.gei_rmse,
-                rates.join(", ")
-            );
+            let cells = [
+                format!("  {}", result.name),
+                point.strength.to_string(),
+                format!("{:.1}", point.gei_rmse),
+                extra,
+            ];
+            let rates = (0..recognizers.len()).map(|at| rank1(point, at));
+            table.row(cells.into_iter().chain(rates));
         }
     }
+    out.push_str(&table.to_string());
     for (at, name) in recognizers.iter().enumerate() {
         let mut worst: Vec<&ConfounderResult> = results.iter().collect();
         worst.sort_by(|a, b| a.mean_rank1(at).total_cmp(&b.mean_rank1(at)));
@@ -106,7 +89,7 @@ pub fn strength_table(results: &[ConfounderResult], classes: usize, probes: u64)
 }
 
 /// The recognizers' names.
-fn recognizers(results: &[ConfounderResult]) -> Vec<String> {
+pub(super) fn recognizers(results: &[ConfounderResult]) -> Vec<String> {
     let first = results
         .first()
         .and_then(|result| result.by_strength.first());

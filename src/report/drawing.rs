@@ -1,33 +1,153 @@
-//! What drawn pictures share: one font, and colours that everybody can tell apart.
+//! What drawn charts share (SVG): colours that everybody can tell apart, axes, files of their own.
 
-use crate::error::Error;
-use plotters::style::{FontStyle, RGBColor};
-use std::sync::Once;
+use maud::{Markup, html};
+use std::fmt::Write;
 
-/// The only font: a monospaced one lines lists up. SVG viewers take their own.
-pub(crate) const FONT: &str = "monospace";
-
-/// Okabe and Ito's colours (2008), safe for the colour-blind.
-pub(crate) const COLOURS: [RGBColor; 6] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
+/// A line's look: Okabe and Ito's colours (2008), safe for the colour-blind, on
+/// either ground; the dashes tell lines apart in grey.
+pub(crate) const LINES: [(&str, &str); 6] = [
+    ("#0072b2", "none"),
+    ("#d55e00", "7 3"),
+    ("#009e73", "2 3"),
+    ("#cc79a7", "9 3 2 3"),
+    ("#e69f00", "4 4"),
+    ("#56b4e9", "1 2"),
 ];
 
-/// Makes the font known, from this program alone: what the system has does not matter.
-pub(crate) fn register_font() {
-    static ONCE: Once = Once::new();
-    ONCE.call_once(|| {
-        let font = epaint_default_fonts::HACK_REGULAR;
-        let known = plotters::style::register_font(FONT, FontStyle::Normal, font);
-        debug_assert!(known.is_ok(), "the font is a font");
-    });
+/// How every chart in a file of its own begins, by which one is known again.
+pub const SVG_START: &str = "<svg xmlns=\"http://www.w3.org/2000/svg\" data-made-by=\"EdgeGait\"";
+
+/// What the page's colours are on white paper: viewers that are no browser know no variables.
+const PAPER: [(&str, &str); 3] = [
+    ("var(--ink)", "#16191d"),
+    ("var(--quiet)", "#5b6470"),
+    ("var(--line)", "#d9dde2"),
+];
+
+/// The most that a letter takes of a line, and how high it is, in a [`standalone`] chart.
+pub(crate) const LETTER: (f64, f64) = (8.0, 13.0);
+
+/// A chart of so many pixels as a file: on white, and with letters of [`LETTER`].
+pub(crate) fn standalone((width, height): (f64, f64), title: &str, chart: &Markup) -> String {
+    let page = include_str!("chart.css").to_owned();
+    let css = PAPER
+        .iter()
+        .fold(page, |css, (name, colour)| css.replace(name, colour));
+    let svg = html! {
+        svg xmlns="http://www.w3.org/2000/svg" data-made-by="EdgeGait" width=(width) height=(height)
+            viewBox=(format!("0 0 {width} {height}")) role="img" aria-label=(title)
+            font-family="system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif" {
+            style { (css) "svg text { font-size: " (LETTER.1) "px; }" }
+            rect width="100%" height="100%" fill="#ffffff" {}
+            (chart)
+        }
+    };
+    svg.into_string() + "\n"
 }
 
-/// Why something could not be drawn.
-pub(crate) fn failed(error: impl std::fmt::Display) -> Error {
-    Error::Failed(format!("cannot plot: {error}"))
+/// A coordinate to a tenth.
+pub(crate) fn to_tenth(coordinate: f64) -> String {
+    format!("{coordinate:.1}")
+}
+
+/// A place on an axis, 0 at its start and 1 at its end, and what stands there.
+pub(crate) type Tick = (f64, String);
+
+/// Ticks at rates.
+pub(crate) fn percents<const N: usize>(rates: [u32; N]) -> [Tick; N] {
+    rates.map(|rate| (f64::from(rate) / 100.0, format!("{rate}%")))
+}
+
+/// Where the curves of a chart lie in its picture.
+#[derive(Clone, Copy)]
+pub(crate) struct Axes {
+    pub(crate) left: f64,
+    pub(crate) top: f64,
+    pub(crate) width: f64,
+    pub(crate) height: f64,
+}
+
+impl Axes {
+    /// Where a point lies of which both coordinates are 0..=1, the second one upwards.
+    pub(crate) fn place(&self, (x, y): (f64, f64)) -> (f64, f64) {
+        (
+            self.left + x.clamp(0.0, 1.0) * self.width,
+            self.top + (1.0 - y.clamp(0.0, 1.0)) * self.height,
+        )
+    }
+
+    /// Lines across, each with its text on the left.
+    pub(crate) fn across(&self, ticks: &[Tick]) -> Markup {
+        html! { @for (at, text) in ticks {
+            @let (x, y) = self.place((0.0, *at));
+            line.rail x1=(to_tenth(x)) x2=(to_tenth(x + self.width)) y1=(to_tenth(y)) y2=(to_tenth(y)) {}
+            @if !text.is_empty() {
+                text.tick x=(to_tenth(x - 6.0)) y=(to_tenth(y + 4.0)) text-anchor="end" { (text) }
+            }
+        } }
+    }
+
+    /// Lines upwards.
+    pub(crate) fn upwards(&self, ticks: &[Tick]) -> Markup {
+        html! { @for (at, _) in ticks {
+            @let (x, y) = self.place((*at, 0.0));
+            line.rail x1=(to_tenth(x)) x2=(to_tenth(x)) y1=(to_tenth(self.top)) y2=(to_tenth(y)) {}
+        } }
+    }
+
+    /// Texts below.
+    pub(crate) fn below(&self, ticks: &[Tick]) -> Markup {
+        html! { @for (at, text) in ticks {
+            @let (x, y) = self.place((*at, 0.0));
+            text.tick x=(to_tenth(x)) y=(to_tenth(y + 18.0)) text-anchor="middle" { (text) }
+        } }
+    }
+
+    /// A line through points.
+    pub(crate) fn curve(
+        &self,
+        name: &str,
+        points: impl IntoIterator<Item = (f64, f64)>,
+        (colour, dashes): (&str, &str),
+    ) -> Markup {
+        let mut path = String::new();
+        for point in points {
+            let (x, y) = self.place(point);
+            let command = if path.is_empty() { 'M' } else { 'L' };
+            // Writing to a string cannot fail.
+            let _ = write!(path, "{command}{x:.1} {y:.1}");
+        }
+        html! { path.curve d=(path) stroke=(colour) stroke-dasharray=(dashes) { title { (name) } } }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_chart_in_a_file_is_known_again_and_needs_no_page() {
+        let svg = standalone((30.0, 20.0), "a & b", &html! { line.rail {} });
+        assert!(svg.starts_with(SVG_START), "{svg}");
+        assert!(svg.contains("viewBox=\"0 0 30 20\"") && svg.contains("a &amp; b"));
+        assert!(svg.contains(".rail { stroke: #d9dde2;") && !svg.contains("var("));
+    }
+
+    #[test]
+    fn points_lie_between_the_axes() {
+        let axes = Axes {
+            left: 10.0,
+            top: 20.0,
+            width: 100.0,
+            height: 200.0,
+        };
+        assert_eq!(axes.place((0.25, 1.0)), (35.0, 20.0));
+        assert_eq!(axes.place((2.0, -1.0)), (110.0, 220.0));
+        let curve = axes.curve("a", [(0.0, 0.0), (1.0, 0.5)], ("#000", "none"));
+        assert!(
+            curve
+                .into_string()
+                .contains("d=\"M10.0 220.0L110.0 120.0\"")
+        );
+    }
 }

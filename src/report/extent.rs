@@ -7,6 +7,12 @@
 /// widest digits of common fonts: 0.6 of that.
 #[track_caller]
 pub(super) fn assert_texts_are_readable(html: &str) {
+    assert_texts_of_size_are_readable(html, 16.0);
+}
+
+/// The same of letters that are so high.
+#[track_caller]
+pub(super) fn assert_texts_of_size_are_readable(html: &str, letter: f64) {
     for svg in html.split("<svg").skip(1) {
         let svg = svg.split("</svg>").next().unwrap_or_default();
         let size: Vec<f64> = value(svg, "viewBox")
@@ -22,7 +28,7 @@ pub(super) fn assert_texts_are_readable(html: &str) {
                 let number = value(attributes, name).unwrap_or_else(|| panic!("{name}: {text}"));
                 number.parse().expect("a number")
             };
-            let width = content.chars().count() as f64 * 16.0 * 0.6;
+            let width = content.chars().count() as f64 * letter * 0.6;
             let (x, y) = (number("x"), number("y"));
             let left = match value(attributes, "text-anchor") {
                 Some("middle") => x - width / 2.0,
@@ -30,14 +36,17 @@ pub(super) fn assert_texts_are_readable(html: &str) {
                 _ => x,
             };
             assert!(
-                left >= 0.0 && left + width <= size[2] && y >= 12.0 && y + 4.0 <= size[3],
+                left >= 0.0
+                    && left + width <= size[2]
+                    && y >= 0.75 * letter
+                    && y + 0.25 * letter <= size[3],
                 "{content:?} at {left} to {} and {y} is cut off by {size:?}",
                 left + width
             );
             for &(other_left, other_right, other_y, other) in &lines {
                 let apart = left >= other_right
                     || left + width <= other_left
-                    || (y - other_y).abs() >= 14.0;
+                    || (y - other_y).abs() >= 0.875 * letter;
                 assert!(apart, "{content:?} lies over {other:?}");
             }
             lines.push((left, left + width, y, content));

@@ -1,16 +1,16 @@
 //! Labelled sheets: what each confounder does to one walk, and one walk in every template.
 
-use super::drawing::{COLOURS, FONT, failed, register_font};
+use super::drawing::LINES;
 use crate::error::{Error, Result};
+use ab_glyph::{Font, FontRef, ScaleFont};
 use image::{GrayImage, Luma, RgbImage, imageops};
-use plotters::prelude::*;
 
 /// Space around everything and between blocks, and between the pictures of a row, pixels.
 const MARGIN: u32 = 12;
 const GAP: u32 = 4;
 /// Height of a line of text, of its letters, and the width of one, pixels.
 const LINE: u32 = 18;
-const TEXT: u32 = 12;
+const TEXT: f32 = 12.0;
 const LETTER: f64 = 7.2;
 /// Side of the coloured square that tells a class.
 const SQUARE: u32 = 8;
@@ -18,7 +18,7 @@ const SQUARE: u32 = 8;
 const ENLARGED: usize = 150;
 const BAR: u32 = 90;
 const PAPER: Rgb = image::Rgb([255; 3]);
-const INK: RGBColor = RGBColor(32, 36, 40);
+const INK: [u8; 3] = [32, 36, 40];
 
 /// Classes that have the same colour in every gallery.
 const CLASSES: [&str; 3] = ["appearance", "environment", "imaging"];
@@ -214,23 +214,51 @@ fn side_by_side(pictures: &[RgbImage]) -> RgbImage {
 
 /// Writes texts at their upper left corners, behind a square in a class's colour if they have one.
 fn write(sheet: &mut RgbImage, texts: &[((u32, u32), &str, Option<usize>)]) -> Result<()> {
-    register_font();
-    let size = sheet.dimensions();
-    let area = BitMapBackend::with_buffer(sheet, size).into_drawing_area();
-    let style = (FONT, TEXT).into_text_style(&area).color(&INK);
-    for ((x, y), text, class) in texts {
-        let (mut x, y) = (*x as i32, *y as i32);
-        let square = SQUARE as i32;
+    let font = FontRef::try_from_slice(epaint_default_fonts::HACK_REGULAR)
+        .map_err(|error| Error::Failed(format!("cannot write on a picture: {error}")))?;
+    for &((mut x, y), text, class) in texts {
         if let Some(class) = class {
-            let colour = COLOURS[class % COLOURS.len()];
-            let corners = [(x, y + 4), (x + square, y + 4 + square)];
-            area.draw(&Rectangle::new(corners, colour.filled()))
-                .map_err(failed)?;
-            x += square + GAP as i32;
+            let square = RgbImage::from_pixel(SQUARE, SQUARE, colour(class));
+            imageops::replace(sheet, &square, x.into(), (y + 4).into());
+            x += SQUARE + GAP;
         }
-        area.draw_text(text, &style, (x, y + 4)).map_err(failed)?;
+        // Half of the letters' height above the base line.
+        let base = (y + 4) as f32 + TEXT / 2.0;
+        let mut pen = x as f32;
+        for letter in text.chars() {
+            let id = font.glyph_id(letter);
+            let glyph = id.with_scale(TEXT);
+            if let Some(outline) = font.outline_glyph(glyph) {
+                let (left, top) = (pen as u32, (base + outline.px_bounds().min.y) as u32);
+                outline.draw(|x, y, covered| ink(sheet, (left + x, top + y), covered));
+            }
+            pen += font.as_scaled(TEXT).h_advance(id);
+        }
     }
-    area.present().map_err(failed)
+    Ok(())
+}
+
+/// Mixes ink into a pixel, if it is on the sheet.
+fn ink(sheet: &mut RgbImage, (x, y): (u32, u32), covered: f32) {
+    let Some(pixel) = sheet.get_pixel_mut_checked(x, y) else {
+        return;
+    };
+    // A pixel that is all but covered is all ink.
+    let share = match (covered * 256.0) as u32 {
+        255.. => 256,
+        share => share,
+    };
+    for (channel, ink) in pixel.0.iter_mut().zip(INK) {
+        let faded = u32::from(channel.abs_diff(ink)) * share / 256;
+        *channel = channel.saturating_sub(faded as u8);
+    }
+}
+
+/// The colour of a class: that of a chart's line.
+fn colour(class: usize) -> Rgb {
+    let (text, _) = LINES[class % LINES.len()];
+    let [_, rgb @ ..] = u32::from_str_radix(&text[1..], 16).map_or([0; 4], u32::to_be_bytes);
+    image::Rgb(rgb)
 }
 
 #[cfg(test)]

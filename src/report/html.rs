@@ -21,7 +21,7 @@ use crate::error::{Error, Result};
 use crate::evaluate::results::ScoreResults;
 use crate::template::Template;
 
-const CSS: &str = include_str!("style.css");
+const CSS: &str = concat!(include_str!("style.css"), include_str!("chart.css"));
 
 /// A template to show, and what it is.
 #[derive(Clone, Debug)]

@@ -1,12 +1,13 @@
 //! What a protocol's sets of probes came to: on a terminal, and on the page.
 
-use std::fmt::Write;
-
 use maud::{Markup, html};
 
+use super::table::shortened;
 use super::{THIN, grouped, percent, scope};
 use crate::evaluate::angle::AngleResult;
 use crate::evaluate::results::{CrossViewResult, ProbeSetResult, RecognizerResult};
+use crate::table::Column::{Left, Right};
+use crate::table::Table;
 
 /// Bins of angle in a row of a terminal.
 const ANGLES_IN_A_ROW: usize = 11;
@@ -17,87 +18,67 @@ const MAX_CELLS: usize = 16;
 
 /// The sets and the angles as text, at most 80 columns.
 pub(super) fn text(result: &RecognizerResult) -> String {
-    let mut out = String::new();
+    let mut sets = Table::new(&[
+        Left(16),
+        Right(8),
+        Right(6),
+        Right(13),
+        Right(6),
+        Right(6),
+        Right(6),
+        Right(6),
+        Right(5),
+    ]);
     if !result.probe_sets.is_empty() {
-        line(
-            &mut out,
-            &format!(
-                "  {:<14} {:>8} {:>6} {:>13} {:>6} {:>6} {:>6} {:>6} {:>5}",
-                "probe set",
-                "asked",
-                "rank-1",
-                "over people",
-                "rank-5",
-                "mAP",
-                "mINP",
-                "EER",
-                "AUC"
-            ),
-        );
+        sets.row("  probe set|asked|rank-1|over people|rank-5|mAP|mINP|EER|AUC".split('|'));
     }
     for set in &result.probe_sets {
         let verification = set.verification.as_ref();
-        line(
-            &mut out,
-            &format!(
-                "  {:<14} {:>8} {:>6} {:>13} {:>6} {:>6} {:>6} {:>6} {:>5}",
-                super::table::shortened(&set.name, 14),
-                grouped(set.probes, ","),
-                percent(set.rank1),
-                range(set.intervals.over_people(), " - "),
-                percent(set.rank5),
-                share(set.map),
-                share(set.minp),
-                share(verification.and_then(|found| found.eer)),
-                verification
-                    .and_then(|found| found.auc)
-                    .map_or("-".into(), |auc| format!("{auc:.3}")),
-            ),
-        );
-        line(
-            &mut out,
-            &format!(
-                "    {}{} people, each looked for among {}; chance {} %",
-                if set.clean { "clean; " } else { "" },
-                grouped(set.people, ","),
-                result.classes,
-                percent(1.0 / result.classes.max(1) as f64)
-            ),
-        );
+        let auc = verification.and_then(|found| found.auc);
+        sets.row([
+            format!("  {}", shortened(&set.name, 14)),
+            grouped(set.probes, ","),
+            percent(set.rank1),
+            range(set.intervals.over_people(), " - "),
+            percent(set.rank5),
+            share(set.map),
+            share(set.minp),
+            share(verification.and_then(|found| found.eer)),
+            auc.map_or("-".into(), |auc| format!("{auc:.3}")),
+        ]);
+        sets.note(format!(
+            "    {}{} people, each looked for among {}; chance {} %",
+            if set.clean { "clean; " } else { "" },
+            grouped(set.people, ","),
+            result.classes,
+            percent(1.0 / result.classes.max(1) as f64)
+        ));
         if let Some(accepted) = accepted(set) {
-            wrapped(&mut out, &accepted);
+            sets.note(wrapped(&accepted));
         }
-        if let Some(cross_view) = &set.cross_view {
-            line(&mut out, &format!("    {}", mean(cross_view)));
-        }
-        if let Some(left_out) = left_out(set) {
-            line(&mut out, &format!("    {left_out}"));
+        let more = [set.cross_view.as_ref().map(mean), left_out(set)];
+        for text in more.into_iter().flatten() {
+            sets.note(format!("    {text}"));
         }
     }
     if let (Some(which), false) = (scope::probe_sets(result), result.by_angle.is_empty()) {
-        line(
-            &mut out,
-            &super::table::shortened(&format!("  by angle from training, of {which}:"), 80),
-        );
+        let title = format!("  by angle from training, of {which}:");
+        sets.note(shortened(&title, 80));
     }
-    for bins in result.by_angle.chunks(ANGLES_IN_A_ROW) {
-        angles(&mut out, bins);
-    }
-    out
+    let angles = result.by_angle.chunks(ANGLES_IN_A_ROW).map(angles);
+    angles.fold(sets.to_string(), |text, angles| format!("{text}{angles}"))
 }
 
-fn angles(out: &mut String, bins: &[AngleResult]) {
-    let row = |head: &str, of: &dyn Fn(&AngleResult) -> String| {
-        let cells = bins.iter().map(of);
-        cells.fold(format!("  {head:<12}"), |row, cell| {
-            format!("{row} {cell:>5}")
-        })
+fn angles(bins: &[AngleResult]) -> Table<'static> {
+    let mut table = Table::new(&[Left(14), Right(5)]);
+    let mut row = |head: &str, of: fn(&AngleResult) -> String| {
+        table.row([head.to_owned()].into_iter().chain(bins.iter().map(of)));
     };
-    let ends = |bin: &AngleResult| bin.intervals.shown();
-    line(out, &row("degrees, to", &|bin| format!("{}", bin.to_deg)));
-    line(out, &row("rank-1 %", &|bin| percent(bin.rank1)));
-    line(out, &row("  from", &|bin| percent(ends(bin).0)));
-    line(out, &row("  to", &|bin| percent(ends(bin).1)));
+    row("  degrees, to", |bin| bin.to_deg.to_string());
+    row("  rank-1 %", |bin| percent(bin.rank1));
+    row("    from", |bin| percent(bin.intervals.shown().0));
+    row("    to", |bin| percent(bin.intervals.shown().1));
+    table
 }
 
 /// Accepted claims at fixed false accept rates.
@@ -154,21 +135,20 @@ fn range(interval: Option<(f64, f64)>, dash: &str) -> String {
 }
 
 /// Lines of at most 80 columns of a text under a set of probes.
-fn wrapped(out: &mut String, text: &str) {
-    let mut row = String::from("   ");
+fn wrapped(text: &str) -> String {
+    let mut out = String::from("   ");
+    let mut width = out.len();
     for word in text.split(' ') {
-        if row.chars().count() + 1 + word.chars().count() > 80 {
-            line(out, &row);
-            row = String::from("     ");
+        let letters = 1 + word.chars().count();
+        if width + letters > 80 {
+            out.push_str("\n     ");
+            width = 5;
         }
-        let _ = write!(row, " {word}");
+        out.push(' ');
+        out.push_str(word);
+        width += letters;
     }
-    line(out, &row);
-}
-
-fn line(out: &mut String, text: &str) {
-    // Writing to a string cannot fail.
-    let _ = writeln!(out, "{}", text.trim_end());
+    out
 }
 
 /// The sets as a table, and matrices of those that have one.

@@ -24,11 +24,10 @@ mod table;
 mod viewpoints;
 
 pub use confounders::{strength_table, write_strengths};
+pub use drawing::SVG_START;
 pub use galleries::{condition_gallery, template_gallery};
 pub use html::{Sample, page, write_page};
-pub(crate) use picture::signed;
 pub use picture::{cells, contact_sheet, is_own_png, png, write_png};
-pub use strengths::{StrengthPanel, strength_chart};
 pub use table::table;
 
 /// How the title of every page ends, by which one is known again.

@@ -117,7 +117,7 @@ const SIGNATURE: (u32, &[u8]) = (17, b"tEXtSoftware\0EdgeGait");
 const HEADER_END: usize = 33;
 
 /// The bytes of a PNG file with a word about what made it, by which it is known again.
-pub(crate) fn signed(png: &[u8]) -> Vec<u8> {
+fn signed(png: &[u8]) -> Vec<u8> {
     let (header, rest) = png.split_at(HEADER_END.min(png.len()));
     let (length, text) = SIGNATURE;
     let check = crc32(text).to_be_bytes();

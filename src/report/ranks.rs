@@ -2,7 +2,8 @@
 
 use maud::{Markup, html};
 
-use super::chart::{Curve, LINES, curves, legend};
+use super::chart::{Curve, curves, legend};
+use super::drawing::LINES;
 use super::{THIN, scope};
 use crate::evaluate::results::{ProbeSetResult, RecognizerResult};
 

@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 
+use super::drawing::to_tenth;
 use super::heatmap::{axes, class_of, colour, exact, label, style_of};
 use crate::evaluate::results::RecognizerResult;
 
@@ -76,20 +77,20 @@ pub(super) fn svg(result: &RecognizerResult) -> Markup {
             style=(style_of(width)) role="img" aria-label=(text) {
             @for elevation in up.ticks(20.0) {
                 @let y = y_of(elevation);
-                line.rail x1=(LEFT - 12) x2=(LEFT + WIDTH + 12) y1=(format!("{y:.1}")) y2=(format!("{y:.1}")) {}
-                text.tick x=(LEFT - 16) y=(format!("{:.1}", y + 4.0)) text-anchor="end" { (label(elevation)) }
+                line.rail x1=(LEFT - 12) x2=(LEFT + WIDTH + 12) y1=(to_tenth(y)) y2=(to_tenth(y)) {}
+                text.tick x=(LEFT - 16) y=(to_tenth(y + 4.0)) text-anchor="end" { (label(elevation)) }
             }
             @for azimuth in across.ticks(66.0) {
                 @let x = x_of(azimuth);
-                line.rail x1=(format!("{x:.1}")) x2=(format!("{x:.1}")) y1=(TOP - 12) y2=(TOP + HEIGHT + 12) {}
-                text.tick x=(format!("{x:.1}")) y=(TOP + HEIGHT + 28) text-anchor="middle" { (label(azimuth)) }
+                line.rail x1=(to_tenth(x)) x2=(to_tenth(x)) y1=(TOP - 12) y2=(TOP + HEIGHT + 12) {}
+                text.tick x=(to_tenth(x)) y=(TOP + HEIGHT + 28) text-anchor="middle" { (label(azimuth)) }
             }
             @for viewpoint in all {
                 @let is_trained = result.is_trained_at(viewpoint);
                 circle.(if is_trained { "dot trained-dot" } else { "dot" })
-                    cx=(format!("{:.1}", x_of(viewpoint.azimuth_deg)))
-                    cy=(format!("{:.1}", y_of(viewpoint.elevation_deg)))
-                    r=(format!("{radius:.1}")) fill=(colour(viewpoint.rank1)) { title { (exact(viewpoint)) } }
+                    cx=(to_tenth(x_of(viewpoint.azimuth_deg)))
+                    cy=(to_tenth(y_of(viewpoint.elevation_deg)))
+                    r=(to_tenth(radius)) fill=(colour(viewpoint.rank1)) { title { (exact(viewpoint)) } }
             }
             (axes((LEFT, WIDTH), (width, height)))
         }

@@ -5,38 +5,27 @@ use std::fmt::Write;
 use super::{grouped, measures, microseconds, percent, scope};
 use crate::evaluate::bands::{AZIMUTHS, Bands, ELEVATIONS};
 use crate::evaluate::rank::Tally;
-use crate::evaluate::results::{RecognizerResult, ScoreResults};
+use crate::evaluate::results::{Latency, RecognizerResult, ScoreResults};
+use crate::table::Column::{Left, Right};
+use crate::table::Table;
 
 /// The results as text: a line for each recognizer, then where each of them works.
 #[must_use]
 pub fn table(results: &ScoreResults) -> String {
-    let mut out = String::new();
-    row(
-        &mut out,
-        [
-            "recognizer",
-            "runtime",
-            "probes",
-            "rank-1 %",
-            "95 % interval",
-            "p50 us",
-        ],
-    );
+    let mut table = Table::new(&[Left(18), Left(18), Right(10), Right(8), Right(13), Right(8)]);
+    table.row("recognizer|runtime|probes|rank-1 %|95 % interval|p50 us".split('|'));
     for recognizer in &results.recognizers {
-        row(
-            &mut out,
-            [
-                &recognizer.name,
-                &recognizer.runtime.to_string(),
-                &grouped(recognizer.probes, ","),
-                &percent(recognizer.rank1),
-                &interval(recognizer),
-                &recognizer
-                    .latency
-                    .map_or("-".into(), |latency| microseconds(latency.p50_us, ",")),
-            ],
-        );
+        let p50 = |latency: Latency| microseconds(latency.p50_us, ",");
+        table.row([
+            shortened(&recognizer.name, 18),
+            shortened(&recognizer.runtime.to_string(), 18),
+            grouped(recognizer.probes, ","),
+            percent(recognizer.rank1),
+            interval(recognizer),
+            recognizer.latency.map_or("-".into(), p50),
+        ]);
     }
+    let mut out = table.to_string();
     if let Some(first) = results.recognizers.first() {
         line(
             &mut out,
@@ -84,7 +73,7 @@ fn places(out: &mut String, recognizer: &RecognizerResult) {
         if let Some(which) = scope::probe_sets(recognizer) {
             line(out, &shortened(&format!("  of {which}"), 80));
         }
-        grid(out, &bands);
+        out.push_str(&grid(&bands).to_string());
     } else {
         line(out, &format!("\n{name}"));
     }
@@ -121,32 +110,20 @@ fn places(out: &mut String, recognizer: &RecognizerResult) {
     }
 }
 
-fn grid(out: &mut String, bands: &Bands) {
-    let [a, b, c, d, e] = AZIMUTHS;
-    cells(out, "", [a, b, c, d, e, "all"].map(String::from));
+fn grid(bands: &Bands) -> Table<'static> {
+    let mut table = Table::new(&[Right(9), Right(8)]);
+    table.row([&[""], &AZIMUTHS[..], &["all"]].concat());
+    let mut row = |name: &str, cells: [Tally; 5], all| {
+        let rates = cells.into_iter().chain([all]).map(rate);
+        table.row([name.to_owned()].into_iter().chain(rates));
+    };
     // As in a picture, what is above is above.
     for (band, elevation) in ELEVATIONS.iter().enumerate().rev() {
-        let [a, b, c, d, e] = bands.cells[band].map(rate);
-        cells(out, elevation, [a, b, c, d, e, rate(bands.elevation(band))]);
+        row(elevation, bands.cells[band], bands.elevation(band));
     }
-    let [a, b, c, d, e] = [0, 1, 2, 3, 4].map(|band| rate(bands.azimuth(band)));
-    cells(out, "all", [a, b, c, d, e, rate(bands.all())]);
-}
-
-fn row(out: &mut String, [name, runtime, probes, rank1, interval, p50]: [&str; 6]) {
-    let (name, runtime) = (shortened(name, 18), shortened(runtime, 18));
-    line(
-        out,
-        &format!("{name:<18} {runtime:<18} {probes:>10} {rank1:>8} {interval:>13} {p50:>8}"),
-    );
-}
-
-fn cells(out: &mut String, head: &str, cells: [String; 6]) {
-    let [a, b, c, d, e, all] = cells;
-    line(
-        out,
-        &format!("  {head:>7} {a:>8} {b:>8} {c:>8} {d:>8} {e:>8} {all:>8}"),
-    );
+    let of_all = [0, 1, 2, 3, 4].map(|band| bands.azimuth(band));
+    row("all", of_all, bands.all());
+    table
 }
 
 fn line(out: &mut String, text: &str) {
@@ -176,7 +153,6 @@ pub(super) fn shortened(text: &str, width: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluate::results::Latency;
     use crate::evaluate::results::tests::{result_of, results_of};
 
     #[test]

@@ -1,5 +1,7 @@
 //! What a pack takes where it is drawn: `edgegait inspect`'s budget.
 
+use crate::table::Column::{Left, Right};
+use crate::table::Table;
 use edgegait_core::budget::{SKIA_TRANSIENT_BYTES, skia_resident_bytes};
 use edgegait_core::lean::{Budget, Renderer, Rows, Skia, Window};
 use edgegait_core::pack::Pack;
@@ -66,29 +68,19 @@ impl Taken {
 
 impl fmt::Display for BudgetSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            f,
-            "\n{:<20} {:>8} {:>8} {:>8}",
-            format!("a GEI of {}", self.size),
-            "flash",
-            "RAM",
-            "heap"
-        )?;
+        let mut table = Table::new(&[Left(20), Right(8)]);
+        let heading = format!("a GEI of {}", self.size);
+        table.row([&heading, "flash", "RAM", "heap"]);
         for (name, taken) in [
             ("rows, on a board", &self.rows),
             ("skia, on a board", &self.skia),
             ("unpacked, on a host", &self.unpacked),
         ] {
-            let Taken {
-                ram_bytes,
-                heap_bytes,
-            } = taken;
-            writeln!(
-                f,
-                "{name:<20} {:>8} {ram_bytes:>8} {heap_bytes:>8}",
-                self.flash_bytes
-            )?;
+            let bytes = [self.flash_bytes, taken.ram_bytes, taken.heap_bytes];
+            let [flash, ram, heap] = bytes.map(|bytes| bytes.to_string());
+            table.row([name, &flash, &ram, &heap]);
         }
+        write!(f, "\n{table}")?;
         let Self {
             hulls,
             points,

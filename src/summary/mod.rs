@@ -4,6 +4,8 @@ mod budget;
 
 use crate::dataset::Header;
 use crate::error::{Error, Result};
+use crate::table::Column::{Left, Right};
+use crate::table::Table;
 use budget::BudgetSummary;
 use edgegait_core::avatar::Avatar;
 use edgegait_core::pack::{Gait, Pack, Walk};
@@ -310,37 +312,26 @@ impl Summary {
     }
 
     fn write_people(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            f,
-            "\n{:<10} {:>6} {:>6} {:>6} {:>6} {:>10} {:>8} {:>7} {:>6} {:>10}",
-            "subject",
-            "m",
-            "kg",
-            "hulls",
-            "points",
-            "body bytes",
-            "error mm",
-            "jaccard",
-            "walks",
-            "clip bytes"
-        )?;
+        let mut table = Table::new(&[Left(10), Right(6)]);
+        table.row(
+            "subject|m|kg|hulls|points|body bytes|error mm|jaccard|walks|clip bytes".split('|'),
+        );
         for subject in self.subjects.iter().take(SHOWN) {
-            writeln!(
-                f,
-                "{:<10} {:>6} {:>6} {:>6} {:>6} {:>10} {:>8.2} {:>7} {:>6} {:>10}",
-                subject.name,
+            table.row([
+                subject.name.clone(),
                 subject.stature(),
                 optional(subject.mass_kg, 1),
-                subject.hulls,
-                subject.points,
-                subject.avatar_bytes,
-                subject.avatar_max_error_mm,
+                subject.hulls.to_string(),
+                subject.points.to_string(),
+                subject.avatar_bytes.to_string(),
+                format!("{:.2}", subject.avatar_max_error_mm),
                 optional(subject.jaccard, 4),
-                subject.walks,
-                subject.clip_bytes
-            )?;
+                subject.walks.to_string(),
+                subject.clip_bytes.to_string(),
+            ]);
         }
-        write_rest(f, self.subjects.len())?;
+        note_rest(&mut table, self.subjects.len());
+        write!(f, "\n{table}")?;
         if self.subjects.iter().any(SubjectSummary::is_measured) {
             writeln!(
                 f,
@@ -351,58 +342,43 @@ impl Summary {
     }
 
     fn write_joints(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "\n{:<14} {:>6} {:>7}", "joint", "max mm", "mean mm")?;
+        let mut table = Table::new(&[Left(14), Right(0)]);
+        table.row(["joint", "max mm", "mean mm"]);
         for joint in &self.joints {
-            writeln!(
-                f,
-                "{:<14} {:>6.2} {:>7.2}",
-                joint.name, joint.max_error_mm, joint.mean_error_mm
-            )?;
+            let errors = [joint.max_error_mm, joint.mean_error_mm];
+            let [most, mean] = errors.map(|mm| format!("{mm:.2}"));
+            table.row([&joint.name, &most, &mean]);
         }
-        Ok(())
+        write!(f, "\n{table}")
     }
 
     fn write_clips(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            f,
-            "\n{:<10} {:<14} {:>5} {:>6} {:>9} {:>7} {:>6} {:>6} {:>6} {:>7} {:>7}",
-            "subject",
-            "walk",
-            "cycle",
-            "s",
-            "steps/min",
-            "m/s",
-            "bytes",
-            "bits",
-            "max mm",
-            "mean mm",
-            "loop mm"
-        )?;
+        let mut table = Table::new(&[Left(10), Left(14), Right(6)]);
+        table
+            .row("subject|walk|cycle|s|steps/min|m/s|bytes|bits|max mm|mean mm|loop mm".split('|'));
         for clip in self.clips.iter().take(SHOWN) {
-            writeln!(
-                f,
-                "{:<10} {:<14} {:>5} {:>6.2} {:>9} {:>7.3} {:>6} {:>6.2} {:>6.2} {:>7.2} {:>7}",
-                clip.subject,
-                clip.walk,
+            table.row([
+                clip.subject.clone(),
+                clip.walk.clone(),
                 clip.cycle_or_take(),
-                clip.duration_s,
+                format!("{:.2}", clip.duration_s),
                 optional(clip.cadence_spm, 1),
-                clip.speed_mps,
-                clip.bytes,
-                clip.bits_per_joint_frame,
-                clip.max_error_mm,
-                clip.mean_error_mm,
-                optional(clip.closure_mm, 1)
-            )?;
+                format!("{:.3}", clip.speed_mps),
+                clip.bytes.to_string(),
+                format!("{:.2}", clip.bits_per_joint_frame),
+                format!("{:.2}", clip.max_error_mm),
+                format!("{:.2}", clip.mean_error_mm),
+                optional(clip.closure_mm, 1),
+            ]);
         }
-        write_rest(f, self.clips.len())
+        note_rest(&mut table, self.clips.len());
+        write!(f, "\n{table}")
     }
 }
 
 /// Says how many rows of a table are not shown.
-fn write_rest(f: &mut fmt::Formatter<'_>, rows: usize) -> fmt::Result {
+fn note_rest(table: &mut Table<'_>, rows: usize) {
     if rows > SHOWN {
-        writeln!(f, "... and {} more (--json has all)", rows - SHOWN)?;
+        table.note(format!("... and {} more (--json has all)", rows - SHOWN));
     }
-    Ok(())
 }

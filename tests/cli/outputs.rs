@@ -38,7 +38,7 @@ fn outputs_are_tried_before_any_work_and_nothing_is_left_behind() {
         ("score", "file/report"),
         ("score --probes-csv file/rows.csv", "report"),
         ("train", "file/m.onnx"),
-        ("confounders", "file/chart.png"),
+        ("confounders", "file/chart.svg"),
         ("quantize m.onnx", "file/m.egr"),
         ("cohort", "file/people.egp"),
         ("frontier", "file/frontier"),

@@ -406,7 +406,7 @@ fn confounders_are_measured_by_strength_whatever_the_protocol() {
         "--raster",
         "rows",
         "--out",
-        "c.png",
+        "c.svg",
         "--json",
         "-",
     ];
@@ -427,8 +427,17 @@ fn confounders_are_measured_by_strength_whatever_the_protocol() {
         |point: usize| results["confounders"][0]["by_strength"][point]["gei_rmse"].as_f64();
     assert!(effect(0) == Some(0.0) && effect(1) > Some(4.0) && effect(2) > effect(1));
     assert_eq!(results["probes"], 2);
-    let picture = image::open(folder.path().join("c.png")).expect("a picture");
-    assert!(picture.width() >= 300 && picture.height() >= 100);
+    let chart = std::fs::read_to_string(folder.path().join("c.svg")).expect("a chart");
+    assert!(chart.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\""));
+    assert!(chart.contains(">coat</text>") && chart.contains(">roll</text>"));
+    std::fs::write(folder.path().join("other.svg"), "<svg></svg>").expect("a file");
+    for (out, words) in [
+        ("c.png", "--out c.png: expected a name that ends in .svg"),
+        ("other.svg", "is there already, and is not known to be"),
+    ] {
+        let arguments = ["confounders", "two.egp", "--out", out];
+        refused(folder.path(), &arguments, 2, &[words]);
+    }
     refused(
         folder.path(),
         &["confounders", "two.egp", "--strengths", "0.5,0.5"],

@@ -1,0 +1,150 @@
+//! Cells in columns, as commands print them: on a terminal, or as Markdown.
+
+use std::fmt;
+
+/// How a column is aligned, and how many letters it is wide at least.
+#[derive(Clone, Copy)]
+pub(crate) enum Column {
+    Left(usize),
+    Right(usize),
+}
+
+/// Rows of cells, the first one the headings, and lines of text between them.
+pub(crate) struct Table<'a> {
+    columns: &'a [Column],
+    gap: usize,
+    lines: Vec<Line>,
+}
+
+enum Line {
+    Row(Vec<String>),
+    Note(String),
+}
+
+impl<'a> Table<'a> {
+    /// No row yet. There is at least one column; those of a row that are not listed are like the
+    /// last one.
+    pub(crate) const fn new(columns: &'a [Column]) -> Self {
+        Self {
+            columns,
+            gap: 1,
+            lines: Vec::new(),
+        }
+    }
+
+    /// With so many spaces between two columns.
+    pub(crate) fn with_gap(self, gap: usize) -> Self {
+        Self { gap, ..self }
+    }
+
+    pub(crate) fn row<T: Into<String>>(&mut self, cells: impl IntoIterator<Item = T>) {
+        let cells = cells.into_iter().map(Into::into);
+        self.lines.push(Line::Row(cells.collect()));
+    }
+
+    /// Adds text that stands in no column.
+    pub(crate) fn note(&mut self, text: impl Into<String>) {
+        self.lines.push(Line::Note(text.into()));
+    }
+
+    fn column(&self, at: usize) -> Column {
+        self.columns[at.min(self.columns.len() - 1)]
+    }
+
+    /// The widest cell of each column, or what it is wide at least.
+    fn widths(&self) -> Vec<usize> {
+        let mut widths: Vec<usize> = Vec::new();
+        for line in &self.lines {
+            let Line::Row(cells) = line else { continue };
+            for (at, cell) in cells.iter().enumerate() {
+                if at == widths.len() {
+                    let (Column::Left(least) | Column::Right(least)) = self.column(at);
+                    widths.push(least);
+                }
+                widths[at] = widths[at].max(cell.chars().count());
+            }
+        }
+        widths
+    }
+
+    /// The same in Markdown.
+    pub(crate) fn markdown(&self) -> String {
+        let mut text = String::new();
+        for (at, line) in self.lines.iter().enumerate() {
+            match line {
+                Line::Note(note) => text += note,
+                Line::Row(cells) => {
+                    let cells: Vec<String> =
+                        cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
+                    text += &format!("| {} |", cells.join(" | "));
+                    if at == 0 {
+                        let marks = (0..cells.len()).map(|at| match self.column(at) {
+                            Column::Left(_) => "---|",
+                            Column::Right(_) => "--:|",
+                        });
+                        text += &format!("\n|{}", marks.collect::<String>());
+                    }
+                }
+            }
+            text += "\n";
+        }
+        text
+    }
+}
+
+/// As aligned text: each line ends, none in spaces, and rows of nothing are left out.
+impl fmt::Display for Table<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let widths = self.widths();
+        for line in &self.lines {
+            let text = match line {
+                Line::Note(note) => note.clone(),
+                Line::Row(cells) if cells.iter().all(String::is_empty) => continue,
+                Line::Row(cells) => {
+                    let aligned = cells.iter().zip(&widths).enumerate();
+                    let aligned = aligned.map(|(at, (cell, width))| match self.column(at) {
+                        Column::Left(_) => format!("{cell:<width$}"),
+                        Column::Right(_) => format!("{cell:>width$}"),
+                    });
+                    aligned.collect::<Vec<_>>().join(&" ".repeat(self.gap))
+                }
+            };
+            writeln!(f, "{}", text.trim_end())?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Column::{Left, Right};
+    use super::*;
+
+    fn table() -> Table<'static> {
+        let mut table = Table::new(&[Left(6), Right(0)]);
+        table.row(["", "a", "b|c"]);
+        table.row(["time", "1.25", "10"]);
+        table.note("  of one run");
+        table.row(["heat", "-", ""]);
+        table
+    }
+
+    #[test]
+    fn cells_are_aligned_by_column_and_lines_end_without_spaces() {
+        let expected = "          a b|c\ntime   1.25  10\n  of one run\nheat      -\n";
+        assert_eq!(table().to_string(), expected);
+        let mut apart = Table::new(&[Left(0)]).with_gap(2);
+        apart.row(["", ""]);
+        apart.row(["é", "é"]);
+        assert_eq!(apart.to_string(), "é  é\n");
+    }
+
+    #[test]
+    fn markdown_escapes_what_would_part_cells() {
+        let mut table = Table::new(&[Left(6), Right(0)]);
+        table.row(["", "a", "b|c"]);
+        table.row(["time", "1.25", "10"]);
+        let expected = "|  | a | b\\|c |\n|---|--:|--:|\n| time | 1.25 | 10 |\n";
+        assert_eq!(table.markdown(), expected);
+    }
+}
