@@ -45,7 +45,7 @@ pub struct Graph {
     inner: Vec<Node>,
     /// Its initialisers by name.
     initializers: BTreeMap<String, Tensor>,
-    /// Shapes that the file states for what lies between inputs and outputs.
+    /// Shapes that the file states for what operations give.
     stated: BTreeMap<String, Vec<Dimension>>,
 }
 
@@ -109,40 +109,26 @@ impl Graph {
     /// # Errors
     /// If the content is not an ONNX model, is cut short, or keeps weights in another file.
     pub fn read(path: &Path, bytes: &[u8]) -> Result<Self> {
+        let refuse = |problem: &str| Err(Error::input(path, format!("expected {problem}")));
         if bytes.is_empty() {
-            return Err(Error::input(
-                path,
-                "expected an ONNX model, found an empty file",
-            ));
+            return refuse("an ONNX model, found an empty file");
         }
         if bytes.starts_with(b"version https://git-lfs") {
-            return Err(Error::input(
-                path,
-                "expected an ONNX model, found a Git LFS pointer (run git lfs pull)",
-            ));
+            return refuse("an ONNX model, found a Git LFS pointer (run git lfs pull)");
         }
         let mut walk = Walk::default();
         walk.model(Reader::new(bytes))
             .map_err(|Malformed { byte, problem }| {
-                Error::at(
-                    path,
-                    Place::Byte(byte),
-                    format!("not an ONNX model, or cut short: {problem}"),
-                )
+                let problem = format!("not an ONNX model, or cut short: {problem}");
+                Error::at(path, Place::Byte(byte), problem)
             })?;
         if !walk.has_graph {
-            return Err(Error::input(
-                path,
-                "expected an ONNX model, found no graph in it",
-            ));
+            return refuse("an ONNX model, found no graph in it");
         }
         if let Some(name) = walk.external {
-            return Err(Error::input(
-                path,
-                format!(
-                    "expected the weights inside the file, found {name:?} in another one \
-                     (onnx.save_model with save_as_external_data=False)"
-                ),
+            return refuse(&format!(
+                "the weights inside the file, found {name:?} in another one \
+                 (onnx.save_model with save_as_external_data=False)"
             ));
         }
         let mut graph = walk.graph;
@@ -177,33 +163,15 @@ impl std::fmt::Display for Dimension {
 
 /// Names of `TensorProto.DataType`.
 fn element_name(element: u64) -> &'static str {
-    const NAMES: [&str; 17] = [
-        "unknown",
-        "f32",
-        "u8",
-        "i8",
-        "u16",
-        "i16",
-        "i32",
-        "i64",
-        "string",
-        "bool",
-        "f16",
-        "f64",
-        "u32",
-        "u64",
-        "complex64",
-        "complex128",
-        "bf16",
-    ];
-    usize::try_from(element)
-        .ok()
-        .and_then(|i| NAMES.get(i).copied())
-        .unwrap_or("unknown")
+    const NAMES: &str = "unknown f32 u8 i8 u16 i16 i32 i64 string bool f16 f64 u32 u64 complex64 \
+                         complex128 bf16";
+    let at = usize::try_from(element).unwrap_or(0);
+    NAMES.split(' ').nth(at).unwrap_or("unknown")
 }
 
 #[cfg(test)]
 mod tests {
+    use super::written::field;
     use super::*;
     use crate::train::{onnx, testing::small_recognizer};
 
@@ -279,25 +247,55 @@ mod tests {
     }
 
     #[test]
-    fn graphs_nested_without_end_are_refused() {
-        let mut graph: Vec<u8> = Vec::new();
-        let wrap = |tag: u8, inner: &[u8]| {
-            let mut out = vec![tag];
-            let mut n = inner.len();
-            while n >= 0x80 {
-                out.push(n as u8 | 0x80);
-                n >>= 7;
-            }
-            out.push(n as u8);
-            out.extend_from_slice(inner);
-            out
-        };
-        for _ in 0..5000 {
-            // GraphProto.node { NodeProto.attribute { AttributeProto.g { ... } } }
-            graph = wrap(0x0A, &wrap(0x2A, &wrap(0x32, &graph)));
+    fn graphs_and_sequences_nested_without_end_are_refused() {
+        // GraphProto.node { NodeProto.attribute { AttributeProto.g { ... } } }
+        let graph = (0..5000).fold(Vec::new(), |inner, _| {
+            field(1, &field(5, &field(6, &inner)))
+        });
+        // TypeProto.sequence_type { TypeProto.Sequence.elem_type { ... } }
+        let kind = (0..5000).fold(Vec::new(), |inner, _| field(4, &field(1, &inner)));
+        let sequence = field(11, &field(2, &kind));
+        for graph in [graph, sequence] {
+            let text = read(&field(7, &graph)).expect_err("too deep").to_string();
+            assert!(text.contains("nested more than 16 deep"), "{text}");
         }
-        let text = read(&wrap(0x3A, &graph)).expect_err("too deep").to_string();
-        assert!(text.contains("nested more than 16 deep"), "{text}");
+    }
+
+    #[test]
+    fn strings_longer_than_the_file_are_refused_wherever_the_embedded_runtime_reads_them() {
+        // Field 1, of 2^38 bytes.
+        let string = b"\x0A\x80\x80\x80\x80\x80\x08";
+        for path in [
+            &[14][..],            // metadata
+            &[7, 5, 13],          // where an initialiser's numbers are
+            &[7, 1, 5, 5, 13],    // the same of an attribute
+            &[7, 1, 5, 6, 11],    // an input of a graph inside of an operation
+            &[7, 11, 2, 4],       // a sequence as input
+            &[7, 13, 2, 4, 1, 4], // a sequence of sequences
+        ] {
+            let nested = path.iter().rev();
+            let bytes = nested.fold(string.to_vec(), |inner, &number| field(number, &inner));
+            let text = read(&bytes).expect_err("too long").to_string();
+            assert!(
+                text.contains("expected 274877906944 more bytes, found 0"),
+                "{path:?}: {text}"
+            );
+        }
+    }
+
+    #[test]
+    fn tensors_of_more_than_64_axes_are_refused() {
+        for tensor in [
+            written::weights("w", 1, &[1; 65]),
+            written::stated(13, "y", &[1; 65]),
+        ] {
+            let bytes = written::bytes(&[0, 1, 50, 30], &[tensor]);
+            let text = read(&bytes).expect_err("too many").to_string();
+            assert!(
+                text.contains("a tensor has 65 axes, more than 64"),
+                "{text}"
+            );
+        }
     }
 
     #[test]

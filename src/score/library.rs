@@ -4,9 +4,13 @@
 //! process dies of SIGBUS at the first missing page; a library for another
 //! processor gives an error that names neither. Both are told here.
 
+use std::env::consts::ARCH;
 use std::fs::File;
-use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
+
+use object::elf::{self, ELFMAG};
+use object::read::elf::{FileHeader, ProgramHeader, SectionHeader};
+use object::{FileKind, NativeEndian, ReadCache, ReadRef};
 
 use crate::error::{Error, Result};
 
@@ -34,26 +38,35 @@ impl Library {
     /// for this system.
     pub fn inspect(path: &Path) -> Result<Self> {
         let io = |error| Error::io(path, error);
+        let refuse = |problem: String| Error::input(path, problem);
         let absolute = path.canonicalize().map_err(io)?;
-        let metadata = std::fs::metadata(&absolute).map_err(io)?;
-        if !metadata.is_file() {
-            return Err(Error::input(
-                path,
+        if !std::fs::metadata(&absolute).map_err(io)?.is_file() {
+            return Err(refuse(
                 "expected the ONNX Runtime library itself, found no regular file \
-                 (give the full path of libonnxruntime)",
+                 (give the full path of libonnxruntime)"
+                    .into(),
             ));
         }
-        let mut file = File::open(&absolute).map_err(io)?;
-        let version = if cfg!(any(target_os = "macos", target_os = "ios")) {
-            expect_magic(&mut file, path, "a Mach-O library", &MACH_O)?;
-            None
+        let file = ReadCache::new(File::open(&absolute).map_err(io)?);
+        let (kind, magics): (_, &[&[u8]]) = if cfg!(any(target_os = "macos", target_os = "ios")) {
+            ("a Mach-O library", &MACH_O)
         } else if cfg!(windows) {
-            expect_magic(&mut file, path, "a DLL", &[b"MZ"])?;
-            None
+            ("a DLL", &[b"MZ"])
         } else {
-            elf::check(&mut file, metadata.len(), path)?
+            ("a shared library (ELF)", &[&ELFMAG])
         };
-        let version = version.or_else(|| version_in_name(&absolute));
+        let start = (&file).read_bytes_at(0, 4).unwrap_or_default();
+        if !magics.iter().any(|magic| start.starts_with(magic)) {
+            return Err(refuse(format!(
+                "expected {kind}, found another kind of file"
+            )));
+        }
+        let stated = if start == ELFMAG {
+            version_in_elf(&file).map_err(refuse)?
+        } else {
+            None
+        };
+        let version = stated.or_else(|| version_in_name(&absolute));
         if let Some(found) = &version {
             refuse_old(path, found)?;
         }
@@ -71,18 +84,89 @@ const MACH_O: [&[u8]; 3] = [
     b"\xCA\xFE\xBA\xBE",
 ];
 
-fn expect_magic(file: &mut File, path: &Path, what: &str, magics: &[&[u8]]) -> Result<()> {
-    let mut start = Vec::new();
-    file.take(4)
-        .read_to_end(&mut start)
-        .map_err(|error| Error::io(path, error))?;
-    if magics.iter().any(|magic| start.starts_with(magic)) {
-        return Ok(());
+#[cfg(target_pointer_width = "64")]
+type Header = elf::FileHeader64<NativeEndian>;
+#[cfg(not(target_pointer_width = "64"))]
+type Header = elf::FileHeader32<NativeEndian>;
+
+/// Checks that an ELF file is complete and for this machine; the version it states.
+fn version_in_elf(file: &ReadCache<File>) -> std::result::Result<Option<String>, String> {
+    let size = file.len().unwrap_or(0);
+    let cut_short = |why: &str| {
+        format!("the library is cut short or damaged: {why} (copy or download it again)")
+    };
+    let unreadable = |error: object::read::Error| cut_short(&error.to_string());
+    let beyond = |()| cut_short(&format!("its parts end beyond its {size} bytes"));
+
+    let found = match FileKind::parse(file).map_err(unreadable)? {
+        FileKind::Elf64 => 64,
+        _ => 32,
+    };
+    if found != usize::BITS {
+        let bits = usize::BITS;
+        return Err(format!(
+            "expected a {bits}-bit library, found a {found}-bit one"
+        ));
     }
-    Err(Error::input(
-        path,
-        format!("expected {what}, found another kind of file"),
-    ))
+    let header = Header::parse(file).map_err(unreadable)?;
+    let Ok(endian) = header.endian() else {
+        return Err("the library is for the other byte order".into());
+    };
+    let machine = match ARCH {
+        "x86_64" => Some(elf::EM_X86_64),
+        "aarch64" => Some(elf::EM_AARCH64),
+        "arm" => Some(elf::EM_ARM),
+        "x86" => Some(elf::EM_386),
+        "riscv64" => Some(elf::EM_RISCV),
+        _ => None,
+    };
+    let found = header.e_machine(endian);
+    if let Some(expected) = machine
+        && found != expected
+    {
+        return Err(format!(
+            "expected a library for {ARCH} (ELF machine {expected}), found machine {found}"
+        ));
+    }
+    if header.e_type(endian) != elf::ET_DYN {
+        return Err("expected a shared library, found another kind of ELF file".into());
+    }
+
+    let segments = header.program_headers(endian, file).map_err(unreadable)?;
+    let sections = header.section_headers(endian, file).map_err(unreadable)?;
+    let ranges = (segments.iter().map(|segment| segment.file_range(endian))).chain(
+        sections
+            .iter()
+            .filter_map(|section| section.file_range(endian)),
+    );
+    for (offset, length) in ranges {
+        if offset.checked_add(length).is_none_or(|end| end > size) {
+            return Err(beyond(()));
+        }
+    }
+
+    let symbols = sections
+        .iter()
+        .find(|section| section.sh_type(endian) == elf::SHT_DYNSYM);
+    let names = symbols.and_then(|section| sections.get(section.link(endian).0));
+    let Some((offset, length)) = names.and_then(|names| names.file_range(endian)) else {
+        return Ok(None);
+    };
+    let names = file
+        .read_bytes_at(offset, length.min(MAX_NAMES))
+        .map_err(beyond)?;
+    let mut names = names.split(|byte| *byte == 0);
+    if !names.clone().any(|name| name == ENTRY) {
+        return Err("expected libonnxruntime, found a library without OrtGetApiBase".into());
+    }
+    // The name of the library's symbol version, `VERS_1.31.1`.
+    let version = names.find_map(|name| {
+        let version = std::str::from_utf8(name.strip_prefix(b"VERS_")?).ok()?;
+        version
+            .starts_with(|c: char| c.is_ascii_digit())
+            .then(|| version.to_owned())
+    });
+    Ok(version)
 }
 
 /// `1.31.1` in `libonnxruntime.so.1.31.1` or `libonnxruntime.1.31.1.dylib`.
@@ -110,188 +194,6 @@ fn refuse_old(path: &Path, found: &str) -> Result<()> {
             OLDEST.0, OLDEST.1
         ),
     ))
-}
-
-/// The ELF format: System V ABI, chapter 4; `elf(5)`.
-mod elf {
-    use super::*;
-
-    const SHT_NOBITS: u64 = 8;
-    const SHT_DYNSYM: u64 = 11;
-    const MAX_HEADERS: u64 = 4096;
-
-    /// `EM_*` of this build.
-    const MACHINE: Option<(u64, &str)> = if cfg!(target_arch = "x86_64") {
-        Some((62, "x86-64"))
-    } else if cfg!(target_arch = "aarch64") {
-        Some((183, "aarch64"))
-    } else if cfg!(target_arch = "arm") {
-        Some((40, "arm"))
-    } else if cfg!(target_arch = "x86") {
-        Some((3, "x86"))
-    } else if cfg!(target_arch = "riscv64") {
-        Some((243, "riscv64"))
-    } else {
-        None
-    };
-
-    /// Offset and width in the header of a 32-bit and of a 64-bit file.
-    type Spot = [(usize, usize); 2];
-    const E_PHOFF: Spot = [(28, 4), (32, 8)];
-    const E_SHOFF: Spot = [(32, 4), (40, 8)];
-    const E_PHENTSIZE: Spot = [(42, 2), (54, 2)];
-    const E_PHNUM: Spot = [(44, 2), (56, 2)];
-    const E_SHENTSIZE: Spot = [(46, 2), (58, 2)];
-    const E_SHNUM: Spot = [(48, 2), (60, 2)];
-    const P_OFFSET: Spot = [(4, 4), (8, 8)];
-    const P_FILESZ: Spot = [(16, 4), (32, 8)];
-    const SH_TYPE: Spot = [(4, 4), (4, 4)];
-    const SH_OFFSET: Spot = [(16, 4), (24, 8)];
-    const SH_SIZE: Spot = [(20, 4), (32, 8)];
-    const SH_LINK: Spot = [(24, 4), (40, 4)];
-
-    /// A header, whose numbers are read by their spots.
-    struct Header<'a> {
-        bytes: &'a [u8],
-        is_64: bool,
-    }
-
-    impl Header<'_> {
-        /// The number there; 0 beyond the end. Byte order is checked to be this machine's.
-        fn at(&self, spot: Spot) -> u64 {
-            let (offset, width) = spot[usize::from(self.is_64)];
-            let mut number = [0; 8];
-            let Some(found) = self.bytes.get(offset..offset + width) else {
-                return 0;
-            };
-            if cfg!(target_endian = "little") {
-                number[..width].copy_from_slice(found);
-            } else {
-                number[8 - width..].copy_from_slice(found);
-            }
-            u64::from_ne_bytes(number)
-        }
-    }
-
-    /// Checks that the file is complete and for this machine; the version it states.
-    pub(super) fn check(file: &mut File, size: u64, path: &Path) -> Result<Option<String>> {
-        let refuse = |problem: String| Error::input(path, problem);
-        let start = read(file, path, 0, size.min(64))?;
-        if !start.starts_with(b"\x7FELF") {
-            return Err(refuse(
-                "expected a shared library (ELF), found another kind of file".into(),
-            ));
-        }
-        let cut_short = || {
-            refuse(format!(
-                "the library is cut short: its parts end beyond its {size} bytes (copy or download it again)"
-            ))
-        };
-        if size < 64 {
-            return Err(cut_short());
-        }
-        let bits = usize::BITS;
-        let found = if start[4] == 2 { 64 } else { 32 };
-        if found != bits {
-            return Err(refuse(format!(
-                "expected a {bits}-bit library, found a {found}-bit one"
-            )));
-        }
-        let order = if cfg!(target_endian = "little") { 1 } else { 2 };
-        if start[5] != order {
-            return Err(refuse("the library is for the other byte order".into()));
-        }
-        let header = Header {
-            bytes: &start,
-            is_64: bits == 64,
-        };
-        let machine = header.at([(18, 2); 2]);
-        if let Some((expected, name)) = MACHINE
-            && machine != expected
-        {
-            return Err(refuse(format!(
-                "expected a library for {name} (ELF machine {expected}), found machine {machine}"
-            )));
-        }
-        if header.at([(16, 2); 2]) != 3 {
-            return Err(refuse(
-                "expected a shared library, found another kind of ELF file".into(),
-            ));
-        }
-
-        let mut table = |offset: Spot, entry: Spot, count: Spot| -> Result<Vec<Vec<u8>>> {
-            let (offset, entry, count) = (header.at(offset), header.at(entry), header.at(count));
-            if count > MAX_HEADERS || ends_beyond(offset, entry * count, size) {
-                return Err(cut_short());
-            }
-            let bytes = read(file, path, offset, entry * count)?;
-            Ok(bytes
-                .chunks_exact(entry.max(1) as usize)
-                .map(<[u8]>::to_vec)
-                .collect())
-        };
-        let segments = table(E_PHOFF, E_PHENTSIZE, E_PHNUM)?;
-        let sections = table(E_SHOFF, E_SHENTSIZE, E_SHNUM)?;
-        let view = |bytes: &'_ Vec<u8>, spot| {
-            Header {
-                bytes,
-                is_64: bits == 64,
-            }
-            .at(spot)
-        };
-        for segment in &segments {
-            if ends_beyond(view(segment, P_OFFSET), view(segment, P_FILESZ), size) {
-                return Err(cut_short());
-            }
-        }
-        for section in &sections {
-            if view(section, SH_TYPE) != SHT_NOBITS
-                && ends_beyond(view(section, SH_OFFSET), view(section, SH_SIZE), size)
-            {
-                return Err(cut_short());
-            }
-        }
-
-        let symbols = sections
-            .iter()
-            .find(|section| view(section, SH_TYPE) == SHT_DYNSYM);
-        let names = symbols.and_then(|section| sections.get(view(section, SH_LINK) as usize));
-        let Some(names) = names else {
-            return Ok(None);
-        };
-        let length = view(names, SH_SIZE).min(MAX_NAMES);
-        let names = read(file, path, view(names, SH_OFFSET), length)?;
-        if !names.split(|byte| *byte == 0).any(|name| name == ENTRY) {
-            return Err(refuse(
-                "expected libonnxruntime, found a library without OrtGetApiBase".into(),
-            ));
-        }
-        Ok(version(&names))
-    }
-
-    /// The name of the library's symbol version, `VERS_1.31.1`.
-    fn version(names: &[u8]) -> Option<String> {
-        names
-            .split(|byte| *byte == 0)
-            .filter_map(|name| std::str::from_utf8(name.strip_prefix(b"VERS_")?).ok())
-            .find(|version| version.starts_with(|c: char| c.is_ascii_digit()))
-            .map(str::to_owned)
-    }
-
-    fn ends_beyond(offset: u64, length: u64, size: u64) -> bool {
-        offset.checked_add(length).is_none_or(|end| end > size)
-    }
-
-    fn read(file: &mut File, path: &Path, offset: u64, length: u64) -> Result<Vec<u8>> {
-        let mut bytes = Vec::new();
-        file.seek(SeekFrom::Start(offset))
-            .and_then(|_| file.take(length).read_to_end(&mut bytes))
-            .map_err(|error| Error::io(path, error))?;
-        if (bytes.len() as u64) < length {
-            return Err(Error::input(path, "the library is cut short"));
-        }
-        Ok(bytes)
-    }
 }
 
 #[cfg(all(test, target_os = "linux"))]

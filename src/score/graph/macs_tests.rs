@@ -181,3 +181,63 @@ fn what_is_unknown_is_named_and_not_guessed() {
         Err("\"x\" is stated as [N, 1, 50, 30], but would be [1, 1, 64, 44]".into())
     );
 }
+
+#[test]
+fn shapes_and_lists_that_double_with_each_operation_are_not_followed() {
+    let doubling = |operator: &str, first: Vec<u8>| -> Graph {
+        let step = |at: usize| {
+            let (from, to) = (format!("v{at}"), format!("v{}", at + 1));
+            node(operator, &format!("{from} {from}"), &to, &["axis=0"])
+        };
+        let steps: Vec<u8> = (0..60).flat_map(step).collect();
+        graph(&[0, 1, 50, 30], &[first, steps])
+    };
+    let ranks = doubling("Gather", weights("v0", 1, &[2, 2]));
+    let lists = doubling("Concat", integers("v0", &[1, 2]));
+    assert_eq!(
+        ranks.macs(&[1, 1, 50, 30]),
+        Err("the shape that Gather (\"v6\") gives is not known".into())
+    );
+    // A length of 2 x 2^60 is known, though the numbers are not.
+    assert_eq!(lists.macs(&[1, 1, 50, 30]), Ok(0));
+    assert!(ranks.windows().is_empty() && lists.windows().is_empty());
+}
+
+#[test]
+fn nothing_split_into_no_parts_is_no_reason_to_panic() {
+    let split = node("Split", "w", "", &["axis=0"]);
+    let found = graph(&[0, 1, 50, 30], &[weights("w", 1, &[0, 4]), split]);
+    assert_eq!(found.macs(&[1, 1, 50, 30]), Ok(0));
+}
+
+#[test]
+fn axes_by_the_hundred_thousand_are_not_followed() {
+    let axes: Vec<String> = (0..400_000).rev().map(|axis| axis.to_string()).collect();
+    let axes = format!("axes=[{}]", axes.join(","));
+    let found = graph(&[0, 1], &[node("Unsqueeze", "x", "y", &[&axes])]);
+    assert_eq!(
+        found.macs(&[1, 1]),
+        Err("the shape that Unsqueeze (\"y\") gives is not known".into())
+    );
+}
+
+#[test]
+fn parts_that_are_split_joined_padded_cut_and_repeated_are_followed() {
+    let parts = [
+        node("Split", "x", "a b", &["axis=1"]),
+        node("Concat", "b a x", "joined", &["axis=1"]), // 2 + 2 + 4 channels
+        integers("margins", &[0, 0, 1, 0, 0, 0, 1, 2]),
+        node("Pad", "joined margins", "padded", &[]), // 52 rows, 32 columns
+        integers("one", &[1]),
+        integers("last", &[-1]),
+        integers("columns", &[3]),
+        node("Slice", "padded one last columns", "cut", &[]), // columns 1 to 30
+        integers("thrice", &[3, 1, 1, 1]),
+        node("Expand", "cut thrice", "wide", &[]),
+        node("Flatten", "wide", "flat", &[]),
+        weights("w", 1, &[8 * 52 * 30, 2]),
+        node("Gemm", "flat w", "y", &[]),
+    ];
+    let found = graph(&[1, 4, 50, 30], &parts);
+    assert_eq!(found.macs(&[1, 4, 50, 30]), Ok(3 * 2 * 8 * 52 * 30));
+}

@@ -5,10 +5,12 @@
 use super::{Attribute, Dimension, Graph, Node, Port, Tensor};
 use crate::score::protobuf::{Field, Malformed, Reader};
 
-/// Deepest nesting of graphs in graphs (If, Loop, Scan) that is followed.
+/// Deepest nesting of graphs in graphs (If, Loop, Scan), or of sequences, that is followed.
 const MAX_DEPTH: usize = 16;
 /// Most numbers of a tensor that are kept: a shape, axes or indices have no more.
-const MAX_INTEGERS: u64 = 1024;
+pub(super) const MAX_INTEGERS: u64 = 1024;
+/// Most axes of a tensor (as many as numpy 2 has).
+pub(super) const MAX_RANK: usize = 64;
 
 /// `TensorProto.DataLocation.EXTERNAL`.
 const EXTERNAL: u64 = 1;
@@ -37,6 +39,7 @@ impl Walk {
                     self.graph(graph, 0)?;
                 }
                 (8, Field::Bytes(set)) => self.operator_set(set)?,
+                (14, Field::Bytes(property)) => property.skim()?,
                 (25, Field::Bytes(function)) => self.function(function)?,
                 _ => {}
             }
@@ -81,18 +84,19 @@ impl Walk {
                         self.graph.initializers.insert(name, tensor);
                     }
                 }
-                (11, Field::Bytes(info)) if depth == 0 => {
+                (11..=13, Field::Bytes(info)) => {
                     let port = port(info)?;
-                    self.graph.inputs.push(port);
-                }
-                (12, Field::Bytes(info)) if depth == 0 => {
-                    let port = port(info)?;
-                    self.graph.outputs.push(port);
-                }
-                (13, Field::Bytes(info)) if depth == 0 => {
-                    let Port { name, shape, .. } = port(info)?;
-                    if let Some(shape) = shape {
-                        self.graph.stated.insert(name, shape);
+                    match number {
+                        _ if depth > 0 => {}
+                        11 => self.graph.inputs.push(port),
+                        _ => {
+                            let stated = port.shape.clone();
+                            let stated = stated.map(|shape| (port.name.clone(), shape));
+                            self.graph.stated.extend(stated);
+                            if number == 12 {
+                                self.graph.outputs.push(port);
+                            }
+                        }
                     }
                 }
                 _ => {}
@@ -158,23 +162,22 @@ impl Walk {
     /// Counts a tensor's numbers; its name, and what is kept of it.
     fn tensor(&mut self, mut tensor: Reader<'_>) -> Read<(String, Tensor)> {
         let (mut found, mut element, mut name) = (Tensor::default(), 0, String::new());
-        let (mut external, mut integers, mut raw) = (false, Vec::new(), None);
+        let (mut sizes, mut integers) = (Vec::new(), Vec::new());
+        let (mut external, mut raw) = (false, None);
         while let Some((number, field)) = tensor.next()? {
             match (number, field) {
-                (1, Field::Number(dim)) => found.shape.push(dim),
-                (1, Field::Bytes(mut packed)) => {
-                    while let Some(dim) = packed.packed_number()? {
-                        found.shape.push(dim);
-                    }
-                }
+                (1, field) => push_integers(field, &mut sizes)?,
                 (2, Field::Number(kind)) => element = kind,
                 (7, field) => push_integers(field, &mut integers)?,
                 (8, Field::Bytes(text)) => name = text.text()?,
                 (9, Field::Bytes(bytes)) => raw = Some(bytes.bytes()),
+                (13, Field::Bytes(place)) => place.skim()?,
                 (14, Field::Number(location)) => external = location == EXTERNAL,
                 _ => {}
             }
         }
+        check_rank(sizes.len(), tensor)?;
+        found.shape = sizes.into_iter().map(i64::cast_unsigned).collect();
         let size = elements(&found.shape);
         // FLOAT, UINT8, INT8, INT32 (biases of quantised models), FLOAT16, DOUBLE, BFLOAT16.
         if matches!(element, 1 | 2 | 3 | 6 | 10 | 11 | 16) {
@@ -192,6 +195,13 @@ impl Walk {
         }
         Ok((name, found))
     }
+}
+
+fn check_rank(rank: usize, at: Reader<'_>) -> Read<()> {
+    if rank > MAX_RANK {
+        return Err(at.malformed(format!("a tensor has {rank} axes, more than {MAX_RANK}")));
+    }
+    Ok(())
 }
 
 /// Numbers in a tensor of this shape.
@@ -223,17 +233,32 @@ fn port(mut info: Reader<'_>) -> Read<Port> {
     while let Some((number, field)) = info.next()? {
         match (number, field) {
             (1, Field::Bytes(name)) => port.name = name.text()?,
-            (2, Field::Bytes(mut kind)) => {
-                while let Some((number, field)) = kind.next()? {
-                    if let (1, Field::Bytes(tensor)) = (number, field) {
-                        tensor_type(tensor, &mut port)?;
+            (2, Field::Bytes(of)) => type_of(of, &mut port, 0)?,
+            _ => {}
+        }
+    }
+    Ok(port)
+}
+
+/// `TypeProto`.
+fn type_of(mut of: Reader<'_>, port: &mut Port, depth: usize) -> Read<()> {
+    if depth > MAX_DEPTH {
+        return Err(of.malformed(format!("sequences are nested more than {MAX_DEPTH} deep")));
+    }
+    while let Some((number, field)) = of.next()? {
+        match (number, field) {
+            (1, Field::Bytes(tensor)) => tensor_type(tensor, port)?,
+            (4, Field::Bytes(mut sequence)) => {
+                while let Some((number, field)) = sequence.next()? {
+                    if let (1, Field::Bytes(element)) = (number, field) {
+                        type_of(element, &mut Port::default(), depth + 1)?;
                     }
                 }
             }
             _ => {}
         }
     }
-    Ok(port)
+    Ok(())
 }
 
 /// `TypeProto.Tensor`.
@@ -248,6 +273,7 @@ fn tensor_type(mut tensor: Reader<'_>, port: &mut Port) -> Read<()> {
                         dimensions.push(dimension(dim)?);
                     }
                 }
+                check_rank(dimensions.len(), shape)?;
             }
             _ => {}
         }
