@@ -7,10 +7,12 @@ mod bench;
 mod body;
 mod cohort;
 mod conditions;
+#[cfg(feature = "plots")]
 mod confounders;
 mod contest;
 mod drawing;
 mod encoding;
+#[cfg(feature = "plots")]
 mod frontier;
 #[cfg(feature = "import")]
 mod import;
@@ -61,7 +63,9 @@ struct Cli {
 enum Command {
     Bench(bench::Args),
     Cohort(cohort::Args),
+    #[cfg(feature = "plots")]
     Confounders(confounders::Args),
+    #[cfg(feature = "plots")]
     Frontier(frontier::Args),
     #[cfg(feature = "import")]
     Import(import::Args),
@@ -114,7 +118,9 @@ fn run(command: &Command) -> Result<()> {
         // Its threads are those of one inference.
         Command::Bench(args) => bench::run(args),
         Command::Cohort(args) => run!(cohort, args),
+        #[cfg(feature = "plots")]
         Command::Confounders(args) => run!(confounders, args),
+        #[cfg(feature = "plots")]
         Command::Frontier(args) => run!(frontier, args),
         #[cfg(feature = "import")]
         Command::Import(args) => run!(import, args),

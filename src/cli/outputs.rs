@@ -44,6 +44,10 @@ pub enum Kind {
     /// A folder with a page.
     Report,
     /// A folder with results as JSON, a table and a chart.
+    #[cfg_attr(
+        not(feature = "plots"),
+        expect(dead_code, reason = "only `frontier` writes one")
+    )]
     Frontier,
     /// A folder that holds a dataset and nothing else.
     Dataset,

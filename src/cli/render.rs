@@ -7,7 +7,9 @@ use super::outputs::{Kind, Output};
 use super::source::SourceArgs;
 use crate::dataset::{Header, write_npy};
 use crate::error::{Error, Result};
-use crate::report::{cells, condition_gallery, contact_sheet, template_gallery, write_png};
+use crate::report::{cells, contact_sheet, write_png};
+#[cfg(feature = "plots")]
+use crate::report::{condition_gallery, template_gallery};
 use crate::sweep::{Job, Moments, Settings, Shot, is_take, silhouettes, walk_name};
 use crate::template::{Builder, Shape, Template};
 use edgegait_core::pack::Pack;
@@ -184,6 +186,11 @@ pub fn run(args: &Args) -> Result<()> {
             "--gallery: expected one viewpoint and an --out that ends in .png".into(),
         ));
     }
+    if args.gallery && cfg!(not(feature = "plots")) {
+        return Err(Error::Usage(
+            "--gallery: this command was built without the feature plots".into(),
+        ));
+    }
     let settings = args.draw.without_template().settings(args.common.seed)?;
     let mut header = Header::new("render", args.common.seed);
     let conditions = args.conditions.load(None, &mut header)?;
@@ -224,11 +231,10 @@ pub fn run(args: &Args) -> Result<()> {
     let per_walk = views.list.len();
     match &target {
         Target::Terminal => args.common.say(text_art(&pack, &shots, &frames)),
+        #[cfg(feature = "plots")]
         Target::Png(path) if args.gallery && templates.is_empty() => {
-            write_png(
-                path,
-                &condition_gallery(&pack, &jobs, &views.list[0], settings)?,
-            )?;
+            let gallery = condition_gallery(&pack, &jobs, &views.list[0], settings)?;
+            write_png(path, &gallery)?;
         }
         Target::Png(_) if args.gallery && jobs.len() > 1 => {
             return Err(Error::Usage(format!(
@@ -236,6 +242,7 @@ pub fn run(args: &Args) -> Result<()> {
                 jobs.len()
             )));
         }
+        #[cfg(feature = "plots")]
         Target::Png(path) if args.gallery => {
             let of = |&template| Ok((template, made(template, &frames[0], settings.size)?));
             let made = templates.iter().map(of).collect::<Result<Vec<_>>>()?;

@@ -11,6 +11,7 @@ mod cost;
 mod encoded;
 pub mod exact;
 pub mod pareto;
+#[cfg(feature = "plots")]
 pub mod plot;
 mod recognition;
 pub mod reference;

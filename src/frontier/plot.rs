@@ -2,7 +2,8 @@
 
 use super::Point;
 use super::pareto::{Merits, pareto};
-use crate::report::drawing::{Axes, LETTER, LINES, Tick, standalone, to_tenth};
+use crate::report::drawing::{Axes, LINES, Tick, to_tenth};
+use crate::report::standalone::{LETTER, standalone};
 use maud::{Markup, html};
 
 /// The chart, and the list of names beside it, pixels.

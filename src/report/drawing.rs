@@ -1,4 +1,4 @@
-//! What drawn charts share (SVG): colours that everybody can tell apart, axes, files of their own.
+//! What drawn charts share (SVG): colours that everybody can tell apart, axes.
 
 use maud::{Markup, html};
 use std::fmt::Write;
@@ -16,34 +16,6 @@ pub(crate) const LINES: [(&str, &str); 6] = [
 
 /// How every chart in a file of its own begins, by which one is known again.
 pub const SVG_START: &str = "<svg xmlns=\"http://www.w3.org/2000/svg\" data-made-by=\"EdgeGait\"";
-
-/// What the page's colours are on white paper: viewers that are no browser know no variables.
-const PAPER: [(&str, &str); 3] = [
-    ("var(--ink)", "#16191d"),
-    ("var(--quiet)", "#5b6470"),
-    ("var(--line)", "#d9dde2"),
-];
-
-/// The most that a letter takes of a line, and how high it is, in a [`standalone`] chart.
-pub(crate) const LETTER: (f64, f64) = (8.0, 13.0);
-
-/// A chart of so many pixels as a file: on white, and with letters of [`LETTER`].
-pub(crate) fn standalone((width, height): (f64, f64), title: &str, chart: &Markup) -> String {
-    let page = include_str!("chart.css").to_owned();
-    let css = PAPER
-        .iter()
-        .fold(page, |css, (name, colour)| css.replace(name, colour));
-    let svg = html! {
-        svg xmlns="http://www.w3.org/2000/svg" data-made-by="EdgeGait" width=(width) height=(height)
-            viewBox=(format!("0 0 {width} {height}")) role="img" aria-label=(title)
-            font-family="system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif" {
-            style { (css) "svg text { font-size: " (LETTER.1) "px; }" }
-            rect width="100%" height="100%" fill="#ffffff" {}
-            (chart)
-        }
-    };
-    svg.into_string() + "\n"
-}
 
 /// A coordinate to a tenth.
 pub(crate) fn to_tenth(coordinate: f64) -> String {
@@ -88,6 +60,7 @@ impl Axes {
     }
 
     /// Lines upwards.
+    #[cfg(feature = "plots")]
     pub(crate) fn upwards(&self, ticks: &[Tick]) -> Markup {
         html! { @for (at, _) in ticks {
             @let (x, y) = self.place((*at, 0.0));

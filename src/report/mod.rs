@@ -3,28 +3,38 @@
 //! A report never computes a result: it shows what [`crate::evaluate`] found.
 
 mod chart;
+#[cfg(feature = "plots")]
 mod confounders;
 pub(crate) mod drawing;
 #[cfg(test)]
 mod extent;
+#[cfg(feature = "plots")]
 mod galleries;
+#[cfg(feature = "plots")]
 mod gallery;
 mod heatmap;
 mod html;
 mod measures;
 mod picture;
+#[cfg(feature = "plots")]
 mod pixels;
 mod ranks;
 mod scatter;
+#[cfg(feature = "plots")]
 mod scene;
 mod scope;
+#[cfg(feature = "plots")]
+pub(crate) mod standalone;
+#[cfg(feature = "plots")]
 mod strengths;
 mod summary;
 mod table;
 mod viewpoints;
 
+#[cfg(feature = "plots")]
 pub use confounders::{strength_table, write_strengths};
 pub use drawing::SVG_START;
+#[cfg(feature = "plots")]
 pub use galleries::{condition_gallery, template_gallery};
 pub use html::{Sample, page, write_page};
 pub use picture::{cells, contact_sheet, is_own_png, png, write_png};

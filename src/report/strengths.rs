@@ -3,8 +3,9 @@
 use maud::{Markup, html};
 
 use super::confounders::recognizers;
-use super::drawing::{Axes, LETTER, LINES, Tick, percents, standalone, to_tenth};
+use super::drawing::{Axes, LINES, Tick, percents, to_tenth};
 use super::percent;
+use super::standalone::{LETTER, standalone};
 use crate::evaluate::strengths::ConfounderResult;
 
 /// Width of the picture, and how many charts stand side by side.

@@ -1,0 +1,31 @@
+//! Charts in files of their own (SVG).
+
+use maud::{Markup, html};
+
+/// What the page's colours are on white paper: viewers that are no browser know no variables.
+const PAPER: [(&str, &str); 3] = [
+    ("var(--ink)", "#16191d"),
+    ("var(--quiet)", "#5b6470"),
+    ("var(--line)", "#d9dde2"),
+];
+
+/// The most that a letter takes of a line, and how high it is, in a [`standalone`] chart.
+pub(crate) const LETTER: (f64, f64) = (8.0, 13.0);
+
+/// A chart of so many pixels as a file: on white, and with letters of [`LETTER`].
+pub(crate) fn standalone((width, height): (f64, f64), title: &str, chart: &Markup) -> String {
+    let page = include_str!("chart.css").to_owned();
+    let css = PAPER
+        .iter()
+        .fold(page, |css, (name, colour)| css.replace(name, colour));
+    let svg = html! {
+        svg xmlns="http://www.w3.org/2000/svg" data-made-by="EdgeGait" width=(width) height=(height)
+            viewBox=(format!("0 0 {width} {height}")) role="img" aria-label=(title)
+            font-family="system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif" {
+            style { (css) "svg text { font-size: " (LETTER.1) "px; }" }
+            rect width="100%" height="100%" fill="#ffffff" {}
+            (chart)
+        }
+    };
+    svg.into_string() + "\n"
+}
