@@ -1,8 +1,12 @@
 //! The one error of the host: where, what was expected, what was found, what to do.
 
+mod encode;
+
 use edgegait_core::format::FormatError;
 use std::fmt;
 use std::path::{Path, PathBuf};
+
+pub use encode::EncodeError;
 
 /// A result whose error is ready to be shown to a user.
 pub type Result<T> = std::result::Result<T, Error>;
@@ -38,6 +42,9 @@ pub enum Error {
     /// Bytes are no pack.
     #[error(transparent)]
     Pack(#[from] FormatError),
+    /// People or their walks are not encoded.
+    #[error(transparent)]
+    Encode(#[from] EncodeError),
     /// Anything else that stops the work.
     #[error("{0}")]
     Failed(String),
