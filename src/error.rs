@@ -1,12 +1,14 @@
 //! The one error of the host: where, what was expected, what was found, what to do.
 
 mod encode;
+mod train;
 
 use edgegait_core::format::FormatError;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
 pub use encode::EncodeError;
+pub use train::TrainError;
 
 /// A result whose error is ready to be shown to a user.
 pub type Result<T> = std::result::Result<T, Error>;
@@ -45,6 +47,9 @@ pub enum Error {
     /// People or their walks are not encoded.
     #[error(transparent)]
     Encode(#[from] EncodeError),
+    /// Nothing is learnt.
+    #[error(transparent)]
+    Train(#[from] TrainError),
     /// Anything else that stops the work.
     #[error("{0}")]
     Failed(String),
