@@ -1,6 +1,7 @@
 //! The one error of the host: where, what was expected, what was found, what to do.
 
 mod encode;
+mod evaluate;
 mod train;
 
 use edgegait_core::format::FormatError;
@@ -8,6 +9,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 pub use encode::EncodeError;
+pub use evaluate::EvaluateError;
 pub use train::TrainError;
 
 /// A result whose error is ready to be shown to a user.
@@ -50,6 +52,9 @@ pub enum Error {
     /// Nothing is learnt.
     #[error(transparent)]
     Train(#[from] TrainError),
+    /// Recognizers are not compared.
+    #[error(transparent)]
+    Evaluate(#[from] EvaluateError),
     /// Anything else that stops the work.
     #[error("{0}")]
     Failed(String),
@@ -72,6 +77,15 @@ impl fmt::Display for Refused {
             Some((name, _)) => write!(f, "{} {name}: {}", self.subject, self.problem),
             None => write!(f, "subject {:?}: {}", self.subject, self.problem),
         }
+    }
+}
+
+/// Names one after the other, or that there are none.
+fn listed(names: &[String]) -> String {
+    if names.is_empty() {
+        "none".to_owned()
+    } else {
+        names.join(", ")
     }
 }
 

@@ -12,6 +12,7 @@ mod drawing;
 mod encoding;
 mod frontier;
 mod gallery;
+mod hints;
 mod import;
 mod inspect;
 mod interrupt;
@@ -32,6 +33,7 @@ mod walkers;
 
 use crate::error::{Error, Result};
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
+use hints::Shown;
 
 /// The version and, of a release build from a checkout, the commit.
 const VERSION: &str = match option_env!("EDGEGAIT_VERSION") {
@@ -91,7 +93,7 @@ pub fn main() -> std::process::ExitCode {
     match interrupt::listen().and_then(|()| run(&cli.command)) {
         Ok(()) => std::process::ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error}");
+            eprintln!("error: {}", Shown(&error));
             std::process::ExitCode::from(error.exit_code())
         }
     }

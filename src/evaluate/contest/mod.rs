@@ -10,7 +10,7 @@ use super::judge::judge;
 use super::protocol::{Decision, GalleryViews, Protocol, Roles};
 use super::results::{Answered, RecognizerResult};
 use super::trial::Trial;
-use crate::error::{Error, Result};
+use crate::error::{EvaluateError, Result};
 use crate::score::{Contract, Recognizer, answers::ask};
 use crate::source::{Form, Shown, Source};
 use crate::sweep::{Settings, View, Views};
@@ -222,10 +222,12 @@ impl<'a> Contest<'a> {
         )?;
         let comparisons = trial.comparisons();
         if comparisons > MAX_COMPARISONS {
-            return Err(Error::Failed(format!(
-                "protocol {}: {comparisons} comparisons, expected at most {MAX_COMPARISONS} (choose fewer viewpoints, people or walks)",
-                self.protocol.name
-            )));
+            return Err(EvaluateError::TooManyComparisons {
+                protocol: self.protocol.name.clone(),
+                found: comparisons,
+                most: MAX_COMPARISONS,
+            }
+            .into());
         }
         Ok(trial)
     }
@@ -260,10 +262,11 @@ fn classes_of(contract: &Contract, subjects: &[String]) -> Result<Vec<usize>> {
     let class = |subject: &String| {
         let found = contract.classes.iter().position(|class| class == subject);
         found.ok_or_else(|| {
-            Error::Failed(format!(
-                "{}: no class is called {subject:?}, as scoring by classes needs (use --protocol first-take)",
-                contract.name
-            ))
+            EvaluateError::NoClass {
+                model: contract.name.clone(),
+                subject: subject.clone(),
+            }
+            .into()
         })
     };
     subjects.iter().map(class).collect()
