@@ -1,19 +1,31 @@
 //! The one error of the host: where, what was expected, what was found, what to do.
 
+mod choice;
 mod encode;
 mod evaluate;
+mod report;
+mod sweep;
 mod train;
 
+use edgegait_core::camera::ViewpointError;
 use edgegait_core::format::FormatError;
+use edgegait_core::raster::columns::AzimuthError;
+use edgegait_core::template::FrameError;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+pub use choice::ChoiceError;
 pub use encode::EncodeError;
 pub use evaluate::EvaluateError;
+pub use report::ReportError;
+pub use sweep::SweepError;
 pub use train::TrainError;
 
 /// A result whose error is ready to be shown to a user.
 pub type Result<T> = std::result::Result<T, Error>;
+
+/// Why an error came about, where it may be of many types.
+pub type Cause = Box<dyn std::error::Error + Send + Sync>;
 
 /// Why a command could not do its work.
 #[derive(Debug, thiserror::Error)]
@@ -37,9 +49,15 @@ pub enum Error {
         /// What the system said.
         source: std::io::Error,
     },
-    /// The command was asked for something that makes no sense: exit code 2.
+    /// A value or a flag makes no sense, in words: exit code 2.
     #[error("{0}")]
     Usage(String),
+    /// A setting makes no sense, or settings do not go together: exit code 2.
+    #[error(transparent)]
+    Choice(#[from] ChoiceError),
+    /// Angles are no viewpoint: exit code 2.
+    #[error(transparent)]
+    Viewpoint(#[from] ViewpointError),
     /// Walks cannot be encoded, or people have no plausible body; what is left can do without them.
     #[error("{}", lines(.0))]
     Refused(Vec<Refused>),
@@ -52,9 +70,33 @@ pub enum Error {
     /// Nothing is learnt.
     #[error(transparent)]
     Train(#[from] TrainError),
+    /// Walks are not drawn.
+    #[error(transparent)]
+    Sweep(#[from] SweepError),
+    /// Viewpoints do not share an azimuth.
+    #[error(transparent)]
+    Azimuth(#[from] AzimuthError),
+    /// A frame does not belong into a template.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
     /// Recognizers are not compared.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
+    /// Results are not shown.
+    #[error(transparent)]
+    Report(#[from] ReportError),
+    /// A mesh is no figure that a body can be fitted to, in words.
+    #[error("{0}")]
+    Mesh(String),
+    /// Nothing is there of what the work needs: a defect of what asks for it.
+    #[error("expected {0}, found none")]
+    Missing(&'static str),
+    /// The system starts no threads.
+    #[error("cannot start threads: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+    /// Results cannot be written as JSON.
+    #[error("cannot write the results as JSON: {0}")]
+    Json(#[from] serde_json::Error),
     /// Anything else that stops the work.
     #[error("{0}")]
     Failed(String),
@@ -154,7 +196,7 @@ impl Error {
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Usage(_) => 2,
+            Self::Usage(_) | Self::Choice(_) | Self::Viewpoint(_) => 2,
             Self::Refused(refused) if refused.iter().all(|one| one.walk.is_none()) => 2,
             _ => 1,
         }

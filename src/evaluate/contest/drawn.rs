@@ -2,7 +2,7 @@
 
 use super::{Contest, Entrant, training_views};
 use crate::confound::Condition;
-use crate::error::{Error, EvaluateError, Result};
+use crate::error::{ChoiceError, EvaluateError, Result};
 use crate::evaluate::protocol::{Decision, GalleryViews, Protocol};
 use crate::source::{Source, Walks};
 use crate::sweep::{View, Views};
@@ -77,10 +77,7 @@ impl<'a> Drawn<'a> {
             }
             cycles = Walks::made(pack, walks, &made, wish.conditions)?;
         } else if wish.cycles.is_some() {
-            return Err(Error::Usage(format!(
-                "--cycles: protocol {} probes with recorded cycles here, since people have several takes",
-                protocol.name
-            )));
+            return Err(ChoiceError::CyclesAreRecorded(protocol.name).into());
         }
         let views = match (wish.views, &protocol.views) {
             (Some(views), _) => views,

@@ -1,0 +1,65 @@
+//! Why results are not shown.
+
+/// What a picture or a page cannot be made of.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReportError {
+    /// Drawing failed, in the words of what draws.
+    #[error("cannot plot: {0}")]
+    Plot(String),
+    /// A picture cannot be encoded.
+    #[error("png: {0}")]
+    Png(#[source] image::ImageError),
+    /// A sheet has nothing on it.
+    #[error("{expected}, found {cells} and {across}")]
+    Empty {
+        /// The sheet, and what it has of both.
+        expected: &'static str,
+        /// What it has below each other.
+        cells: usize,
+        /// What it has side by side.
+        across: usize,
+    },
+    /// A contact sheet has no images, or no scale.
+    #[error(
+        "contact sheet: expected images and a scale of at least 1 in 64 Mi pixels, found {rows} rows of {columns} at scale {scale}"
+    )]
+    NoImages {
+        /// Rows of images.
+        rows: usize,
+        /// Images in the longest.
+        columns: usize,
+        /// Pixels of each side of an image's pixel.
+        scale: u32,
+    },
+    /// A contact sheet is too large.
+    #[error(
+        "contact sheet: expected at most 64 Mi pixels, found {width} x {height} (take fewer images or a smaller scale)"
+    )]
+    TooLarge {
+        /// Its pixels across.
+        width: u32,
+        /// Its pixels down.
+        height: u32,
+    },
+    /// A chart has not one line for each recognizer.
+    #[error(
+        "chart of {chart}: expected a line for each of {recognizers} recognizers, found {lines}"
+    )]
+    Lines {
+        /// What the chart is of.
+        chart: String,
+        /// Recognizers.
+        recognizers: usize,
+        /// Lines.
+        lines: usize,
+    },
+    /// A picture has not as many bytes as pixels.
+    #[error("expected {rows} x {columns} bytes of a picture")]
+    Bytes {
+        /// Its rows.
+        rows: usize,
+        /// Its columns.
+        columns: usize,
+    },
+}
