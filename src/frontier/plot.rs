@@ -2,7 +2,7 @@
 
 use super::Point;
 use super::pareto::{Merits, pareto};
-use crate::error::{Error, Result};
+use crate::error::{ReportError, Result};
 use crate::report::drawing::{COLOURS, FONT, failed, register_font};
 use crate::report::signed;
 use image::RgbImage;
@@ -52,7 +52,7 @@ pub fn png(points: &[Point]) -> Result<Vec<u8>> {
         PngEncoder::new_with_quality(&mut bytes, CompressionType::Best, FilterType::Adaptive);
     pixels
         .write_with_encoder(encoder)
-        .map_err(|error| Error::Failed(format!("png: {error}")))?;
+        .map_err(ReportError::Png)?;
     Ok(signed(&bytes.into_inner()))
 }
 

@@ -1,6 +1,6 @@
 //! What drawn pictures share: one font, and colours that everybody can tell apart.
 
-use crate::error::Error;
+use crate::error::{Error, ReportError};
 use plotters::style::{FontStyle, RGBColor};
 use std::sync::Once;
 
@@ -29,5 +29,5 @@ pub(crate) fn register_font() {
 
 /// Why something could not be drawn.
 pub(crate) fn failed(error: impl std::fmt::Display) -> Error {
-    Error::Failed(format!("cannot plot: {error}"))
+    ReportError::Plot(error.to_string()).into()
 }

@@ -1,7 +1,7 @@
 //! Labelled sheets: what each confounder does to one walk, and one walk in every template.
 
 use super::drawing::{COLOURS, FONT, failed, register_font};
-use crate::error::{Error, Result};
+use crate::error::{ReportError, Result};
 use image::{GrayImage, Luma, RgbImage, imageops};
 use plotters::prelude::*;
 
@@ -98,10 +98,12 @@ impl Raster {
 /// If there is no row or no block.
 pub fn gallery(title: &str, rows: &[GalleryRow], blocks: usize) -> Result<RgbImage> {
     if rows.is_empty() || blocks == 0 {
-        return Err(Error::Failed(format!(
-            "gallery: expected rows and blocks, found {} and {blocks}",
-            rows.len()
-        )));
+        return Err(ReportError::Empty {
+            expected: "gallery: expected rows and blocks",
+            cells: rows.len(),
+            across: blocks,
+        }
+        .into());
     }
     let strips: Vec<RgbImage> = rows.iter().map(strip).collect();
     let width = strips.iter().map(RgbImage::width).max().unwrap_or(0) + MARGIN;
@@ -152,10 +154,12 @@ fn strip(row: &GalleryRow) -> RgbImage {
 /// If there is no template or no column.
 pub fn template_sheet(title: &str, cells: &[TemplateCell], columns: usize) -> Result<RgbImage> {
     if cells.is_empty() || columns == 0 {
-        return Err(Error::Failed(format!(
-            "template sheet: expected templates and columns, found {} and {columns}",
-            cells.len()
-        )));
+        return Err(ReportError::Empty {
+            expected: "template sheet: expected templates and columns",
+            cells: cells.len(),
+            across: columns,
+        }
+        .into());
     }
     let pictures: Vec<RgbImage> = cells.iter().map(planes).collect();
     let height = pictures.iter().map(RgbImage::height).max().unwrap_or(0) + LINE + GAP;

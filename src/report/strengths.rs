@@ -1,7 +1,7 @@
 //! Rank-1 against the strength of each confounder: many small charts in one picture.
 
 use super::drawing::{COLOURS, FONT, failed, register_font};
-use crate::error::{Error, Result};
+use crate::error::{Error, ReportError, Result};
 use image::RgbImage;
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -53,16 +53,15 @@ pub fn strength_chart(
     let expected = recognizers.len();
     let odd = panels.iter().find(|panel| panel.curves.len() != expected);
     if let Some(panel) = odd {
-        return Err(Error::Failed(format!(
-            "chart of {}: expected a line for each of {expected} recognizers, found {}",
-            panel.confounder,
-            panel.curves.len()
-        )));
+        return Err(ReportError::Lines {
+            chart: panel.confounder.clone(),
+            recognizers: expected,
+            lines: panel.curves.len(),
+        }
+        .into());
     }
     if panels.is_empty() {
-        return Err(Error::Failed(
-            "chart: expected confounders, found none".into(),
-        ));
+        return Err(Error::Missing("confounders to chart"));
     }
     let mut groups: Vec<(&str, Vec<&StrengthPanel>)> = Vec::new();
     for panel in panels {
