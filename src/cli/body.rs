@@ -102,7 +102,7 @@ impl BodyArgs {
             let points = points.unwrap_or(USUAL_POINTS);
             let body = fitted_body(mesh, points, seed, &|| progress.step());
             body.map_err(|error| match error {
-                Error::Failed(problem) => Error::input(path, problem),
+                Error::Mesh(problem) => Error::input(path, problem),
                 other => other,
             })
         };

@@ -3,7 +3,7 @@
 use super::intervals::Rank1Intervals;
 use super::results::RecognizerResult;
 use crate::confound::{Condition, Confounder, Dose, Doses, NORMAL};
-use crate::error::{Error, EvaluateError, Result};
+use crate::error::{EvaluateError, Result};
 use crate::sweep::{Job, Settings, Swept, View, sweep};
 use edgegait_core::pack::Pack;
 use serde::Serialize;
@@ -206,10 +206,7 @@ impl Study {
         rounds: usize,
         progress: &(dyn Fn() + Sync),
     ) -> Result<Vec<f64>> {
-        let alone = rayon::ThreadPoolBuilder::new()
-            .num_threads(1)
-            .build()
-            .map_err(|error| Error::Failed(format!("cannot start a thread: {error}")))?;
+        let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
         let strongest = |number: usize| {
             let of = self.points.iter().rposition(|&(of, _)| of == number);
             of.map_or(0, |at| 1 + at)
