@@ -4,6 +4,7 @@ mod choice;
 mod encode;
 mod evaluate;
 mod report;
+mod score;
 mod sweep;
 mod train;
 
@@ -18,6 +19,7 @@ pub use choice::ChoiceError;
 pub use encode::EncodeError;
 pub use evaluate::EvaluateError;
 pub use report::ReportError;
+pub use score::{Origin, ScoreError};
 pub use sweep::SweepError;
 pub use train::TrainError;
 
@@ -40,6 +42,8 @@ pub enum Error {
         place: Place,
         /// What was expected, what was found, what to do.
         problem: String,
+        /// What else may help.
+        remedy: Option<Remedy>,
     },
     /// The operating system refused.
     #[error("{}: {source}", path.display())]
@@ -79,6 +83,9 @@ pub enum Error {
     /// A frame does not belong into a template.
     #[error(transparent)]
     Frame(#[from] FrameError),
+    /// A recognizer is not run, or its answers are not used.
+    #[error(transparent)]
+    Score(#[from] ScoreError),
     /// Recognizers are not compared.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
@@ -137,6 +144,20 @@ fn lines(refused: &[Refused]) -> String {
     lines.join("\n")
 }
 
+/// What may help where an input cannot be used: another setting.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Remedy {
+    /// To run the model with ONNX Runtime.
+    OnnxRuntime,
+    /// To name one of a file's animations.
+    NameAnimation,
+    /// To take folders' names as those of subjects.
+    FolderIsSubject,
+    /// To frame a tree's pictures anew instead of taking them as they are stored.
+    FrameAnew,
+}
+
 /// A place in an input file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
@@ -170,7 +191,17 @@ impl Error {
             path: path.as_ref().to_path_buf(),
             place,
             problem: problem.into(),
+            remedy: None,
         }
+    }
+
+    /// The same, if it is about an input, with what may help.
+    #[must_use]
+    pub fn with_remedy(mut self, may_help: Remedy) -> Self {
+        if let Self::Input { remedy, .. } = &mut self {
+            *remedy = Some(may_help);
+        }
+        self
     }
 
     /// A file's `text` is not the TOML that is expected, at the line that `error` names.

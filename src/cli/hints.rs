@@ -1,7 +1,8 @@
 //! What the command adds to the library's errors, which know causes and no flags: the flag that
 //! an error is about goes before it, and the flags that help after it.
 
-use crate::error::{ChoiceError, Error, EvaluateError, SweepError};
+use crate::error::{ChoiceError, Error, EvaluateError, Origin, Remedy, ScoreError, SweepError};
+use edgegait_core::silhouette::Size;
 use std::fmt;
 
 /// An error as the command shows it.
@@ -45,10 +46,25 @@ fn flag(error: &Error) -> String {
     }
 }
 
+/// What to do about a model that the embedded runtime does not run.
+const OTHER_RUNTIME: &str = "use --runtime ort --ort-lib PATH";
+
 /// What to do, in flags.
 fn way_out(error: &Error) -> Option<String> {
     use ChoiceError as C;
     let words = match error {
+        Error::Input {
+            remedy: Some(remedy),
+            ..
+        } => match remedy {
+            Remedy::OnnxRuntime => OTHER_RUNTIME,
+            Remedy::NameAnimation => "use --clip",
+            Remedy::FolderIsSubject => {
+                "--subject-from folder takes the folder's name as the subject's"
+            }
+            Remedy::FrameAnew => "do without --as-stored",
+        },
+        Error::Score(error) => return asked(error),
         Error::Choice(error) => match error {
             C::CycleNeedsParallelRays => "use --lens ortho, or --framing camera",
             C::ColumnsShareScale { setting, value, .. } => {
@@ -85,4 +101,29 @@ fn way_out(error: &Error) -> Option<String> {
         _ => return None,
     };
     Some(words.to_owned())
+}
+
+/// What a recognizer asks for, in flags.
+fn asked(error: &ScoreError) -> Option<String> {
+    match error {
+        ScoreError::Contract { setting, asked, .. }
+            if *setting == "size" && Size::ALL.iter().all(|size| size.name() != asked) =>
+        {
+            Some("only 50x30, 64x44 and 64x64 can be drawn".into())
+        }
+        ScoreError::Contract {
+            setting,
+            asked,
+            origin,
+            ..
+        } => {
+            let what = match origin {
+                Origin::Drawn => "use",
+                Origin::Dataset => "sweep another dataset with",
+            };
+            Some(format!("{what} --{setting} {asked}"))
+        }
+        ScoreError::Embedded { .. } => Some(format!("if the model is right, {OTHER_RUNTIME}")),
+        _ => None,
+    }
 }

@@ -64,7 +64,13 @@ pub fn with_hint(error: Error, hint: &str) -> Error {
             path,
             place,
             problem,
-        } => Error::at(path, place, format!("{problem} ({hint})")),
+            remedy,
+        } => Error::Input {
+            path,
+            place,
+            problem: format!("{problem} ({hint})"),
+            remedy,
+        },
         Error::Io { .. } => Error::Failed(format!("{error} ({hint})")),
         other => other,
     }
