@@ -3,7 +3,7 @@
 use super::drawing::DrawArgs;
 use super::source::is_pack_or_folder;
 use crate::dataset::{Header, InputFile, sha256_of_bytes};
-use crate::error::{Error, Result};
+use crate::error::{Error, Origin, Result};
 use crate::evaluate::contest::Entrant;
 use crate::score::pixels::{self, Pixels};
 use crate::score::{Contract, Model, Runtime, shipped};
@@ -88,12 +88,12 @@ pub fn load(
         header.warnings.extend(model.warning());
         let settings = match given {
             Some(given) => {
-                let (contract, remedy) = (model.contract(), "sweep another dataset with");
+                let (contract, origin) = (model.contract(), Origin::Dataset);
                 // A dataset has no silhouettes, as it says itself.
                 if contract.template != Template::Silhouettes {
-                    contract.require_template(given.template, remedy)?;
+                    contract.require_template(given.template, origin)?;
                 }
-                contract.require(given.size, given.framing, remedy)?;
+                contract.require(given.size, given.framing, origin)?;
                 Settings {
                     template: contract.template,
                     size: given.size,
