@@ -104,7 +104,13 @@ pub enum Error {
     /// Results cannot be written as JSON.
     #[error("cannot write the results as JSON: {0}")]
     Json(#[from] serde_json::Error),
-    /// Anything else that stops the work.
+    /// Results cannot be written as CSV.
+    #[error("cannot write the results as CSV: {0}")]
+    Csv(#[from] csv::Error),
+    /// Numbers do not fill an array: a defect of what counted them.
+    #[error(transparent)]
+    Shape(#[from] ndarray::ShapeError),
+    /// What else stops the command, in words; the library never says it.
     #[error("{0}")]
     Failed(String),
 }

@@ -71,7 +71,7 @@ pub fn with_hint(error: Error, hint: &str) -> Error {
             problem: format!("{problem} ({hint})"),
             remedy,
         },
-        Error::Io { .. } => Error::Failed(format!("{error} ({hint})")),
+        Error::Io { path, source } => Error::input(path, format!("{source} ({hint})")),
         other => other,
     }
 }

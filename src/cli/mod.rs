@@ -31,7 +31,7 @@ mod train;
 mod values;
 mod walkers;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use hints::Shown;
 
@@ -126,7 +126,6 @@ fn run(command: &Command) -> Result<()> {
 fn with_threads(common: &args::Common, work: impl FnOnce() -> Result<()> + Send) -> Result<()> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(common.threads.map_or(0, usize::from))
-        .build()
-        .map_err(|error| Error::Failed(format!("cannot start threads: {error}")))?;
+        .build()?;
     pool.install(work)
 }

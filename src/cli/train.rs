@@ -109,8 +109,7 @@ pub fn run(args: &Args) -> Result<()> {
     }
     let numbers = std::mem::take(&mut samples.numbers);
     let columns = samples.template.shape(samples.size).numbers();
-    let matrix = Array2::from_shape_vec((samples.labels.len(), columns), numbers)
-        .map_err(|error| Error::Failed(error.to_string()))?;
+    let matrix = Array2::from_shape_vec((samples.labels.len(), columns), numbers)?;
     let models = match args.precision {
         Precision::F64 => train::<f64>(args, method, &outs, &samples, &matrix)?,
         Precision::F32 => train::<f32>(args, method, &outs, &samples, &matrix)?,
