@@ -127,3 +127,127 @@ fn asked(error: &ScoreError) -> Option<String> {
         _ => None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sweep::{Framing, Lens, Raster, Settings};
+    use crate::template::Template;
+    use std::path::Path;
+
+    fn shown(error: impl Into<Error>) -> String {
+        Shown(&error.into()).to_string()
+    }
+
+    fn refused(settings: Settings) -> String {
+        shown(settings.check().expect_err("it cannot be drawn"))
+    }
+
+    #[test]
+    fn a_setting_is_shown_as_its_flag_with_the_flag_that_helps() {
+        let columns = Settings {
+            rasterizer: Raster::Columns,
+            ..Settings::default()
+        };
+        assert_eq!(
+            refused(columns),
+            "--raster columns: it draws all elevations of an azimuth at once, for which they have \
+             to share one scale and parallel rays, but framing height has a scale for each frame \
+             (use --raster rows, or another than --framing height)"
+        );
+        let motion = Settings {
+            template: Template::Mhi,
+            framing: Framing::Camera,
+            ..columns
+        };
+        assert_eq!(
+            refused(motion),
+            "--raster columns: it sums frames as it draws them, which makes a gei, not mhi (use \
+             --raster rows)"
+        );
+        let cycle = Settings {
+            framing: Framing::Cycle,
+            lens: Lens::Persp,
+            ..Settings::default()
+        };
+        assert!(refused(cycle).ends_with("(use --lens ortho, or --framing camera)"));
+        let mut near = Settings::default();
+        near.sensor.distance_m = 0.0;
+        assert_eq!(
+            refused(near),
+            "--distance-m 0: expected a distance of 0.1 to 1,000,000 metres, found 0"
+        );
+    }
+
+    #[test]
+    fn what_a_contract_asks_for_is_shown_as_the_flag_that_gives_it() {
+        let asked = |setting, asked: &str, origin| {
+            shown(ScoreError::Contract {
+                model: "m".into(),
+                setting,
+                asked: asked.into(),
+                found: "x",
+                origin,
+            })
+        };
+        assert_eq!(
+            asked("size", "64x44", Origin::Drawn),
+            "m: the model's contract asks for size 64x44, found x (use --size 64x44)"
+        );
+        assert!(
+            asked("template", "mhi", Origin::Dataset)
+                .ends_with("found x (sweep another dataset with --template mhi)")
+        );
+        assert!(
+            asked("size", "128x88", Origin::Drawn)
+                .ends_with("(only 50x30, 64x44 and 64x64 can be drawn)")
+        );
+    }
+
+    #[test]
+    fn a_remedy_and_a_way_out_are_shown_as_flags() {
+        let model = Error::input("m.onnx", "it uses LRN").with_remedy(Remedy::OnnxRuntime);
+        assert_eq!(
+            shown(model),
+            "m.onnx: it uses LRN (use --runtime ort --ort-lib PATH)"
+        );
+        let class = EvaluateError::NoClass {
+            model: "m".into(),
+            subject: "F01".into(),
+        };
+        assert_eq!(
+            shown(class),
+            "m: no class is called \"F01\", as scoring by classes needs (use --protocol first-take)"
+        );
+        assert_eq!(
+            shown(Error::Missing("a window")),
+            "expected a window, found none"
+        );
+    }
+
+    /// Lines of code of the library with a flag; those of git do not count.
+    fn with_flag(folder: &Path, found: &mut Vec<String>) {
+        let is_flag = |rest: &str| rest.starts_with(|first: char| first.is_ascii_lowercase());
+        for entry in std::fs::read_dir(folder).expect("readable") {
+            let path = entry.expect("readable").path();
+            if path.is_dir() && !path.ends_with("cli") {
+                with_flag(&path, found);
+            } else if path.extension().is_some_and(|it| it == "rs") && !path.ends_with("build.rs") {
+                let text = std::fs::read_to_string(&path).expect("text");
+                let code = text.lines().filter(|line| !line.trim().starts_with("//"));
+                let lines = code.filter(|line| line.split("--").skip(1).any(is_flag));
+                found.extend(lines.map(|line| format!("{}: {line}", path.display())));
+            }
+        }
+    }
+
+    #[test]
+    fn the_library_names_no_flag() {
+        let mut found = Vec::new();
+        with_flag(
+            &Path::new(env!("CARGO_MANIFEST_DIR")).join("src"),
+            &mut found,
+        );
+        assert_eq!(found, [""; 0]);
+    }
+}

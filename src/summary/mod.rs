@@ -402,7 +402,11 @@ impl Summary {
 /// Says how many rows of a table are not shown.
 fn write_rest(f: &mut fmt::Formatter<'_>, rows: usize) -> fmt::Result {
     if rows > SHOWN {
-        writeln!(f, "... and {} more (--json has all)", rows - SHOWN)?;
+        writeln!(
+            f,
+            "... and {} more (the JSON results have all)",
+            rows - SHOWN
+        )?;
     }
     Ok(())
 }
