@@ -1,4 +1,7 @@
 //! The one error of the host: where, what was expected, what was found, what to do.
+//!
+//! Each area has a kind of its own with the causes that a caller may want to tell apart. Messages
+//! name causes and settings, never flags: the command adds the flags that help.
 
 mod choice;
 mod encode;
@@ -29,7 +32,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 /// Why an error came about, where it may be of many types.
 pub type Cause = Box<dyn std::error::Error + Send + Sync>;
 
-/// Why a command could not do its work.
+/// Why work could not be done.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
