@@ -15,7 +15,7 @@ pub fn pin(cpus: &CpuList) -> Result<()> {
         if cpu >= CpuSet::MAX_CPU {
             return Err(refused(
                 cpus,
-                format!("expected them below {}", CpuSet::MAX_CPU),
+                format!("expected processors below {}", CpuSet::MAX_CPU),
             ));
         }
         set.set(cpu);

@@ -31,14 +31,14 @@ fn flag(error: &Error) -> String {
             | C::RasterUnderCondition { .. }
             | C::GreyRaster(_)
             | C::EmbeddedProvider(_)
-            | C::Provider { .. } => "--".into(),
+            | C::Provider { .. }
+            | C::Processors { .. } => "--".into(),
             C::NoImage(_) => "--augment: ".into(),
             C::Crops { steps, rows, .. } => format!("--crop-steps {steps} --crop-rows {rows}: "),
             C::NotMeasured { .. } | C::TakeHasNoGei { .. } => "--max-gei-rmse: ".into(),
             C::CyclesAreRecorded(_) => "--cycles: ".into(),
             C::NoLibrary { .. } => "--runtime ort: ".into(),
             C::BareEmbedded => "--bare: ".into(),
-            C::Processors { .. } => "--cpus: ".into(),
             _ => String::new(),
         },
         Error::Sweep(SweepError::GeiError { asked, .. }) => format!("--max-gei-rmse {asked}: "),
@@ -75,7 +75,9 @@ fn way_out(error: &Error) -> Option<String> {
             C::ColumnsSumFrames(_) => "use --raster rows",
             C::ColumnsFrames(_) => "--frames-per-cycle",
             C::RasterUnderCondition { .. } => "use --raster skia or rows",
-            C::NotMeasured { .. } => "choose --raster, --jitter and --frames-per-cycle yourself",
+            C::NotMeasured { .. } => {
+                "use --framing height and --lens ortho, or choose --raster, --jitter and --frames-per-cycle yourself"
+            }
             C::TakeHasNoGei { .. } => "leave out --track clip, or use --max-error-mm",
             C::NoCondition { .. } => "--conditions",
             C::NoLibrary { .. } => "--ort-lib names it",

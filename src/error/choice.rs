@@ -128,7 +128,7 @@ pub enum ChoiceError {
     #[error("a bare runtime: expected ONNX Runtime, found the embedded runtime")]
     BareEmbedded,
     /// Processors cannot be chosen.
-    #[error("processors {cpus}: {cause}")]
+    #[error("cpus {cpus}: {cause}")]
     Processors {
         /// Their numbers.
         cpus: String,
