@@ -61,7 +61,7 @@ fn check_budget(body: &Body) -> Result<()> {
     let points: usize = body.hulls.iter().map(|hull| hull.points.len()).sum();
     let finite = |point: &DVec3| point.is_finite();
     if !body.offsets.iter().all(finite) || !body.hulls.iter().all(|h| h.points.iter().all(finite)) {
-        return Err(EncodeError::BodyNotFinite.into());
+        return Err(EncodeError::NotFinite("a body".into()).into());
     }
     let largest = body.hulls.iter().map(|hull| hull.points.len()).max();
     let smallest = body.hulls.iter().map(|hull| hull.points.len()).min();
@@ -83,7 +83,13 @@ fn check_budget(body: &Body) -> Result<()> {
 /// Refuses what is no body in metres: beyond the 16 bits of an offset.
 fn check_size(coordinate: f64) -> Result<()> {
     if coordinate.abs() > f64::from(i16::MAX) * f64::from(OFFSET_STEP_M) {
-        return Err(EncodeError::BodyTooFar(coordinate).into());
+        return Err(EncodeError::OutOfRange {
+            what: "a body with a coordinate of",
+            found: coordinate,
+            unit: "m",
+            expected: "at most 3.2 m (are the units metres?)",
+        }
+        .into());
     }
     Ok(())
 }

@@ -112,7 +112,7 @@ fn refused(subject: &Subject, walk: &Walk, error: &Error) -> Refused {
 
 /// A walk's speed as the format has it.
 fn whole_speed(walk: &Walk) -> Result<u16> {
-    whole(walk.speed_mps * 1e3, "speed in mm/s")
+    whole(walk.speed_mps * 1e3, ("a speed of", "mm/s"))
 }
 
 /// Greatest errors that [`encode_within`] chooses from, mm: finer ones are below what motion
@@ -180,8 +180,8 @@ impl PackBuilder {
             Some(Sex::Female) => 1,
             Some(Sex::Male) => 2,
         });
-        record.extend(whole(subject.stature_m * 1e3, "stature in mm")?.to_le_bytes());
-        record.extend(whole(subject.mass_kg * 10.0, "mass in 0.1 kg")?.to_le_bytes());
+        record.extend(whole(subject.stature_m * 1e3, ("a stature of", "mm"))?.to_le_bytes());
+        record.extend(whole(subject.mass_kg * 10.0, ("a mass of", "x 0.1 kg"))?.to_le_bytes());
         record.extend(narrow::<u16>(self.avatars.len())?.to_le_bytes());
         for (walk, clip) in subject.walks.iter().zip(clips) {
             let record = &mut self.walks;
@@ -270,10 +270,16 @@ fn narrow<T: TryFrom<usize>>(value: usize) -> Result<T> {
 }
 
 /// A quantity rounded to a whole number of its unit that must fit a `u16`.
-fn whole(value: f64, what: &'static str) -> Result<u16> {
+fn whole(value: f64, (what, unit): (&'static str, &'static str)) -> Result<u16> {
     let rounded = value.round();
     if !(0.0..=65_535.0).contains(&rounded) {
-        return Err(EncodeError::OutOfField { what, found: value }.into());
+        return Err(EncodeError::OutOfRange {
+            what,
+            found: value,
+            unit,
+            expected: "0 to 65535",
+        }
+        .into());
     }
     #[expect(
         clippy::cast_possible_truncation,

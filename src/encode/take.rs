@@ -88,7 +88,13 @@ pub(super) fn check(span: &Span) -> Result<()> {
         .into());
     }
     if !(1.0..=10_000.0).contains(&span.sample_rate_hz) {
-        return Err(EncodeError::TakeRate(span.sample_rate_hz).into());
+        return Err(EncodeError::OutOfRange {
+            what: "a take of",
+            found: span.sample_rate_hz,
+            unit: "frames a second",
+            expected: "1 to 10,000",
+        }
+        .into());
     }
     let sound = |(root, pose): (&DVec3, &[DQuat; JOINTS])| {
         root.is_finite() && pose.iter().all(|rotation| rotation.is_normalized())
@@ -99,7 +105,7 @@ pub(super) fn check(span: &Span) -> Result<()> {
         .zip(&span.rotations)
         .position(|f| !sound(f))
     {
-        return Err(EncodeError::TakeNotFinite(frame).into());
+        return Err(EncodeError::NotFinite(format!("frame {frame} of a take")).into());
     }
     refuse_flips(&span.rotations, Ends::Open, span.sample_rate_hz)
 }

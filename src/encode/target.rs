@@ -174,9 +174,12 @@ fn refuse_circles(rotations: &[[DQuat; JOINTS]]) -> Result<()> {
 pub(super) fn check(cycle: &Cycle) -> Result<()> {
     let frames = cycle.root.len();
     if !(MIN_FRAMES..=usize::from(u16::MAX)).contains(&frames) || cycle.rotations.len() != frames {
-        return Err(EncodeError::CycleFrames {
-            found: frames,
-            least: MIN_FRAMES,
+        #[expect(clippy::cast_precision_loss, reason = "to be shown")]
+        return Err(EncodeError::OutOfRange {
+            what: "a gait cycle of",
+            found: frames as f64,
+            unit: "frames",
+            expected: "8 to 65535",
         }
         .into());
     }
@@ -187,7 +190,7 @@ pub(super) fn check(cycle: &Cycle) -> Result<()> {
             .flatten()
             .all(|rotation| rotation.is_normalized());
     if !finite {
-        return Err(EncodeError::CycleNotFinite.into());
+        return Err(EncodeError::NotFinite("a gait cycle".into()).into());
     }
     if !(1e-6..=4_000.0).contains(&cycle.period_s) || !(-2e3..=2e3).contains(&cycle.drift_m) {
         return Err(EncodeError::CycleTooLong {
@@ -199,9 +202,11 @@ pub(super) fn check(cycle: &Cycle) -> Result<()> {
     let farthest_m = cycle.root.iter().map(|root| root.abs().max_element());
     let farthest_m = farthest_m.fold(0.0, f64::max);
     if farthest_m > FARTHEST_ROOT_M {
-        return Err(EncodeError::CycleTooFar {
-            found_m: farthest_m,
-            most_m: FARTHEST_ROOT_M,
+        return Err(EncodeError::OutOfRange {
+            what: "a gait cycle",
+            found: farthest_m.round(),
+            unit: "m from the origin",
+            expected: "at most 1000 (take the place of the walk out of it)",
         }
         .into());
     }

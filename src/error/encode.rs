@@ -8,9 +8,21 @@ use edgegait_core::skeleton::Joint;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EncodeError {
-    /// A body has coordinates that are not finite.
-    #[error("a body with coordinates that are not finite")]
-    BodyNotFinite,
+    /// A number of a body, a walk or a person is beyond what its field holds.
+    #[error("{what} {found} {unit}: expected {expected}")]
+    OutOfRange {
+        /// What it is.
+        what: &'static str,
+        /// How much it is.
+        found: f64,
+        /// In which unit.
+        unit: &'static str,
+        /// How much it may be, and what else may be wrong.
+        expected: &'static str,
+    },
+    /// A body, a cycle or a frame of a take has numbers that are not finite, or rotations that are none.
+    #[error("{0} with numbers that are not finite, or rotations that are not unit quaternions")]
+    NotFinite(String),
     /// A body has more hulls or points than the core holds, or a hull without any.
     #[error(
         "a body of {hulls} hulls, {points} points and at most {largest} in one: expected at most {MAX_HULLS} hulls of 1 to {MAX_HULL_POINTS} points, {MAX_POINTS} in all"
@@ -23,9 +35,6 @@ pub enum EncodeError {
         /// Points of the largest.
         largest: usize,
     },
-    /// A body reaches beyond the 16 bits of an offset.
-    #[error("a body with a coordinate of {0} m: expected at most 3.2 m (are the units metres?)")]
-    BodyTooFar(f64),
     /// A joint flips over between two frames.
     #[error(
         "joint {joint:?} turns {turned_deg:.0} degrees from frame {before} to {after}: expected at most {most_deg:.0} at {rate_hz:.0} frames a second (a flip of the capture? cut the motion there)"
@@ -52,19 +61,6 @@ pub enum EncodeError {
         "a joint turns 300 degrees or more from its mean over the pack: expected less (encode such walks as a pack of their own)"
     )]
     TurnsTooFar,
-    /// A cycle has too few or too many frames.
-    #[error("a gait cycle of {found} frames: expected {least} to {}", u16::MAX)]
-    CycleFrames {
-        /// Its frames.
-        found: usize,
-        /// The fewest that a cycle is told from.
-        least: usize,
-    },
-    /// A cycle has root positions or rotations that are none.
-    #[error(
-        "a gait cycle with numbers that are not finite, or rotations that are not unit quaternions"
-    )]
-    CycleNotFinite,
     /// A cycle lasts or leads too far.
     #[error("a gait cycle of {period_s} s and {drift_m} m: expected up to 4,000 s and 2,000 m")]
     CycleTooLong {
@@ -72,16 +68,6 @@ pub enum EncodeError {
         period_s: f64,
         /// How far it leads.
         drift_m: f64,
-    },
-    /// A cycle is far from the origin.
-    #[error(
-        "a gait cycle {found_m:.0} m from the origin: expected at most {most_m:.0} (take the place of the walk out of it)"
-    )]
-    CycleTooFar {
-        /// How far it is.
-        found_m: f64,
-        /// How far it may be.
-        most_m: f64,
     },
     /// A take has no frames, too many, or not as many roots as poses.
     #[error(
@@ -93,14 +79,6 @@ pub enum EncodeError {
         /// Poses.
         poses: usize,
     },
-    /// A take has too few or too many frames a second.
-    #[error("a take of {0} frames a second: expected 1 to 10,000")]
-    TakeRate(f64),
-    /// A frame of a take has a root position or rotations that are none.
-    #[error(
-        "frame {0} of a take has numbers that are not finite, or rotations that are not unit quaternions"
-    )]
-    TakeNotFinite(usize),
     /// A take leads further than its numbers reach.
     #[error("a take that travels further than the format holds")]
     TakeTooFar,
@@ -110,14 +88,6 @@ pub enum EncodeError {
     /// A name is too long.
     #[error("the name {0:?}: expected at most 255 bytes")]
     NameTooLong(String),
-    /// A quantity does not fit its field of 16 bits.
-    #[error("a {what} of {found}: expected 0 to 65535")]
-    OutOfField {
-        /// What it is, and its unit.
-        what: &'static str,
-        /// How much it is.
-        found: f64,
-    },
     /// There is more of something than a pack counts.
     #[error("{0} entries or bytes: more than a pack holds")]
     PackTooLarge(usize),
