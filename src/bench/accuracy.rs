@@ -55,8 +55,7 @@ impl Accuracy {
             .contest
             .run(&entrants, seed, &mut |_| {}, &mut |_| {})?;
         let result = outcome.results.into_iter().next();
-        let result =
-            result.ok_or_else(|| Error::Failed("expected the result of one recognizer".into()))?;
+        let result = result.ok_or(Error::Missing("the result of one recognizer"))?;
         let warnings = [drawn.warnings, outcome.warnings].concat();
         let accuracy = Self {
             protocol: result.protocol,

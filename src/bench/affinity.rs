@@ -1,7 +1,7 @@
 //! Which processors may be used.
 
 use super::board::CpuList;
-use crate::error::{Error, Result};
+use crate::error::{ChoiceError, Result};
 
 /// Lets this thread, and all threads and processes that it starts, use these processors only.
 ///
@@ -13,18 +13,15 @@ pub fn pin(cpus: &CpuList) -> Result<()> {
     let mut set = CpuSet::new();
     for &cpu in cpus.numbers() {
         if cpu >= CpuSet::MAX_CPU {
-            return Err(Error::Usage(format!(
-                "--cpus {cpus}: expected processors below {}",
-                CpuSet::MAX_CPU
-            )));
+            return Err(refused(
+                cpus,
+                format!("expected processors below {}", CpuSet::MAX_CPU),
+            ));
         }
         set.set(cpu);
     }
-    sched_setaffinity(None, &set).map_err(|error| {
-        Error::Usage(format!(
-            "--cpus {cpus}: {error} (are these processors there?)"
-        ))
-    })
+    sched_setaffinity(None, &set)
+        .map_err(|error| refused(cpus, format!("{error} (are these processors there?)")))
 }
 
 /// Refuses: only Linux is asked.
@@ -33,8 +30,15 @@ pub fn pin(cpus: &CpuList) -> Result<()> {
 /// Always.
 #[cfg(not(target_os = "linux"))]
 pub fn pin(cpus: &CpuList) -> Result<()> {
-    Err(Error::Usage(format!(
-        "--cpus {cpus}: expected Linux, found {} (leave the flag out)",
-        std::env::consts::OS
-    )))
+    let found = std::env::consts::OS;
+    Err(refused(
+        cpus,
+        format!("expected Linux, found {found} (choose none)"),
+    ))
+}
+
+fn refused(cpus: &CpuList, cause: String) -> crate::error::Error {
+    let cpus = cpus.to_string();
+    let cause = cause.into();
+    ChoiceError::Processors { cpus, cause }.into()
 }

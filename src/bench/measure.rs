@@ -47,10 +47,7 @@ pub struct Task<'a> {
 /// If it cannot be loaded or drawn for, or an inference fails.
 pub fn measure(task: &Task<'_>) -> Result<ModelResult> {
     // Drawing has threads of its own: one, so that its time is comparable with the inference's.
-    let alone = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .map_err(|error| Error::Failed(format!("cannot start a thread: {error}")))?;
+    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let contract = (task.open)()?.contract().clone();
     let (scene, plan, batch) = (&task.scene, &task.plan, task.batch);
     let inputs = alone.install(|| scene.inputs(&contract, batch))?;
@@ -184,7 +181,7 @@ fn beside(
         let mut ours = || recognizer.run(input, batch).map(drop);
         found = Some(measure_windows(plan, batch, [&mut ours], watch));
     });
-    let [windows] = found.ok_or_else(|| Error::Failed("nothing was measured".into()))??;
+    let [windows] = found.ok_or_else(|| Error::Missing("a measurement"))??;
     Ok(windows)
 }
 
@@ -218,7 +215,7 @@ fn parts(
 }
 
 fn timing(windows: &[Window], batch: usize) -> Result<Timing> {
-    Timing::of(windows, batch).ok_or_else(|| Error::Failed("expected at least one window".into()))
+    Timing::of(windows, batch).ok_or(Error::Missing("at least one window"))
 }
 
 fn ms_since(started: Instant) -> f64 {

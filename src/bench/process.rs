@@ -43,7 +43,7 @@ pub fn end_with_parent() -> Result<()> {
     std::thread::Builder::new()
         .spawn(wait)
         .map(drop)
-        .map_err(|error| Error::Failed(format!("cannot start threads: {error}")))
+        .map_err(|error| Error::io("a thread", error))
 }
 
 /// What the process that measured a model has to say.

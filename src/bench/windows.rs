@@ -81,8 +81,7 @@ pub fn measure<const N: usize>(
             watch.begin();
             window(plan, batch as u64, works[at], &mut times)?;
             let energy_j = watch.end();
-            let times = Times::of(&mut times)
-                .ok_or_else(|| Error::Failed("a window without a call".into()))?;
+            let times = Times::of(&mut times).ok_or(Error::Missing("a call in each window"))?;
             all[at].push(Window { times, energy_j });
         }
     }
@@ -189,10 +188,13 @@ mod tests {
             if left > 0 {
                 Ok(())
             } else {
-                Err(Error::Failed("the 50th call".into()))
+                Err(Error::Missing("a 50th call"))
             }
         };
         let failed = measure(&plan(0), 1, [&mut work], &mut Counted::default());
-        assert_eq!(failed.expect_err("fails").to_string(), "the 50th call");
+        assert_eq!(
+            failed.expect_err("fails").to_string(),
+            "expected a 50th call, found none"
+        );
     }
 }

@@ -85,8 +85,7 @@ impl Common {
         let Some(path) = &self.json else {
             return Ok(());
         };
-        let mut text = serde_json::to_string_pretty(results)
-            .map_err(|error| Error::Failed(format!("cannot write the results as JSON: {error}")))?;
+        let mut text = serde_json::to_string_pretty(results)?;
         text.push('\n');
         if self.json_on_stdout() {
             return match std::io::stdout().write_all(text.as_bytes()) {

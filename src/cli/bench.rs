@@ -313,8 +313,7 @@ fn alone(
         seed: args.common.seed,
         root: Path::new("/"),
     })?;
-    let json = serde_json::to_string(&result)
-        .map_err(|error| Error::Failed(format!("cannot write the results as JSON: {error}")))?;
+    let json = serde_json::to_string(&result)?;
     writeln!(std::io::stdout(), "{json}").map_err(|error| Error::io("standard output", error))
 }
 

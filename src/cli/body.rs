@@ -1,5 +1,6 @@
 //! Which bodies walk: made from measurements, or fitted to a mesh.
 
+use super::hints::Shown;
 use super::keep_going::{KeepGoing, with_hint};
 use super::progress::Progress;
 use crate::dataset::{Header, InputFile};
@@ -65,7 +66,7 @@ impl BodyArgs {
         };
         let (people, unusable) = MeasuredPeople::read_usable(path)?;
         if keep_going.is_given() {
-            let warning = |error: &Error| format!("{error}: taken as not measured");
+            let warning = |error: &Error| format!("{}: taken as not measured", Shown(error));
             return Ok((people, unusable.iter().map(warning).collect()));
         }
         let first = unusable.into_iter().next();
@@ -101,7 +102,7 @@ impl BodyArgs {
             let points = points.unwrap_or(USUAL_POINTS);
             let body = fitted_body(mesh, points, seed, &|| progress.step());
             body.map_err(|error| match error {
-                Error::Failed(problem) => Error::input(path, problem),
+                Error::Mesh(problem) => Error::input(path, problem),
                 other => other,
             })
         };

@@ -4,7 +4,7 @@ use super::args::{Common, Files};
 use super::outputs::{Kind, Output};
 use super::progress::Progress;
 use crate::dataset::{Header, write_bytes};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::frontier::reference::REFERENCE_FRAMES;
 use crate::frontier::{Point, Scene, Study, plot};
 use crate::source::{PackSource, Selection};
@@ -102,8 +102,7 @@ pub fn run(args: &Args) -> Result<()> {
     for warning in &results.header.warnings {
         args.common.say(format_args!("warning: {warning}"));
     }
-    let json = serde_json::to_string_pretty(&results)
-        .map_err(|error| Error::Failed(format!("cannot write the results as JSON: {error}")))?;
+    let json = serde_json::to_string_pretty(&results)?;
     for (name, bytes) in [
         ("frontier.json", format!("{json}\n").into_bytes()),
         ("frontier.csv", csv(&results.points)?),
@@ -129,55 +128,50 @@ fn read(path: &Path) -> Result<(PackSource, Vec<usize>)> {
 
 /// One row a point.
 fn csv(points: &[Point]) -> Result<Vec<u8>> {
-    let failed = |error: &dyn std::fmt::Display| {
-        Error::Failed(format!("cannot write the results as CSV: {error}"))
-    };
     let mut writer = csv::Writer::from_writer(Vec::new());
-    writer
-        .write_record([
-            "name",
-            "raster",
-            "jitter",
-            "hull_points",
-            "frames_per_cycle",
-            "track_error_mm",
-            "ns_per_silhouette",
-            "ns_per_gei",
-            "time_ratio",
-            "jaccard",
-            "gei_rmse",
-            "rank1_delta",
-            "pack_bytes",
-            "heap_bytes",
-            "stack_bytes",
-            "is_default",
-            "pareto",
-        ])
-        .map_err(|error| failed(&error))?;
+    writer.write_record([
+        "name",
+        "raster",
+        "jitter",
+        "hull_points",
+        "frames_per_cycle",
+        "track_error_mm",
+        "ns_per_silhouette",
+        "ns_per_gei",
+        "time_ratio",
+        "jaccard",
+        "gei_rmse",
+        "rank1_delta",
+        "pack_bytes",
+        "heap_bytes",
+        "stack_bytes",
+        "is_default",
+        "pareto",
+    ])?;
     for point in points {
-        writer
-            .write_record([
-                point.name.clone(),
-                point.raster.to_owned(),
-                point.jitter.to_owned(),
-                point.hull_points.to_string(),
-                point.frames_per_cycle.to_string(),
-                point.track_error_mm.to_string(),
-                point.ns_per_silhouette.to_string(),
-                point.ns_per_gei.to_string(),
-                point.time_ratio.to_string(),
-                point.jaccard.to_string(),
-                point.gei_rmse.to_string(),
-                point.rank1_delta.to_string(),
-                point.pack_bytes.to_string(),
-                point.heap_bytes.to_string(),
-                point.stack_bytes.to_string(),
-                point.is_default.to_string(),
-                point.pareto.to_string(),
-            ])
-            .map_err(|error| failed(&error))?;
+        writer.write_record([
+            point.name.clone(),
+            point.raster.to_owned(),
+            point.jitter.to_owned(),
+            point.hull_points.to_string(),
+            point.frames_per_cycle.to_string(),
+            point.track_error_mm.to_string(),
+            point.ns_per_silhouette.to_string(),
+            point.ns_per_gei.to_string(),
+            point.time_ratio.to_string(),
+            point.jaccard.to_string(),
+            point.gei_rmse.to_string(),
+            point.rank1_delta.to_string(),
+            point.pack_bytes.to_string(),
+            point.heap_bytes.to_string(),
+            point.stack_bytes.to_string(),
+            point.is_default.to_string(),
+            point.pareto.to_string(),
+        ])?;
     }
-    writer.into_inner().map_err(|error| failed(&error))
+    Ok(writer
+        .into_inner()
+        .map_err(|error| csv::Error::from(error.into_error()))?)
 }
 
 /// The same for a terminal; `*` marks the Pareto set.

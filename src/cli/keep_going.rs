@@ -1,5 +1,6 @@
 //! `--keep-going`: what cannot be used costs a warning, not the run.
 
+use super::hints::Shown;
 use crate::error::{Error, Result};
 
 /// The flag.
@@ -32,7 +33,7 @@ impl KeepGoing {
         if refused.is_empty() || (self.keep_going && refused.len() < all) {
             return Ok(refused
                 .iter()
-                .map(|error| format!("left out: {error}"))
+                .map(|error| format!("left out: {}", Shown(error)))
                 .collect());
         }
         if all == 1 {
@@ -43,7 +44,10 @@ impl KeepGoing {
         } else {
             " (--keep-going leaves them out)"
         };
-        let list: Vec<String> = refused.iter().map(ToString::to_string).collect();
+        let list: Vec<String> = refused
+            .iter()
+            .map(|error| Shown(error).to_string())
+            .collect();
         Err(Error::Failed(format!(
             "{} of {all} {what} cannot be {done}{hint}:\n{}",
             refused.len(),
@@ -60,8 +64,14 @@ pub fn with_hint(error: Error, hint: &str) -> Error {
             path,
             place,
             problem,
-        } => Error::at(path, place, format!("{problem} ({hint})")),
-        Error::Io { .. } => Error::Failed(format!("{error} ({hint})")),
+            remedy,
+        } => Error::Input {
+            path,
+            place,
+            problem: format!("{problem} ({hint})"),
+            remedy,
+        },
+        Error::Io { path, source } => Error::input(path, format!("{source} ({hint})")),
         other => other,
     }
 }

@@ -14,6 +14,7 @@ mod drawing;
 mod encoding;
 #[cfg(feature = "plots")]
 mod frontier;
+mod hints;
 #[cfg(feature = "import")]
 mod import;
 mod inspect;
@@ -36,8 +37,9 @@ mod values;
 #[cfg(feature = "import")]
 mod walkers;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
+use hints::Shown;
 
 /// The version and, of a release build from a checkout, the commit.
 const VERSION: &str = match option_env!("EDGEGAIT_VERSION") {
@@ -101,7 +103,7 @@ pub fn main() -> std::process::ExitCode {
     match interrupt::listen().and_then(|()| run(&cli.command)) {
         Ok(()) => std::process::ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error}");
+            eprintln!("error: {}", Shown(&error));
             std::process::ExitCode::from(error.exit_code())
         }
     }
@@ -138,7 +140,6 @@ fn run(command: &Command) -> Result<()> {
 fn with_threads(common: &args::Common, work: impl FnOnce() -> Result<()> + Send) -> Result<()> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(common.threads.map_or(0, usize::from))
-        .build()
-        .map_err(|error| Error::Failed(format!("cannot start threads: {error}")))?;
+        .build()?;
     pool.install(work)
 }

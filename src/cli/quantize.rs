@@ -87,7 +87,7 @@ pub fn run(args: &Args) -> Result<()> {
     let scores = AffineScores::of(recognizer.as_ref(), args.common.seed)?;
     let bytes = form.write(&scores.map, &contract.classes)?;
     let quantized = LinearRecognizer::parse(&bytes)
-        .map_err(|error| Error::Failed(format!("{}: {error}", args.out.display())))?;
+        .map_err(|error| Error::input(&args.out, error.to_string()))?;
 
     let source_args = args.source(contract);
     let source = source_args.load()?;

@@ -372,8 +372,7 @@ fn write_bytes<D: Dimension>(
     shape: impl IntoDimension<Dim = D>,
     bytes: &[u8],
 ) -> Result<()> {
-    let array = ArrayView::from_shape(shape.into_dimension(), bytes)
-        .map_err(|error| Error::Failed(error.to_string()))?;
+    let array = ArrayView::from_shape(shape.into_dimension(), bytes)?;
     write_npy(path, &array)
 }
 

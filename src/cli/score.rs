@@ -8,7 +8,7 @@ use super::recognizers::{sort_inputs, with_contracts};
 use super::runtime::RuntimeArgs;
 use super::sweep::peak_rss_bytes;
 use crate::dataset::{Header, write_bytes};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::evaluate::contest::{Contest, Entrant, Picture};
 use crate::evaluate::results::{Answered, Latency, RunTime, ScoreResults};
 use crate::report::{Sample, table, write_page};
@@ -123,7 +123,7 @@ impl Args {
 /// Writes the table of answers.
 fn written_rows(path: &Path, rows: Rows) -> Result<()> {
     let bytes = rows.into_inner();
-    let bytes = bytes.map_err(|error| Error::Failed(error.to_string()))?;
+    let bytes = bytes.map_err(|error| csv::Error::from(error.into_error()))?;
     write_bytes(path, &bytes)
 }
 
@@ -186,7 +186,7 @@ fn judged(
     let outcome = contest.run(entrants, seed, &mut see, &mut tell)?;
     drop(progress);
     if let Some(error) = unwritten {
-        return Err(Error::Failed(format!("--probes-csv: {error}")));
+        return Err(error.into());
     }
     header.warnings.extend(outcome.warnings);
     let shown = outcome.shown;

@@ -115,9 +115,12 @@ mod tests {
         fs::write(&path, "former").unwrap();
         let failed = write_atomically(&path, |file| {
             file.write_all(b"half").map_err(|e| Error::io("x", e))?;
-            Err(Error::Failed("out of ideas".into()))
+            Err(Error::Missing("ideas"))
         });
-        assert_eq!(failed.unwrap_err().to_string(), "out of ideas");
+        assert_eq!(
+            failed.unwrap_err().to_string(),
+            "expected ideas, found none"
+        );
         assert_eq!(fs::read(&path).unwrap(), b"former");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 

@@ -11,7 +11,7 @@ use super::reader::read_manifest;
 use super::staging::{Staging, folder_of, together};
 use super::{INDEX, IndexRow, MANIFEST, file_of};
 use crate::dataset::{Header, InputFile, Manifest, sha256_of_file};
-use crate::error::{Error, Result};
+use crate::error::{ChoiceError, Error, Result};
 use crate::template::{Shape, Template};
 use edgegait_core::silhouette::Size;
 use ndarray_npy::write_zeroed_npy;
@@ -119,12 +119,8 @@ impl DatasetWriter {
     /// as [`Self::create`] was told, or the system's.
     pub fn push(&mut self, bytes: &[u8], row: &IndexRow) -> Result<()> {
         let place = |problem: String| {
-            Error::Failed(format!(
-                "{}: {} {}: {problem}",
-                self.target.display(),
-                self.name(),
-                self.written
-            ))
+            let place = format!("{} {}: {problem}", self.name(), self.written);
+            Error::input(&self.target, place)
         };
         if self.written == self.count {
             return Err(place(format!(
@@ -181,11 +177,10 @@ impl DatasetWriter {
             ..
         } = self;
         if written != count {
-            return Err(Error::Failed(format!(
-                "{}: expected {count} {}, found {written}",
-                target.display(),
-                template.plural()
-            )));
+            return Err(Error::input(
+                &target,
+                format!("expected {count} {}, found {written}", template.plural()),
+            ));
         }
         let io = |source| Error::io(&target, source);
         images
@@ -206,8 +201,7 @@ impl DatasetWriter {
             geis: count,
             files: vec![file(&file_of(template))?, file(INDEX)?],
         };
-        let mut json = serde_json::to_string_pretty(&manifest)
-            .map_err(|error| Error::Failed(error.to_string()))?;
+        let mut json = serde_json::to_string_pretty(&manifest)?;
         json.push('\n');
         fs::write(made.join(MANIFEST), json).map_err(io)?;
 
@@ -289,9 +283,7 @@ pub fn check_replaceable(target: &Path, existing: Existing) -> Result<()> {
     }
     let manifest = read_manifest(&target.join(MANIFEST))?;
     if existing == Existing::ReplaceOwn && manifest.header.command != COMMAND {
-        return refuse(format!(
-            "holds a dataset that edgegait {COMMAND} did not make (name another folder, or use --overwrite)"
-        ));
+        return Err(ChoiceError::ForeignDataset(target.to_path_buf()).into());
     }
     Ok(())
 }
@@ -373,7 +365,7 @@ mod tests {
         assert!(
             refused
                 .to_string()
-                .ends_with("(name another folder, or use --overwrite)"),
+                .ends_with("a dataset that edgegait sweep did not make"),
             "{refused}"
         );
         assert_eq!(refused.exit_code(), 2);

@@ -4,7 +4,7 @@
 use super::bits::{BitWriter, signed_width};
 use super::halves::{Halves, counts, distance, position};
 use super::hull::{Count, image};
-use crate::error::{Error, Result};
+use crate::error::{EncodeError, Result};
 use crate::scene::Body;
 use edgegait_core::avatar::Avatar;
 use edgegait_core::budget::{MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
@@ -61,9 +61,7 @@ fn check_budget(body: &Body) -> Result<()> {
     let points: usize = body.hulls.iter().map(|hull| hull.points.len()).sum();
     let finite = |point: &DVec3| point.is_finite();
     if !body.offsets.iter().all(finite) || !body.hulls.iter().all(|h| h.points.iter().all(finite)) {
-        return Err(Error::Failed(
-            "a body with coordinates that are not finite".into(),
-        ));
+        return Err(EncodeError::NotFinite("a body".into()).into());
     }
     let largest = body.hulls.iter().map(|hull| hull.points.len()).max();
     let smallest = body.hulls.iter().map(|hull| hull.points.len()).min();
@@ -72,11 +70,12 @@ fn check_budget(body: &Body) -> Result<()> {
         || largest > Some(MAX_HULL_POINTS)
         || smallest == Some(0)
     {
-        return Err(Error::Failed(format!(
-            "a body of {} hulls, {points} points and at most {} in one: expected at most {MAX_HULLS} hulls of 1 to {MAX_HULL_POINTS} points, {MAX_POINTS} in all",
-            body.hulls.len(),
-            largest.unwrap_or(0),
-        )));
+        return Err(EncodeError::BodyTooLarge {
+            hulls: body.hulls.len(),
+            points,
+            largest: largest.unwrap_or(0),
+        }
+        .into());
     }
     Ok(())
 }
@@ -84,9 +83,13 @@ fn check_budget(body: &Body) -> Result<()> {
 /// Refuses what is no body in metres: beyond the 16 bits of an offset.
 fn check_size(coordinate: f64) -> Result<()> {
     if coordinate.abs() > f64::from(i16::MAX) * f64::from(OFFSET_STEP_M) {
-        return Err(Error::Failed(format!(
-            "a body with a coordinate of {coordinate} m: expected at most 3.2 m (are the units metres?)"
-        )));
+        return Err(EncodeError::OutOfRange {
+            what: "a body with a coordinate of",
+            found: coordinate,
+            unit: "m",
+            expected: "at most 3.2 m (are the units metres?)",
+        }
+        .into());
     }
     Ok(())
 }
@@ -154,7 +157,8 @@ fn encode(
         hull.write(&mut writer);
     }
     let skeleton = if is_symmetric { SYMMETRIC_SKELETON } else { 0 };
-    let hull_count = u8::try_from(stored.len()).map_err(|e| Error::Failed(e.to_string()))?;
+    let hull_count =
+        u8::try_from(stored.len()).map_err(|_| EncodeError::PackTooLarge(stored.len()))?;
     let mut bytes = vec![0, 0];
     bytes.extend(step_um.to_le_bytes());
     let is_fitted = if body.fit.is_some() { FITTED } else { 0 };
@@ -170,8 +174,7 @@ fn encode(
     }
     bytes.extend(writer.into_bytes());
 
-    let avatar = Avatar::parse(&bytes)
-        .map_err(|error| Error::Failed(format!("the avatar does not read back: {error}")))?;
+    let avatar = Avatar::parse(&bytes).map_err(EncodeError::read_back("the avatar"))?;
     let mut max_error_mm = 0.0f64;
     for (hull, decoded) in sources.iter().zip(avatar.hulls()) {
         let found: Vec<DVec3> = decoded.points().map(Vec3::as_dvec3).collect();

@@ -4,7 +4,7 @@ use super::avatar::encode_avatar;
 use super::target::Target;
 use super::tracks::{Motion, Stopped, Tracks};
 use super::{take, target};
-use crate::error::{Error, Refused, Result};
+use crate::error::{EncodeError, Error, Refused, Result};
 use crate::scene::{Subject, Track, Walk};
 use edgegait_core::avatar::Avatar;
 use edgegait_core::format::{
@@ -44,9 +44,7 @@ pub fn encode_subjects(
         .collect::<Result<Vec<_>>>()?;
     let (mut motions, mut whose) = (Vec::new(), Vec::new());
     for (subject, body) in subjects.iter().zip(&bodies) {
-        let skeleton = Avatar::parse(body)
-            .map_err(|error| Error::Failed(error.to_string()))?
-            .skeleton();
+        let skeleton = Avatar::parse(body)?.skeleton();
         for walk in &subject.walks {
             whose.push((subject, walk));
             motions.push(match &walk.motion {
@@ -62,7 +60,7 @@ pub fn encode_subjects(
         };
         match stopped {
             Stopped::Motions(list) => Error::Refused(list.into_iter().map(refused).collect()),
-            Stopped::Failed(error) => error,
+            Stopped::Else(error) => error,
         }
     })?;
     let mut clips = tracks.clips.into_iter();
@@ -114,7 +112,7 @@ fn refused(subject: &Subject, walk: &Walk, error: &Error) -> Refused {
 
 /// A walk's speed as the format has it.
 fn whole_speed(walk: &Walk) -> Result<u16> {
-    whole(walk.speed_mps * 1e3, "speed in mm/s")
+    whole(walk.speed_mps * 1e3, ("a speed of", "mm/s"))
 }
 
 /// Greatest errors that [`encode_within`] chooses from, mm: finer ones are below what motion
@@ -136,15 +134,14 @@ pub fn encode_within(
     let (mut low, mut high) = BUDGET_ERRORS_MM;
     let mut best = encode_subjects(subjects, high, progress)?;
     if best.len() > budget_bytes {
-        return Err(Error::Failed(format!(
-            "a budget of {budget_bytes} bytes: {} people with {} walks take {} even at an error of {high} mm (encode fewer of them)",
-            subjects.len(),
-            subjects
-                .iter()
-                .map(|subject| subject.walks.len())
-                .sum::<usize>(),
-            best.len()
-        )));
+        return Err(EncodeError::OverBudget {
+            budget: budget_bytes,
+            people: subjects.len(),
+            walks: subjects.iter().map(|subject| subject.walks.len()).sum(),
+            found: best.len(),
+            error_mm: high,
+        }
+        .into());
     }
     for _ in 1..BUDGET_TRIES {
         let middle = (low * high).sqrt();
@@ -173,10 +170,7 @@ impl PackBuilder {
     /// Adds a person with their encoded body and walks.
     fn add(&mut self, subject: &Subject, avatar: Vec<u8>, clips: Vec<Vec<u8>>) -> Result<()> {
         if self.subject_names.contains(&subject.name) {
-            return Err(Error::Failed(format!(
-                "two subjects are named {:?}: expected unique names",
-                subject.name
-            )));
+            return Err(EncodeError::SameName(subject.name.clone()).into());
         }
         let number = narrow::<u16>(self.subject_names.len())?;
         let record = &mut self.subjects;
@@ -186,8 +180,8 @@ impl PackBuilder {
             Some(Sex::Female) => 1,
             Some(Sex::Male) => 2,
         });
-        record.extend(whole(subject.stature_m * 1e3, "stature in mm")?.to_le_bytes());
-        record.extend(whole(subject.mass_kg * 10.0, "mass in 0.1 kg")?.to_le_bytes());
+        record.extend(whole(subject.stature_m * 1e3, ("a stature of", "mm"))?.to_le_bytes());
+        record.extend(whole(subject.mass_kg * 10.0, ("a mass of", "x 0.1 kg"))?.to_le_bytes());
         record.extend(narrow::<u16>(self.avatars.len())?.to_le_bytes());
         for (walk, clip) in subject.walks.iter().zip(clips) {
             let record = &mut self.walks;
@@ -236,8 +230,7 @@ impl PackBuilder {
         bytes[LENGTH_AT..LENGTH_AT + 4].copy_from_slice(&length.to_le_bytes());
         let crc = crc32(&bytes[HEADER_BYTES..]);
         bytes[CRC_AT..CRC_AT + 4].copy_from_slice(&crc.to_le_bytes());
-        Pack::parse(&bytes)
-            .map_err(|error| Error::Failed(format!("the pack does not read back: {error}")))?;
+        Pack::parse(&bytes).map_err(EncodeError::read_back("the pack"))?;
         Ok(bytes)
     }
 }
@@ -245,8 +238,7 @@ impl PackBuilder {
 /// Appends a name's offset and length to a record, and the name itself to the
 /// names unless it is there already.
 fn push_name(names: &mut Vec<u8>, record: &mut Vec<u8>, name: &str) -> Result<()> {
-    let length = u8::try_from(name.len())
-        .map_err(|_| Error::Failed(format!("the name {name:?}: expected at most 255 bytes")))?;
+    let length = u8::try_from(name.len()).map_err(|_| EncodeError::NameTooLong(name.to_owned()))?;
     let known = names
         .windows(name.len().max(1))
         .position(|window| window == name.as_bytes());
@@ -274,17 +266,20 @@ pub(super) fn table(entries: &[Vec<u8>]) -> Result<Vec<u8>> {
 
 /// A number that must fit the format's field.
 fn narrow<T: TryFrom<usize>>(value: usize) -> Result<T> {
-    T::try_from(value)
-        .map_err(|_| Error::Failed(format!("{value} entries or bytes: more than a pack holds")))
+    T::try_from(value).map_err(|_| EncodeError::PackTooLarge(value).into())
 }
 
 /// A quantity rounded to a whole number of its unit that must fit a `u16`.
-fn whole(value: f64, what: &str) -> Result<u16> {
+fn whole(value: f64, (what, unit): (&'static str, &'static str)) -> Result<u16> {
     let rounded = value.round();
     if !(0.0..=65_535.0).contains(&rounded) {
-        return Err(Error::Failed(format!(
-            "a {what} of {value}: expected 0 to 65535"
-        )));
+        return Err(EncodeError::OutOfRange {
+            what,
+            found: value,
+            unit,
+            expected: "0 to 65535",
+        }
+        .into());
     }
     #[expect(
         clippy::cast_possible_truncation,

@@ -8,7 +8,7 @@
 use super::fits::Fits;
 use super::frames::VIRTUAL_POINTS;
 use super::target::{JointErrors, around, joint_errors, refuse_flips, virtual_points};
-use crate::error::{Error, Result};
+use crate::error::{EncodeError, Result};
 use crate::scene::flips::Ends;
 use crate::scene::{Span, forward_kinematics};
 use edgegait_core::clip::{Clip, Take};
@@ -74,23 +74,27 @@ pub fn encode_take(
     };
     found
         .or_else(|| whole.finest(max_error_mm))
-        .ok_or_else(|| Error::Failed("a take that travels further than the format holds".into()))
+        .ok_or_else(|| EncodeError::TakeTooFar.into())
 }
 
 /// Refuses takes that the format does not hold.
 pub(super) fn check(span: &Span) -> Result<()> {
     let frames = span.roots.len();
     if frames == 0 || span.rotations.len() != frames || u32::try_from(frames).is_err() {
-        return Err(Error::Failed(format!(
-            "a take of {frames} root positions and {} poses: expected as many, and at least one",
-            span.rotations.len()
-        )));
+        return Err(EncodeError::TakeFrames {
+            roots: frames,
+            poses: span.rotations.len(),
+        }
+        .into());
     }
     if !(1.0..=10_000.0).contains(&span.sample_rate_hz) {
-        return Err(Error::Failed(format!(
-            "a take of {} frames a second: expected 1 to 10,000",
-            span.sample_rate_hz
-        )));
+        return Err(EncodeError::OutOfRange {
+            what: "a take of",
+            found: span.sample_rate_hz,
+            unit: "frames a second",
+            expected: "1 to 10,000",
+        }
+        .into());
     }
     let sound = |(root, pose): (&DVec3, &[DQuat; JOINTS])| {
         root.is_finite() && pose.iter().all(|rotation| rotation.is_normalized())
@@ -101,9 +105,7 @@ pub(super) fn check(span: &Span) -> Result<()> {
         .zip(&span.rotations)
         .position(|f| !sound(f))
     {
-        return Err(Error::Failed(format!(
-            "frame {frame} of a take has numbers that are not finite, or rotations that are not unit quaternions"
-        )));
+        return Err(EncodeError::NotFinite(format!("frame {frame} of a take")).into());
     }
     refuse_flips(&span.rotations, Ends::Open, span.sample_rate_hz)
 }

@@ -2,7 +2,7 @@
 
 use super::frames::{VIRTUAL_POINT_M, VIRTUAL_POINTS};
 use super::series::Series;
-use crate::error::{Error, Result};
+use crate::error::{EncodeError, Result};
 use crate::scene::flips::{Ends, first_flip, largest_step_deg};
 use crate::scene::{Cycle, forward_kinematics};
 use edgegait_core::clip::Loop;
@@ -138,14 +138,15 @@ const FARTHEST_ROOT_M: f64 = 1e3;
 /// Naming the first such joint and frames, counted from 0.
 pub(super) fn refuse_flips(rotations: &[[DQuat; JOINTS]], ends: Ends, rate_hz: f64) -> Result<()> {
     first_flip(rotations, ends, rate_hz).map_or(Ok(()), |flip| {
-        Err(Error::Failed(format!(
-            "joint {:?} turns {:.0} degrees from frame {} to {}: expected at most {:.0} at {rate_hz:.0} frames a second (a flip of the capture? cut the motion there)",
-            flip.joint,
-            flip.turned_deg,
-            flip.before,
-            flip.after,
-            largest_step_deg(rate_hz)
-        )))
+        Err(EncodeError::Flip {
+            joint: flip.joint,
+            turned_deg: flip.turned_deg,
+            before: flip.before,
+            after: flip.after,
+            most_deg: largest_step_deg(rate_hz),
+            rate_hz,
+        }
+        .into())
     })
 }
 
@@ -163,9 +164,7 @@ fn refuse_circles(rotations: &[[DQuat; JOINTS]]) -> Result<()> {
             .zip(next)
             .filter(|(a, b)| a[index].dot(b[index]) < 0.0);
         if opposite.count() % 2 == 1 {
-            return Err(Error::Failed(format!(
-                "joint {joint:?} turns full circle in a gait cycle: expected it to come back as it went"
-            )));
+            return Err(EncodeError::FullCircle(joint).into());
         }
     }
     Ok(())
@@ -175,10 +174,14 @@ fn refuse_circles(rotations: &[[DQuat; JOINTS]]) -> Result<()> {
 pub(super) fn check(cycle: &Cycle) -> Result<()> {
     let frames = cycle.root.len();
     if !(MIN_FRAMES..=usize::from(u16::MAX)).contains(&frames) || cycle.rotations.len() != frames {
-        return Err(Error::Failed(format!(
-            "a gait cycle of {frames} frames: expected {MIN_FRAMES} to {}",
-            u16::MAX
-        )));
+        #[expect(clippy::cast_precision_loss, reason = "to be shown")]
+        return Err(EncodeError::OutOfRange {
+            what: "a gait cycle of",
+            found: frames as f64,
+            unit: "frames",
+            expected: "8 to 65535",
+        }
+        .into());
     }
     let finite = cycle.root.iter().all(|root| root.is_finite())
         && cycle
@@ -187,22 +190,25 @@ pub(super) fn check(cycle: &Cycle) -> Result<()> {
             .flatten()
             .all(|rotation| rotation.is_normalized());
     if !finite {
-        return Err(Error::Failed(
-            "a gait cycle with numbers that are not finite, or rotations that are not unit quaternions".into(),
-        ));
+        return Err(EncodeError::NotFinite("a gait cycle".into()).into());
     }
     if !(1e-6..=4_000.0).contains(&cycle.period_s) || !(-2e3..=2e3).contains(&cycle.drift_m) {
-        return Err(Error::Failed(format!(
-            "a gait cycle of {} s and {} m: expected up to 4,000 s and 2,000 m",
-            cycle.period_s, cycle.drift_m
-        )));
+        return Err(EncodeError::CycleTooLong {
+            period_s: cycle.period_s,
+            drift_m: cycle.drift_m,
+        }
+        .into());
     }
     let farthest_m = cycle.root.iter().map(|root| root.abs().max_element());
     let farthest_m = farthest_m.fold(0.0, f64::max);
     if farthest_m > FARTHEST_ROOT_M {
-        return Err(Error::Failed(format!(
-            "a gait cycle {farthest_m:.0} m from the origin: expected at most {FARTHEST_ROOT_M:.0} (take the place of the walk out of it)"
-        )));
+        return Err(EncodeError::OutOfRange {
+            what: "a gait cycle",
+            found: farthest_m.round(),
+            unit: "m from the origin",
+            expected: "at most 1000 (take the place of the walk out of it)",
+        }
+        .into());
     }
     #[expect(clippy::cast_precision_loss, reason = "at most 65,535 frames")]
     let rate_hz = frames as f64 / cycle.period_s;

@@ -7,7 +7,7 @@ use super::parameters::Parameters;
 use super::take::{encode_take, looking_ahead, measure_joints};
 use super::target::{JointErrors, Target};
 use super::templates::Templates;
-use crate::error::{Error, Result};
+use crate::error::{EncodeError, Error, Result};
 use crate::scene::Span;
 use edgegait_core::clip::Clip;
 use edgegait_core::codebook::Codebook;
@@ -43,12 +43,12 @@ pub(super) enum Stopped {
     /// Some of them cannot be: their numbers, and why.
     Motions(Vec<(usize, Error)>),
     /// Anything else.
-    Failed(Error),
+    Else(Error),
 }
 
-impl From<Error> for Stopped {
-    fn from(error: Error) -> Self {
-        Self::Failed(error)
+impl<E: Into<Error>> From<E> for Stopped {
+    fn from(error: E) -> Self {
+        Self::Else(error.into())
     }
 }
 
@@ -99,7 +99,10 @@ impl Tracks {
             .zip(&numbers)
             .map(|(target, &number)| {
                 let sketch = plainly(target, &frames, None, max_error_mm);
-                (number, sketch.ok_or_else(too_far))
+                (
+                    number,
+                    sketch.ok_or_else(|| EncodeError::TurnsTooFar.into()),
+                )
             })
             .collect();
         let sketches = all(sketches)?;
@@ -169,11 +172,11 @@ fn takes(
     max_error_mm: f64,
     progress: &(dyn Fn() + Sync),
 ) -> std::result::Result<Vec<(Vec<u8>, JointErrors)>, Stopped> {
-    let codebook = Codebook::parse(codebook).map_err(|error| Error::Failed(error.to_string()))?;
+    let codebook = Codebook::parse(codebook)?;
     let encoded = |span: &Span, skeleton: &Skeleton| {
         let bytes = encode_take(span, skeleton, &codebook, max_error_mm)?.bytes;
         let errors = Clip::parse(&bytes, &codebook)
-            .map_err(|error| Error::Failed(format!("a clip does not read back: {error}")))?
+            .map_err(EncodeError::read_back("a clip"))?
             .as_take()
             .map(|take| measure_joints(span, skeleton, &take));
         progress();
@@ -224,7 +227,8 @@ struct Written {
 impl Shared {
     fn quantise(&self, target: &Target<'_>, clip: usize, max_error_mm: f64) -> Result<Quantised> {
         let mean = self.templates.mean(clip);
-        quantise(target, &self.frames, mean, max_error_mm).ok_or_else(too_far)
+        quantise(target, &self.frames, mean, max_error_mm)
+            .ok_or_else(|| EncodeError::TurnsTooFar.into())
     }
 
     fn write(&self, targets: &[&Target<'_>], quantised: &[Quantised]) -> Result<Written> {
@@ -244,7 +248,7 @@ impl Shared {
         let templates = table(&entries)?;
         let parsed = Codebook::parse(&codebook)
             .and_then(|codebook| codebook.with_templates(&templates))
-            .map_err(|error| Error::Failed(format!("the codebook does not read back: {error}")))?;
+            .map_err(EncodeError::read_back("the codebook"))?;
         let (mut clips, errors): (Vec<_>, Vec<_>) = targets
             .par_iter()
             .zip(quantised)
@@ -253,9 +257,8 @@ impl Shared {
                 let template = self.templates.of[clip].map_or(0, |group| group + 1);
                 let mut bytes = header(target, template, quantised.scale);
                 bytes.extend(parameters.write_clip(&quantised.numbers));
-                let read = Clip::parse(&bytes, &parsed).map_err(|error| {
-                    Error::Failed(format!("a clip does not read back: {error}"))
-                })?;
+                let read =
+                    Clip::parse(&bytes, &parsed).map_err(EncodeError::read_back("a clip"))?;
                 let errors = read.as_loop().map(|cycle| target.measure(&cycle));
                 Ok((bytes, errors.unwrap_or_default()))
             })
@@ -289,12 +292,6 @@ fn state_joint_errors(codebook: &mut [u8], errors: &[JointErrors]) {
         codebook[at..at + 2].copy_from_slice(&hundredths(most).to_le_bytes());
         codebook[at + 2..at + 4].copy_from_slice(&hundredths(mean).to_le_bytes());
     }
-}
-
-fn too_far() -> Error {
-    Error::Failed(
-        "a joint turns 300 degrees or more from its mean over the pack: expected less (encode such walks as a pack of their own)".into(),
-    )
 }
 
 fn worst(errors: &JointErrors) -> f64 {

@@ -5,10 +5,7 @@
 //! over the probe views.
 
 use super::rank::{Outcome, Tally};
-use crate::error::{Error, Result};
-
-/// What a cell is called in errors.
-const WHAT: &str = "cross-view matrix";
+use crate::error::{EvaluateError, Result};
 
 /// Whether a mean counts the cells whose probe and gallery views are the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,10 +86,7 @@ impl CrossView {
             IdenticalView::Included => self.views,
         };
         if counted == 0 {
-            return Err(Error::Failed(format!(
-                "{WHAT}: expected at least 2 views (1 with the identical view), found {}",
-                self.views
-            )));
+            return Err(EvaluateError::TooFewViews(self.views).into());
         }
         let mut by_probe_view = Vec::with_capacity(self.views);
         for probe_view in 0..self.views {
@@ -103,10 +97,11 @@ impl CrossView {
                 }
                 let tally = self.cell(probe_view, gallery_view);
                 if tally.probes == 0 {
-                    return Err(Error::Failed(format!(
-                        "{WHAT}: no probe of view {probe_view} met gallery view {gallery_view}, \
-                         expected one in every cell (leave the view out)"
-                    )));
+                    return Err(EvaluateError::EmptyCell {
+                        probe: probe_view,
+                        gallery: gallery_view,
+                    }
+                    .into());
                 }
                 sum += rounded(100.0 * tally.hits as f64 / tally.probes as f64);
             }

@@ -16,7 +16,7 @@ use super::results::{
 };
 use super::trial::{Meeting, Trial};
 use super::verification::{Pairs, Verification};
-use crate::error::{Error, Result};
+use crate::error::{EvaluateError, Result};
 use crate::score::Recognizer;
 use crate::score::answers::Answers;
 use crate::source::Sequences;
@@ -59,10 +59,7 @@ pub(super) fn judge(
     }
     let gallery_non_finite = (all - enrolled(&trial)) as u64;
     if trial.classes.is_none() && enrolled(&trial) == 0 {
-        return Err(Error::Failed(format!(
-            "{}: no embedding of the gallery is finite",
-            recognizer.name()
-        )));
+        return Err(EvaluateError::NoFiniteGallery(recognizer.name().to_owned()).into());
     }
     let keep_pairs = trial.comparisons() <= MAX_PAIRS;
     let people = sequences.subjects.len();
@@ -96,14 +93,14 @@ pub(super) fn judge(
         });
     }
     if probe_sets.iter().all(|set| set.probes == 0) {
-        return Err(Error::Failed(format!(
-            "protocol {}: no probe meets a gallery: expected sequences of both at {}",
-            trial.protocol.name,
-            match trial.protocol.gallery_views {
+        return Err(EvaluateError::NothingCompared {
+            protocol: trial.protocol.name.clone(),
+            at: match trial.protocol.gallery_views {
                 GalleryViews::Each => "different viewpoints",
                 _ => "viewpoints that are compared",
-            }
-        )));
+            },
+        }
+        .into());
     }
     // Confounded probes must not hide in the numbers that everybody reads first.
     let has_clean = probe_sets.iter().any(|set| set.clean && set.probes > 0);

@@ -10,7 +10,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use crate::confound::{Condition, NORMAL};
-use crate::error::{Error, Result};
+use crate::error::{Error, EvaluateError, Result};
 use crate::named::toml_of;
 use crate::source::{Made, Take};
 
@@ -275,28 +275,24 @@ impl Protocol {
             probes: self.probes.iter().map(|set| all(&set.choice())).collect(),
             gallery,
         };
-        let absent = |part: &str| {
-            let mut names: Vec<&str> = takes.iter().map(|take| take.name.as_str()).collect();
-            names.sort_unstable();
-            names.dedup();
-            names.truncate(12);
-            Error::Failed(format!(
-                "protocol {}: no take is in its {part}; found {} (rename takes, choose one walk of each person so that takes are made of it, or another --protocol)",
-                self.name,
-                if names.is_empty() {
-                    "none".to_owned()
-                } else {
-                    names.join(", ")
-                }
-            ))
+        let part = if self.gallery.is_some() && !roles.gallery.contains(&true) {
+            "gallery"
+        } else if !roles.probes.iter().flatten().any(|is_in| *is_in) {
+            "probes"
+        } else {
+            return Ok(roles);
         };
-        if self.gallery.is_some() && !roles.gallery.contains(&true) {
-            return Err(absent("gallery"));
+        let mut takes: Vec<String> = takes.iter().map(|take| take.name.clone()).collect();
+        takes.sort_unstable();
+        takes.dedup();
+        takes.truncate(12);
+        let protocol = self.name.clone();
+        Err(EvaluateError::NoTake {
+            protocol,
+            part,
+            takes,
         }
-        if !roles.probes.iter().flatten().any(|is_in| *is_in) {
-            return Err(absent("probes"));
-        }
-        Ok(roles)
+        .into())
     }
 
     /// What in the protocol means nothing among the takes, or more than it seems to.
@@ -363,27 +359,28 @@ impl Protocol {
         for made in &self.made {
             let count = if self.is_probed(made) { cycles } else { 1 };
             for at in 0..count {
-                let refuse = |problem: String| {
-                    Error::Failed(format!(
-                        "protocol {}: made: cycle {} of {cycles} of take {:?} {problem}",
-                        self.name,
-                        at + 1,
-                        made.take
-                    ))
-                };
                 let variation = u64::from(made.variation) + u64::from(at) * step as u64;
                 let variation = u32::try_from(variation)
                     .ok()
                     .filter(|variation| *variation <= MAX_VARIATION)
-                    .ok_or_else(|| {
-                        refuse(format!(
-                            "is variation {variation}, expected at most {MAX_VARIATION} (begin with a lower one, or use fewer --cycles)"
-                        ))
+                    .ok_or_else(|| EvaluateError::VariationTooHigh {
+                        protocol: self.name.clone(),
+                        take: made.take.clone(),
+                        cycle: at + 1,
+                        cycles,
+                        variation,
+                        most: MAX_VARIATION,
                     })?;
                 if let Some(other) = owners.insert(variation, &made.take) {
-                    return Err(refuse(format!(
-                        "is variation {variation}, which take {other:?} has too (give takes that are looked for consecutive variations, others lower ones)"
-                    )));
+                    return Err(EvaluateError::VariationTwice {
+                        protocol: self.name.clone(),
+                        take: made.take.clone(),
+                        cycle: at + 1,
+                        cycles,
+                        variation,
+                        other: other.to_owned(),
+                    }
+                    .into());
                 }
                 all.push(Made {
                     variation,

@@ -3,7 +3,7 @@
 use super::intervals::Rank1Intervals;
 use super::results::RecognizerResult;
 use crate::confound::{Condition, Confounder, Dose, Doses, NORMAL};
-use crate::error::{Error, Result};
+use crate::error::{EvaluateError, Result};
 use crate::sweep::{Job, Settings, Swept, View, sweep};
 use edgegait_core::pack::Pack;
 use serde::Serialize;
@@ -119,8 +119,9 @@ impl Study {
             let name = &self.conditions[condition].name;
             let of = |result: &RecognizerResult| {
                 let set = result.probe_sets.iter().find(|set| set.name == *name);
-                let set = set.ok_or_else(|| {
-                    Error::Failed(format!("{}: no probes under {name}", result.name))
+                let set = set.ok_or_else(|| EvaluateError::NotAsked {
+                    recognizer: result.name.clone(),
+                    condition: name.clone(),
                 })?;
                 Ok(Rank1 {
                     name: result.name.clone(),
@@ -205,10 +206,7 @@ impl Study {
         rounds: usize,
         progress: &(dyn Fn() + Sync),
     ) -> Result<Vec<f64>> {
-        let alone = rayon::ThreadPoolBuilder::new()
-            .num_threads(1)
-            .build()
-            .map_err(|error| Error::Failed(format!("cannot start a thread: {error}")))?;
+        let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
         let strongest = |number: usize| {
             let of = self.points.iter().rposition(|&(of, _)| of == number);
             of.map_or(0, |at| 1 + at)

@@ -5,7 +5,7 @@ use super::rank::Outcome;
 use super::ranking::{Ranked, Role, rank};
 use super::results::Answered;
 use super::verification::Pairs;
-use crate::error::{Error, Result};
+use crate::error::{EvaluateError, Result};
 use crate::score::Recognizer;
 use crate::score::answers::Answers;
 use crate::source::Sequences;
@@ -78,17 +78,16 @@ impl<'a> Trial<'a> {
             }
         }
         if classes.is_none() && gallery.iter().all(Vec::is_empty) {
-            return Err(Error::Failed(format!(
-                "protocol {}: nobody is enrolled: expected sequences of the gallery at the recognizer's training viewpoints",
-                protocol.name
-            )));
+            return Err(EvaluateError::NobodyEnrolled(protocol.name.clone()).into());
         }
         let views = sequences.views.len();
         if protocol.gallery_views == GalleryViews::Each && views > MAX_CROSS_VIEWS {
-            return Err(Error::Failed(format!(
-                "protocol {}: {views} viewpoints compared each with each, expected at most {MAX_CROSS_VIEWS} (choose fewer with --views)",
-                protocol.name
-            )));
+            return Err(EvaluateError::TooManyViews {
+                protocol: protocol.name.clone(),
+                found: views,
+                most: MAX_CROSS_VIEWS,
+            }
+            .into());
         }
         Ok(Self {
             protocol,

@@ -8,7 +8,7 @@ use super::cost::gei_cost;
 use super::reference::{Reference, Sample, exact_geis, rmse, spread};
 use super::spread_views;
 use crate::encode::encode_subjects;
-use crate::error::{Error, Result};
+use crate::error::{ChoiceError, Result, SweepError};
 use crate::scene::thin::with_thinner_bodies;
 use crate::scene::{Subject, Track};
 use crate::sweep::{Framing, Lens, Settings, View};
@@ -63,11 +63,11 @@ pub fn drawing(
     most: f64,
 ) -> Result<Choice<Drawing>> {
     if settings.framing != Framing::Height || settings.lens != Lens::Ortho {
-        return Err(Error::Usage(format!(
-            "--max-gei-rmse: errors are measured with --framing height and --lens ortho, found {} and {} (choose --raster, --jitter and --frames-per-cycle yourself)",
-            settings.framing.name(),
-            settings.lens.name()
-        )));
+        return Err(ChoiceError::NotMeasured {
+            framing: settings.framing.name(),
+            lens: settings.lens.name(),
+        }
+        .into());
     }
     let sample = Sample::spread(walks, views, SAMPLE);
     let reference = Reference::new(pack, &sample, settings, &|| {})?;
@@ -129,10 +129,11 @@ fn some_walks(people: &[Subject]) -> Result<Vec<Subject>> {
     for (person, subject) in people.iter().enumerate() {
         for (walk, found) in subject.walks.iter().enumerate() {
             if matches!(found.motion, Track::Take(_)) {
-                return Err(Error::Usage(format!(
-                    "--max-gei-rmse: {} {} is a whole take, which has no GEI (leave out --track clip, or use --max-error-mm)",
-                    subject.name, found.name
-                )));
+                return Err(ChoiceError::TakeHasNoGei {
+                    subject: subject.name.clone(),
+                    walk: found.name.clone(),
+                }
+                .into());
             }
             places.push((person, walk));
         }
@@ -173,9 +174,7 @@ fn first_within<T: Clone>(
         best = best.min(gei_rmse);
         cheaper = Some((chosen, gei_rmse));
     }
-    Err(Error::Failed(format!(
-        "--max-gei-rmse {most}: the best that can be reached here is {best:.3}"
-    )))
+    Err(SweepError::GeiError { asked: most, best }.into())
 }
 
 #[cfg(test)]
@@ -211,7 +210,7 @@ mod tests {
         let error = chosen(3.0).expect_err("none").to_string();
         assert_eq!(
             error,
-            "--max-gei-rmse 3: the best that can be reached here is 4.000"
+            "expected a GEI error of at most 3, but the best that can be reached here is 4.000"
         );
     }
 }

@@ -4,7 +4,7 @@
 //! rasterisers, which are what is in question. It follows the same definition of the image: an
 //! orthographic view, framed by height.
 
-use crate::error::{Error, Result};
+use crate::error::{Result, SweepError};
 use edgegait_core::camera::Viewpoint;
 use edgegait_core::silhouette::{Silhouette, Size};
 use glam::{DVec2, DVec3, Vec3};
@@ -83,9 +83,7 @@ impl ExactRenderer {
         }
         let height = most.y - least.y;
         if !(height > 0.0 && height.is_finite()) {
-            return Err(Error::Failed(format!(
-                "a figure of {height} m height: expected more than 0"
-            )));
+            return Err(SweepError::Flat(height).into());
         }
         // Samples a metre; the middle of the figure's width is a border between pixels.
         let scale = (self.size.rows() * SIDE) as f64 / height;

@@ -1,7 +1,7 @@
 //! What GEIs should be, and how far drawn ones are from it.
 
 use super::exact::{Exact, ExactRenderer};
-use crate::error::{Error, Result};
+use crate::error::{Result, SweepError};
 use crate::sweep::{Job, Moments, Settings, Shot, View, figures, silhouettes, walk_name};
 use edgegait_core::pack::Pack;
 use edgegait_core::silhouette::Silhouette;
@@ -115,9 +115,11 @@ impl Reference {
     ) -> Result<Deviation> {
         let frames = settings.frames_per_cycle;
         if !REFERENCE_FRAMES.is_multiple_of(frames) {
-            return Err(Error::Failed(format!(
-                "{frames} frames a cycle: expected a divisor of {REFERENCE_FRAMES}"
-            )));
+            return Err(SweepError::Frames {
+                found: frames,
+                of: REFERENCE_FRAMES,
+            }
+            .into());
         }
         let sums = (&sample.jobs, &self.seen)
             .into_par_iter()
@@ -136,8 +138,7 @@ impl Reference {
                         .iter()
                         .step_by((REFERENCE_FRAMES / frames) as usize);
                     for (frame, expected) in drawn.iter().zip(phases) {
-                        let added = builder.add(frame);
-                        added.map_err(|error| Error::Failed(error.to_string()))?;
+                        builder.add(frame)?;
                         jaccard += f64::from(frame.silhouette().jaccard(expected));
                     }
                     let gei = builder.finish();
@@ -191,8 +192,9 @@ fn exact<T: Send>(
                 .iter()
                 .map(|hulls| renderer.draw(hulls, view.viewpoint()));
             let frames: Result<Vec<Exact>> = frames.collect();
-            views.push(frames.map_err(|error| {
-                Error::Failed(format!("{}: {error}", walk_name(pack, job.walk)))
+            views.push(frames.map_err(|error| SweepError::Undrawn {
+                what: walk_name(pack, job.walk),
+                cause: error.into(),
             })?);
         }
         Ok(keep(views))

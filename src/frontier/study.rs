@@ -143,7 +143,7 @@ impl Packs {
         let found = encoded.find(|(encoding, _)| *encoding == configuration.encoding);
         found
             .map(|(_, bytes)| bytes.as_slice())
-            .ok_or_else(|| Error::Failed(format!("no pack was made for {configuration}")))
+            .ok_or(Error::Missing("a pack of each configuration"))
     }
 }
 

@@ -1,6 +1,6 @@
 //! How long a silhouette takes.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::sweep::{Job, Settings, Swept, View, sweep};
 use edgegait_core::pack::Pack;
 use std::time::{Duration, Instant};
@@ -28,10 +28,7 @@ pub fn least_ns(
     rounds: usize,
     progress: &(dyn Fn() + Sync),
 ) -> Result<Vec<f64>> {
-    let alone = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .map_err(|error| Error::Failed(format!("cannot start a thread: {error}")))?;
+    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let mut least = vec![f64::INFINITY; cases.len()];
     for _ in 0..rounds {
         for (case, least) in cases.iter().zip(&mut least) {

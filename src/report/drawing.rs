@@ -99,14 +99,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_chart_in_a_file_is_known_again_and_needs_no_page() {
-        let svg = standalone((30.0, 20.0), "a & b", &html! { line.rail {} });
-        assert!(svg.starts_with(SVG_START), "{svg}");
-        assert!(svg.contains("viewBox=\"0 0 30 20\"") && svg.contains("a &amp; b"));
-        assert!(svg.contains(".rail { stroke: #d9dde2;") && !svg.contains("var("));
-    }
-
-    #[test]
     fn points_lie_between_the_axes() {
         let axes = Axes {
             left: 10.0,

@@ -1,7 +1,7 @@
 //! Labelled sheets: what each confounder does to one walk, and one walk in every template.
 
 use super::drawing::LINES;
-use crate::error::{Error, Result};
+use crate::error::{ReportError, Result};
 use ab_glyph::{Font, FontRef, ScaleFont};
 use image::{GrayImage, Luma, RgbImage, imageops};
 
@@ -98,10 +98,12 @@ impl Raster {
 /// If there is no row or no block.
 pub fn gallery(title: &str, rows: &[GalleryRow], blocks: usize) -> Result<RgbImage> {
     if rows.is_empty() || blocks == 0 {
-        return Err(Error::Failed(format!(
-            "gallery: expected rows and blocks, found {} and {blocks}",
-            rows.len()
-        )));
+        return Err(ReportError::Empty {
+            expected: "gallery: expected rows and blocks",
+            cells: rows.len(),
+            across: blocks,
+        }
+        .into());
     }
     let strips: Vec<RgbImage> = rows.iter().map(strip).collect();
     let width = strips.iter().map(RgbImage::width).max().unwrap_or(0) + MARGIN;
@@ -152,10 +154,12 @@ fn strip(row: &GalleryRow) -> RgbImage {
 /// If there is no template or no column.
 pub fn template_sheet(title: &str, cells: &[TemplateCell], columns: usize) -> Result<RgbImage> {
     if cells.is_empty() || columns == 0 {
-        return Err(Error::Failed(format!(
-            "template sheet: expected templates and columns, found {} and {columns}",
-            cells.len()
-        )));
+        return Err(ReportError::Empty {
+            expected: "template sheet: expected templates and columns",
+            cells: cells.len(),
+            across: columns,
+        }
+        .into());
     }
     let pictures: Vec<RgbImage> = cells.iter().map(planes).collect();
     let height = pictures.iter().map(RgbImage::height).max().unwrap_or(0) + LINE + GAP;
@@ -215,7 +219,7 @@ fn side_by_side(pictures: &[RgbImage]) -> RgbImage {
 /// Writes texts at their upper left corners, behind a square in a class's colour if they have one.
 fn write(sheet: &mut RgbImage, texts: &[((u32, u32), &str, Option<usize>)]) -> Result<()> {
     let font = FontRef::try_from_slice(epaint_default_fonts::HACK_REGULAR)
-        .map_err(|error| Error::Failed(format!("cannot write on a picture: {error}")))?;
+        .map_err(|error| ReportError::Font(error.into()))?;
     for &((mut x, y), text, class) in texts {
         if let Some(class) = class {
             let square = RgbImage::from_pixel(SQUARE, SQUARE, colour(class));

@@ -17,7 +17,7 @@ use super::summary::{finding, summary};
 use super::viewpoints::recognizer;
 use super::{THIN, chart, grouped, percent, png, ranks};
 use crate::dataset::{Header, write_atomically};
-use crate::error::{Error, Result};
+use crate::error::{Error, ReportError, Result};
 use crate::evaluate::results::ScoreResults;
 use crate::template::Template;
 
@@ -192,7 +192,7 @@ fn name(template: Template) -> String {
 fn sample(sample: &Sample) -> Result<Markup> {
     let (rows, columns) = (sample.rows, sample.columns);
     let picture = GrayImage::from_raw(columns as u32, rows as u32, sample.pixels.clone())
-        .ok_or_else(|| Error::Failed(format!("expected {rows} x {columns} bytes of a picture")))?;
+        .ok_or(ReportError::Bytes { rows, columns })?;
     let source = format!("data:image/png;base64,{}", STANDARD.encode(png(&picture)?));
     Ok(html! {
         figure {

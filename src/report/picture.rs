@@ -6,7 +6,7 @@ use std::path::Path;
 use image::{GrayImage, ImageBuffer, ImageFormat, Luma, PixelWithColorType};
 
 use crate::dataset::write_bytes;
-use crate::error::{Error, Result};
+use crate::error::{ReportError, Result};
 use crate::template::Shape;
 use edgegait_core::format::crc32;
 use edgegait_core::silhouette::Size;
@@ -30,17 +30,15 @@ pub fn contact_sheet<P: AsRef<[u8]>>(rows: &[Vec<P>], size: Size, scale: u32) ->
         sheet_side(rows.len(), size.rows(), scale),
     );
     let (Some(width), Some(height)) = (width, height) else {
-        return Err(Error::Failed(format!(
-            "contact sheet: expected images and a scale of at least 1 in 64 Mi pixels, \
-             found {} rows of {columns} at scale {scale}",
-            rows.len()
-        )));
+        return Err(ReportError::NoImages {
+            rows: rows.len(),
+            columns,
+            scale,
+        }
+        .into());
     };
     if u64::from(width) * u64::from(height) > MAX_PIXELS {
-        return Err(Error::Failed(format!(
-            "contact sheet: expected at most 64 Mi pixels, found {width} x {height} \
-             (take fewer images or a smaller scale)"
-        )));
+        return Err(ReportError::TooLarge { width, height }.into());
     }
     let mut sheet = GrayImage::from_pixel(width, height, Luma([LINE]));
     for (row, cells) in rows.iter().enumerate() {
@@ -106,7 +104,7 @@ where
     let mut bytes = Cursor::new(Vec::new());
     picture
         .write_to(&mut bytes, ImageFormat::Png)
-        .map_err(|error| Error::Failed(format!("png: {error}")))?;
+        .map_err(ReportError::Png)?;
     Ok(signed(&bytes.into_inner()))
 }
 

@@ -29,3 +29,17 @@ pub(crate) fn standalone((width, height): (f64, f64), title: &str, chart: &Marku
     };
     svg.into_string() + "\n"
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::SVG_START;
+
+    #[test]
+    fn a_chart_in_a_file_is_known_again_and_needs_no_page() {
+        let svg = standalone((30.0, 20.0), "a & b", &html! { line.rail {} });
+        assert!(svg.starts_with(SVG_START), "{svg}");
+        assert!(svg.contains("viewBox=\"0 0 30 20\"") && svg.contains("a &amp; b"));
+        assert!(svg.contains(".rail { stroke: #d9dde2;") && !svg.contains("var("));
+    }
+}

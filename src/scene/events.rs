@@ -182,7 +182,7 @@ impl Cut {
         let cadence = self.cadence_spm;
         if cadence > HIGHEST_CADENCE || (cadence > QUICK_CADENCE && self.speed_mps < SPRINT_M_S) {
             self.warnings.push(format!(
-                "a cadence of {cadence:.0} steps/min is implausible: is the frame rate of {rate:.1} Hz right? (--fps {:.0} makes it {:.0})",
+                "a cadence of {cadence:.0} steps/min is implausible: is the frame rate of {rate:.1} Hz right? (at {:.0} Hz it is {:.0})",
                 0.5 * rate,
                 0.5 * cadence
             ));

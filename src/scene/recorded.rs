@@ -7,7 +7,7 @@ use super::flips::{Ends, bridge_flips};
 use super::measured::{Measured, MeasuredPeople};
 use super::retarget::{DEFAULT_CUT_OFF_HZ, Take, leg_length_m};
 use super::{Body, Span, Subject, Track, Walk};
-use crate::error::{Error, Refused, Result};
+use crate::error::{Error, Refused, Remedy, Result};
 use crate::import::{Format, Motion, Options, Source};
 use edgegait_core::pack::{Gait, Sex};
 use edgegait_core::skeleton::{JOINTS, Joint};
@@ -273,12 +273,13 @@ pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<S
         return Err(Error::input(
             &pair[1].path,
             format!(
-                "take {:?} of subject {:?} is {} already: expected one file for each (--subject-from folder takes the folder's name as the subject's)",
+                "take {:?} of subject {:?} is {} already: expected one file for each",
                 pair[1].name,
                 pair[1].subject,
                 pair[0].path.display()
             ),
-        ));
+        )
+        .with_remedy(Remedy::FolderIsSubject));
     }
     let mut subjects: Vec<Subject> = Vec::new();
     let mut refused: Vec<Refused> = Vec::new();

@@ -5,7 +5,7 @@
 //! pixel differ from them by that pixel's weights, and random images show whether that is all.
 
 use super::{Outputs, Recognizer};
-use crate::error::{Error, Result};
+use crate::error::{Result, ScoreError};
 use edgegait_core::budget::MAX_CLASSES;
 use ndarray::{Array1, Array2, ArrayView1};
 use rand::{RngExt, SeedableRng};
@@ -116,18 +116,19 @@ fn deviation(recognizer: &dyn Recognizer, map: &Affine, seed: u64) -> Result<f64
             change = change.max((f64::from(found) - f64::from(black)).abs());
         }
     }
-    let name = recognizer.name();
+    let model = recognizer.name().to_owned();
     if change == 0.0 {
-        return Err(Error::Failed(format!(
-            "{name}: expected scores that depend on the pixels, found the same of {CHECKED} random images"
-        )));
+        let images = CHECKED;
+        return Err(ScoreError::Constant { model, images }.into());
     }
     if farthest > MOST_DEVIATION * change {
-        return Err(Error::Failed(format!(
-            "{name}: expected scores that are an affine function of the pixels, found one of {CHECKED} random images \
-             {farthest:.3e} away from it, where pixels change scores by up to {change:.3e} (after Softmax they are not \
-             affine: export those before it; and only linear recognizers can be quantised here)"
-        )));
+        return Err(ScoreError::NotAffine {
+            model,
+            images: CHECKED,
+            found: farthest,
+            change,
+        }
+        .into());
     }
     Ok(farthest / change)
 }
@@ -161,21 +162,20 @@ fn scores(recognizer: &dyn Recognizer, images: &[Vec<u8>]) -> Result<Vec<f32>> {
     let Outputs {
         scores, classes, ..
     } = recognizer.run(&input, images.len())?;
-    let name = recognizer.name();
+    let model = recognizer.name().to_owned();
     let Some(scores) = scores else {
-        return Err(Error::Failed(format!(
-            "{name}: expected class scores, found an embedding only (name an output as scores under [outputs] in the .toml)"
-        )));
+        return Err(ScoreError::NoScores(model).into());
     };
     if classes > MAX_CLASSES {
-        return Err(Error::Failed(format!(
-            "{name}: expected at most {MAX_CLASSES} classes, found {classes}"
-        )));
+        return Err(ScoreError::TooManyClasses {
+            model,
+            found: classes,
+            most: MAX_CLASSES,
+        }
+        .into());
     }
     match scores.iter().find(|score| !score.is_finite()) {
-        Some(score) => Err(Error::Failed(format!(
-            "{name}: expected finite scores, found {score}"
-        ))),
+        Some(&score) => Err(ScoreError::NotFinite { model, score }.into()),
         None => Ok(scores),
     }
 }

@@ -1,7 +1,7 @@
 //! What recognizers answer to the sequences that they are shown.
 
 use super::{Outputs, Recognizer};
-use crate::error::{Error, Result};
+use crate::error::{Result, ScoreError};
 use crate::source::{Form, Shown, Source};
 
 /// Most numbers given to a recognizer at once (4 MB), and most pictures.
@@ -91,17 +91,19 @@ impl Listener<'_> {
             .checked_div(answers.dims)
             .unwrap_or(0);
         if answered > 0 && answers.dims != embedding_dims {
-            return Err(Error::Failed(format!(
-                "{}: an embedding of {embedding_dims} numbers after one of {}: expected the same for all sequences",
-                self.recognizer.name(),
-                answers.dims
-            )));
+            return Err(ScoreError::Lengths {
+                model: self.recognizer.name().to_owned(),
+                before: answers.dims,
+                found: embedding_dims,
+            }
+            .into());
         }
         if answers.embeddings.len() + embedding.len() > MAX_KEPT {
-            return Err(Error::Failed(format!(
-                "{}: more than {MAX_KEPT} numbers in all embeddings: choose fewer viewpoints or walks",
-                self.recognizer.name()
-            )));
+            return Err(ScoreError::TooManyNumbers {
+                model: self.recognizer.name().to_owned(),
+                most: MAX_KEPT,
+            }
+            .into());
         }
         for (row, &sequence) in self.waiting.iter().enumerate() {
             answers.rows[sequence] = u32::try_from(answered + row).ok();

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::input::{Axis, Distance, InputRange, Layout};
-use crate::error::{Error, Result};
+use crate::error::{Error, Origin, Result, ScoreError};
 use crate::sweep::Framing;
 use crate::template::{Shape, Template};
 use edgegait_core::silhouette::Size;
@@ -155,7 +155,7 @@ impl Contract {
     /// # Errors
     /// If a number cannot be written as TOML.
     pub fn to_toml(&self) -> Result<String> {
-        toml::to_string(self).map_err(|error| Error::Failed(format!("contract: {error}")))
+        Ok(toml::to_string(self).map_err(ScoreError::from)?)
     }
 
     /// What the numbers of one template or silhouette are.
@@ -205,12 +205,15 @@ impl Contract {
             (Template::Silhouettes, None) => "sequences of equally many silhouettes".to_owned(),
             (template, _) => template.plural().to_owned(),
         };
-        Err(Error::Failed(format!(
-            "{}: expected {batch} {inputs} of {} = {} numbers and at least one, found {numbers} numbers",
-            self.name,
-            self.shape(),
-            self.numbers(),
-        )))
+        Err(ScoreError::Input {
+            model: self.name.clone(),
+            batch,
+            inputs,
+            shape: self.shape().to_string(),
+            numbers: self.numbers(),
+            found: numbers,
+        }
+        .into())
     }
 
     /// The shape in which `batch` inputs of `frames` frames are given.
@@ -226,50 +229,51 @@ impl Contract {
         self.layout.axes().iter().map(size).collect()
     }
 
-    /// Refuses another template than the model asks for. `remedy` is as of [`Self::require`].
+    /// Refuses another template than the model asks for.
     ///
     /// # Errors
-    /// Naming both, and the flag.
-    pub fn require_template(&self, template: Template, remedy: &str) -> Result<()> {
+    /// Naming both.
+    pub fn require_template(&self, template: Template, origin: Origin) -> Result<()> {
         if template == self.template {
             return Ok(());
         }
-        Err(Error::Failed(format!(
-            "{}: the model's contract asks for template {asked}, found {} ({remedy} --template {asked})",
-            self.name,
-            template.name(),
-            asked = self.template.name(),
-        )))
+        let asked = self.template.name().to_owned();
+        self.refuse("template", (asked, template.name()), origin)
     }
 
     /// Refuses silhouettes, or templates of them, of another size, and of another framing if it is known, than the model
-    /// asks for. `remedy` says what to do, before the flag to do it with.
+    /// asks for.
     ///
     /// # Errors
-    /// Naming both, and the flag.
-    pub fn require(&self, size: Size, framing: Option<Framing>, remedy: &str) -> Result<()> {
+    /// Naming both.
+    pub fn require(&self, size: Size, framing: Option<Framing>, origin: Origin) -> Result<()> {
         let asked = format!("{}x{}", self.rows, self.columns);
         if asked != size.name() {
-            let remedy = if Size::ALL.iter().any(|size| size.name() == asked) {
-                format!("{remedy} --size {asked}")
-            } else {
-                "only 50x30, 64x44 and 64x64 can be drawn".to_owned()
-            };
-            return Err(Error::Failed(format!(
-                "{}: the model's contract asks for {} of {asked}, found {size} ({remedy})",
-                self.name,
-                self.template.plural()
-            )));
+            return self.refuse("size", (asked, size.name()), origin);
         }
         match framing {
-            Some(framing) if framing != self.framing => Err(Error::Failed(format!(
-                "{}: the model's contract asks for framing {asked}, found {} ({remedy} --framing {asked})",
-                self.name,
-                framing.name(),
-                asked = self.framing.name(),
-            ))),
+            Some(framing) if framing != self.framing => {
+                let asked = self.framing.name().to_owned();
+                self.refuse("framing", (asked, framing.name()), origin)
+            }
             _ => Ok(()),
         }
+    }
+
+    fn refuse(
+        &self,
+        setting: &'static str,
+        (asked, found): (String, &'static str),
+        origin: Origin,
+    ) -> Result<()> {
+        Err(ScoreError::Contract {
+            model: self.name.clone(),
+            setting,
+            asked,
+            found,
+            origin,
+        }
+        .into())
     }
 
     fn check(&self, path: &Path) -> Result<()> {

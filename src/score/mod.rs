@@ -31,7 +31,7 @@ pub use quantize::GeiForm;
 pub use runtime::{Bare, BareOutputs, Provider, Runtime, RuntimeName};
 pub use search::find_library;
 
-use crate::error::{Error, Result};
+use crate::error::{Result, ScoreError};
 use ports::Ports;
 
 /// Something that turns GEIs or sequences of silhouettes into embeddings and class scores.
@@ -103,18 +103,18 @@ fn run_batch(
     let mut outputs = Outputs::default();
     for input in input.chunks_exact(step * frames * contract.numbers()) {
         let (embedding, scores) = run_once(input, &shape)?;
-        let refuse = |name: &str, expected: &str, found: &Tensor| {
-            Error::Failed(format!(
-                "{}: expected the output {name:?} as {expected}, found {:?}",
-                contract.name, found.shape
-            ))
+        let refuse = |name: &str, expected: String, found: &Tensor| ScoreError::Output {
+            model: contract.name.clone(),
+            output: name.to_owned(),
+            expected,
+            found: format!("{:?}", found.shape),
         };
         let [dims, parts] = match *embedding.shape.as_slice() {
             [rows, dims] if rows == step && dims > 0 => [dims, 1],
             [rows, dims, parts] if rows == step && dims > 0 && parts > 0 => [dims * parts, parts],
             _ => {
                 let expected = format!("[{step}, numbers] or [{step}, numbers, parts]");
-                return Err(refuse(&ports.embedding, &expected, &embedding));
+                return Err(refuse(&ports.embedding, expected, &embedding).into());
             }
         };
         (outputs.embedding_dims, outputs.embedding_parts) = (dims, parts);
@@ -133,7 +133,7 @@ fn run_batch(
                     } else {
                         "classes".into()
                     };
-                    return Err(refuse(name, &format!("[{step}, {people}]"), &scores));
+                    return Err(refuse(name, format!("[{step}, {people}]"), &scores).into());
                 }
             };
             join(outputs.scores.get_or_insert_default(), scores.numbers);

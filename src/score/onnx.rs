@@ -20,7 +20,7 @@ use super::ports::Ports;
 use super::{
     Bare, BareOutputs, Contract, Outputs, Provider, Recognizer, RuntimeName, Tensor, run_batch,
 };
-use crate::error::{Error, Result};
+use crate::error::{Cause, ChoiceError, Error, Result, ScoreError};
 
 /// The library that this process has loaded.
 #[derive(Clone, Debug)]
@@ -84,16 +84,13 @@ impl Ort {
             return Ok(());
         }
         let known = Provider::ALL.into_iter();
-        let names: Vec<_> = known
-            .filter(|&provider| is_built_with(provider))
-            .map(Provider::name)
-            .collect();
-        Err(Error::Usage(format!(
-            "--provider {0}: expected a library that was built with {0}, found {1} in {2}",
-            provider.name(),
-            names.join(", "),
-            self.library.display()
-        )))
+        let known = known.filter(|&provider| is_built_with(provider));
+        Err(ChoiceError::Provider {
+            provider: provider.name(),
+            known: known.map(|provider| provider.name().to_owned()).collect(),
+            library: self.library.clone(),
+        }
+        .into())
     }
 }
 
@@ -227,12 +224,14 @@ impl OrtRecognizer {
         let found = self.run_once(input, &shape)?;
         let ready = self
             .ready(&shape, &found)
-            .map_err(|error| self.failed(&error))?;
+            .map_err(|error| self.failed(error))?;
         let input = OrtTensor::from_array((shape, input.to_vec()));
-        let input = input.map_err(|error| self.failed(&error))?;
+        let input = input.map_err(|error| self.failed(error))?;
         let name = self.contract.name;
-        let failed =
-            move |error: ort::Error| Error::Failed(format!("{name}: ONNX Runtime: {error}"));
+        let failed = move |error: ort::Error| ScoreError::OnnxRuntime {
+            model: name.clone(),
+            cause: error.into(),
+        };
         let loaded = self.loaded.into_inner();
         let loaded = loaded.unwrap_or_else(PoisonError::into_inner);
         let options = match outputs {
@@ -254,7 +253,7 @@ impl OrtRecognizer {
     }
 
     fn run_once(&self, input: &[f32], shape: &[usize]) -> Result<Found> {
-        let failed = |error: ort::Error| self.failed(&error);
+        let failed = |error: ort::Error| self.failed(error);
         let mut guard = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
         let Loaded {
             session,
@@ -297,8 +296,11 @@ impl OrtRecognizer {
         })
     }
 
-    fn failed(&self, error: &dyn std::fmt::Display) -> Error {
-        Error::Failed(format!("{}: ONNX Runtime: {error}", self.contract.name))
+    fn failed(&self, cause: impl Into<Cause>) -> ScoreError {
+        ScoreError::OnnxRuntime {
+            model: self.contract.name.clone(),
+            cause: cause.into(),
+        }
     }
 
     fn found(&self, outputs: &SessionOutputs<'_>) -> Result<Found> {
@@ -313,11 +315,9 @@ impl OrtRecognizer {
     fn tensor(&self, outputs: &SessionOutputs<'_>, name: &str) -> Result<Tensor> {
         let output = outputs
             .get(name)
-            .ok_or_else(|| self.failed(&format_args!("there is no output {name:?}")))?;
+            .ok_or_else(|| self.failed(format!("there is no output {name:?}")))?;
         let (shape, numbers) = output.try_extract_tensor::<f32>().map_err(|error| {
-            self.failed(&format_args!(
-                "expected the output {name:?} as f32: {error}"
-            ))
+            self.failed(format!("expected the output {name:?} as f32: {error}"))
         })?;
         let sizes = shape.iter();
         Ok(Tensor {

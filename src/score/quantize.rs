@@ -8,7 +8,7 @@
 //! they are 0 already, and of an SVM's the mean error of scores rose.
 
 use super::{Affine, Contract};
-use crate::error::{Error, Result};
+use crate::error::{Result, ScoreError};
 use crate::sweep::Framing;
 use crate::template::Template;
 use edgegait_core::format::{
@@ -34,11 +34,13 @@ impl GeiForm {
     /// For another template than GEIs, another size than can be drawn, and framings that need to
     /// know a scale.
     pub fn of(contract: &Contract) -> Result<Self> {
-        let refuse = |expected: &str, found: &str| {
-            Err(Error::Failed(format!(
-                "{}: expected {expected} to quantise for, found {found} in the model's contract",
-                contract.name
-            )))
+        let refuse = |expected, found: &str| {
+            Err(ScoreError::NotForFirmware {
+                model: contract.name.clone(),
+                expected,
+                found: found.to_owned(),
+            }
+            .into())
         };
         if contract.template != Template::Gei {
             return refuse("template gei", contract.template.name());
@@ -85,10 +87,7 @@ impl GeiForm {
         for class in 0..classes {
             let name = names.get(class).cloned().unwrap_or(class.to_string());
             let Ok(length) = u8::try_from(name.len()) else {
-                return Err(Error::Failed(format!(
-                    "class {name:?}: expected a name of at most 255 bytes, found {}",
-                    name.len()
-                )));
+                return Err(ScoreError::ClassName(name).into());
             };
             bytes.push(length);
             bytes.extend(name.into_bytes());

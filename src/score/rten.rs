@@ -12,13 +12,10 @@ use super::graph::Window;
 use super::model::Model;
 use super::ports::Ports;
 use super::{Contract, Outputs, Provider, Recognizer, RuntimeName, Tensor, run_batch};
-use crate::error::{Error, Result};
+use crate::error::{Cause, Error, Remedy, Result, ScoreError};
 
 /// The version in `Cargo.lock`, which a test compares.
 const VERSION: &str = "0.27.0";
-
-/// What to do about a model that does not run here.
-const WAY_OUT: &str = "use --runtime ort --ort-lib PATH";
 
 /// A model loaded by rten.
 pub(super) struct RtenRecognizer {
@@ -66,7 +63,8 @@ fn window_objection(window: &Window<'_>) -> Option<String> {
 
 impl RtenRecognizer {
     pub fn load(model: &Model, threads: usize) -> Result<Self> {
-        let refuse = |problem: String| Error::input(model.path(), format!("{problem} ({WAY_OUT})"));
+        let refuse =
+            |problem: String| Error::input(model.path(), problem).with_remedy(Remedy::OnnxRuntime);
         for operator in model.graph().operators.keys() {
             if let Some(reason) = objection(operator) {
                 return Err(refuse(format!(
@@ -114,14 +112,11 @@ impl RtenRecognizer {
     }
 
     fn run_once(&self, input: &[f32], shape: &[usize]) -> Result<(Tensor, Option<Tensor>)> {
-        let failed = |problem: String| {
-            Error::Failed(format!(
-                "{}: the embedded runtime: {problem} (if the model is right, {WAY_OUT})",
-                self.contract.name
-            ))
+        let failed = |cause: Cause| ScoreError::Embedded {
+            model: self.contract.name.clone(),
+            cause,
         };
-        let input =
-            ValueView::from_shape(shape, input).map_err(|error| failed(error.to_string()))?;
+        let input = ValueView::from_shape(shape, input).map_err(|error| failed(error.into()))?;
         let options = RunOptions::default().with_thread_pool(Some(Arc::clone(&self.pool)));
         let mut values = self
             .model
@@ -130,7 +125,7 @@ impl RtenRecognizer {
                 &self.outputs,
                 Some(options),
             )
-            .map_err(|error| failed(error.to_string()))?
+            .map_err(|error| failed(error.into()))?
             .into_iter();
         let embedding = values
             .next()
@@ -151,10 +146,13 @@ impl RtenRecognizer {
         use rten_tensor::prelude::*;
         let found = value.dtype();
         let Some(tensor) = value.into_tensor::<f32>() else {
-            return Err(Error::Failed(format!(
-                "{}: expected the output {output:?} as f32, found {found:?}",
-                self.contract.name
-            )));
+            return Err(ScoreError::Output {
+                model: self.contract.name.clone(),
+                output: output.to_owned(),
+                expected: "f32".into(),
+                found: format!("{found:?}"),
+            }
+            .into());
         };
         Ok(Tensor {
             shape: tensor.shape().to_vec(),
@@ -213,7 +211,7 @@ mod tests {
             };
             let text = error.to_string();
             assert!(
-                text.contains(operator) && text.ends_with("(use --runtime ort --ort-lib PATH)"),
+                text.contains(operator) && text.contains("the embedded runtime"),
                 "{text}"
             );
         }
@@ -247,7 +245,7 @@ mod tests {
                     text,
                     format!(
                         "m.onnx: the model's {operator} (\"c\") slides over 3 axes, and the \
-                         embedded runtime has it over 1 or 2 (use --runtime ort --ort-lib PATH)"
+                         embedded runtime has it over 1 or 2"
                     )
                 );
             }
@@ -260,7 +258,7 @@ mod tests {
         assert_eq!(
             refusal(&[pool]),
             "m.onnx: the model's MaxPool (\"c\") leaves strides or the kernel's shape out, and the \
-             embedded runtime needs them stated (use --runtime ort --ort-lib PATH)"
+             embedded runtime needs them stated"
         );
     }
 
@@ -274,6 +272,8 @@ mod tests {
         let Err(error) = RtenRecognizer::load(&model, 1) else {
             panic!("it was loaded");
         };
+        let remedy = Some(Remedy::OnnxRuntime);
+        assert!(matches!(&error, Error::Input { remedy: found, .. } if *found == remedy));
         error.to_string()
     }
 

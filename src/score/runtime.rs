@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::{Model, Recognizer, onnx, rten};
-use crate::error::{Error, Result};
+use crate::error::{ChoiceError, Result};
 
 /// Which software runs a model, for results.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -170,10 +170,7 @@ impl Runtime {
     pub fn with_provider(mut self, provider: Provider) -> Result<Self> {
         match &mut self.engine {
             Engine::Rten if provider != Provider::Cpu => {
-                return Err(Error::Usage(format!(
-                    "--provider {}: the embedded runtime has cpu only (use --runtime ort)",
-                    provider.name()
-                )));
+                return Err(ChoiceError::EmbeddedProvider(provider.name()).into());
             }
             Engine::Rten => {}
             Engine::Ort(ort, chosen) => {
@@ -201,9 +198,7 @@ impl Runtime {
     /// With the embedded runtime, or if ONNX Runtime refuses the model or the input.
     pub fn bare(&self, model: &Model, input: &[f32], outputs: BareOutputs) -> Result<Bare> {
         match &self.engine {
-            Engine::Rten => Err(Error::Usage(
-                "--bare compares with ONNX Runtime: expected --runtime ort, found the embedded runtime".into(),
-            )),
+            Engine::Rten => Err(ChoiceError::BareEmbedded.into()),
             Engine::Ort(ort, provider) => {
                 let how = (*provider, self.threads);
                 onnx::OrtRecognizer::load(ort, model, how)?.into_bare(input, outputs)
@@ -250,8 +245,7 @@ mod tests {
         assert!(Runtime::rten().with_provider(Provider::Cpu).is_ok());
         let error = Runtime::rten().with_provider(Provider::Xnnpack);
         assert!(error.is_err_and(|error| {
-            error.to_string()
-                == "--provider xnnpack: the embedded runtime has cpu only (use --runtime ort)"
+            error.to_string() == "provider xnnpack: the embedded runtime has cpu only"
         }));
     }
 
@@ -272,7 +266,7 @@ mod tests {
                     Err(error) => {
                         assert_ne!(provider, Provider::Cpu);
                         let text = error.to_string();
-                        let start = format!("--provider {}: expected ", provider.name());
+                        let start = format!("provider {}: expected ", provider.name());
                         assert!(text.starts_with(&start) && text.contains("cpu"), "{text}");
                     }
                 }

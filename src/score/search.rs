@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use super::library::Library;
-use crate::error::{Error, Result};
+use crate::error::{ChoiceError, Result};
 
 /// Variables that name the library: ours, and that of the crate `ort`.
 const NAMED_BY: [&str; 2] = ["EDGEGAIT_ORT_LIB", "ORT_DYLIB_PATH"];
@@ -56,7 +56,7 @@ impl Search<'_> {
         if let Some(path) = NAMED_BY.iter().find_map(|name| self.path_in(name)) {
             return Ok(path);
         }
-        let mut looked = vec!["--ort-lib: not given".to_owned()];
+        let mut looked = vec!["a file: not named".to_owned()];
         looked.extend(NAMED_BY.iter().map(|name| format!("{name}: not set")));
         for prefix in PREFIXES {
             let folders = self.path_in(prefix).map(|prefix| wheels_of(&prefix));
@@ -86,11 +86,7 @@ impl Search<'_> {
                 return Ok(path);
             }
         }
-        Err(Error::Usage(format!(
-            "--runtime ort: expected the ONNX Runtime library, found none (pip install onnxruntime, \
-             or name it with --ort-lib); looked at\n  {}",
-            looked.join("\n  ")
-        )))
+        Err(ChoiceError::NoLibrary { looked }.into())
     }
 
     fn path_in(&self, variable: &str) -> Option<PathBuf> {
@@ -266,7 +262,7 @@ mod tests {
             .expect_err("none")
             .to_string();
         for line in [
-            "--ort-lib: not given",
+            "a file: not named",
             "EDGEGAIT_ORT_LIB: not set",
             "ORT_DYLIB_PATH: not set",
             "VIRTUAL_ENV: no onnxruntime in it",

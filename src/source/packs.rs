@@ -2,7 +2,7 @@
 
 use crate::dataset::{InputFile, sha256_of_bytes};
 use crate::encode::{MAX_ERROR_MM, encode_subjects};
-use crate::error::{Error, Place, Result};
+use crate::error::{ChoiceError, Error, Place, Result};
 use crate::scene::cohort::{self, CohortOptions, SPEEDS_KMH};
 use edgegait_core::budget::MAX_PACK_BYTES;
 use edgegait_core::format::MAGIC;
@@ -48,9 +48,7 @@ impl Selection {
             .map(|(index, _)| index)
             .collect();
         if chosen.is_empty() {
-            return Err(Error::Usage(
-                "no walk of the chosen people has the chosen name".into(),
-            ));
+            return Err(ChoiceError::NothingChosen.into());
         }
         Ok(chosen)
     }
@@ -68,19 +66,22 @@ impl Selection {
 ///
 /// # Errors
 /// Naming the first of them, and some that are there.
-pub fn require(what: &str, asked: &[String], known: &[&str]) -> Result<()> {
+pub fn require(what: &'static str, asked: &[String], known: &[&str]) -> Result<()> {
     for name in asked {
         if !known.contains(&name.as_str()) {
-            let mut some: Vec<&str> = Vec::new();
-            for name in known {
-                if !some.contains(name) && some.len() < 12 {
-                    some.push(name);
+            let mut some: Vec<String> = Vec::new();
+            for &name in known {
+                if some.len() < 12 && some.iter().all(|one| one != name) {
+                    some.push(name.to_owned());
                 }
             }
-            return Err(Error::Usage(format!(
-                "there is no {what} {name:?}: expected one of {}",
-                some.join(", ")
-            )));
+            let name = name.clone();
+            return Err(ChoiceError::Unknown {
+                what,
+                name,
+                known: some,
+            }
+            .into());
         }
     }
     Ok(())

@@ -2,7 +2,7 @@
 
 use super::{Form, Labels, Origin, Sequences, Shown};
 use crate::confound::Condition;
-use crate::error::{Error, Result};
+use crate::error::{ChoiceError, Result};
 use crate::sweep::{Job, Moments, Settings, Shot, Swept, View, jobs, silhouettes, sweep};
 use crate::template::Template;
 use edgegait_core::pack::Pack;
@@ -77,11 +77,11 @@ impl<'a> Walks<'a> {
         let condition = |name: &String| {
             let found = conditions.iter().find(|condition| condition.name == *name);
             found.ok_or_else(|| {
-                let known: Vec<&str> = conditions.iter().map(|it| it.name.as_str()).collect();
-                Error::Usage(format!(
-                    "there is no condition {name:?}, as the protocol asks for: expected it among {} (--conditions)",
-                    known.join(", ")
-                ))
+                let known = conditions.iter().map(|it| it.name.clone()).collect();
+                ChoiceError::NoCondition {
+                    name: name.clone(),
+                    known,
+                }
             })
         };
         let takes: Vec<_> = made

@@ -379,6 +379,9 @@ impl Summary {
 /// Says how many rows of a table are not shown.
 fn note_rest(table: &mut Table<'_>, rows: usize) {
     if rows > SHOWN {
-        table.note(format!("... and {} more (--json has all)", rows - SHOWN));
+        table.note(format!(
+            "... and {} more (the JSON results have all)",
+            rows - SHOWN
+        ));
     }
 }

@@ -3,7 +3,7 @@
 use super::Seen;
 use super::film::{Film, Sight};
 use super::views::{View, by_azimuth};
-use crate::error::{Error, Result};
+use crate::error::{ChoiceError, Error, Result};
 use edgegait_core::raster::columns::{self, Azimuth, Images};
 use edgegait_core::raster::{Rasterizer, Renderer};
 use edgegait_core::silhouette::{Frame, Size};
@@ -70,8 +70,7 @@ impl Columns {
 
     /// One frame from one view.
     pub fn frame(&mut self, film: &Film<'_>, frame: usize, sight: Sight<'_>) -> Result<Frame> {
-        let azimuth =
-            Azimuth::new(&[sight.viewpoint()]).map_err(|error| Error::Failed(error.to_string()))?;
+        let azimuth = Azimuth::new(&[sight.viewpoint()])?;
         let mut images = Images::empty(self.renderer.measure.size());
         film.draw_elevations(frame, (&[sight], &azimuth), &mut self.renderer, &mut images)?;
         Ok(Frame::Binary(images.silhouette(0)))
@@ -79,8 +78,5 @@ impl Columns {
 }
 
 fn too_many() -> Error {
-    Error::Usage(format!(
-        "--frames-per-cycle: expected at most {} with --raster columns",
-        GeiTally::MAX_FRAMES
-    ))
+    ChoiceError::ColumnsFrames(GeiTally::MAX_FRAMES).into()
 }

@@ -8,7 +8,7 @@ use super::walker::{Dressed, Posed, Walker};
 use super::{Job, Moments, View, walk_name};
 use crate::confound::Plan;
 use crate::confound::image::Setup;
-use crate::error::{Error, Result};
+use crate::error::{Cause, Error, Result, SweepError};
 use crate::template::Builder;
 use edgegait_core::camera::{self, Camera, Viewpoint};
 use edgegait_core::pack::Pack;
@@ -16,7 +16,6 @@ use edgegait_core::raster::columns::{Azimuth, Images, Place};
 use edgegait_core::raster::{Drawing, Renderer};
 use edgegait_core::silhouette::Size;
 use glam::{DVec3, Vec3};
-use std::fmt::Display;
 use std::ops::Range;
 
 /// Share of the scale that a fitted framing gives up, so that rounding never clips: 0.005 of 50
@@ -201,7 +200,7 @@ impl<'a> Film<'a> {
         } = self.setup(index, sight)?;
         renderer
             .draw(&posed.figure, &camera, framing, jitter)
-            .map_err(|error| self.refusal(sight.view, &error))
+            .map_err(|error| self.refusal(sight.view, error))
     }
 
     /// Draws one of the posed frames at all elevations of an azimuth: the share of it that lies
@@ -226,7 +225,7 @@ impl<'a> Film<'a> {
             pixels_per_metre,
         } = framing
         else {
-            return Err(self.refusal(sight.view, &"expected one scale for all elevations"));
+            return Err(self.refusal(sight.view, "expected one scale for all elevations"));
         };
         let place = Place {
             centre,
@@ -236,7 +235,7 @@ impl<'a> Film<'a> {
         let drawn = renderer
             .columns
             .draw(&posed.figure, azimuth, &place, images);
-        drawn.map_err(|error| self.refusal(sight.view, &error))?;
+        drawn.map_err(|error| self.refusal(sight.view, error))?;
         if images.is_whole() {
             return Ok(Vec::new());
         }
@@ -272,7 +271,7 @@ impl<'a> Film<'a> {
         let camera = match lens {
             Lens::Ortho => Camera::orthographic(sight.viewpoint),
             Lens::Persp => Camera::perspective(sight.viewpoint, aim, sensor.distance_m as f32)
-                .map_err(|error| self.refusal(sight.view, &error))?,
+                .map_err(|error| self.refusal(sight.view, error))?,
         };
         let framing = sight.framing.unwrap_or_else(|| camera::Framing::Fixed {
             centre: aim,
@@ -351,10 +350,14 @@ impl<'a> Film<'a> {
         fitted
     }
 
-    pub(super) fn refusal(&self, view: &View, error: &impl Display) -> Error {
-        Error::Failed(format!(
-            "{}, variation {}, azimuth {} and elevation {} degrees: {error}",
-            self.name, self.job.variation, view.azimuth_deg, view.elevation_deg
-        ))
+    pub(super) fn refusal(&self, view: &View, cause: impl Into<Cause>) -> Error {
+        let refusal = SweepError::Unseen {
+            walk: self.name.clone(),
+            variation: self.job.variation,
+            azimuth_deg: view.azimuth_deg,
+            elevation_deg: view.elevation_deg,
+            cause: cause.into(),
+        };
+        refusal.into()
     }
 }

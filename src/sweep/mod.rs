@@ -19,7 +19,7 @@ pub use walker::alternative;
 
 use crate::confound::image::FineRenderer;
 use crate::confound::{Condition, NORMAL};
-use crate::error::{Error, Result};
+use crate::error::{ChoiceError, Result, SweepError};
 use crate::template::{Builder, Template};
 use columns::Columns;
 use edgegait_core::pack::Pack;
@@ -88,10 +88,7 @@ pub fn jobs(
     variations: std::ops::Range<u32>,
 ) -> Result<Vec<Job<'static>>> {
     if let Some(take) = walks.iter().copied().find(|&walk| is_take(pack, walk)) {
-        return Err(Error::Failed(format!(
-            "{} is a whole take: a GEI needs a gait cycle (import it without --track clip, or choose others with --walks)",
-            walk_name(pack, take)
-        )));
+        return Err(SweepError::TakeHasNoCycle(walk_name(pack, take)).into());
     }
     let of = |&walk: &usize| {
         variations
@@ -169,9 +166,7 @@ pub fn sweep<'c, R: Send>(
 ) -> Result<()> {
     settings.check()?;
     if (settings.rasterizer, settings.template) == (Raster::Columns, Template::Silhouettes) {
-        return Err(Error::Failed(
-            "a sweep by columns sums frames as it draws them: expected the template gei, found silhouettes".into(),
-        ));
+        return Err(ChoiceError::ColumnsSumFrames(Template::Silhouettes.name()).into());
     }
     let firsts = views::firsts(views);
     let chunk = 2 * rayon::current_num_threads();

@@ -3,7 +3,7 @@
 use super::settings::{Framing, Lens, Raster, Settings};
 use super::views::View;
 use crate::confound::{Kind, Plan, Stage};
-use crate::error::{Error, Result};
+use crate::error::{ChoiceError, Result};
 use edgegait_core::camera::Viewpoint;
 use rand::RngExt as _;
 use std::ops::Range;
@@ -98,22 +98,21 @@ pub fn viewpoint(plan: &Plan, view: &View) -> Result<Viewpoint> {
     let degrees = |kind| plan.amount(kind).unwrap_or(0.0) as f32;
     let azimuth = view.azimuth_deg + degrees(Kind::Azimuth);
     let elevation = (view.elevation_deg + degrees(Kind::Elevation)).clamp(-90.0, 90.0);
-    let seen = Viewpoint::from_degrees(azimuth, elevation)
-        .map_err(|error| Error::Failed(error.to_string()))?;
-    Ok(seen.rolled(degrees(Kind::Roll)))
+    Ok(Viewpoint::from_degrees(azimuth, elevation)?.rolled(degrees(Kind::Roll)))
 }
 
 /// Refuses what cannot be drawn by columns or in grey under a condition.
 ///
 /// # Errors
-/// Naming the raster and what to use.
+/// Naming the raster and the condition.
 pub fn check(plan: &Plan, settings: &Settings) -> Result<()> {
-    let refuse = |why: &str| {
-        Err(Error::Usage(format!(
-            "--raster {}: condition {} {why} (use --raster skia or rows)",
-            settings.rasterizer.name(),
-            plan.doses()
-        )))
+    let refuse = |why| {
+        Err(ChoiceError::RasterUnderCondition {
+            raster: settings.rasterizer.name(),
+            condition: plan.doses().to_string(),
+            why,
+        }
+        .into())
     };
     match settings.rasterizer {
         Raster::Columns if plan.acts_at(Stage::Camera) => {

@@ -1,6 +1,6 @@
 //! How silhouettes are drawn: everything of which a result depends, but for who walks.
 
-use crate::error::{Error, Result};
+use crate::error::{ChoiceError, Result};
 use crate::template::Template;
 use edgegait_core::raster::Rasterizer;
 use edgegait_core::silhouette::Size;
@@ -70,9 +70,7 @@ impl Settings {
     /// When a number is out of its range, or the lens does not go with the framing.
     pub fn check(&self) -> Result<()> {
         if self.framing == Framing::Cycle && self.lens == Lens::Persp {
-            return Err(Error::Usage(
-                "framing cycle fits one scale for all elevations, which only parallel rays have (use --lens ortho, or --framing camera)".into(),
-            ));
+            return Err(ChoiceError::CycleNeedsParallelRays.into());
         }
         self.check_columns()?;
         let Sensor {
@@ -82,20 +80,14 @@ impl Settings {
         } = self.sensor;
         // A NaN is in no range.
         if !(0.1..=1e6).contains(&distance_m) {
-            return Err(Error::Usage(format!(
-                "--distance-m {distance_m}: expected 0.1 to 1,000,000 metres"
-            )));
+            return Err(ChoiceError::Distance(distance_m).into());
         }
         if !(0.1..=170.0).contains(&fov_deg) {
-            return Err(Error::Usage(format!(
-                "--fov-deg {fov_deg}: expected 0.1 to 170 degrees"
-            )));
+            return Err(ChoiceError::FieldOfView(fov_deg).into());
         }
         match aim {
             Aim::Point(aim) if !(aim.is_finite() && aim.abs().max_element() <= 1e6) => {
-                Err(Error::Usage(format!(
-                    "--aim-m {aim}: expected three metres within a million"
-                )))
+                Err(ChoiceError::Aim(aim).into())
             }
             _ => Ok(()),
         }
@@ -103,26 +95,23 @@ impl Settings {
 
     /// Refuses what has no scale that all elevations share.
     fn check_columns(&self) -> Result<()> {
-        let refuse = |flag: &str, has: &str| {
-            Err(Error::Usage(format!(
-                "--raster columns: it draws all elevations of an azimuth at once, for which they have to share one scale and parallel rays, but {flag} has {has} (use --raster rows)"
-            )))
-        };
         let is_summed = !matches!(self.template, Template::Gei | Template::Silhouettes);
         if self.rasterizer == Raster::Columns && is_summed {
-            return Err(Error::Usage(format!(
-                "--raster columns: it sums frames as it draws them, which makes a gei, not --template {} (use --raster rows)",
-                self.template.name()
-            )));
+            return Err(ChoiceError::ColumnsSumFrames(self.template.name()).into());
         }
-        match (self.rasterizer, self.framing, self.lens) {
-            (Raster::Columns, Framing::Height | Framing::Box, _) => refuse(
-                &format!("--framing {}", self.framing.name()),
-                "a scale for each frame",
-            ),
-            (Raster::Columns, _, Lens::Persp) => refuse("--lens persp", "an eye"),
-            _ => Ok(()),
+        let (setting, value, has) = match (self.rasterizer, self.framing, self.lens) {
+            (Raster::Columns, Framing::Height | Framing::Box, _) => {
+                ("framing", self.framing.name(), "a scale for each frame")
+            }
+            (Raster::Columns, _, Lens::Persp) => ("lens", self.lens.name(), "an eye"),
+            _ => return Ok(()),
+        };
+        Err(ChoiceError::ColumnsShareScale {
+            setting,
+            value,
+            has,
         }
+        .into())
     }
 }
 
@@ -351,7 +340,7 @@ mod tests {
         };
         assert_eq!(refusal(&|_| ()), Ok(()));
         let cycle = refusal(&|s| (s.framing, s.lens) = (Framing::Cycle, Lens::Persp));
-        assert!(cycle.is_err_and(|text| text.contains("--lens ortho")));
+        assert!(cycle.is_err_and(|text| text.contains("parallel rays")));
         for (framing, lens, is_drawn) in [
             (Framing::Cycle, Lens::Ortho, true),
             (Framing::Camera, Lens::Ortho, true),
@@ -363,13 +352,13 @@ mod tests {
                 (s.rasterizer, s.framing, s.lens) = (Raster::Columns, framing, lens);
             });
             assert_eq!(columns.is_ok(), is_drawn);
-            assert!(is_drawn || columns.is_err_and(|text| text.contains("--raster rows")));
+            assert!(is_drawn || columns.is_err_and(|text| text.contains("raster columns")));
         }
         let history = refusal(&|s| {
             (s.rasterizer, s.framing, s.template) =
                 (Raster::Columns, Framing::Camera, Template::Mhi);
         });
-        assert!(history.is_err_and(|text| text.contains("--template mhi (use --raster rows)")));
+        assert!(history.is_err_and(|text| text.ends_with("which makes a gei, not mhi")));
         for bad in [0.0, f64::NAN, 2e6] {
             assert!(refusal(&|s| s.sensor.distance_m = bad).is_err(), "{bad}");
         }

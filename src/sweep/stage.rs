@@ -77,7 +77,7 @@ impl Film<'_> {
     ) -> Result<Option<Framed>> {
         let setup = self.setup(index, sight)?;
         let framed = self.confounded(index, sight, setup, renderer);
-        framed.map_err(|error| self.refusal(sight.view(), &error))
+        framed.map_err(|error| self.refusal(sight.view(), error))
     }
 
     fn confounded(

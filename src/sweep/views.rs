@@ -28,8 +28,7 @@ impl View {
                 "azimuth {azimuth_deg}: expected degrees within -360..=360"
             )));
         }
-        let viewpoint = Viewpoint::from_degrees(azimuth_deg, elevation_deg)
-            .map_err(|error| Error::Usage(error.to_string()))?;
+        let viewpoint = Viewpoint::from_degrees(azimuth_deg, elevation_deg)?;
         Ok(Self {
             azimuth_deg,
             elevation_deg,
@@ -196,8 +195,7 @@ pub(super) fn by_azimuth(views: &[View], numbers: &[usize]) -> Result<Vec<Elevat
     }
     let seen = |views_of: Vec<usize>| {
         let viewpoints: Vec<_> = views_of.iter().map(|&at| views[at].viewpoint).collect();
-        let azimuth =
-            Azimuth::new(&viewpoints).map_err(|error| Error::Failed(error.to_string()))?;
+        let azimuth = Azimuth::new(&viewpoints)?;
         Ok(Elevations {
             azimuth,
             views: views_of,

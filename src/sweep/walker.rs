@@ -5,7 +5,7 @@ use crate::confound::appearance::{self, Outfit, Part, Wearer};
 use crate::confound::image::{Crossing, Floor};
 use crate::confound::motion::{self, Gait};
 use crate::confound::{Kind, Plan, Stage};
-use crate::error::{Error, Result};
+use crate::error::{Result, SweepError};
 use crate::scene::variation::{CycleSeed, Variation};
 use edgegait_core::avatar::Avatar;
 use edgegait_core::body::{Body, Figure};
@@ -76,9 +76,12 @@ impl Dressed {
             parts: vec![Part::Body; avatar.hulls().count()],
         };
         if !dressed.plan.doses().list().is_empty() {
-            dressed.put_on(&avatar, &subject).map_err(|error| {
-                Error::Failed(format!("condition {}: {error}", job.condition_name()))
-            })?;
+            dressed
+                .put_on(&avatar, &subject)
+                .map_err(|error| SweepError::Undrawn {
+                    what: format!("condition {}", job.condition_name()),
+                    cause: error.into(),
+                })?;
         }
         Ok(dressed)
     }
@@ -169,10 +172,7 @@ impl<'a> Walker<'a> {
     pub fn new(pack: &Pack<'a>, job: Job<'_>, dressed: &'a Dressed, seed: u64) -> Result<Self> {
         let (walk, subject, avatar, clip) = parts(pack, job)?;
         if job.variation > 0 && clip.as_take().is_some() {
-            return Err(Error::Failed(format!(
-                "{} is a whole take: it has no variations (leave out --cycle)",
-                walk_name(pack, job.walk)
-            )));
+            return Err(SweepError::TakeHasNoVariations(walk_name(pack, job.walk)).into());
         }
         let duration_s = clip.duration_s();
         // Of a walk on which nothing acts no mean is needed, and no floor.
@@ -387,11 +387,11 @@ fn parts<'a>(pack: &Pack<'a>, job: Job<'_>) -> Result<Parts<'a>> {
         Some((walk, subject, avatar, clip))
     });
     parts.ok_or_else(|| {
-        Error::Failed(format!(
-            "there is no walk {}: expected a number below {}",
-            job.walk,
-            pack.walks().len()
-        ))
+        SweepError::NoWalk {
+            number: job.walk,
+            walks: pack.walks().len(),
+        }
+        .into()
     })
 }
 

@@ -6,7 +6,7 @@
 //! random.
 
 use super::{Shape, Template};
-use crate::error::{Error, Result};
+use crate::error::{ChoiceError, Result};
 use edgegait_core::silhouette::Size;
 
 /// Rows are cut off the bottom, `rows` more in each of `steps` steps.
@@ -67,19 +67,14 @@ impl Augmentation {
         }
         let is_image = matches!(template.shape(size), Shape::Image { .. });
         if !is_image || template == Template::Silhouettes {
-            return Err(Error::Usage(format!(
-                "--augment: expected a template that is an image, found {}",
-                template.name()
-            )));
+            return Err(ChoiceError::NoImage(template.name()).into());
         }
         let Some(Crops { steps, rows }) = self.crops else {
             return Ok(());
         };
         let most = size.rows() / 2;
         if steps == 0 || rows == 0 || steps.saturating_mul(rows) > most {
-            return Err(Error::Usage(format!(
-                "--crop-steps {steps} --crop-rows {rows}: expected at least 1 each, and {most} rows cut off in the last step at most"
-            )));
+            return Err(ChoiceError::Crops { steps, rows, most }.into());
         }
         Ok(())
     }

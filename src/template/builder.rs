@@ -1,7 +1,7 @@
 //! Makes a template of frames that come one by one.
 
 use super::{Template, kfd, width};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use edgegait_core::silhouette::{Frame, Size};
 use edgegait_core::template::{FrameError, Kind, TemplateBuilder};
 use glam::DVec2;
@@ -60,14 +60,14 @@ impl Builder {
     pub fn add(&mut self, frame: &Frame) -> Result<()> {
         let (expected, found) = (self.size, frame.size());
         if found != expected {
-            return Err(failed(&FrameError::Size { expected, found }));
+            return Err(FrameError::Size { expected, found }.into());
         }
         if self.added == self.frames {
             let frames = self.frames;
-            return Err(failed(&FrameError::Full { frames }));
+            return Err(FrameError::Full { frames }.into());
         }
         match &mut self.made_from {
-            Source::Images(builder) => builder.add(frame).map_err(|error| failed(&error))?,
+            Source::Images(builder) => builder.add(frame)?,
             Source::Outlines(outlines) => {
                 outlines.extend(kfd::centred_outline(&frame.silhouette()));
             }
@@ -97,10 +97,6 @@ impl Builder {
             Source::Frames(bytes) => std::mem::take(bytes),
         }
     }
-}
-
-fn failed(error: &FrameError) -> Error {
-    Error::Failed(error.to_string())
 }
 
 fn images(kind: Kind, size: Size, frames: u32) -> Source {

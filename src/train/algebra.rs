@@ -14,7 +14,7 @@ use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
 use ndarray::{Array1, Array2, ArrayView2, NdFloat};
 
-use crate::error::{Error, Result};
+use crate::error::{Result, TrainError};
 
 /// The numbers that a fit computes in: `f64`, or `f32` to see whether that would do.
 pub trait Real: NdFloat + faer::traits::RealField + From<f32> + Into<f64> {
@@ -134,12 +134,10 @@ pub(super) fn eigen<F: Real>(symmetric: &Array2<F>) -> Result<Eigen<F>> {
         MemStack::new(&mut MemBuffer::new(scratch)),
         Spec::default(),
     )
-    .map_err(|_| Error::Failed(format!("no eigenvalues found for a {n} x {n} matrix")))?;
+    .map_err(|_| TrainError::NoEigenvalues(n))?;
     let values: Vec<F> = (0..n).rev().map(|i| diagonal.column_vector()[i]).collect();
     if values.iter().any(|value| !value.is_finite()) {
-        return Err(Error::Failed(format!(
-            "a {n} x {n} matrix has eigenvalues that are not finite numbers"
-        )));
+        return Err(TrainError::NoEigenvalues(n).into());
     }
     let vectors = Array2::from_shape_fn((n, n), |(row, i)| columns[(i, n - 1 - row)]);
     Ok(Eigen { values, vectors })
@@ -172,9 +170,7 @@ pub(super) fn finite<F: Real>(value: F, row: usize, column: usize) -> Result<F> 
     if value.is_finite() {
         return Ok(value);
     }
-    Err(Error::Failed(format!(
-        "sample {row} has a value at {column} that is not a finite number"
-    )))
+    Err(TrainError::NotFinite { row, column }.into())
 }
 
 /// Turns a direction so that its largest component by magnitude is positive.

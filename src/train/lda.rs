@@ -8,7 +8,7 @@
 use ndarray::{Array1, Array2, ArrayView2, Axis, s};
 
 use super::algebra::{Real, add_products_of_columns, eigen, finite, fix_sign, multiply};
-use crate::error::{Error, Result};
+use crate::error::{Result, TrainError};
 
 /// Directions that tell classes apart, best first.
 #[derive(Clone, Debug)]
@@ -38,24 +38,25 @@ impl<F: Real> Classes<F> {
         classes: usize,
     ) -> Result<Self> {
         if classes < 2 {
-            return Err(Error::Failed(format!(
-                "telling classes apart needs at least 2 of them, found {classes}"
-            )));
+            return Err(TrainError::TooFewClasses(classes).into());
         }
         if labels.len() != samples.nrows() {
-            return Err(Error::Failed(format!(
-                "expected a label per sample, found {} for {}",
-                labels.len(),
-                samples.nrows()
-            )));
+            return Err(TrainError::Labels {
+                labels: labels.len(),
+                samples: samples.nrows(),
+            }
+            .into());
         }
         let mut counts = vec![0; classes];
         let mut means = Array2::zeros((classes, samples.ncols()));
         for (row, (sample, &label)) in samples.outer_iter().zip(labels).enumerate() {
             let Some(count) = counts.get_mut(label) else {
-                return Err(Error::Failed(format!(
-                    "sample {row}: expected a label below {classes}, found {label}"
-                )));
+                return Err(TrainError::Label {
+                    row,
+                    label,
+                    classes,
+                }
+                .into());
             };
             *count += 1;
             for (column, (sum, &value)) in means.row_mut(label).iter_mut().zip(sample).enumerate() {
@@ -64,9 +65,7 @@ impl<F: Real> Classes<F> {
         }
         for (class, (mut mean, &count)) in means.outer_iter_mut().zip(&counts).enumerate() {
             if count == 0 {
-                return Err(Error::Failed(format!(
-                    "class {class} has no sample to learn from"
-                )));
+                return Err(TrainError::EmptyClass(class).into());
             }
             mean /= F::nearest(count as f64);
         }
@@ -83,10 +82,7 @@ impl<F: Real> Classes<F> {
                     .zip(b)
                     .all(|(&a, &b)| (a - b).abs() <= F::TOLERANCE * scale)
                 {
-                    return Err(Error::Failed(format!(
-                        "classes {first} and {second} have the same mean: they cannot be told apart \
-                         (is one person in the dataset under two names?)"
-                    )));
+                    return Err(TrainError::SameMean(first, second).into());
                 }
             }
         }
@@ -111,9 +107,11 @@ impl<F: Real> Lda<F> {
         ridge: f64,
     ) -> Result<Self> {
         if !(ridge > 0.0 && ridge.is_finite()) {
-            return Err(Error::Failed(format!(
-                "expected a ridge above 0, found {ridge}"
-            )));
+            return Err(TrainError::OutOfRange {
+                expected: "a ridge above 0",
+                found: ridge,
+            }
+            .into());
         }
         let (count, dims) = points.dim();
         let of = Classes::<F>::of(points, labels, classes)?;
@@ -164,9 +162,7 @@ fn whitening<F: Real>(within: &Array2<F>) -> Result<Array2<F>> {
     let mut found = eigen(within)?;
     for (mut vector, &value) in found.vectors.outer_iter_mut().zip(&found.values) {
         if value <= F::zero() {
-            return Err(Error::Failed(
-                "the scatter within classes cannot be inverted: use a larger ridge".into(),
-            ));
+            return Err(TrainError::NotInvertible.into());
         }
         vector /= value.sqrt();
     }

@@ -18,7 +18,7 @@ pub use samples::{Recipe, Samples};
 use edgegait_core::silhouette::Size;
 use ndarray::{Array1, Array2, ArrayView1, ArrayView2, s};
 
-use crate::error::{Error, Result};
+use crate::error::{Result, TrainError};
 use crate::score::Affine;
 use crate::template::Template;
 use lda::{Classes, Lda};
@@ -198,12 +198,7 @@ impl<'a, F: Real> Analysed<'a, F> {
         let size = Size::ALL
             .into_iter()
             .find(|size| size.pixels() == samples.ncols())
-            .ok_or_else(|| {
-                Error::Failed(format!(
-                    "expected GEIs of 50 x 30 = 1500, 64 x 44 = 2816 or 64 x 64 = 4096 pixels, found {}",
-                    samples.ncols()
-                ))
-            })?;
+            .ok_or_else(|| TrainError::NoGeis(samples.ncols()))?;
         Self::of((Template::Gei, size), samples, labels, classes)
     }
 
@@ -221,10 +216,12 @@ impl<'a, F: Real> Analysed<'a, F> {
     ) -> Result<Self> {
         let (expected, found) = (template.shape(size).numbers(), samples.ncols());
         if found != expected {
-            return Err(Error::Failed(format!(
-                "expected {} of {expected} numbers, found {found}",
-                template.plural()
-            )));
+            return Err(TrainError::Numbers {
+                templates: template.plural(),
+                expected,
+                found,
+            }
+            .into());
         }
         Ok(Self {
             template,
@@ -265,18 +262,17 @@ impl<'a, F: Real> Analysed<'a, F> {
     }
 
     fn kept(&self, components: Components) -> Result<usize> {
-        match components {
+        let (expected, found) = match components {
             Components::Variance(share) if share > 0.0 && share <= 1.0 => {
-                Ok(self.pca.components_for(share))
+                return Ok(self.pca.components_for(share));
             }
-            Components::Count(count) if count > 0 => Ok(count.min(self.pca.components.nrows())),
-            Components::Variance(share) => Err(Error::Usage(format!(
-                "expected a share of variance above 0 and at most 1, found {share}"
-            ))),
-            Components::Count(_) => Err(Error::Usage(
-                "expected at least 1 principal component, found 0".into(),
-            )),
-        }
+            Components::Count(count) if count > 0 => {
+                return Ok(count.min(self.pca.components.nrows()));
+            }
+            Components::Variance(share) => ("a share of variance above 0 and at most 1", share),
+            Components::Count(_) => ("at least 1 principal component", 0.0),
+        };
+        Err(TrainError::OutOfRange { expected, found }.into())
     }
 
     /// The recognizer whose embedding is `weights` times what differs from the mean.

@@ -7,7 +7,7 @@
 use ndarray::{Array1, Array2, ArrayView2, Axis, s};
 
 use super::algebra::{Real, add_products_of_columns, eigen, finite, fix_sign, multiply};
-use crate::error::{Error, Result};
+use crate::error::{Result, TrainError};
 
 /// Rows centred at once: bounds the copy to 6 MB at 1500 pixels.
 const ROWS_AT_ONCE: usize = 512;
@@ -38,9 +38,11 @@ impl<F: Real> Pca<F> {
     pub fn fit<T: Copy + Into<F>>(samples: ArrayView2<'_, T>) -> Result<Self> {
         let (count, dims) = samples.dim();
         if count < 2 || dims == 0 {
-            return Err(Error::Failed(format!(
-                "principal components need at least 2 samples of 1 dimension, found {count} of {dims}"
-            )));
+            return Err(TrainError::TooFewSamples {
+                samples: count,
+                dims,
+            }
+            .into());
         }
         let (mean, varying) = mean_and_varying(samples)?;
         let (values, directions) = if count < varying.len() {

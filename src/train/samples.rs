@@ -2,7 +2,7 @@
 
 use super::Method;
 use crate::dataset::{Dataset, IndexRow};
-use crate::error::{Error, Result};
+use crate::error::{ChoiceError, Result};
 use crate::score::{Contract, EMBEDDING, Layout, OutputNames, SCORES, Training};
 use crate::sweep::{Framing, Lens, Settings, Views, jobs, sweep};
 use crate::template::Template;
@@ -134,10 +134,7 @@ impl Samples {
         augmentation.check(template, size)?;
         let settings = &dataset.manifest().header.settings;
         if augmentation != Augmentation::default() && settings.contains_key("augment") {
-            return Err(Error::Usage(format!(
-                "--augment: {} is augmented already",
-                folder.display()
-            )));
+            return Err(ChoiceError::Augmented(folder.to_path_buf()).into());
         }
         let index = dataset.index();
         let mut names: Vec<String> = Vec::new();
@@ -244,8 +241,7 @@ impl Rows {
         training: Training,
     ) -> Result<Samples> {
         let columns = template.shape(self.size).numbers();
-        let numbers = Array2::from_shape_vec((self.labels.len(), columns), self.numbers)
-            .map_err(|error| Error::Failed(error.to_string()))?;
+        let numbers = Array2::from_shape_vec((self.labels.len(), columns), self.numbers)?;
         Ok(Samples {
             numbers,
             template,

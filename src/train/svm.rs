@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::algebra::{Real, add_products_of_columns, solve_positive};
 use super::lda::Classes;
-use crate::error::{Error, Result};
+use crate::error::{Result, TrainError};
 
 /// Newton steps before giving up; ours, some 10 times what GEIs need.
 const MAX_STEPS: usize = 200;
@@ -49,7 +49,11 @@ impl<F: Real> Svm<F> {
         c: f64,
     ) -> Result<Self> {
         if !(c > 0.0 && c.is_finite()) {
-            return Err(Error::Usage(format!("expected a C above 0, found {c}")));
+            return Err(TrainError::OutOfRange {
+                expected: "a C above 0",
+                found: c,
+            }
+            .into());
         }
         Classes::<F>::of(points, labels, classes)?;
         let dims = points.ncols();
@@ -60,15 +64,14 @@ impl<F: Real> Svm<F> {
                 .iter()
                 .map(|&label| if label == class { F::one() } else { -F::one() })
                 .collect();
-            one_against_the_rest(&inputs, &signs, c).map_err(|gap| {
-                Error::Failed(format!(
-                    "class {class} against the rest: expected a duality gap of {:.0e} of the \
-                     objective, found {gap:.1e}, which is as far as rounding lets it fall (use a smaller C than {c})",
-                    F::GAP
-                ))
+            one_against_the_rest(&inputs, &signs, c).map_err(|gap| TrainError::DualityGap {
+                class,
+                expected: F::GAP,
+                found: gap,
+                c,
             })
         });
-        let functions: Vec<Array1<F>> = functions.collect::<Result<_>>()?;
+        let functions: Vec<Array1<F>> = functions.collect::<std::result::Result<_, _>>()?;
         let mut weights = Array2::zeros((classes, dims));
         for (mut row, function) in weights.outer_iter_mut().zip(&functions) {
             row.assign(&function.slice(s![..dims]));

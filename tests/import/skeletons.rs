@@ -185,7 +185,7 @@ fn subjects_and_takes_do_not_depend_on_the_order_of_the_files() {
     recordings.push(recordings[0].clone());
     let error = subjects(&recordings, &BodyOptions::default()).unwrap_err();
     assert!(
-        error.to_string().contains("--subject-from folder"),
+        error.to_string().ends_with("expected one file for each"),
         "{error}"
     );
 

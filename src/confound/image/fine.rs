@@ -6,7 +6,7 @@
 
 use super::phases::{FINE, WINDOW, interleaved, merge, phase_offset, tiles, within};
 use super::picture::{Bounds, Picture};
-use crate::error::{Error, Result};
+use crate::error::{ChoiceError, Result};
 use edgegait_core::body::{Body, Figure};
 use edgegait_core::budget::MAX_FIGURE_COLUMNS;
 use edgegait_core::camera::{Camera, Framing, NEAR_M};
@@ -67,9 +67,9 @@ impl FineRenderer {
                 silhouettes: Renderer::new(rasterizer, size),
                 windows: Renderer::new(rasterizer, Size::S64x64),
             }),
-            Rasterizer::SkiaAa | Rasterizer::Rows3x3 => Err(Error::Usage(format!(
-                "--raster {rasterizer}: confounders of the image segment it into on and off, expected rows or skia, which have one sample a pixel"
-            ))),
+            Rasterizer::SkiaAa | Rasterizer::Rows3x3 => {
+                Err(ChoiceError::GreyRaster(rasterizer).into())
+            }
         }
     }
 }

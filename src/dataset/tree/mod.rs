@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 use image::{ImageFormat, ImageReader};
 
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Place, Remedy, Result};
 use crate::sweep::Framing;
 use angle::Angle;
 use edgegait_core::silhouette::Size;
@@ -213,10 +213,11 @@ impl Tree {
                 return Err(Error::input(
                     path,
                     format!(
-                        "expected pictures of {size} that are framed already (for 64x44 also 64x64, cut as OpenGait cuts), found {rows}x{} (do without --as-stored)",
+                        "expected pictures of {size} that are framed already (for 64x44 also 64x64, cut as OpenGait cuts), found {rows}x{}",
                         picture.columns
                     ),
-                ));
+                )
+                .with_remedy(Remedy::FrameAnew));
             }
             for row in picture.pixels.chunks_exact(picture.columns) {
                 found.pixels.extend_from_slice(&row[kept.clone()]);

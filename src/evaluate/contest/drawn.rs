@@ -2,7 +2,7 @@
 
 use super::{Contest, Entrant, training_views};
 use crate::confound::Condition;
-use crate::error::{Error, Result};
+use crate::error::{ChoiceError, EvaluateError, Result};
 use crate::evaluate::protocol::{Decision, GalleryViews, Protocol};
 use crate::source::{Source, Walks};
 use crate::sweep::{View, Views};
@@ -67,10 +67,7 @@ impl<'a> Drawn<'a> {
             let made = protocol.made(wish.cycles.unwrap_or(1))?;
             let variations = made.iter().map(|one| one.variation).filter(|it| *it > 0);
             let (Some(first), Some(last)) = (variations.clone().min(), variations.max()) else {
-                return Err(Error::Failed(format!(
-                    "protocol {}: every person has one take, and it does not say which to make of it (add \"made\")",
-                    protocol.name
-                )));
+                return Err(EvaluateError::NothingMade(protocol.name).into());
             };
             probes = format!("variations {first} to {last}");
             if protocol.decision == Decision::NearestEmbedding {
@@ -80,10 +77,7 @@ impl<'a> Drawn<'a> {
             }
             cycles = Walks::made(pack, walks, &made, wish.conditions)?;
         } else if wish.cycles.is_some() {
-            return Err(Error::Usage(format!(
-                "--cycles: protocol {} probes with recorded cycles here, since people have several takes",
-                protocol.name
-            )));
+            return Err(ChoiceError::CyclesAreRecorded(protocol.name).into());
         }
         let views = match (wish.views, &protocol.views) {
             (Some(views), _) => views,

@@ -1,7 +1,7 @@
 //! A recognizer that takes part, and how it is shown people.
 
 use crate::dataset::Dataset;
-use crate::error::{Error, Result};
+use crate::error::{Origin, Result};
 use crate::score::pixels::Pixels;
 use crate::score::{Model, Recognizer, Runtime};
 use crate::source::Form;
@@ -54,12 +54,11 @@ impl Entrant {
         let asked = format!("{}x{}", contract.rows, contract.columns);
         let known = Size::ALL.into_iter().find(|size| size.name() == asked);
         let size = known.unwrap_or(settings.size);
-        contract.require(size, None, "use")?;
-        let frames = contract.frames.map(u32::try_from).transpose();
-        let frames = frames.map_err(|_| {
-            let name = &contract.name;
-            Error::Failed(format!("{name}: expected fewer frames than 2^32"))
-        })?;
+        contract.require(size, None, Origin::Drawn)?;
+        // More are beyond what a contract may ask for.
+        let frames = contract
+            .frames
+            .and_then(|frames| u32::try_from(frames).ok());
         let settings = Settings {
             template: contract.template,
             size,
@@ -84,12 +83,12 @@ impl Entrant {
         runtime: &Runtime,
         (stored, settings): (Stored, Settings),
     ) -> Result<Self> {
-        let (contract, remedy) = (model.contract(), "sweep another dataset with");
+        let (contract, origin) = (model.contract(), Origin::Dataset);
         // A dataset has no silhouettes, as it says itself.
         if contract.template != Template::Silhouettes {
-            contract.require_template(stored.template, remedy)?;
+            contract.require_template(stored.template, origin)?;
         }
-        contract.require(stored.size, stored.framing, remedy)?;
+        contract.require(stored.size, stored.framing, origin)?;
         Ok(Self {
             recognizer: runtime.load(model)?,
             settings: Settings {

@@ -12,7 +12,7 @@ use super::judge::judge;
 use super::protocol::{Decision, GalleryViews, Protocol, Roles};
 use super::results::{Answered, RecognizerResult};
 use super::trial::Trial;
-use crate::error::{Error, Result};
+use crate::error::{EvaluateError, Result};
 use crate::score::{Contract, Recognizer, answers::ask};
 use crate::source::{Shown, Source};
 use crate::sweep::{View, Views};
@@ -195,10 +195,12 @@ impl<'a> Contest<'a> {
         )?;
         let comparisons = trial.comparisons();
         if comparisons > MAX_COMPARISONS {
-            return Err(Error::Failed(format!(
-                "protocol {}: {comparisons} comparisons, expected at most {MAX_COMPARISONS} (choose fewer viewpoints, people or walks)",
-                self.protocol.name
-            )));
+            return Err(EvaluateError::TooManyComparisons {
+                protocol: self.protocol.name.clone(),
+                found: comparisons,
+                most: MAX_COMPARISONS,
+            }
+            .into());
         }
         Ok(trial)
     }
@@ -233,10 +235,11 @@ fn classes_of(contract: &Contract, subjects: &[String]) -> Result<Vec<usize>> {
     let class = |subject: &String| {
         let found = contract.classes.iter().position(|class| class == subject);
         found.ok_or_else(|| {
-            Error::Failed(format!(
-                "{}: no class is called {subject:?}, as scoring by classes needs (use --protocol first-take)",
-                contract.name
-            ))
+            EvaluateError::NoClass {
+                model: contract.name.clone(),
+                subject: subject.clone(),
+            }
+            .into()
         })
     };
     subjects.iter().map(class).collect()

@@ -16,7 +16,7 @@ use self::clip::{Clip, Moves};
 use self::skin::Joints;
 use super::files::read_file;
 use super::{Format, Motion, SourceFrame, SourceJoint};
-use crate::error::{Error, Result};
+use crate::error::{Error, Remedy, Result};
 
 mod buffers;
 mod clip;
@@ -66,6 +66,11 @@ pub(super) fn read(path: &Path, clip: Wanted<'_>) -> Result<Motion> {
     let root = document.into_json();
     check_targets(&root).map_err(fail)?;
     let document = Document::from_json(root).map_err(incomplete)?;
+    if let (Wanted::Only, count @ 2..) = (clip, document.animations().count()) {
+        let names = names(&document);
+        let problem = format!("{count} animations, expected the name of one: {names}");
+        return Err(fail(problem).with_remedy(Remedy::NameAnimation));
+    }
     let folder = path.parent().unwrap_or(Path::new(""));
     Buffers::load(&document, blob, folder)
         .and_then(|buffers| motion(&document, &buffers, clip))
@@ -179,32 +184,30 @@ fn used_skins(document: &Document) -> Vec<gltf::Skin<'_>> {
         .collect()
 }
 
-/// The animation that is wanted; none for the rest pose.
+/// The names of the first animations.
+fn names(document: &Document) -> String {
+    let names = document.animations().map(|a| a.name().unwrap_or(""));
+    names.take(50).collect::<Vec<_>>().join(", ")
+}
+
+/// The animation that is wanted, the only one at most if none is named; none for the rest pose.
 fn find_clip<'a>(
     document: &'a Document,
     clip: Wanted<'_>,
 ) -> std::result::Result<Option<gltf::Animation<'a>>, String> {
-    let names = || {
-        let names = document
-            .animations()
-            .map(|a| a.name().unwrap_or("").to_owned());
-        let names: Vec<String> = names.take(50).collect();
-        names.join(", ")
-    };
     match (clip, document.animations().count()) {
-        (Wanted::Nothing, _) | (Wanted::Only, 0) => Ok(None),
-        (Wanted::Only, 1) => Ok(document.animations().next()),
-        (Wanted::Only, count) => Err(format!(
-            "{count} animations: name one with --clip: {}",
-            names()
-        )),
+        (Wanted::Nothing, _) => Ok(None),
+        (Wanted::Only, _) => Ok(document.animations().next()),
         (Wanted::Named(clip), 0) => Err(format!("no animation {clip}: the file has none")),
         (Wanted::Named(clip), _) => {
             let mut found = document.animations().filter(|a| a.name() == Some(clip));
             match (found.next(), found.next()) {
                 (Some(only), None) => Ok(Some(only)),
                 (Some(_), _) => Err(format!("several animations are called {clip}: rename them")),
-                (None, _) => Err(format!("no animation {clip}; there are: {}", names())),
+                (None, _) => Err(format!(
+                    "no animation {clip}; there are: {}",
+                    names(document)
+                )),
             }
         }
     }

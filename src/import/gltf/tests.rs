@@ -183,7 +183,7 @@ fn several_animations_are_listed_unless_one_is_named() {
     scene["animations"].as_array_mut().unwrap().push(other);
     assert_eq!(
         read(&scene, None).unwrap_err(),
-        "t.gltf: 2 animations: name one with --clip: turn, stand"
+        "t.gltf: 2 animations, expected the name of one: turn, stand"
     );
     assert_eq!(
         read(&scene, Some("walk")).unwrap_err(),

@@ -51,7 +51,7 @@ pub(super) fn fit(
     progress: &(dyn Fn() + Sync),
 ) -> Result<Vec<Level>> {
     if skinned.triangles.is_empty() {
-        return Err(Error::Failed("the mesh has no triangles".into()));
+        return Err(Error::Mesh("the mesh has no triangles".into()));
     }
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut images = |examples: &[Example]| -> Vec<View> {

@@ -49,7 +49,7 @@ pub fn fitted_body(
             POINTS.end()
         )));
     }
-    let figure = Figure::of(mesh).map_err(Error::Failed)?;
+    let figure = Figure::of(mesh).map_err(Error::Mesh)?;
     let examples = figure.examples(POSES, seed)?;
     let mut budgets: Vec<usize> = LEVELS.to_vec();
     budgets.push(points);

@@ -52,30 +52,30 @@ fn a_written_contract_reads_back() {
 }
 
 #[test]
-fn geis_of_another_size_or_framing_are_refused_with_the_flag_that_helps() {
+fn geis_of_another_size_or_framing_are_refused() {
     let contract = parse(ALL).expect("all keys are known");
     let refusal = |size, framing| {
-        let found = contract.require(size, framing, "use");
+        let found = contract.require(size, framing, Origin::Drawn);
         found.map_err(|error| error.to_string())
     };
     assert_eq!(refusal(Size::S64x44, Some(Framing::Cycle)), Ok(()));
     assert_eq!(refusal(Size::S64x44, None), Ok(()));
     assert_eq!(
         refusal(Size::S50x30, Some(Framing::Cycle)),
-        Err("pca-lda-side: the model's contract asks for GEIs of 64x44, found 50x30 (use --size 64x44)".into())
+        Err("pca-lda-side: the model's contract asks for size 64x44, found 50x30".into())
     );
     assert_eq!(
         refusal(Size::S64x44, Some(Framing::Height)),
-        Err("pca-lda-side: the model's contract asks for framing cycle, found height (use --framing cycle)".into())
+        Err("pca-lda-side: the model's contract asks for framing cycle, found height".into())
     );
     let odd = Contract {
         rows: 128,
         ..contract.clone()
     };
     let refused = odd
-        .require(Size::S64x44, None, "use")
+        .require(Size::S64x44, None, Origin::Drawn)
         .map_err(|e| e.to_string());
-    assert!(refused.is_err_and(|text| text.contains("only 50x30, 64x44")));
+    assert!(refused.is_err_and(|text| text.contains("size 128x44")));
 }
 
 #[test]
@@ -145,12 +145,15 @@ fn a_template_has_the_shape_that_its_silhouettes_give_it() {
         error,
         ": expected 1 frequency images of 3 x 50 x 30 = 4500 numbers and at least one, found 1500 numbers"
     );
-    let refused = wide.require_template(Template::Gei, "sweep another dataset with");
+    let refused = wide.require_template(Template::Gei, Origin::Dataset);
     assert_eq!(
         refused.expect_err("another").to_string(),
-        ": the model's contract asks for template frequency, found gei (sweep another dataset with --template frequency)"
+        ": the model's contract asks for template frequency, found gei"
     );
-    assert!(wide.require_template(Template::Frequency, "use").is_ok());
+    assert!(
+        wide.require_template(Template::Frequency, Origin::Drawn)
+            .is_ok()
+    );
 }
 
 #[test]

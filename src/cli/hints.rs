@@ -1,0 +1,255 @@
+//! What the command adds to the library's errors, which know causes and no flags: the flag that
+//! an error is about goes before it, and the flags that help after it.
+
+use crate::error::{ChoiceError, Error, EvaluateError, Origin, Remedy, ScoreError, SweepError};
+use edgegait_core::silhouette::Size;
+use std::fmt;
+
+/// An error as the command shows it.
+pub struct Shown<'a>(pub &'a Error);
+
+impl fmt::Display for Shown<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(error) = self;
+        write!(f, "{}{error}", flag(error))?;
+        way_out(error).map_or(Ok(()), |way_out| write!(f, " ({way_out})"))
+    }
+}
+
+/// The flag that an error is about, and its value; only the dashes where the message begins with
+/// the flag's name.
+fn flag(error: &Error) -> String {
+    use ChoiceError as C;
+    match error {
+        Error::Choice(error) => match error {
+            C::Distance(metres) => format!("--distance-m {metres}: "),
+            C::FieldOfView(degrees) => format!("--fov-deg {degrees}: "),
+            C::Aim(place) => format!("--aim-m {place}: "),
+            C::ColumnsShareScale { .. }
+            | C::ColumnsSumFrames(_)
+            | C::ColumnsFrames(_)
+            | C::RasterUnderCondition { .. }
+            | C::GreyRaster(_)
+            | C::EmbeddedProvider(_)
+            | C::Provider { .. }
+            | C::Processors { .. } => "--".into(),
+            C::NoImage(_) | C::Augmented(_) => "--augment: ".into(),
+            C::Crops { steps, rows, .. } => format!("--crop-steps {steps} --crop-rows {rows}: "),
+            C::NotMeasured { .. } | C::TakeHasNoGei { .. } => "--max-gei-rmse: ".into(),
+            C::CyclesAreRecorded(_) => "--cycles: ".into(),
+            C::NoLibrary { .. } => "--runtime ort: ".into(),
+            C::BareEmbedded => "--bare: ".into(),
+            _ => String::new(),
+        },
+        Error::Sweep(SweepError::GeiError { asked, .. }) => format!("--max-gei-rmse {asked}: "),
+        _ => String::new(),
+    }
+}
+
+/// What to do about a model that the embedded runtime does not run.
+const OTHER_RUNTIME: &str = "use --runtime ort --ort-lib PATH";
+
+/// What to do, in flags.
+fn way_out(error: &Error) -> Option<String> {
+    use ChoiceError as C;
+    let words = match error {
+        Error::Input {
+            remedy: Some(remedy),
+            ..
+        } => match remedy {
+            Remedy::OnnxRuntime => OTHER_RUNTIME,
+            Remedy::NameAnimation => "use --clip",
+            Remedy::FolderIsSubject => {
+                "--subject-from folder takes the folder's name as the subject's"
+            }
+            Remedy::FrameAnew => "do without --as-stored",
+        },
+        Error::Score(error) => return asked(error),
+        Error::Choice(error) => match error {
+            C::CycleNeedsParallelRays => "use --lens ortho, or --framing camera",
+            C::ColumnsShareScale { setting, value, .. } => {
+                return Some(format!(
+                    "use --raster rows, or another than --{setting} {value}"
+                ));
+            }
+            C::ColumnsSumFrames(_) => "use --raster rows",
+            C::ColumnsFrames(_) => "--frames-per-cycle",
+            C::RasterUnderCondition { .. } => "use --raster skia or rows",
+            C::NotMeasured { .. } => {
+                "use --framing height and --lens ortho, or choose --raster, --jitter and --frames-per-cycle yourself"
+            }
+            C::TakeHasNoGei { .. } => "leave out --track clip, or use --max-error-mm",
+            C::NoCondition { .. } => "--conditions",
+            C::NoLibrary { .. } => "--ort-lib names it",
+            C::EmbeddedProvider(_) | C::BareEmbedded => "use --runtime ort",
+            C::ForeignDataset(_) => "name another folder, or use --overwrite",
+            _ => return None,
+        },
+        Error::Sweep(error) => match error {
+            SweepError::TakeHasNoCycle(_) => {
+                "import it without --track clip, or choose others with --walks"
+            }
+            SweepError::TakeHasNoVariations(_) => "leave out --cycle",
+            _ => return None,
+        },
+        Error::Evaluate(error) => match error {
+            EvaluateError::NoTake { .. } => {
+                "rename takes, choose one walk of each person so that takes are made of it, or another --protocol"
+            }
+            EvaluateError::NoClass { .. } => "use --protocol first-take",
+            EvaluateError::TooManyViews { .. } => "choose fewer with --views",
+            _ => return None,
+        },
+        _ => return None,
+    };
+    Some(words.to_owned())
+}
+
+/// What a recognizer asks for, in flags.
+fn asked(error: &ScoreError) -> Option<String> {
+    match error {
+        ScoreError::Contract { setting, asked, .. }
+            if *setting == "size" && Size::ALL.iter().all(|size| size.name() != asked) =>
+        {
+            Some("only 50x30, 64x44 and 64x64 can be drawn".into())
+        }
+        ScoreError::Contract {
+            setting,
+            asked,
+            origin,
+            ..
+        } => {
+            let what = match origin {
+                Origin::Drawn => "use",
+                Origin::Dataset => "sweep another dataset with",
+            };
+            Some(format!("{what} --{setting} {asked}"))
+        }
+        ScoreError::Embedded { .. } => Some(format!("if the model is right, {OTHER_RUNTIME}")),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sweep::{Framing, Lens, Raster, Settings};
+    use crate::template::Template;
+    use std::path::Path;
+
+    fn shown(error: impl Into<Error>) -> String {
+        Shown(&error.into()).to_string()
+    }
+
+    fn refused(settings: Settings) -> String {
+        shown(settings.check().expect_err("it cannot be drawn"))
+    }
+
+    #[test]
+    fn a_setting_is_shown_as_its_flag_with_the_flag_that_helps() {
+        let columns = Settings {
+            rasterizer: Raster::Columns,
+            ..Settings::default()
+        };
+        assert_eq!(
+            refused(columns),
+            "--raster columns: it draws all elevations of an azimuth at once, for which they have \
+             to share one scale and parallel rays, but framing height has a scale for each frame \
+             (use --raster rows, or another than --framing height)"
+        );
+        let motion = Settings {
+            template: Template::Mhi,
+            framing: Framing::Camera,
+            ..columns
+        };
+        assert_eq!(
+            refused(motion),
+            "--raster columns: it sums frames as it draws them, which makes a gei, not mhi (use \
+             --raster rows)"
+        );
+        let cycle = Settings {
+            framing: Framing::Cycle,
+            lens: Lens::Persp,
+            ..Settings::default()
+        };
+        assert!(refused(cycle).ends_with("(use --lens ortho, or --framing camera)"));
+        let mut near = Settings::default();
+        near.sensor.distance_m = 0.0;
+        assert_eq!(
+            refused(near),
+            "--distance-m 0: expected a distance of 0.1 to 1,000,000 metres, found 0"
+        );
+    }
+
+    #[test]
+    fn what_a_contract_asks_for_is_shown_as_the_flag_that_gives_it() {
+        let asked = |setting, asked: &str, origin| {
+            shown(ScoreError::Contract {
+                model: "m".into(),
+                setting,
+                asked: asked.into(),
+                found: "x",
+                origin,
+            })
+        };
+        assert_eq!(
+            asked("size", "64x44", Origin::Drawn),
+            "m: the model's contract asks for size 64x44, found x (use --size 64x44)"
+        );
+        assert!(
+            asked("template", "mhi", Origin::Dataset)
+                .ends_with("found x (sweep another dataset with --template mhi)")
+        );
+        assert!(
+            asked("size", "128x88", Origin::Drawn)
+                .ends_with("(only 50x30, 64x44 and 64x64 can be drawn)")
+        );
+    }
+
+    #[test]
+    fn a_remedy_and_a_way_out_are_shown_as_flags() {
+        let model = Error::input("m.onnx", "it uses LRN").with_remedy(Remedy::OnnxRuntime);
+        assert_eq!(
+            shown(model),
+            "m.onnx: it uses LRN (use --runtime ort --ort-lib PATH)"
+        );
+        let class = EvaluateError::NoClass {
+            model: "m".into(),
+            subject: "F01".into(),
+        };
+        assert_eq!(
+            shown(class),
+            "m: no class is called \"F01\", as scoring by classes needs (use --protocol first-take)"
+        );
+        assert_eq!(
+            shown(Error::Missing("a window")),
+            "expected a window, found none"
+        );
+    }
+
+    /// Lines of code of the library with a flag; those of git do not count.
+    fn with_flag(folder: &Path, found: &mut Vec<String>) {
+        let is_flag = |rest: &str| rest.starts_with(|first: char| first.is_ascii_lowercase());
+        for entry in std::fs::read_dir(folder).expect("readable") {
+            let path = entry.expect("readable").path();
+            if path.is_dir() && !path.ends_with("cli") {
+                with_flag(&path, found);
+            } else if path.extension().is_some_and(|it| it == "rs") && !path.ends_with("build.rs") {
+                let text = std::fs::read_to_string(&path).expect("text");
+                let code = text.lines().filter(|line| !line.trim().starts_with("//"));
+                let lines = code.filter(|line| line.split("--").skip(1).any(is_flag));
+                found.extend(lines.map(|line| format!("{}: {line}", path.display())));
+            }
+        }
+    }
+
+    #[test]
+    fn the_library_names_no_flag() {
+        let mut found = Vec::new();
+        with_flag(
+            &Path::new(env!("CARGO_MANIFEST_DIR")).join("src"),
+            &mut found,
+        );
+        assert_eq!(found, [""; 0]);
+    }
+}

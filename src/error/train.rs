@@ -1,0 +1,95 @@
+//! Why nothing is learnt.
+
+/// What is wrong with samples, labels or settings.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TrainError {
+    /// A setting is out of its range.
+    #[error("expected {expected}, found {found}")]
+    OutOfRange {
+        /// The setting and its range.
+        expected: &'static str,
+        /// What was given.
+        found: f64,
+    },
+    /// Samples are no GEIs of a size that can be drawn.
+    #[error("expected GEIs of 50 x 30 = 1500, 64 x 44 = 2816 or 64 x 64 = 4096 pixels, found {0}")]
+    NoGeis(usize),
+    /// Samples have more or fewer numbers than the templates that they are said to be.
+    #[error("expected {templates} of {expected} numbers, found {found}")]
+    Numbers {
+        /// What they are said to be.
+        templates: &'static str,
+        /// Numbers of one.
+        expected: usize,
+        /// Numbers of a sample.
+        found: usize,
+    },
+    /// There is too little to find directions in.
+    #[error(
+        "principal components need at least 2 samples of 1 dimension, found {samples} of {dims}"
+    )]
+    TooFewSamples {
+        /// Samples.
+        samples: usize,
+        /// Numbers of each.
+        dims: usize,
+    },
+    /// A sample has a value that is not finite.
+    #[error("sample {row} has a value at {column} that is not a finite number")]
+    NotFinite {
+        /// The sample.
+        row: usize,
+        /// Where in it.
+        column: usize,
+    },
+    /// There are not as many labels as samples.
+    #[error("expected a label per sample, found {labels} for {samples}")]
+    Labels {
+        /// Labels.
+        labels: usize,
+        /// Samples.
+        samples: usize,
+    },
+    /// A label is none of the classes.
+    #[error("sample {row}: expected a label below {classes}, found {label}")]
+    Label {
+        /// The sample.
+        row: usize,
+        /// Its label.
+        label: usize,
+        /// Classes.
+        classes: usize,
+    },
+    /// There is nothing to tell apart.
+    #[error("telling classes apart needs at least 2 of them, found {0}")]
+    TooFewClasses(usize),
+    /// A class has no sample.
+    #[error("class {0} has no sample to learn from")]
+    EmptyClass(usize),
+    /// Two classes cannot be told apart.
+    #[error(
+        "classes {0} and {1} have the same mean: they cannot be told apart (is one person in the dataset under two names?)"
+    )]
+    SameMean(usize, usize),
+    /// No finite eigenvalues were found.
+    #[error("no finite eigenvalues found for a {0} x {0} matrix")]
+    NoEigenvalues(usize),
+    /// The scatter within classes has directions without any.
+    #[error("the scatter within classes cannot be inverted: use a larger ridge")]
+    NotInvertible,
+    /// A support vector machine did not come close enough to its optimum.
+    #[error(
+        "class {class} against the rest: expected a duality gap of {expected:.0e} of the objective, found {found:.1e}, which is as far as rounding lets it fall (use a smaller C than {c})"
+    )]
+    DualityGap {
+        /// The class.
+        class: usize,
+        /// The gap that was asked for.
+        expected: f64,
+        /// The gap that was reached.
+        found: f64,
+        /// What errors cost.
+        c: f64,
+    },
+}
