@@ -204,6 +204,7 @@ fn element_name(element: u64) -> &'static str {
 
 #[cfg(test)]
 mod tests {
+    use super::written::field;
     use super::*;
     use crate::train::{onnx, testing::small_recognizer};
 
@@ -279,25 +280,40 @@ mod tests {
     }
 
     #[test]
-    fn graphs_nested_without_end_are_refused() {
-        let mut graph: Vec<u8> = Vec::new();
-        let wrap = |tag: u8, inner: &[u8]| {
-            let mut out = vec![tag];
-            let mut n = inner.len();
-            while n >= 0x80 {
-                out.push(n as u8 | 0x80);
-                n >>= 7;
-            }
-            out.push(n as u8);
-            out.extend_from_slice(inner);
-            out
-        };
-        for _ in 0..5000 {
-            // GraphProto.node { NodeProto.attribute { AttributeProto.g { ... } } }
-            graph = wrap(0x0A, &wrap(0x2A, &wrap(0x32, &graph)));
+    fn graphs_and_sequences_nested_without_end_are_refused() {
+        // GraphProto.node { NodeProto.attribute { AttributeProto.g { ... } } }
+        let graph = (0..5000).fold(Vec::new(), |inner, _| {
+            field(1, &field(5, &field(6, &inner)))
+        });
+        // TypeProto.sequence_type { TypeProto.Sequence.elem_type { ... } }
+        let kind = (0..5000).fold(Vec::new(), |inner, _| field(4, &field(1, &inner)));
+        let sequence = field(11, &field(2, &kind));
+        for graph in [graph, sequence] {
+            let text = read(&field(7, &graph)).expect_err("too deep").to_string();
+            assert!(text.contains("nested more than 16 deep"), "{text}");
         }
-        let text = read(&wrap(0x3A, &graph)).expect_err("too deep").to_string();
-        assert!(text.contains("nested more than 16 deep"), "{text}");
+    }
+
+    #[test]
+    fn strings_longer_than_the_file_are_refused_wherever_the_embedded_runtime_reads_them() {
+        // Field 1, of 2^38 bytes.
+        let string = b"\x0A\x80\x80\x80\x80\x80\x08";
+        for path in [
+            &[14][..],            // metadata
+            &[7, 5, 13],          // where an initialiser's numbers are
+            &[7, 1, 5, 5, 13],    // the same of an attribute
+            &[7, 1, 5, 6, 11],    // an input of a graph inside of an operation
+            &[7, 11, 2, 4],       // a sequence as input
+            &[7, 13, 2, 4, 1, 4], // a sequence of sequences
+        ] {
+            let nested = path.iter().rev();
+            let bytes = nested.fold(string.to_vec(), |inner, &number| field(number, &inner));
+            let text = read(&bytes).expect_err("too long").to_string();
+            assert!(
+                text.contains("expected 274877906944 more bytes, found 0"),
+                "{path:?}: {text}"
+            );
+        }
     }
 
     #[test]

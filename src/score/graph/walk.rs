@@ -5,7 +5,7 @@
 use super::{Attribute, Dimension, Graph, Node, Port, Tensor};
 use crate::score::protobuf::{Field, Malformed, Reader};
 
-/// Deepest nesting of graphs in graphs (If, Loop, Scan) that is followed.
+/// Deepest nesting of graphs in graphs (If, Loop, Scan), or of sequences, that is followed.
 const MAX_DEPTH: usize = 16;
 /// Most numbers of a tensor that are kept: a shape, axes or indices have no more.
 const MAX_INTEGERS: u64 = 1024;
@@ -37,6 +37,7 @@ impl Walk {
                     self.graph(graph, 0)?;
                 }
                 (8, Field::Bytes(set)) => self.operator_set(set)?,
+                (14, Field::Bytes(property)) => property.skim()?,
                 (25, Field::Bytes(function)) => self.function(function)?,
                 _ => {}
             }
@@ -81,18 +82,16 @@ impl Walk {
                         self.graph.initializers.insert(name, tensor);
                     }
                 }
-                (11, Field::Bytes(info)) if depth == 0 => {
+                (11..=13, Field::Bytes(info)) => {
                     let port = port(info)?;
-                    self.graph.inputs.push(port);
-                }
-                (12, Field::Bytes(info)) if depth == 0 => {
-                    let port = port(info)?;
-                    self.graph.outputs.push(port);
-                }
-                (13, Field::Bytes(info)) if depth == 0 => {
-                    let Port { name, shape, .. } = port(info)?;
-                    if let Some(shape) = shape {
-                        self.graph.stated.insert(name, shape);
+                    match (depth, number) {
+                        (0, 11) => self.graph.inputs.push(port),
+                        (0, 12) => self.graph.outputs.push(port),
+                        (0, 13) => self
+                            .graph
+                            .stated
+                            .extend(port.shape.map(|shape| (port.name, shape))),
+                        _ => {}
                     }
                 }
                 _ => {}
@@ -171,6 +170,7 @@ impl Walk {
                 (7, field) => push_integers(field, &mut integers)?,
                 (8, Field::Bytes(text)) => name = text.text()?,
                 (9, Field::Bytes(bytes)) => raw = Some(bytes.bytes()),
+                (13, Field::Bytes(place)) => place.skim()?,
                 (14, Field::Number(location)) => external = location == EXTERNAL,
                 _ => {}
             }
@@ -223,17 +223,32 @@ fn port(mut info: Reader<'_>) -> Read<Port> {
     while let Some((number, field)) = info.next()? {
         match (number, field) {
             (1, Field::Bytes(name)) => port.name = name.text()?,
-            (2, Field::Bytes(mut kind)) => {
-                while let Some((number, field)) = kind.next()? {
-                    if let (1, Field::Bytes(tensor)) = (number, field) {
-                        tensor_type(tensor, &mut port)?;
+            (2, Field::Bytes(of)) => type_of(of, &mut port, 0)?,
+            _ => {}
+        }
+    }
+    Ok(port)
+}
+
+/// `TypeProto`.
+fn type_of(mut of: Reader<'_>, port: &mut Port, depth: usize) -> Read<()> {
+    if depth > MAX_DEPTH {
+        return Err(of.malformed(format!("sequences are nested more than {MAX_DEPTH} deep")));
+    }
+    while let Some((number, field)) = of.next()? {
+        match (number, field) {
+            (1, Field::Bytes(tensor)) => tensor_type(tensor, port)?,
+            (4, Field::Bytes(mut sequence)) => {
+                while let Some((number, field)) = sequence.next()? {
+                    if let (1, Field::Bytes(element)) = (number, field) {
+                        type_of(element, &mut Port::default(), depth + 1)?;
                     }
                 }
             }
             _ => {}
         }
     }
-    Ok(port)
+    Ok(())
 }
 
 /// `TypeProto.Tensor`.

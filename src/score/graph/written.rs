@@ -5,7 +5,7 @@ use std::path::Path;
 use super::Graph;
 
 /// A protobuf field of bytes.
-fn field(number: u64, content: &[u8]) -> Vec<u8> {
+pub fn field(number: u64, content: &[u8]) -> Vec<u8> {
     let mut bytes = varint(number << 3 | 2);
     bytes.extend(varint(content.len() as u64));
     bytes.extend_from_slice(content);
