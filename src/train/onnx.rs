@@ -1,7 +1,8 @@
 //! Writes a linear recognizer as an ONNX file.
 //!
 //! By hand, since the crates that write ONNX each fail somewhere: what onnx-rs
-//! and prost write (packed `dims`), rten cannot read. IR 8 and opset 17 load in
+//! and prost write (packed `dims`), rten cannot read, and rten-onnx 0.27 writes
+//! graphs without the name that ONNX demands. IR 8 and opset 17 load in
 //! every runtime from ONNX Runtime 1.18 on. Field numbers are those of
 //! `onnx.proto3` (onnx 1.23). What is written passes
 //! `onnx.checker.check_model(m, full_check=True)`; the ignored test
@@ -9,7 +10,7 @@
 
 use ndarray::Array2;
 
-use super::{Affine, Classifier, LinearRecognizer};
+use super::{Classifier, LinearRecognizer};
 use crate::template::{Shape, Template};
 
 /// `IR_VERSION` of the file.
@@ -54,51 +55,41 @@ pub fn write(recognizer: &LinearRecognizer, name: &str, properties: &[(&str, &st
         Classifier::Centroids(_) => "centroids",
         Classifier::Svm(_) => "scores_weights",
     };
-    let mut graph = Message::default();
-    graph.message(1, &node("Flatten", &[input], "pixels"));
-    graph.message(
-        1,
-        &node(
-            "Gemm",
-            &["pixels", "embedding_weights", "embedding_bias"],
-            EMBEDDING,
-        ),
-    );
-    graph.message(
-        1,
-        &node("Gemm", &[EMBEDDING, score_weights, "scores_bias"], SCORES),
-    );
-    graph.text(2, name);
-    tensors(
-        &mut graph,
-        ["embedding_weights", "embedding_bias"],
-        &recognizer.embedding,
-    );
-    tensors(
-        &mut graph,
-        [score_weights, "scores_bias"],
-        &recognizer.score_map(),
-    );
-    graph.message(11, &value_info(input, &numbers));
-    graph.message(12, &value_info(EMBEDDING, &outputs(recognizer.dims())));
-    graph.message(12, &value_info(SCORES, &outputs(recognizer.classes())));
-
-    let mut model = Message::default();
-    model.number(1, IR_VERSION);
-    model.text(2, "edgegait");
-    model.text(3, env!("CARGO_PKG_VERSION"));
-    model.message(7, &graph);
-    let mut operators = Message::default();
-    operators.text(1, "");
-    operators.number(2, OPSET);
-    model.message(8, &operators);
-    for (key, value) in properties {
-        let mut entry = Message::default();
-        entry.text(1, key);
-        entry.text(2, value);
-        model.message(14, &entry);
-    }
-    model.bytes
+    let embedding = ["pixels", "embedding_weights", "embedding_bias"];
+    let scores = [EMBEDDING, score_weights, "scores_bias"];
+    let nodes = Message::default()
+        .message(1, node("Flatten", &[input], "pixels"))
+        .message(1, node("Gemm", &embedding, EMBEDDING))
+        .message(1, node("Gemm", &scores, SCORES))
+        .text(2, name);
+    let layers = [
+        (embedding, &recognizer.embedding),
+        (scores, &recognizer.score_map()),
+    ];
+    let graph = layers
+        .into_iter()
+        .fold(nodes, |graph, ([_, weights, bias], affine)| {
+            // Gemm multiplies from the right, so the weights are stored transposed.
+            let transposed: Array2<f32> = affine.weights.t().as_standard_layout().into_owned();
+            let (inputs, outputs) = transposed.dim();
+            graph
+                .message(5, tensor(weights, &[inputs, outputs], transposed.iter()))
+                .message(5, tensor(bias, &[outputs], affine.bias.iter()))
+        })
+        .message(11, value_info(input, &numbers))
+        .message(12, value_info(EMBEDDING, &outputs(recognizer.dims())))
+        .message(12, value_info(SCORES, &outputs(recognizer.classes())));
+    let model = Message::default()
+        .number(1, IR_VERSION)
+        .text(2, "edgegait")
+        .text(3, env!("CARGO_PKG_VERSION"))
+        .message(7, graph)
+        .message(8, Message::default().text(1, "").number(2, OPSET));
+    let entry = |(key, value): &(&str, &str)| Message::default().text(1, key).text(2, value);
+    properties
+        .iter()
+        .fold(model, |model, property| model.message(14, entry(property)))
+        .bytes
 }
 
 /// A dimension of an input or output.
@@ -108,55 +99,37 @@ enum Axis {
 }
 
 fn node(operator: &str, inputs: &[&str], output: &str) -> Message {
-    let mut node = Message::default();
-    for input in inputs {
-        node.text(1, input);
-    }
-    node.text(2, output);
-    node.text(3, &format!("{output}_{}", operator.to_lowercase()));
-    node.text(4, operator);
-    node
-}
-
-/// Gemm multiplies from the right, so the weights are stored transposed, `[inputs, outputs]`.
-fn tensors(graph: &mut Message, [weights, bias]: [&str; 2], affine: &Affine) {
-    let transposed: Array2<f32> = affine.weights.t().as_standard_layout().into_owned();
-    let (inputs, outputs) = transposed.dim();
-    graph.message(5, &tensor(weights, &[inputs, outputs], transposed.iter()));
-    graph.message(5, &tensor(bias, &[outputs], affine.bias.iter()));
+    inputs
+        .iter()
+        .fold(Message::default(), |node, input| node.text(1, input))
+        .text(2, output)
+        .text(3, &format!("{output}_{}", operator.to_lowercase()))
+        .text(4, operator)
 }
 
 fn tensor<'a>(name: &str, dims: &[usize], values: impl Iterator<Item = &'a f32>) -> Message {
-    let mut tensor = Message::default();
-    for &dim in dims {
-        tensor.number(1, dim as u64);
-    }
-    tensor.number(2, FLOAT);
-    tensor.text(8, name);
     let raw: Vec<u8> = values.flat_map(|value| value.to_le_bytes()).collect();
-    tensor.delimited(9, &raw);
-    tensor
+    dims.iter()
+        .fold(Message::default(), |tensor, &dim| {
+            tensor.number(1, dim as u64)
+        })
+        .number(2, FLOAT)
+        .text(8, name)
+        .delimited(9, &raw)
 }
 
 fn value_info(name: &str, axes: &[Axis]) -> Message {
-    let mut shape = Message::default();
-    for axis in axes {
-        let mut dim = Message::default();
-        match *axis {
-            Axis::Size(size) => dim.number(1, size as u64),
-            Axis::Named(symbol) => dim.text(2, symbol),
-        }
-        shape.message(1, &dim);
-    }
-    let mut tensor = Message::default();
-    tensor.number(1, FLOAT);
-    tensor.message(2, &shape);
-    let mut value_type = Message::default();
-    value_type.message(1, &tensor);
-    let mut info = Message::default();
-    info.text(1, name);
-    info.message(2, &value_type);
-    info
+    let shape = axes.iter().fold(Message::default(), |shape, axis| {
+        let dim = match *axis {
+            Axis::Size(size) => Message::default().number(1, size as u64),
+            Axis::Named(symbol) => Message::default().text(2, symbol),
+        };
+        shape.message(1, dim)
+    });
+    let tensor = Message::default().number(1, FLOAT).message(2, shape);
+    Message::default()
+        .text(1, name)
+        .message(2, Message::default().message(1, tensor))
 }
 
 /// A protobuf message being written.
@@ -166,31 +139,31 @@ struct Message {
 }
 
 impl Message {
-    fn varint(&mut self, mut value: u64) {
+    fn varint(mut self, mut value: u64) -> Self {
         while value >= 0x80 {
             self.bytes.push(value as u8 | 0x80);
             value >>= 7;
         }
         self.bytes.push(value as u8);
+        self
     }
 
-    fn number(&mut self, field: u64, value: u64) {
-        self.varint(field << 3);
-        self.varint(value);
+    fn number(self, field: u64, value: u64) -> Self {
+        self.varint(field << 3).varint(value)
     }
 
-    fn delimited(&mut self, field: u64, content: &[u8]) {
-        self.varint(field << 3 | 2);
-        self.varint(content.len() as u64);
-        self.bytes.extend_from_slice(content);
+    fn delimited(self, field: u64, content: &[u8]) -> Self {
+        let mut message = self.varint(field << 3 | 2).varint(content.len() as u64);
+        message.bytes.extend_from_slice(content);
+        message
     }
 
-    fn text(&mut self, field: u64, content: &str) {
-        self.delimited(field, content.as_bytes());
+    fn text(self, field: u64, content: &str) -> Self {
+        self.delimited(field, content.as_bytes())
     }
 
-    fn message(&mut self, field: u64, content: &Self) {
-        self.delimited(field, &content.bytes);
+    fn message(self, field: u64, content: Self) -> Self {
+        self.delimited(field, &content.bytes)
     }
 }
 
@@ -202,11 +175,8 @@ mod tests {
     #[test]
     fn three_hundred_is_written_as_ac_02() {
         // The worked example of protobuf.dev/programming-guides/encoding.
-        let mut message = Message::default();
-        message.varint(300);
-        assert_eq!(message.bytes, [0xAC, 0x02]);
-        let mut message = Message::default();
-        message.text(2, "testing");
+        assert_eq!(Message::default().varint(300).bytes, [0xAC, 0x02]);
+        let message = Message::default().text(2, "testing");
         assert_eq!(message.bytes, *b"\x12\x07testing");
     }
 
