@@ -45,7 +45,7 @@ pub struct Graph {
     inner: Vec<Node>,
     /// Its initialisers by name.
     initializers: BTreeMap<String, Tensor>,
-    /// Shapes that the file states for what lies between inputs and outputs.
+    /// Shapes that the file states for what operations give.
     stated: BTreeMap<String, Vec<Dimension>>,
 }
 
@@ -109,40 +109,26 @@ impl Graph {
     /// # Errors
     /// If the content is not an ONNX model, is cut short, or keeps weights in another file.
     pub fn read(path: &Path, bytes: &[u8]) -> Result<Self> {
+        let refuse = |problem: &str| Err(Error::input(path, format!("expected {problem}")));
         if bytes.is_empty() {
-            return Err(Error::input(
-                path,
-                "expected an ONNX model, found an empty file",
-            ));
+            return refuse("an ONNX model, found an empty file");
         }
         if bytes.starts_with(b"version https://git-lfs") {
-            return Err(Error::input(
-                path,
-                "expected an ONNX model, found a Git LFS pointer (run git lfs pull)",
-            ));
+            return refuse("an ONNX model, found a Git LFS pointer (run git lfs pull)");
         }
         let mut walk = Walk::default();
         walk.model(Reader::new(bytes))
             .map_err(|Malformed { byte, problem }| {
-                Error::at(
-                    path,
-                    Place::Byte(byte),
-                    format!("not an ONNX model, or cut short: {problem}"),
-                )
+                let problem = format!("not an ONNX model, or cut short: {problem}");
+                Error::at(path, Place::Byte(byte), problem)
             })?;
         if !walk.has_graph {
-            return Err(Error::input(
-                path,
-                "expected an ONNX model, found no graph in it",
-            ));
+            return refuse("an ONNX model, found no graph in it");
         }
         if let Some(name) = walk.external {
-            return Err(Error::input(
-                path,
-                format!(
-                    "expected the weights inside the file, found {name:?} in another one \
-                     (onnx.save_model with save_as_external_data=False)"
-                ),
+            return refuse(&format!(
+                "the weights inside the file, found {name:?} in another one \
+                 (onnx.save_model with save_as_external_data=False)"
             ));
         }
         let mut graph = walk.graph;
@@ -177,29 +163,10 @@ impl std::fmt::Display for Dimension {
 
 /// Names of `TensorProto.DataType`.
 fn element_name(element: u64) -> &'static str {
-    const NAMES: [&str; 17] = [
-        "unknown",
-        "f32",
-        "u8",
-        "i8",
-        "u16",
-        "i16",
-        "i32",
-        "i64",
-        "string",
-        "bool",
-        "f16",
-        "f64",
-        "u32",
-        "u64",
-        "complex64",
-        "complex128",
-        "bf16",
-    ];
-    usize::try_from(element)
-        .ok()
-        .and_then(|i| NAMES.get(i).copied())
-        .unwrap_or("unknown")
+    const NAMES: &str = "unknown f32 u8 i8 u16 i16 i32 i64 string bool f16 f64 u32 u64 complex64 \
+                         complex128 bf16";
+    let at = usize::try_from(element).unwrap_or(0);
+    NAMES.split(' ').nth(at).unwrap_or("unknown")
 }
 
 #[cfg(test)]
