@@ -284,6 +284,21 @@ mod tests {
     }
 
     #[test]
+    fn tensors_of_more_than_64_axes_are_refused() {
+        for tensor in [
+            written::weights("w", 1, &[1; 65]),
+            written::stated(13, "y", &[1; 65]),
+        ] {
+            let bytes = written::bytes(&[0, 1, 50, 30], &[tensor]);
+            let text = read(&bytes).expect_err("too many").to_string();
+            assert!(
+                text.contains("a tensor has 65 axes, more than 64"),
+                "{text}"
+            );
+        }
+    }
+
+    #[test]
     fn weights_in_another_file_are_refused() {
         // ModelProto.graph { initializer { name "w", data_location EXTERNAL } }
         let text = read(b"\x3A\x07\x2A\x05\x42\x01w\x70\x01")

@@ -1,15 +1,11 @@
 //! The operators that multiply, and those that slide windows as they do.
 
 use super::Attribute;
-use super::rules::{Operands, broadcast};
+use super::rules::{Operands, broadcast, sizes};
 use super::walk::elements;
 
-/// Whether an operator's multiply-accumulates count.
-pub(super) fn is_counted(operator: &str) -> bool {
-    matches!(operator, "Conv" | "Gemm" | "MatMul")
-}
-
-/// Products that are summed for each number of the output of a counted operator.
+/// Products that are summed for each number of the output: 0 of operators that do not count.
+/// `None` if that is not known.
 pub(super) fn summed(of: &Operands<'_>) -> Option<u64> {
     match of.node.operator.as_str() {
         "Conv" => Some(elements(of.shape(1)?.get(1..)?)),
@@ -18,7 +14,7 @@ pub(super) fn summed(of: &Operands<'_>) -> Option<u64> {
             of.shape(0)?.get(axis).copied()
         }
         "MatMul" => of.shape(0)?.last().copied(),
-        _ => None,
+        _ => Some(0),
     }
 }
 
@@ -86,9 +82,8 @@ pub(super) fn pool(of: &Operands<'_>) -> Option<Vec<u64>> {
     let &[batch, channels, ref input @ ..] = of.shape(0)? else {
         return None;
     };
-    let kernel = of.list("kernel_shape")?.iter();
-    let kernel: Option<Vec<u64>> = kernel.map(|&size| u64::try_from(size).ok()).collect();
-    Some([vec![batch, channels], slide(of, input, &kernel?)?].concat())
+    let kernel = sizes(of.list("kernel_shape")?)?;
+    Some([vec![batch, channels], slide(of, input, &kernel)?].concat())
 }
 
 pub(super) fn global_pool(of: &Operands<'_>) -> Option<Vec<u64>> {

@@ -5,14 +5,12 @@ use std::collections::HashMap;
 use super::kernels;
 use super::rules::{self, Operands};
 use super::walk::elements;
-use super::{Dimension, Graph, Node};
+use super::{Dimension, Graph, Node, Tensor};
 
 /// What is known of the tensors so far.
 #[derive(Default)]
 pub(super) struct Known<'a> {
-    pub shapes: HashMap<&'a str, Vec<u64>>,
-    /// The numbers of tensors that hold shapes, axes or indices.
-    integers: HashMap<&'a str, Vec<i64>>,
+    tensors: HashMap<&'a str, Tensor>,
     /// Sizes of named dimensions.
     named: HashMap<&'a str, u64>,
 }
@@ -31,7 +29,7 @@ impl Graph {
             return Err(format!("expected one input, found {}", self.inputs.len()));
         };
         known.bind(port.shape.as_deref(), input, &port.name)?;
-        known.shapes.insert(&port.name, input.to_vec());
+        known.learn(&port.name, input.to_vec());
         let mut macs = 0_u64;
         for node in &self.nodes {
             macs = macs.saturating_add(known.step(self, node)?);
@@ -42,14 +40,22 @@ impl Graph {
 
 impl<'a> Known<'a> {
     pub fn of_initializers(graph: &'a Graph) -> Self {
-        let mut known = Self::default();
-        for (name, tensor) in &graph.initializers {
-            known.shapes.insert(name, tensor.shape.clone());
-            if let Some(integers) = &tensor.integers {
-                known.integers.insert(name, integers.clone());
-            }
+        let tensors = graph.initializers.iter();
+        Self {
+            tensors: tensors
+                .map(|(name, tensor)| (name.as_str(), tensor.clone()))
+                .collect(),
+            named: HashMap::new(),
         }
-        known
+    }
+
+    pub fn learn(&mut self, name: &'a str, shape: Vec<u64>) {
+        let integers = None;
+        self.tensors.insert(name, Tensor { shape, integers });
+    }
+
+    pub fn shape(&self, name: &str) -> Option<&[u64]> {
+        Some(&self.tensors.get(name)?.shape)
     }
 
     /// Learns the shapes of a node's outputs; its multiply-accumulates.
@@ -57,55 +63,30 @@ impl<'a> Known<'a> {
     /// # Errors
     /// If the operator is unknown, or what it gives.
     pub fn step(&mut self, graph: &'a Graph, node: &'a Node) -> Result<u64, String> {
-        let name = node.outputs.first().map_or("", String::as_str);
-        let (depth, integers, inferred) = {
-            let operands = Operands {
-                node,
-                shapes: &self.shapes,
-                integers: &self.integers,
-            };
-            let inferred = rules::shapes(&operands)
-                .ok_or_else(|| format!("{} ({name:?}) is an unknown operator", node.operator))?;
-            (
-                kernels::summed(&operands),
-                rules::integers(&operands),
-                inferred,
-            )
-        };
-        for (at, output) in node.outputs.iter().enumerate() {
-            let stated = graph.stated.get(output).map(Vec::as_slice).or_else(|| {
-                let port = graph.outputs.iter().find(|port| port.name == *output);
-                port.and_then(|port| port.shape.as_deref())
-            });
-            let shape = match inferred.get(at) {
-                Some(shape) => {
-                    self.bind(stated, shape, output)?;
-                    Some(shape.clone())
-                }
-                None => stated.and_then(|stated| self.sizes(stated)),
-            };
-            if let Some(shape) = shape {
-                self.shapes.insert(output, shape);
-            } else if at == 0 {
+        let (operator, first) = (&node.operator, node.outputs.first());
+        let name = first.map_or("", String::as_str);
+        let tensors = &self.tensors;
+        let operands = Operands { node, tensors };
+        let summed = kernels::summed(&operands);
+        let inferred = rules::outputs(&operands)
+            .ok_or_else(|| format!("{operator} ({name:?}) is an unknown operator"))?;
+        let mut inferred = inferred.into_iter();
+        for output in &node.outputs {
+            let stated = graph.stated.get(output).map(Vec::as_slice);
+            if let Some(tensor) = inferred.next() {
+                self.bind(stated, &tensor.shape, output)?;
+                self.tensors.insert(output, tensor);
+            } else if let Some(shape) = stated.and_then(|stated| self.sizes(stated)) {
+                self.learn(output, shape);
+            } else if Some(output) == first {
                 return Err(format!(
-                    "the shape that {} ({name:?}) gives is not known",
-                    node.operator
+                    "the shape that {operator} ({name:?}) gives is not known"
                 ));
             }
         }
-        if let Some(integers) = integers {
-            self.integers.insert(name, integers);
-        }
-        if !kernels::is_counted(&node.operator) {
-            return Ok(0);
-        }
-        let depth = depth
-            .ok_or_else(|| format!("what {} ({name:?}) sums over is not known", node.operator))?;
-        let output = self
-            .shapes
-            .get(name)
-            .ok_or_else(|| format!("{} has no output", node.operator))?;
-        Ok(elements(output).saturating_mul(depth))
+        let summed =
+            summed.ok_or_else(|| format!("what {operator} ({name:?}) sums over is not known"))?;
+        Ok(self.shape(name).map_or(0, elements).saturating_mul(summed))
     }
 
     /// Learns the sizes of a stated shape's named dimensions.

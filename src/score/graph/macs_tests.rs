@@ -181,3 +181,31 @@ fn what_is_unknown_is_named_and_not_guessed() {
         Err("\"x\" is stated as [N, 1, 50, 30], but would be [1, 1, 64, 44]".into())
     );
 }
+
+#[test]
+fn shapes_and_lists_that_double_with_each_operation_are_not_followed() {
+    let doubling = |operator: &str, first: Vec<u8>| -> Graph {
+        let step = |at: usize| {
+            let (from, to) = (format!("v{at}"), format!("v{}", at + 1));
+            node(operator, &format!("{from} {from}"), &to, &["axis=0"])
+        };
+        let steps: Vec<u8> = (0..60).flat_map(step).collect();
+        graph(&[0, 1, 50, 30], &[first, steps])
+    };
+    let ranks = doubling("Gather", weights("v0", 1, &[2, 2]));
+    let lists = doubling("Concat", integers("v0", &[1, 2]));
+    assert_eq!(
+        ranks.macs(&[1, 1, 50, 30]),
+        Err("the shape that Gather (\"v6\") gives is not known".into())
+    );
+    // A length of 2 x 2^60 is known, though the numbers are not.
+    assert_eq!(lists.macs(&[1, 1, 50, 30]), Ok(0));
+    assert!(ranks.windows().is_empty() && lists.windows().is_empty());
+}
+
+#[test]
+fn nothing_split_into_no_parts_is_no_reason_to_panic() {
+    let split = node("Split", "w", "", &["axis=0"]);
+    let found = graph(&[0, 1, 50, 30], &[weights("w", 1, &[0, 4]), split]);
+    assert_eq!(found.macs(&[1, 1, 50, 30]), Ok(0));
+}

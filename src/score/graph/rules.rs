@@ -1,16 +1,27 @@
 //! Which shape each operator gives, by the operators' own description (onnx 1.23, `Operators.md`).
+//!
+//! Ours, since rten-shape-inference 0.27 guesses where this must not: it leaves out the third axis
+//! of a convolution, takes channels or sums that do not fit, and cuts sizes to 32 bits.
 
 use std::collections::HashMap;
 
 use super::kernels::{conv, gemm, global_pool, matmul, pool};
-use super::walk::elements;
-use super::{Attribute, Node};
+use super::walk::{MAX_INTEGERS, MAX_RANK, elements};
+use super::{Attribute, Node, Tensor};
+
+/// Operators whose first output has the shape of their first input.
+const KEEPING: &str = "Abs BatchNormalization Cast Ceil Celu Clip DequantizeLinear Dropout Elu Erf \
+    Exp Floor Gelu GroupNormalization HardSigmoid HardSwish Identity InstanceNormalization LRN \
+    LayerNormalization LeakyRelu Log LogSoftmax LpNormalization Mish Neg Not PRelu QuantizeLinear \
+    Reciprocal Relu Round Selu Sigmoid Sign Softmax Softplus Sqrt Tanh ThresholdedRelu";
+/// Operators that broadcast their inputs.
+const BROADCASTING: &str =
+    "Add And Div Equal Greater Less Max Mean Min Mod Mul Or Pow Sub Sum Where";
 
 /// An operation and what is known of its inputs.
 pub(super) struct Operands<'a> {
     pub node: &'a Node,
-    pub shapes: &'a HashMap<&'a str, Vec<u64>>,
-    pub integers: &'a HashMap<&'a str, Vec<i64>>,
+    pub tensors: &'a HashMap<&'a str, Tensor>,
 }
 
 impl<'a> Operands<'a> {
@@ -20,11 +31,11 @@ impl<'a> Operands<'a> {
     }
 
     pub fn shape(&self, at: usize) -> Option<&'a [u64]> {
-        self.shapes.get(self.name(at)?).map(Vec::as_slice)
+        Some(&self.tensors.get(self.name(at)?)?.shape)
     }
 
     fn known(&self, at: usize) -> Option<&'a [i64]> {
-        self.integers.get(self.name(at)?).map(Vec::as_slice)
+        self.tensors.get(self.name(at)?)?.integers.as_deref()
     }
 
     pub fn integer(&self, name: &str, default: i64) -> i64 {
@@ -52,98 +63,62 @@ impl<'a> Operands<'a> {
     }
 }
 
-/// The shapes of an operation's outputs: none if they cannot be told from its inputs.
+/// What an operation gives: nothing if that cannot be told from its inputs.
 /// `None` if the operator is unknown, so that it might multiply.
-pub(super) fn shapes(of: &Operands<'_>) -> Option<Vec<Vec<u64>>> {
-    let one = |shape: Option<Vec<u64>>| shape.into_iter().collect();
-    Some(match of.node.operator.as_str() {
-        "Abs"
-        | "BatchNormalization"
-        | "Cast"
-        | "Ceil"
-        | "Celu"
-        | "Clip"
-        | "DequantizeLinear"
-        | "Elu"
-        | "Erf"
-        | "Exp"
-        | "Floor"
-        | "Gelu"
-        | "GroupNormalization"
-        | "HardSigmoid"
-        | "HardSwish"
-        | "Identity"
-        | "InstanceNormalization"
-        | "LRN"
-        | "LayerNormalization"
-        | "LeakyRelu"
-        | "Log"
-        | "LogSoftmax"
-        | "LpNormalization"
-        | "Mish"
-        | "Neg"
-        | "Not"
-        | "PRelu"
-        | "QuantizeLinear"
-        | "Reciprocal"
-        | "Relu"
-        | "Round"
-        | "Selu"
-        | "Sigmoid"
-        | "Sign"
-        | "Softmax"
-        | "Softplus"
-        | "Sqrt"
-        | "Tanh"
-        | "ThresholdedRelu" => one(of.shape(0).map(<[u64]>::to_vec)),
-        "Dropout" => vec![of.shape(0).map(<[u64]>::to_vec); 2]
-            .into_iter()
-            .flatten()
+pub(super) fn outputs(of: &Operands<'_>) -> Option<Vec<Tensor>> {
+    let shapes = shapes(of)?;
+    if shapes.iter().any(|shape| shape.len() > MAX_RANK) {
+        return Some(Vec::new());
+    }
+    let integers = integers(of).filter(|integers| integers.len() as u64 <= MAX_INTEGERS);
+    let integers = std::iter::once(integers).chain(std::iter::repeat(None));
+    let outputs = shapes.into_iter().zip(integers);
+    Some(
+        outputs
+            .map(|(shape, integers)| Tensor { shape, integers })
             .collect(),
-        "Add" | "And" | "Div" | "Equal" | "Greater" | "Less" | "Max" | "Mean" | "Min" | "Mod"
-        | "Mul" | "Or" | "Pow" | "Sub" | "Sum" | "Where" => one(broadcast_all(of)),
-        "Conv" => one(conv(of)),
-        "MaxPool" | "AveragePool" | "LpPool" => one(pool(of)),
-        "GlobalAveragePool" | "GlobalMaxPool" | "GlobalLpPool" => one(global_pool(of)),
-        "Gemm" => one(gemm(of)),
-        "MatMul" => one(matmul(of)),
-        "Flatten" => one(flatten(of)),
-        "Reshape" => one(reshape(of)),
-        "Expand" => one(expand(of)),
-        "Transpose" => one(transpose(of)),
-        "Squeeze" => one(squeeze(of)),
-        "Unsqueeze" => one(unsqueeze(of)),
-        "Concat" => one(concat(of)),
-        "Split" => split(of).unwrap_or_default(),
-        "Slice" => one(slice(of)),
-        "Gather" => one(gather(of)),
-        "Pad" => one(pad(of)),
-        "ArgMax" | "ArgMin" => one(reduce(of, Some(vec![of.integer("axis", 0)]))),
-        "ReduceL1" | "ReduceL2" | "ReduceLogSum" | "ReduceLogSumExp" | "ReduceMax"
-        | "ReduceMean" | "ReduceMin" | "ReduceProd" | "ReduceSum" | "ReduceSumSquare" => {
-            let axes = of.list_or_input("axes", 1);
-            one(axes
-                .ok()
-                .and_then(|axes| reduce(of, axes.map(<[i64]>::to_vec))))
-        }
-        "Constant" => one(constant(of)),
-        "Shape" => one(of.shape(0).and_then(|shape| {
+    )
+}
+
+/// The shapes of [`outputs`].
+fn shapes(of: &Operands<'_>) -> Option<Vec<Vec<u64>>> {
+    let operator = of.node.operator.as_str();
+    let is_in = |list: &str| list.split(' ').any(|name| name == operator);
+    let shape = match operator {
+        _ if is_in(KEEPING) => of.shape(0).map(<[u64]>::to_vec),
+        _ if is_in(BROADCASTING) => broadcast_all(of),
+        _ if operator.starts_with("Reduce") => reduce(of),
+        "Conv" => conv(of),
+        "MaxPool" | "AveragePool" | "LpPool" => pool(of),
+        "GlobalAveragePool" | "GlobalMaxPool" | "GlobalLpPool" => global_pool(of),
+        "Gemm" => gemm(of),
+        "MatMul" => matmul(of),
+        "Flatten" => flatten(of),
+        "Reshape" => reshape(of),
+        "Expand" => expand(of),
+        "Transpose" => transpose(of),
+        "Squeeze" => squeeze(of),
+        "Unsqueeze" => unsqueeze(of),
+        "Concat" => concat(of),
+        "Split" => return Some(split(of).unwrap_or_default()),
+        "Slice" => slice(of),
+        "Gather" => gather(of),
+        "Pad" => pad(of),
+        "Constant" => constant(of).map(|constant| constant.shape),
+        "Shape" => {
             let has_range = ["start", "end"].map(|name| of.node.attributes.contains_key(name));
-            (has_range == [false; 2]).then(|| vec![shape.len() as u64])
-        })),
+            let rank = of.shape(0).map(|shape| vec![shape.len() as u64]);
+            rank.filter(|_| has_range == [false; 2])
+        }
         _ => return None,
-    })
+    };
+    Some(shape.into_iter().collect())
 }
 
 /// The numbers of an output that holds a shape, axes or indices, if they can be told.
 pub(super) fn integers(of: &Operands<'_>) -> Option<Vec<i64>> {
     match of.node.operator.as_str() {
-        "Constant" => match of.node.attributes.iter().next()? {
-            (name, Attribute::Integer(value)) if name == "value_int" => Some(vec![*value]),
-            (name, Attribute::Integers(values)) if name == "value_ints" => Some(values.clone()),
-            (_, Attribute::Tensor(tensor)) => tensor.integers.clone(),
-            _ => None,
-        },
+        "Constant" => constant(of)?.integers,
         "Shape" if of.node.attributes.is_empty() => {
             let sizes = of.shape(0)?.iter().map(|&size| i64::try_from(size).ok());
             sizes.collect()
@@ -238,8 +213,13 @@ fn reshape(of: &Operands<'_>) -> Option<Vec<u64>> {
 }
 
 fn expand(of: &Operands<'_>) -> Option<Vec<u64>> {
-    let sizes = of.known(1)?.iter().map(|&size| u64::try_from(size).ok());
-    broadcast(of.shape(0)?, &sizes.collect::<Option<Vec<_>>>()?)
+    broadcast(of.shape(0)?, &sizes(of.known(1)?)?)
+}
+
+/// Numbers that are sizes: none is negative.
+pub(super) fn sizes(numbers: &[i64]) -> Option<Vec<u64>> {
+    let sizes = numbers.iter().map(|&number| u64::try_from(number).ok());
+    sizes.collect()
 }
 
 fn transpose(of: &Operands<'_>) -> Option<Vec<u64>> {
@@ -304,16 +284,10 @@ fn concat(of: &Operands<'_>) -> Option<Vec<u64>> {
 fn split(of: &Operands<'_>) -> Option<Vec<Vec<u64>>> {
     let shape = of.shape(0)?;
     let axis = normal(of.integer("axis", 0), shape.len())?;
-    let parts = of.node.outputs.len() as u64;
-    let lengths: Vec<u64> = match of.list_or_input("split", 1).ok()? {
-        Some(lengths) => lengths
-            .iter()
-            .map(|&n| u64::try_from(n).ok())
-            .collect::<Option<_>>()?,
-        None if shape[axis].is_multiple_of(parts) => {
-            vec![shape[axis] / parts; of.node.outputs.len()]
-        }
-        None => return None,
+    let parts = of.node.outputs.len();
+    let lengths = match of.list_or_input("split", 1).ok()? {
+        Some(lengths) => sizes(lengths)?,
+        None => vec![shape[axis].checked_div(parts as u64)?; parts],
     };
     let part = |length| {
         let mut part = shape.to_vec();
@@ -323,7 +297,8 @@ fn split(of: &Operands<'_>) -> Option<Vec<Vec<u64>>> {
     let total = lengths
         .iter()
         .try_fold(0_u64, |sum, &length| sum.checked_add(length))?;
-    (total == shape[axis]).then(|| lengths.into_iter().map(part).collect())
+    let fits = lengths.len() == parts && total == shape[axis];
+    fits.then(|| lengths.into_iter().map(part).collect())
 }
 
 fn slice(of: &Operands<'_>) -> Option<Vec<u64>> {
@@ -352,50 +327,51 @@ fn gather(of: &Operands<'_>) -> Option<Vec<u64>> {
 }
 
 fn pad(of: &Operands<'_>) -> Option<Vec<u64>> {
-    let shape = of.shape(0)?;
+    let mut shape = of.shape(0)?.to_vec();
     let pads = of.list_or_input("pads", 1).ok()??;
     let all: Vec<i64> = (0..).take(shape.len()).collect();
     let axes = match of.name(3) {
         Some(_) => of.known(3)?,
         None => &all,
     };
-    let mut sizes: Vec<i64> = shape
-        .iter()
-        .map(|&n| i64::try_from(n).ok())
-        .collect::<Option<_>>()?;
     for (at, &axis) in axes.iter().enumerate() {
         let axis = normal(axis, shape.len())?;
         let more = pads.get(at)?.checked_add(*pads.get(at + axes.len())?)?;
-        sizes[axis] = sizes[axis].checked_add(more)?;
+        shape[axis] = shape[axis].checked_add_signed(more)?;
     }
-    sizes
-        .into_iter()
-        .map(|size| u64::try_from(size).ok())
-        .collect()
+    Some(shape)
 }
 
-fn reduce(of: &Operands<'_>, axes: Option<Vec<i64>>) -> Option<Vec<u64>> {
+fn reduce(of: &Operands<'_>) -> Option<Vec<u64>> {
     let shape = of.shape(0)?;
-    let axes = normal_all(&axes.unwrap_or_default(), shape.len())?;
+    let axes = of.list_or_input("axes", 1).ok()?.unwrap_or_default();
+    let axes = normal_all(axes, shape.len())?;
     if axes.is_empty() && of.integer("noop_with_empty_axes", 0) != 0 {
         return Some(shape.to_vec());
     }
-    let is_reduced = |axis: &usize| axes.is_empty() || axes.contains(axis);
-    if of.integer("keepdims", 1) == 0 {
-        let kept = (0..shape.len()).filter(|axis| !is_reduced(axis));
-        return Some(kept.map(|axis| shape[axis]).collect());
-    }
-    let size = |axis| if is_reduced(&axis) { 1 } else { shape[axis] };
-    Some((0..shape.len()).map(size).collect())
+    let keeps = of.integer("keepdims", 1) != 0;
+    let sizes = shape.iter().enumerate().filter_map(|(axis, &size)| {
+        let is_reduced = axes.is_empty() || axes.contains(&axis);
+        if is_reduced {
+            keeps.then_some(1)
+        } else {
+            Some(size)
+        }
+    });
+    Some(sizes.collect())
 }
 
-fn constant(of: &Operands<'_>) -> Option<Vec<u64>> {
-    match of.node.attributes.iter().next()? {
-        (_, Attribute::Tensor(tensor)) => Some(tensor.shape.clone()),
+fn constant(of: &Operands<'_>) -> Option<Tensor> {
+    let (shape, integers) = match of.node.attributes.iter().next()? {
+        (_, Attribute::Tensor(tensor)) => return Some(tensor.clone()),
         (name, Attribute::Integers(values)) if name == "value_ints" => {
-            Some(vec![values.len() as u64])
+            (vec![values.len() as u64], Some(values.clone()))
         }
-        (name, _) if name == "value_int" || name == "value_float" => Some(Vec::new()),
-        _ => None,
-    }
+        (name, Attribute::Integer(value)) if name == "value_int" => {
+            (Vec::new(), Some(vec![*value]))
+        }
+        (name, _) if name == "value_float" => (Vec::new(), None),
+        _ => return None,
+    };
+    Some(Tensor { shape, integers })
 }

@@ -8,7 +8,9 @@ use crate::score::protobuf::{Field, Malformed, Reader};
 /// Deepest nesting of graphs in graphs (If, Loop, Scan), or of sequences, that is followed.
 const MAX_DEPTH: usize = 16;
 /// Most numbers of a tensor that are kept: a shape, axes or indices have no more.
-const MAX_INTEGERS: u64 = 1024;
+pub(super) const MAX_INTEGERS: u64 = 1024;
+/// Most axes of a tensor (as many as numpy 2 has).
+pub(super) const MAX_RANK: usize = 64;
 
 /// `TensorProto.DataLocation.EXTERNAL`.
 const EXTERNAL: u64 = 1;
@@ -84,14 +86,17 @@ impl Walk {
                 }
                 (11..=13, Field::Bytes(info)) => {
                     let port = port(info)?;
-                    match (depth, number) {
-                        (0, 11) => self.graph.inputs.push(port),
-                        (0, 12) => self.graph.outputs.push(port),
-                        (0, 13) => self
-                            .graph
-                            .stated
-                            .extend(port.shape.map(|shape| (port.name, shape))),
-                        _ => {}
+                    match number {
+                        _ if depth > 0 => {}
+                        11 => self.graph.inputs.push(port),
+                        _ => {
+                            let stated = port.shape.clone();
+                            let stated = stated.map(|shape| (port.name.clone(), shape));
+                            self.graph.stated.extend(stated);
+                            if number == 12 {
+                                self.graph.outputs.push(port);
+                            }
+                        }
                     }
                 }
                 _ => {}
@@ -175,6 +180,7 @@ impl Walk {
                 _ => {}
             }
         }
+        check_rank(found.shape.len(), tensor)?;
         let size = elements(&found.shape);
         // FLOAT, UINT8, INT8, INT32 (biases of quantised models), FLOAT16, DOUBLE, BFLOAT16.
         if matches!(element, 1 | 2 | 3 | 6 | 10 | 11 | 16) {
@@ -192,6 +198,13 @@ impl Walk {
         }
         Ok((name, found))
     }
+}
+
+fn check_rank(rank: usize, at: Reader<'_>) -> Read<()> {
+    if rank > MAX_RANK {
+        return Err(at.malformed(format!("a tensor has {rank} axes, more than {MAX_RANK}")));
+    }
+    Ok(())
 }
 
 /// Numbers in a tensor of this shape.
@@ -263,6 +276,7 @@ fn tensor_type(mut tensor: Reader<'_>, port: &mut Port) -> Read<()> {
                         dimensions.push(dimension(dim)?);
                     }
                 }
+                check_rank(dimensions.len(), shape)?;
             }
             _ => {}
         }

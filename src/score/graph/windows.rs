@@ -24,7 +24,7 @@ impl Graph {
         let mut known = Known::of_initializers(self);
         for port in &self.inputs {
             if let Some(shape) = &port.shape {
-                known.shapes.insert(&port.name, likely(shape));
+                known.learn(&port.name, likely(shape));
             }
         }
         for node in &self.nodes {
@@ -33,7 +33,7 @@ impl Graph {
             if known.step(self, node).is_err() {
                 for output in &node.outputs {
                     if let Some(shape) = self.stated.get(output) {
-                        known.shapes.insert(output, likely(shape));
+                        known.learn(output, likely(shape));
                     }
                 }
             }
@@ -61,7 +61,7 @@ impl<'a> Window<'a> {
             _ => None,
         };
         let axes_of = |input: usize| {
-            let shape = known.shapes.get(node.inputs.get(input)?.as_str())?;
+            let shape = known.shape(node.inputs.get(input)?)?;
             // The first two are the batch and channels, or of weights channels twice.
             shape.len().checked_sub(2)
         };
