@@ -209,3 +209,14 @@ fn nothing_split_into_no_parts_is_no_reason_to_panic() {
     let found = graph(&[0, 1, 50, 30], &[weights("w", 1, &[0, 4]), split]);
     assert_eq!(found.macs(&[1, 1, 50, 30]), Ok(0));
 }
+
+#[test]
+fn axes_by_the_hundred_thousand_are_not_followed() {
+    let axes: Vec<String> = (0..400_000).rev().map(|axis| axis.to_string()).collect();
+    let axes = format!("axes=[{}]", axes.join(","));
+    let found = graph(&[0, 1], &[node("Unsqueeze", "x", "y", &[&axes])]);
+    assert_eq!(
+        found.macs(&[1, 1]),
+        Err("the shape that Unsqueeze (\"y\") gives is not known".into())
+    );
+}

@@ -70,14 +70,12 @@ pub(super) fn outputs(of: &Operands<'_>) -> Option<Vec<Tensor>> {
     if shapes.iter().any(|shape| shape.len() > MAX_RANK) {
         return Some(Vec::new());
     }
-    let integers = integers(of).filter(|integers| integers.len() as u64 <= MAX_INTEGERS);
-    let integers = std::iter::once(integers).chain(std::iter::repeat(None));
-    let outputs = shapes.into_iter().zip(integers);
-    Some(
-        outputs
-            .map(|(shape, integers)| Tensor { shape, integers })
-            .collect(),
-    )
+    let mut integers = integers(of).filter(|integers| integers.len() as u64 <= MAX_INTEGERS);
+    let tensor = |shape| {
+        let integers = integers.take();
+        Tensor { shape, integers }
+    };
+    Some(shapes.into_iter().map(tensor).collect())
 }
 
 /// The shapes of [`outputs`].
@@ -116,7 +114,7 @@ fn shapes(of: &Operands<'_>) -> Option<Vec<Vec<u64>>> {
 }
 
 /// The numbers of an output that holds a shape, axes or indices, if they can be told.
-pub(super) fn integers(of: &Operands<'_>) -> Option<Vec<i64>> {
+fn integers(of: &Operands<'_>) -> Option<Vec<i64>> {
     match of.node.operator.as_str() {
         "Constant" => constant(of)?.integers,
         "Shape" if of.node.attributes.is_empty() => {
@@ -126,10 +124,10 @@ pub(super) fn integers(of: &Operands<'_>) -> Option<Vec<i64>> {
         // INT64: other elements round.
         "Cast" if of.integer("to", 0) == 7 => of.known(0).map(<[i64]>::to_vec),
         "Identity" | "Squeeze" | "Unsqueeze" => of.known(0).map(<[i64]>::to_vec),
-        "Concat" => {
-            let parts = (0..of.node.inputs.len()).map(|at| of.known(at));
-            Some(parts.collect::<Option<Vec<_>>>()?.concat())
-        }
+        "Concat" => (0..of.node.inputs.len()).try_fold(Vec::new(), |mut list, at| {
+            list.extend(of.known(at)?);
+            (list.len() as u64 <= MAX_INTEGERS).then_some(list)
+        }),
         "Gather" => {
             let from = of.known(0)?;
             let picked = of.known(1)?.iter().map(|&at| {
@@ -264,6 +262,7 @@ fn unsqueeze(of: &Operands<'_>) -> Option<Vec<u64>> {
 }
 
 fn normal_all(axes: &[i64], rank: usize) -> Option<Vec<usize>> {
+    let axes = Some(axes).filter(|axes| axes.len() <= MAX_RANK)?;
     axes.iter().map(|&axis| normal(axis, rank)).collect()
 }
 
