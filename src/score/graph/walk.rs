@@ -162,15 +162,11 @@ impl Walk {
     /// Counts a tensor's numbers; its name, and what is kept of it.
     fn tensor(&mut self, mut tensor: Reader<'_>) -> Read<(String, Tensor)> {
         let (mut found, mut element, mut name) = (Tensor::default(), 0, String::new());
-        let (mut external, mut integers, mut raw) = (false, Vec::new(), None);
+        let (mut sizes, mut integers) = (Vec::new(), Vec::new());
+        let (mut external, mut raw) = (false, None);
         while let Some((number, field)) = tensor.next()? {
             match (number, field) {
-                (1, Field::Number(dim)) => found.shape.push(dim),
-                (1, Field::Bytes(mut packed)) => {
-                    while let Some(dim) = packed.packed_number()? {
-                        found.shape.push(dim);
-                    }
-                }
+                (1, field) => push_integers(field, &mut sizes)?,
                 (2, Field::Number(kind)) => element = kind,
                 (7, field) => push_integers(field, &mut integers)?,
                 (8, Field::Bytes(text)) => name = text.text()?,
@@ -180,7 +176,8 @@ impl Walk {
                 _ => {}
             }
         }
-        check_rank(found.shape.len(), tensor)?;
+        check_rank(sizes.len(), tensor)?;
+        found.shape = sizes.into_iter().map(i64::cast_unsigned).collect();
         let size = elements(&found.shape);
         // FLOAT, UINT8, INT8, INT32 (biases of quantised models), FLOAT16, DOUBLE, BFLOAT16.
         if matches!(element, 1 | 2 | 3 | 6 | 10 | 11 | 16) {
