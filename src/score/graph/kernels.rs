@@ -96,17 +96,12 @@ pub(super) fn gemm(of: &Operands<'_>) -> Option<Vec<u64>> {
     let (&[a0, a1], &[b0, b1]) = (of.shape(0)?, of.shape(1)?) else {
         return None;
     };
-    let is_turned = |name| of.integer(name, 0) != 0;
-    let (rows, summed) = if is_turned("transA") {
-        (a1, a0)
-    } else {
-        (a0, a1)
+    let turned = |name, [a, b]: [u64; 2]| match of.integer(name, 0) {
+        0 => [a, b],
+        _ => [b, a],
     };
-    let (depth, columns) = if is_turned("transB") {
-        (b1, b0)
-    } else {
-        (b0, b1)
-    };
+    let [rows, summed] = turned("transA", [a0, a1]);
+    let [depth, columns] = turned("transB", [b0, b1]);
     (summed == depth).then(|| vec![rows, columns])
 }
 

@@ -220,3 +220,24 @@ fn axes_by_the_hundred_thousand_are_not_followed() {
         Err("the shape that Unsqueeze (\"y\") gives is not known".into())
     );
 }
+
+#[test]
+fn parts_that_are_split_joined_padded_cut_and_repeated_are_followed() {
+    let parts = [
+        node("Split", "x", "a b", &["axis=1"]),
+        node("Concat", "b a x", "joined", &["axis=1"]), // 2 + 2 + 4 channels
+        integers("margins", &[0, 0, 1, 0, 0, 0, 1, 2]),
+        node("Pad", "joined margins", "padded", &[]), // 52 rows, 32 columns
+        integers("one", &[1]),
+        integers("last", &[-1]),
+        integers("columns", &[3]),
+        node("Slice", "padded one last columns", "cut", &[]), // columns 1 to 30
+        integers("thrice", &[3, 1, 1, 1]),
+        node("Expand", "cut thrice", "wide", &[]),
+        node("Flatten", "wide", "flat", &[]),
+        weights("w", 1, &[8 * 52 * 30, 2]),
+        node("Gemm", "flat w", "y", &[]),
+    ];
+    let found = graph(&[1, 4, 50, 30], &parts);
+    assert_eq!(found.macs(&[1, 4, 50, 30]), Ok(3 * 2 * 8 * 52 * 30));
+}

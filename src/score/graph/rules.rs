@@ -103,11 +103,9 @@ fn shapes(of: &Operands<'_>) -> Option<Vec<Vec<u64>>> {
         "Gather" => gather(of),
         "Pad" => pad(of),
         "Constant" => constant(of).map(|constant| constant.shape),
-        "Shape" => {
-            let has_range = ["start", "end"].map(|name| of.node.attributes.contains_key(name));
-            let rank = of.shape(0).map(|shape| vec![shape.len() as u64]);
-            rank.filter(|_| has_range == [false; 2])
-        }
+        // With attributes, it gives a part of the shape.
+        "Shape" if !of.node.attributes.is_empty() => None,
+        "Shape" => of.shape(0).map(|shape| vec![shape.len() as u64]),
         _ => return None,
     };
     Some(shape.into_iter().collect())
@@ -222,14 +220,11 @@ pub(super) fn sizes(numbers: &[i64]) -> Option<Vec<u64>> {
 
 fn transpose(of: &Operands<'_>) -> Option<Vec<u64>> {
     let shape = of.shape(0)?;
-    match of.list("perm") {
-        None => Some(shape.iter().rev().copied().collect()),
-        Some(order) if order.len() == shape.len() => {
-            let axes = order.iter().map(|&axis| normal(axis, shape.len()));
-            axes.map(|axis| Some(shape[axis?])).collect()
-        }
-        Some(_) => None,
-    }
+    let Some(order) = of.list("perm") else {
+        return Some(shape.iter().rev().copied().collect());
+    };
+    let axes = normal_all(order, shape.len())?;
+    (axes.len() == shape.len()).then(|| axes.iter().map(|&axis| shape[axis]).collect())
 }
 
 fn squeeze(of: &Operands<'_>) -> Option<Vec<u64>> {
@@ -250,15 +245,11 @@ fn unsqueeze(of: &Operands<'_>) -> Option<Vec<u64>> {
     let mut kept = of.shape(0)?.iter();
     let rank = kept.len() + axes.len();
     let axes = normal_all(axes, rank)?;
-    (0..rank)
-        .map(|axis| {
-            if axes.contains(&axis) {
-                Some(1)
-            } else {
-                kept.next().copied()
-            }
-        })
-        .collect()
+    let sizes = (0..rank).map(|axis| {
+        let one = axes.contains(&axis).then_some(1);
+        one.or_else(|| kept.next().copied())
+    });
+    sizes.collect()
 }
 
 fn normal_all(axes: &[i64], rank: usize) -> Option<Vec<usize>> {
