@@ -100,23 +100,25 @@
 //! [`summary`] says what a pack holds; [`frontier`] measures what the whole chain costs and what
 //! it gets wrong, for the command; [`mod@bench`] what a recognizer costs on the machine at hand.
 
-pub mod bench;
+#![warn(unreachable_pub)]
+
+mod bench;
 pub mod cli;
 pub mod confound;
 pub mod dataset;
 pub mod encode;
 pub mod error;
 pub mod evaluate;
-pub mod frontier;
+mod frontier;
 pub mod guide;
 #[cfg(feature = "import")]
 pub mod import;
 mod named;
-pub mod report;
+mod report;
 pub mod scene;
 pub mod score;
-pub mod source;
-pub mod summary;
+mod source;
+mod summary;
 pub mod sweep;
 mod table;
 pub mod template;

@@ -12,7 +12,7 @@ const MAX_BYTES: u64 = 1 << 20;
 ///
 /// # Errors
 /// If it is no such name, or the file cannot be read.
-pub fn toml_of(
+pub(crate) fn toml_of(
     name: &str,
     what: &str,
     names: &[&str],

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 /// Rank-1 on walks that training has not seen.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Accuracy {
+pub(crate) struct Accuracy {
     /// The protocol by its name.
     pub protocol: String,
     /// From how many viewpoints each walk was seen.
@@ -31,7 +31,7 @@ impl Accuracy {
     ///
     /// # Errors
     /// When a figure cannot be drawn, or the recognizer fails.
-    pub fn of(
+    pub(crate) fn of(
         recognizer: Box<dyn Recognizer>,
         scene: &Scene<'_>,
         seed: u64,

@@ -8,7 +8,7 @@ use crate::error::{ChoiceError, Result};
 /// # Errors
 /// If there is no such processor, or the system has no way to do it.
 #[cfg(target_os = "linux")]
-pub fn pin(cpus: &CpuList) -> Result<()> {
+pub(crate) fn pin(cpus: &CpuList) -> Result<()> {
     use rustix::thread::{CpuSet, sched_setaffinity};
     let mut set = CpuSet::new();
     for &cpu in cpus.numbers() {

@@ -12,7 +12,7 @@ const SAMPLED_EVERY: Duration = Duration::from_millis(50);
 /// A counter of energy or a sensor of power. It sees all that it is wired to, idle and others'
 /// work included.
 #[derive(Debug)]
-pub struct Meter {
+pub(crate) struct Meter {
     files: Files,
     source: String,
     kind: Kind,
@@ -30,7 +30,7 @@ impl Meter {
     /// The first there is of: a processor's own counters (powercap: RAPL), energy counters and
     /// power sensors of hwmon (`Documentation/hwmon/sysfs-interface`); none if nothing can be read.
     #[must_use]
-    pub fn find(root: &Path) -> Option<Self> {
+    pub(crate) fn find(root: &Path) -> Option<Self> {
         let files = Files::new(root);
         let is_read = |path: &PathBuf| files.number::<u64>(path).is_some();
         let zones: Vec<PathBuf> = files
@@ -96,13 +96,13 @@ impl Meter {
 
     /// What is read.
     #[must_use]
-    pub fn source(&self) -> &str {
+    pub(crate) fn source(&self) -> &str {
         &self.source
     }
 
     /// Begins to count.
     #[must_use]
-    pub fn start(&self) -> Count {
+    pub(crate) fn start(&self) -> Count {
         match &self.kind {
             Kind::Counters(counters) => Count::Counters(self.read(counters)),
             Kind::Sensors(sensors) => {
@@ -129,7 +129,7 @@ impl Meter {
 
     /// Joules since `count` began; none if the machine stopped telling.
     #[must_use]
-    pub fn stop(&self, count: Count) -> Option<f64> {
+    pub(crate) fn stop(&self, count: Count) -> Option<f64> {
         match (count, &self.kind) {
             (Count::Sensors { stop, sampler }, _) => {
                 drop(stop);
@@ -165,7 +165,7 @@ impl Meter {
 
 /// Energy that is being counted.
 #[derive(Debug)]
-pub enum Count {
+pub(crate) enum Count {
     /// What counters said at the beginning.
     Counters(Option<Vec<u64>>),
     /// What samples sensors until it is told to stop.

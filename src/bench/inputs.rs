@@ -7,7 +7,7 @@ use crate::template::Template;
 use edgegait_core::pack::Pack;
 
 /// What is drawn for a model.
-pub struct Scene<'a> {
+pub(crate) struct Scene<'a> {
     /// The pack.
     pub pack: &'a Pack<'a>,
     /// Walks that are shown, by number; at least one.
@@ -27,7 +27,12 @@ impl Scene<'_> {
     ///
     /// # Errors
     /// When a figure cannot be drawn.
-    pub fn append_input(&self, contract: &Contract, at: usize, input: &mut Vec<f32>) -> Result<()> {
+    pub(crate) fn append_input(
+        &self,
+        contract: &Contract,
+        at: usize,
+        input: &mut Vec<f32>,
+    ) -> Result<()> {
         let job = Job::plain(self.walks[at % self.walks.len()], 0);
         let views = Views::side()?.list;
         let settings = Settings {
@@ -62,7 +67,7 @@ impl Scene<'_> {
     ///
     /// # Errors
     /// As [`Self::append_input`].
-    pub fn inputs(&self, contract: &Contract, count: usize) -> Result<Vec<f32>> {
+    pub(crate) fn inputs(&self, contract: &Contract, count: usize) -> Result<Vec<f32>> {
         let mut inputs = Vec::new();
         let drawn = count.min(self.walks.len());
         for at in 0..drawn {

@@ -20,7 +20,7 @@ use std::time::Instant;
 const STEADY: f64 = 0.15;
 
 /// What is to be measured.
-pub struct Task<'a> {
+pub(crate) struct Task<'a> {
     /// Reads the model.
     pub open: &'a dyn Fn() -> Result<Model>,
     /// Starts the runtime.
@@ -45,7 +45,7 @@ pub struct Task<'a> {
 ///
 /// # Errors
 /// If it cannot be loaded or drawn for, or an inference fails.
-pub fn measure(task: &Task<'_>) -> Result<ModelResult> {
+pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
     // Drawing has threads of its own: one, so that its time is comparable with the inference's.
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let contract = (task.open)()?.contract().clone();

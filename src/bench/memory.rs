@@ -2,7 +2,7 @@
 
 /// The most memory that the process has had, bytes.
 #[must_use]
-pub fn peak_rss_bytes() -> Option<u64> {
+pub(crate) fn peak_rss_bytes() -> Option<u64> {
     status("VmHWM:")
 }
 

@@ -7,7 +7,7 @@
 
 mod accuracy;
 mod affinity;
-pub mod board;
+pub(crate) mod board;
 mod energy;
 mod inputs;
 mod measure;
@@ -16,17 +16,12 @@ mod process;
 mod results;
 mod statistics;
 mod table;
-pub mod windows;
+pub(crate) mod windows;
 
-pub use accuracy::Accuracy;
-pub use affinity::pin;
-pub use energy::Meter;
-pub use inputs::Scene;
-pub use measure::{Task, measure};
-pub use memory::peak_rss_bytes;
-pub use process::{end_with_parent, measured_by};
-pub use results::{
-    Bare, BenchResults, Conditions, Energy, ModelResult, Offline, Parts, Timing, utc_now,
-};
-pub use statistics::Times;
-pub use table::{Column, Format, render};
+pub(crate) use affinity::pin;
+pub(crate) use inputs::Scene;
+pub(crate) use measure::{Task, measure};
+pub(crate) use memory::peak_rss_bytes;
+pub(crate) use process::{end_with_parent, measured_by};
+pub(crate) use results::{BenchResults, ModelResult, utc_now};
+pub(crate) use table::{Column, Format, render};

@@ -14,7 +14,7 @@ const ORPHANED: i32 = 128 + 1;
 ///
 /// # Errors
 /// If it cannot be started, dies, or prints something else; and its own.
-pub fn measured_by(mut command: Command, model: &Path) -> Result<ModelResult> {
+pub(crate) fn measured_by(mut command: Command, model: &Path) -> Result<ModelResult> {
     let spawned = command
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -34,7 +34,7 @@ pub fn measured_by(mut command: Command, model: &Path) -> Result<ModelResult> {
 ///
 /// # Errors
 /// The system's, if it starts no thread.
-pub fn end_with_parent() -> Result<()> {
+pub(crate) fn end_with_parent() -> Result<()> {
     let wait = || {
         let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
         remove_unfinished();

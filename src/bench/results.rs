@@ -13,7 +13,7 @@ use std::time::SystemTime;
 
 /// The results of `edgegait bench`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct BenchResults {
+pub(crate) struct BenchResults {
     /// What made them.
     #[serde(flatten)]
     pub header: Header,
@@ -30,7 +30,7 @@ pub struct BenchResults {
 
 /// What one model costs. Times are in microseconds unless their name says otherwise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ModelResult {
+pub(crate) struct ModelResult {
     /// Its name, the model's file name as a rule.
     pub name: String,
     /// What ran it.
@@ -86,7 +86,7 @@ pub struct ModelResult {
 /// Several windows of calls. The figures are those of the window whose mean is the median of
 /// the windows' means (the lower of two).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Timing {
+pub(crate) struct Timing {
     /// Times of its calls.
     #[serde(flatten)]
     pub times: Times,
@@ -101,7 +101,7 @@ pub struct Timing {
 impl Timing {
     /// Of windows whose calls make `batch` inferences each; none of no windows.
     #[must_use]
-    pub fn of(windows: &[Window], batch: usize) -> Option<Self> {
+    pub(crate) fn of(windows: &[Window], batch: usize) -> Option<Self> {
         let window_mean_us: Vec<f64> = windows.iter().map(|w| w.times.mean_us).collect();
         let times = windows[median_index(&window_mean_us)?].times;
         let most = window_mean_us.iter().copied().fold(0.0, f64::max);
@@ -117,7 +117,7 @@ impl Timing {
 
 /// Inferences in batches; the times are those of a batch.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Offline {
+pub(crate) struct Offline {
     /// Inferences of a batch.
     pub batch: usize,
     /// Times of batches.
@@ -130,7 +130,7 @@ pub struct Offline {
 
 /// From silhouettes to an answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Parts {
+pub(crate) struct Parts {
     /// One input from the pack: decode, pose, project, draw and average, on one thread.
     pub preprocessing: Timing,
     /// The same and the inference.
@@ -139,7 +139,7 @@ pub struct Parts {
 
 /// Loops around nothing but the runtime, window by window in turn with ours.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Bare {
+pub(crate) struct Bare {
     /// Times of the usual loop: the input lies ready, the runtime makes outputs in each call.
     #[serde(flatten)]
     pub timing: Timing,
@@ -154,7 +154,7 @@ pub struct Bare {
 impl Bare {
     /// Of windows that took turns; none of no windows.
     #[must_use]
-    pub fn of(ours: &[Window], bare: &[Window], reusing: &[Window]) -> Option<Self> {
+    pub(crate) fn of(ours: &[Window], bare: &[Window], reusing: &[Window]) -> Option<Self> {
         let overhead = |bare: &[Window]| -> Option<f64> {
             let pairs = ours.iter().zip(bare);
             let ratios: Vec<f64> = pairs
@@ -173,7 +173,7 @@ impl Bare {
 
 /// Energy of all that the counter sees, divided by the inferences.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Energy {
+pub(crate) struct Energy {
     /// What was read.
     pub source: String,
     /// Millijoules of an inference, one at a time.
@@ -194,7 +194,7 @@ pub(super) fn millijoules(windows: &[Window], batch: usize) -> Option<f64> {
 
 /// The machine while a model was measured.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Conditions {
+pub(crate) struct Conditions {
     /// Before it was loaded.
     pub start: State,
     /// After the last window.
@@ -209,7 +209,7 @@ impl BenchResults {
     ///
     /// # Errors
     /// If the file cannot be read, or holds something else.
-    pub fn read(path: &Path) -> Result<Self> {
+    pub(crate) fn read(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, error))?;
         serde_json::from_str(&text).map_err(|error| {
             let expected = "expected the JSON results of edgegait bench";
@@ -220,7 +220,7 @@ impl BenchResults {
 
 /// Now, universal time, as RFC 3339 writes it.
 #[must_use]
-pub fn utc_now() -> String {
+pub(crate) fn utc_now() -> String {
     let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
     utc(since.map_or(0, |since| since.as_secs()))
 }

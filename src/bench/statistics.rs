@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// that fewer than one time in the sample would exceed are absent: p90 of fewer than 10 times,
 /// p95 of 20, p99 of 100, p99.9 of 1000.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Times {
+pub(crate) struct Times {
     /// How many times.
     pub calls: u64,
     /// Least.
@@ -38,7 +38,7 @@ pub struct Times {
 impl Times {
     /// The distribution of times in nanoseconds, which are sorted; none of no times.
     #[must_use]
-    pub fn of(times_ns: &mut [u64]) -> Option<Self> {
+    pub(crate) fn of(times_ns: &mut [u64]) -> Option<Self> {
         times_ns.sort_unstable();
         let sorted: &[u64] = times_ns;
         let us = |ns: u64| ns as f64 * 1e-3;

@@ -8,7 +8,7 @@ use crate::table::Table;
 
 /// How a table is written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Format {
+pub(crate) enum Format {
     /// Aligned columns.
     #[default]
     Text,
@@ -19,7 +19,7 @@ pub enum Format {
 impl Format {
     /// The name under which flags state it.
     #[must_use]
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Text => "text",
             Self::Markdown => "markdown",
@@ -28,7 +28,7 @@ impl Format {
 }
 
 /// Results and what to call them; with a name, its models are headed by it too.
-pub struct Column<'a> {
+pub(crate) struct Column<'a> {
     /// Such as the name of the results' file.
     pub name: &'a str,
     /// The results.
@@ -40,7 +40,7 @@ const ABSENT: &str = "-";
 
 /// All results side by side. Rows that no column has anything for are left out.
 #[must_use]
-pub fn render(columns: &[Column<'_>], format: Format) -> String {
+pub(crate) fn render(columns: &[Column<'_>], format: Format) -> String {
     let boards = columns
         .iter()
         .map(|column| (column.name.to_owned(), column.results));

@@ -6,11 +6,11 @@ use std::time::{Duration, Instant};
 
 /// Fewest inferences of a window (the suggestion of gait benchmarks at the edge: enough for a
 /// 99th percentile).
-pub const LEAST_INFERENCES: u64 = 100;
+pub(crate) const LEAST_INFERENCES: u64 = 100;
 
 /// How long is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plan {
+pub(crate) struct Plan {
     /// Calls before each window that are not timed.
     pub warm_up: u32,
     /// Shortest window; one also has at least [`LEAST_INFERENCES`].
@@ -21,14 +21,14 @@ pub struct Plan {
 
 impl Plan {
     /// Ten calls to warm up, five windows of 1 s.
-    pub const DEFAULT: Self = Self {
+    pub(crate) const DEFAULT: Self = Self {
         warm_up: 10,
         window: Duration::from_secs(1),
         windows: 5,
     };
     /// As MLPerf Tiny 1.2 runs its performance script: five windows, median; 10 s at least,
     /// here each; 10 calls to warm up before each, the most that any of its tasks has.
-    pub const MLPERF: Self = Self {
+    pub(crate) const MLPERF: Self = Self {
         warm_up: 10,
         window: Duration::from_secs(10),
         windows: 5,
@@ -36,11 +36,11 @@ impl Plan {
 }
 
 /// What is timed: one call.
-pub type Work<'w> = &'w mut dyn FnMut() -> Result<()>;
+pub(crate) type Work<'w> = &'w mut dyn FnMut() -> Result<()>;
 
 /// What was measured in one window.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Window {
+pub(crate) struct Window {
     /// Times of the calls.
     pub times: Times,
     /// Energy in joules, where it was metered.
@@ -48,7 +48,7 @@ pub struct Window {
 }
 
 /// Is told when a window begins and ends, outside of what is timed.
-pub trait Watch {
+pub(crate) trait Watch {
     /// A window begins.
     fn begin(&mut self);
     /// It has ended; the energy that it took, joules, if that is metered.
@@ -64,7 +64,7 @@ pub trait Watch {
 ///
 /// # Errors
 /// When a call fails.
-pub fn measure<const N: usize>(
+pub(crate) fn measure<const N: usize>(
     plan: &Plan,
     batch: usize,
     works: [Work<'_>; N],

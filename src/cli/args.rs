@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 /// What every subcommand takes.
 #[derive(Clone, Debug, clap::Args)]
-pub struct Common {
+pub(super) struct Common {
     /// Seed of everything random
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
@@ -29,7 +29,7 @@ pub struct Common {
 
 /// The files that a command reads and writes.
 #[derive(Clone, Debug, Default)]
-pub struct Files {
+pub(super) struct Files {
     /// Files and folders that it reads; some of them may not be there.
     pub inputs: Vec<PathBuf>,
     /// What it writes besides the JSON results.
@@ -37,7 +37,7 @@ pub struct Files {
 }
 
 /// The file that a value stands for, if it is one with this extension and no name.
-pub fn file_with(extension: &str, value: Option<&String>) -> Option<PathBuf> {
+pub(super) fn file_with(extension: &str, value: Option<&String>) -> Option<PathBuf> {
     let path = PathBuf::from(value?);
     let has_it = path.extension().is_some_and(|found| found == extension);
     has_it.then_some(path)
@@ -46,7 +46,7 @@ pub fn file_with(extension: &str, value: Option<&String>) -> Option<PathBuf> {
 impl Common {
     /// Whether standard output belongs to the JSON results.
     #[must_use]
-    pub fn json_on_stdout(&self) -> bool {
+    pub(super) fn json_on_stdout(&self) -> bool {
         self.json.as_deref() == Some(Path::new("-"))
     }
 
@@ -55,7 +55,7 @@ impl Common {
     ///
     /// # Errors
     /// Naming the first of them.
-    pub fn check(&self, command: &'static str, files: &Files) -> Result<()> {
+    pub(super) fn check(&self, command: &'static str, files: &Files) -> Result<()> {
         let mut outputs = files.outputs.clone();
         if let Some(path) = self.json.as_deref().filter(|_| !self.json_on_stdout()) {
             outputs.push(Output::new("--json", path, Kind::Json(command)));
@@ -64,7 +64,7 @@ impl Common {
     }
 
     /// Prints what a person reads, unless standard output belongs to the JSON results.
-    pub fn say(&self, text: impl Display) {
+    pub(super) fn say(&self, text: impl Display) {
         if !self.json_on_stdout() {
             match writeln!(std::io::stdout(), "{text}") {
                 Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
@@ -81,7 +81,7 @@ impl Common {
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub fn write_json(&self, results: &impl Serialize) -> Result<()> {
+    pub(super) fn write_json(&self, results: &impl Serialize) -> Result<()> {
         let Some(path) = &self.json else {
             return Ok(());
         };
@@ -100,13 +100,17 @@ impl Common {
 }
 
 /// The value of `--max-gei-rmse`.
-pub fn gei_rmse(text: &str) -> std::result::Result<f64, String> {
+pub(super) fn gei_rmse(text: &str) -> std::result::Result<f64, String> {
     let found = text.parse().ok().filter(|x: &f64| *x > 0.0 && *x <= 255.0);
     found.ok_or_else(|| "expected a number above 0, at most 255".to_owned())
 }
 
 /// A result's header with what `--max-gei-rmse` chose, and why.
-pub fn stated_choice<T: Display>(header: Header, most: Option<f64>, choice: &Choice<T>) -> Header {
+pub(super) fn stated_choice<T: Display>(
+    header: Header,
+    most: Option<f64>,
+    choice: &Choice<T>,
+) -> Header {
     header
         .with("max_gei_rmse", most)
         .with("gei_rmse", choice.gei_rmse)
@@ -115,7 +119,7 @@ pub fn stated_choice<T: Display>(header: Header, most: Option<f64>, choice: &Cho
 
 /// From where walks are seen.
 #[derive(Clone, Debug, Default, clap::Args)]
-pub struct ViewArgs {
+pub(super) struct ViewArgs {
     /// Viewpoints: "paper" (703), "side", or a CSV file with azimuth_deg and elevation_deg
     #[arg(long, value_name = "NAME|FILE", conflicts_with_all = ["azimuth_deg", "elevation_deg"])]
     pub views: Option<String>,
@@ -139,13 +143,13 @@ pub struct ViewArgs {
 
 impl ViewArgs {
     /// The file that names viewpoints, if it is one.
-    pub fn file(&self) -> Option<PathBuf> {
+    pub(super) fn file(&self) -> Option<PathBuf> {
         file_with("csv", self.views.as_ref())
     }
 
     /// Whether any of these flags was given.
     #[must_use]
-    pub fn is_given(&self) -> bool {
+    pub(super) fn is_given(&self) -> bool {
         self.views.is_some() || !self.azimuth_deg.is_empty() || !self.elevation_deg.is_empty()
     }
 
@@ -153,7 +157,7 @@ impl ViewArgs {
     ///
     /// # Errors
     /// For angles that are no viewpoint, and files that hold none.
-    pub fn views(&self, default: &str) -> Result<Views> {
+    pub(super) fn views(&self, default: &str) -> Result<Views> {
         if self.azimuth_deg.is_empty() && self.elevation_deg.is_empty() {
             return Views::named(self.views.as_deref().unwrap_or(default));
         }

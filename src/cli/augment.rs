@@ -5,7 +5,7 @@ use crate::template::augment::{Augmentation, Crops};
 
 /// What is made of each image besides itself.
 #[derive(Clone, Debug, clap::Args)]
-pub struct AugmentArgs {
+pub(super) struct AugmentArgs {
     /// Add variants of each image: mirrored; without its lowest rows, enlarged (Han & Bhanu's
     /// synthetic templates); both together. Each has its own condition, as in normal+flip+crop2
     #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
@@ -31,7 +31,7 @@ impl AugmentArgs {
     ///
     /// # Errors
     /// For numbers of crops without crops.
-    pub fn augmentation(&self) -> Result<Augmentation> {
+    pub(super) fn augmentation(&self) -> Result<Augmentation> {
         let default = Crops::default();
         let is_cropped = self.augment.contains(&Way::Crop);
         if !is_cropped && (self.crop_steps.is_some() || self.crop_rows.is_some()) {

@@ -29,7 +29,7 @@ use std::time::Duration;
     mut_arg("threads", |threads| threads.help("Threads inside of one inference [default: 1]")),
     after_help = "Examples:\n  edgegait bench                               # the shipped models, the embedded runtime\n  edgegait bench mine.onnx --runtime ort --ort-lib /path/to/libonnxruntime.so --cpus 2,3 --threads 2\n  edgegait bench mine.onnx --mlperf --json pi4.json\n  edgegait bench --compare pi4.json pi5.json --format markdown\n\nEach model is measured in a process of its own: one input at a time, then batches, then drawing\nits input and both together; after that its rank-1, with the same runtime and settings. The\nfigures are those of the median window. What a machine does not expose is left out."
 )]
-pub struct Args {
+pub(super) struct Args {
     /// ONNX models, and a pack whose walks they are shown [default: the shipped models, the
     /// built-in cohort]
     #[arg(value_name = "MODEL|PACK")]
@@ -127,7 +127,7 @@ impl Args {
 }
 
 /// Runs the subcommand.
-pub fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &Args) -> Result<()> {
     if args.alone.is_none() {
         args.common.check("bench", &args.files())?;
     }

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 
 /// The flags.
 #[derive(Clone, Debug, clap::Args)]
-pub struct BodyArgs {
+pub(super) struct BodyArgs {
     /// Stature of the body that walks [default: from the skeleton's own segment lengths]
     #[arg(long, value_name = "M")]
     stature_m: Option<f64>,
@@ -51,7 +51,7 @@ enum SexArg {
 
 impl BodyArgs {
     /// The files that flags name.
-    pub fn files(&self) -> impl Iterator<Item = PathBuf> {
+    pub(super) fn files(&self) -> impl Iterator<Item = PathBuf> {
         let files = [&self.bodies, &self.body, &self.skeleton];
         files.into_iter().flatten().cloned()
     }
@@ -60,7 +60,7 @@ impl BodyArgs {
     ///
     /// # Errors
     /// As [`MeasuredPeople::read`].
-    pub fn measured(&self, keep_going: KeepGoing) -> Result<(MeasuredPeople, Vec<String>)> {
+    pub(super) fn measured(&self, keep_going: KeepGoing) -> Result<(MeasuredPeople, Vec<String>)> {
         let Some(path) = &self.bodies else {
             return Ok((MeasuredPeople::default(), Vec::new()));
         };
@@ -82,7 +82,7 @@ impl BodyArgs {
     ///
     /// # Errors
     /// For meshes that cannot be read or have no figure.
-    pub fn options(
+    pub(super) fn options(
         &self,
         recordings: &mut Vec<Recording>,
         measured: MeasuredPeople,

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 /// Make the built-in cohort (26 people at 10 speeds, from published norms) as a pack
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  edgegait cohort --out cohort.egp --speeds-kmh 4,5,6")]
-pub struct Args {
+pub(super) struct Args {
     /// Where to write the pack
     #[arg(long, value_name = "PATH", default_value = "cohort.egp")]
     out: PathBuf,
@@ -30,7 +30,7 @@ pub struct Args {
 
 impl Args {
     /// What it reads and writes.
-    pub fn files(&self) -> Files {
+    pub(super) fn files(&self) -> Files {
         Files {
             inputs: Vec::new(),
             outputs: vec![Output::new("--out", &self.out, Kind::Pack)],
@@ -39,7 +39,7 @@ impl Args {
 }
 
 /// Runs the subcommand.
-pub fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &Args) -> Result<()> {
     args.encoding.check()?;
     let options = CohortOptions {
         seed: args.common.seed,

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 /// Under which conditions people walk.
 #[derive(Clone, Debug, Default, clap::Args)]
-pub struct ConditionArgs {
+pub(super) struct ConditionArgs {
     /// Conditions: casia-b (NM, BG, CL), tum-iitkgp, each (every confounder alone, at strength 1), or
     /// a .toml file
     #[arg(long, value_name = "NAME|FILE", conflicts_with = "confound")]
@@ -23,13 +23,13 @@ pub struct ConditionArgs {
 
 impl ConditionArgs {
     /// The file that names conditions, if it is one.
-    pub fn file(&self) -> Option<PathBuf> {
+    pub(super) fn file(&self) -> Option<PathBuf> {
         file_with("toml", self.conditions.as_ref())
     }
 
     /// Whether any was asked for.
     #[must_use]
-    pub fn is_given(&self) -> bool {
+    pub(super) fn is_given(&self) -> bool {
         self.conditions.is_some() || !self.confound.is_empty()
     }
 
@@ -37,7 +37,7 @@ impl ConditionArgs {
     ///
     /// # Errors
     /// If any was asked for.
-    pub fn refuse_for_folders(&self) -> Result<()> {
+    pub(super) fn refuse_for_folders(&self) -> Result<()> {
         if self.is_given() {
             return Err(Error::Usage(
                 "--conditions, --confound: a folder is used as it was drawn (use a pack, or sweep another dataset)".into(),
@@ -51,7 +51,7 @@ impl ConditionArgs {
     ///
     /// # Errors
     /// If there are none of this name, or the file cannot be used.
-    pub fn load(&self, usual: Option<&str>, header: &mut Header) -> Result<Vec<Condition>> {
+    pub(super) fn load(&self, usual: Option<&str>, header: &mut Header) -> Result<Vec<Condition>> {
         if let Some(twice) = (1..self.confound.len()).find(|&at| {
             let before = self.confound[..at].iter();
             before
@@ -82,7 +82,7 @@ impl ConditionArgs {
 ///
 /// # Errors
 /// Never: what is built in can be read.
-pub fn listing() -> Result<String> {
+pub(super) fn listing() -> Result<String> {
     let mut table = Table::new(&[Left(22)]);
     table.note("confounders (strength 0 to 1; ± marks those from -1):");
     let mut class = None;

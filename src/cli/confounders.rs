@@ -35,7 +35,7 @@ const ELEVATION_DEG: f32 = 10.0;
 #[command(
     after_help = "Examples:\n  edgegait confounders                                 # the shipped models, 26 people, azimuth 90, elevation 10, all confounders\n  edgegait confounders pixels cohort.egp --only coat,backpack --views models/spread.csv --json -"
 )]
-pub struct Args {
+pub(super) struct Args {
     /// ONNX models or "pixels" (the template itself), and a pack [default: the shipped models, the
     /// built-in cohort]
     #[arg(value_name = "MODEL|PACK")]
@@ -87,7 +87,7 @@ fn strength(text: &str) -> std::result::Result<f64, String> {
 
 impl Args {
     /// What it reads and writes.
-    pub fn files(&self) -> Files {
+    pub(super) fn files(&self) -> Files {
         let inputs = with_contracts(&self.inputs).into_iter();
         Files {
             inputs: inputs.chain(self.views.file()).collect(),
@@ -109,7 +109,7 @@ struct Results {
 }
 
 /// Runs the subcommand.
-pub fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &Args) -> Result<()> {
     let seed = args.common.seed;
     if !has_extension(&args.out, "svg") {
         return Err(Error::Usage(format!(

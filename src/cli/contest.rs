@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 
 /// Who is looked for among whom, and how they are seen.
 #[derive(Clone, Debug, clap::Args)]
-pub struct ContestArgs {
+pub(super) struct ContestArgs {
     #[command(flatten)]
     selection: SelectionArgs,
     /// Who is looked for among whom: closed-set, first-take, leave-one-take-out, cross-view,
@@ -46,7 +46,7 @@ pub struct ContestArgs {
 
 impl ContestArgs {
     /// The files that flags name, if they are files.
-    pub fn inputs(&self) -> impl Iterator<Item = PathBuf> {
+    pub(super) fn inputs(&self) -> impl Iterator<Item = PathBuf> {
         let protocol = file_with("toml", self.protocol.as_ref());
         let files = [protocol, self.conditions.file(), self.views.file()];
         files.into_iter().flatten()
@@ -57,7 +57,7 @@ impl ContestArgs {
     ///
     /// # Errors
     /// When something cannot be used, and what `work` returns.
-    pub fn run<R>(
+    pub(super) fn run<R>(
         &self,
         (models, data): (&[PathBuf], Option<PathBuf>),
         (runtime, seed): (&Runtime, u64),

@@ -13,7 +13,7 @@ use glam::Vec3;
 
 /// How silhouettes are drawn.
 #[derive(Clone, Debug, clap::Args)]
-pub struct DrawArgs {
+pub(super) struct DrawArgs {
     /// What is made of each cycle's silhouettes; several names are for `render` only [default: gei,
     /// or what a model's contract says; of `render` the silhouettes]
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
@@ -57,7 +57,7 @@ impl DrawArgs {
     ///
     /// # Errors
     /// As [`Self::settings`], and for flags that the contract contradicts.
-    pub fn settings_for(&self, contract: &Contract, seed: u64) -> Result<Settings> {
+    pub(super) fn settings_for(&self, contract: &Contract, seed: u64) -> Result<Settings> {
         let asked = format!("{}x{}", contract.rows, contract.columns);
         let known = Size::ALL.into_iter().find(|size| size.name() == asked);
         let frames = match (contract.frames, self.frames_per_cycle) {
@@ -88,7 +88,7 @@ impl DrawArgs {
     ///
     /// # Errors
     /// If several are.
-    pub fn only_template(&self) -> Result<Option<Template>> {
+    pub(super) fn only_template(&self) -> Result<Option<Template>> {
         match *self.template.as_slice() {
             [] => Ok(None),
             [template] => Ok(Some(template)),
@@ -100,7 +100,7 @@ impl DrawArgs {
 
     /// The flags without the template, where silhouettes are drawn and made into templates later.
     #[must_use]
-    pub fn without_template(&self) -> Self {
+    pub(super) fn without_template(&self) -> Self {
         Self {
             template: Vec::new(),
             ..self.clone()
@@ -109,7 +109,7 @@ impl DrawArgs {
 
     /// The flags without template, size and framing, which a tree of silhouettes is given as they are asked for.
     #[must_use]
-    pub fn without_size(&self) -> Self {
+    pub(super) fn without_size(&self) -> Self {
         Self {
             size: None,
             framing: None,
@@ -121,7 +121,7 @@ impl DrawArgs {
     ///
     /// # Errors
     /// For flags that do not apply to the others, and numbers out of range.
-    pub fn settings(&self, seed: u64) -> Result<Settings> {
+    pub(super) fn settings(&self, seed: u64) -> Result<Settings> {
         let default = Settings::default();
         let sensor = Sensor::default();
         let settings = Settings {
@@ -189,7 +189,7 @@ impl DrawArgs {
     ///
     /// # Errors
     /// Naming the first such flag that was given.
-    pub fn refuse_for_folders(
+    pub(super) fn refuse_for_folders(
         &self,
         selection: &SelectionArgs,
         cycles: Option<u32>,

@@ -10,7 +10,7 @@ use crate::scene::Subject;
 
 /// The flags.
 #[derive(Clone, Copy, Debug, clap::Args)]
-pub struct EncodingArgs {
+pub(super) struct EncodingArgs {
     /// Greatest encoding error of a walk in mm; a body has two fifths of it, up to 4 mm [default: 5;
     /// 1 with a body that is fitted to a mesh]
     #[arg(long, value_name = "E")]
@@ -32,7 +32,7 @@ impl EncodingArgs {
     ///
     /// # Errors
     /// For a negative one, and one that is not a number.
-    pub fn check(&self) -> Result<()> {
+    pub(super) fn check(&self) -> Result<()> {
         match self.max_error_mm {
             Some(error) if !(0.0..=1e6).contains(&error) => Err(Error::Usage(format!(
                 "--max-error-mm {error}: expected 0 to 1,000,000"
@@ -54,7 +54,7 @@ impl EncodingArgs {
     ///
     /// # Errors
     /// As [`encoded`].
-    pub fn encode(&self, what: &'static str, people: &[Subject]) -> Result<Encoded> {
+    pub(super) fn encode(&self, what: &'static str, people: &[Subject]) -> Result<Encoded> {
         let tries = self.budget_bytes.map_or(1, |_| BUDGET_TRIES);
         let walks: usize = people.iter().map(|subject| subject.walks.len()).sum();
         let progress = Progress::new(what, walks * tries);
@@ -64,7 +64,7 @@ impl EncodingArgs {
 
     /// A result's header with how people were encoded, by the names of the flags.
     #[must_use]
-    pub fn stated(&self, header: Header, encoded: &Encoded) -> Header {
+    pub(super) fn stated(&self, header: Header, encoded: &Encoded) -> Header {
         let header = header
             .with("max_error_mm", encoded.max_error_mm)
             .with("budget_bytes", self.budget_bytes)
@@ -77,7 +77,7 @@ impl EncodingArgs {
 }
 
 /// Prints what `--max-gei-rmse` chose, and why.
-pub fn say_choice(encoded: &Encoded, common: &Common) {
+pub(super) fn say_choice(encoded: &Encoded, common: &Common) {
     if let Some(choice) = &encoded.choice {
         common.say(format_args!("chosen: {choice}"));
     }

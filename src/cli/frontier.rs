@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 #[command(
     after_help = "Examples:\n  edgegait frontier                       # people of the built-in cohort, encoded in every way\n  edgegait frontier cmu.egp --json -      # a pack's walks as they are stored\n\nErrors are against exact coverage (16x16 samples a pixel, f64) of the finest motion: of the\nbuilt-in people their finest encoding in 128 frames a cycle, of a pack its own. Rank-1 is that\nof the shipped models on the built-in cohort. Times differ between runs, and with them\nthe set of those that no other beats; all else is the same on every run."
 )]
-pub struct Args {
+pub(super) struct Args {
     /// A pack [default: people of the built-in cohort]
     #[arg(value_name = "PACK")]
     pack: Option<PathBuf>,
@@ -36,7 +36,7 @@ pub struct Args {
 
 impl Args {
     /// What it reads and writes.
-    pub fn files(&self) -> Files {
+    pub(super) fn files(&self) -> Files {
         Files {
             inputs: self.pack.iter().cloned().collect(),
             outputs: vec![Output::new("--out", &self.out, Kind::Frontier)],
@@ -53,7 +53,7 @@ struct Results {
 }
 
 /// Runs the subcommand.
-pub fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &Args) -> Result<()> {
     let source = match &args.pack {
         Some(path) => Some(read(path)?),
         None => None,

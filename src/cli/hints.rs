@@ -6,7 +6,7 @@ use edgegait_core::silhouette::Size;
 use std::fmt;
 
 /// An error as the command shows it.
-pub struct Shown<'a>(pub &'a Error);
+pub(super) struct Shown<'a>(pub &'a Error);
 
 impl fmt::Display for Shown<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -31,7 +31,7 @@ use std::path::{Path, PathBuf};
 #[command(
     after_help = "Examples:\n  edgegait import clips/cmu_amc/s07/*.amc --out s07.egp\n  edgegait import turn.bvh --track clip --out turn.egp\n  edgegait import walk.bvh --subject anna --stature-m 1.68 --mass-kg 61 --sex female --out anna.egp\n  edgegait import walks --bodies people.csv --out walks.egp\n  edgegait import anna.glb --clip walk --track clip --out anna.egp\n  edgegait import walks --body anna.glb --hull-points 256 --out as-anna.egp\n\nA take is named after its file, and its subject after what stands before the last \"_\" of\nthat name (07_01.amc is take 07_01 of subject 07). An .amc file is read with the .asf file\nbeside it. A .glb or .gltf file is a body: its subject has the file's name, its take the clip's,\nand kept as it is (--track clip) it stays where the file places it."
 )]
-pub struct Args {
+pub(super) struct Args {
     /// Files, or folders of them
     #[arg(value_name = "FILE", required = true)]
     files: Vec<PathBuf>,
@@ -162,7 +162,7 @@ struct ClipResult {
 
 impl Args {
     /// What it reads and writes.
-    pub fn files(&self) -> Files {
+    pub(super) fn files(&self) -> Files {
         let files = expand(&self.files).unwrap_or_default();
         // An .amc is read with an .asf beside it, whatever that is called.
         let mut folders: Vec<&Path> = files.iter().filter_map(|file| file.parent()).collect();
@@ -185,7 +185,7 @@ impl Args {
 }
 
 /// Runs the subcommand.
-pub fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &Args) -> Result<()> {
     for (flag, value) in [("--low-pass-hz", args.low_pass_hz), ("--fps", args.fps)] {
         if value.is_some_and(|value| !(0.0..=1e6).contains(&value)) {
             return Err(Error::Usage(format!("{flag}: expected 0 or more")));

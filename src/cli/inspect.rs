@@ -10,7 +10,7 @@ use std::path::PathBuf;
 /// Show what a pack holds and takes: people, walks, bytes, errors, memory
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  edgegait inspect cohort.egp --json -")]
-pub struct Args {
+pub(super) struct Args {
     /// The pack
     #[arg(value_name = "PACK")]
     pack: PathBuf,
@@ -20,7 +20,7 @@ pub struct Args {
 
 impl Args {
     /// What it reads and writes.
-    pub fn files(&self) -> Files {
+    pub(super) fn files(&self) -> Files {
         Files {
             inputs: vec![self.pack.clone()],
             outputs: Vec::new(),
@@ -29,7 +29,7 @@ impl Args {
 }
 
 /// Runs the subcommand.
-pub fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &Args) -> Result<()> {
     let source = PackSource::read(&args.pack)?;
     let mut header = Header::new("inspect", args.common.seed);
     header.inputs = source.inputs;

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 /// # Errors
 /// The system's, if it takes no handler.
 #[cfg(unix)]
-pub fn listen() -> Result<()> {
+pub(super) fn listen() -> Result<()> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     let failed =
         |error: std::io::Error| Error::Failed(format!("cannot listen for interruptions: {error}"));

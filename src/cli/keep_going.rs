@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 
 /// The flag.
 #[derive(Clone, Copy, Debug, clap::Args)]
-pub struct KeepGoing {
+pub(super) struct KeepGoing {
     /// Leave out what cannot be used, with a warning for each, and go on with the rest: `import`
     /// files, gait cycles and fields of --bodies, `score` sequences of a tree
     #[arg(long)]
@@ -15,7 +15,7 @@ pub struct KeepGoing {
 impl KeepGoing {
     /// Whether it was given.
     #[must_use]
-    pub const fn is_given(self) -> bool {
+    pub(super) const fn is_given(self) -> bool {
         self.keep_going
     }
 
@@ -24,7 +24,7 @@ impl KeepGoing {
     ///
     /// # Errors
     /// Without the flag, and if none is left.
-    pub fn leave_out(
+    pub(super) fn leave_out(
         self,
         mut refused: Vec<Error>,
         all: usize,
@@ -58,7 +58,7 @@ impl KeepGoing {
 
 /// An error that also says this, in brackets.
 #[must_use]
-pub fn with_hint(error: Error, hint: &str) -> Error {
+pub(super) fn with_hint(error: Error, hint: &str) -> Error {
     match error {
         Error::Input {
             path,

@@ -18,7 +18,7 @@ const MAX_READ: u64 = 1 << 28;
 
 /// What is written, by which an earlier one is known again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub(super) enum Kind {
     /// The JSON results of the command of this name.
     Json(&'static str),
     /// A table that begins with this column.
@@ -55,7 +55,7 @@ pub enum Kind {
 
 /// Something that a command will write.
 #[derive(Clone, Debug)]
-pub struct Output {
+pub(super) struct Output {
     /// The flag that names it.
     pub flag: &'static str,
     /// Where.
@@ -66,7 +66,7 @@ pub struct Output {
 
 impl Output {
     /// What the flag's value will be.
-    pub fn new(flag: &'static str, path: &Path, kind: Kind) -> Self {
+    pub(super) fn new(flag: &'static str, path: &Path, kind: Kind) -> Self {
         Self {
             flag,
             path: path.to_path_buf(),
@@ -141,7 +141,7 @@ impl Output {
 ///
 /// # Errors
 /// Naming the first of them, and what to do.
-pub fn check(outputs: &[Output], inputs: &[PathBuf], overwrite: bool) -> Result<()> {
+pub(super) fn check(outputs: &[Output], inputs: &[PathBuf], overwrite: bool) -> Result<()> {
     for (at, output) in outputs.iter().enumerate() {
         output.check(inputs, overwrite)?;
         for other in &outputs[..at] {

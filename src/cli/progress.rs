@@ -10,7 +10,7 @@ const INTERVAL: Duration = Duration::from_secs(3);
 
 /// Counts done pieces of work and shows them.
 #[derive(Debug)]
-pub struct Progress {
+pub(super) struct Progress {
     what: &'static str,
     total: u64,
     bar: Option<ProgressBar>,
@@ -27,7 +27,7 @@ struct Plain {
 impl Progress {
     /// Starts work of `total` pieces; `what` says which, for example "walks".
     #[must_use]
-    pub fn new(what: &'static str, total: usize) -> Self {
+    pub(super) fn new(what: &'static str, total: usize) -> Self {
         let total = total as u64;
         let bar = std::io::stderr().is_terminal().then(|| {
             let bar = ProgressBar::new(total);
@@ -52,7 +52,7 @@ impl Progress {
 
     /// One piece is done. Without a terminal a line is printed every few seconds, so that
     /// short work prints none.
-    pub fn step(&self) {
+    pub(super) fn step(&self) {
         if let Some(bar) = &self.bar {
             bar.inc(1);
             return;

@@ -27,7 +27,7 @@ use std::path::PathBuf;
 #[command(
     after_help = "Examples:\n  edgegait quantize models/spread.onnx --out spread.egr\n  edgegait quantize mine.onnx --pack cohort.egp --raster rows --cycles 8 --out mine.egr\n\nThe file's answers are compared with the model's on walks that training has not seen."
 )]
-pub struct Args {
+pub(super) struct Args {
     /// A model whose class scores are an affine function of a GEI, with its contract (.toml)
     /// beside it
     #[arg(value_name = "MODEL")]
@@ -71,7 +71,7 @@ struct Results {
 }
 
 /// Runs the subcommand.
-pub fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &Args) -> Result<()> {
     args.check_out()?;
     let runtime = args.runtime.runtime()?;
     let model = Model::open(&args.model)?;
@@ -148,7 +148,7 @@ fn probes<'a>(
 
 impl Args {
     /// What it reads and writes.
-    pub fn files(&self) -> Files {
+    pub(super) fn files(&self) -> Files {
         let model = with_contracts(std::slice::from_ref(&self.model)).into_iter();
         Files {
             inputs: model

@@ -10,7 +10,7 @@ use crate::source::is_pack_or_folder;
 use std::path::{Path, PathBuf};
 
 /// Models, and at most one pack or folder, told apart by what they are.
-pub fn sort_inputs(inputs: &[PathBuf]) -> Result<(Vec<PathBuf>, Option<PathBuf>)> {
+pub(super) fn sort_inputs(inputs: &[PathBuf]) -> Result<(Vec<PathBuf>, Option<PathBuf>)> {
     let (mut models, mut data) = (Vec::new(), None);
     for path in inputs {
         if is_baseline(path) || !is_pack_or_folder(path)? {
@@ -26,13 +26,13 @@ pub fn sort_inputs(inputs: &[PathBuf]) -> Result<(Vec<PathBuf>, Option<PathBuf>)
 }
 
 /// These files, and the contracts that are read with those that are models.
-pub fn with_contracts(inputs: &[PathBuf]) -> Vec<PathBuf> {
+pub(super) fn with_contracts(inputs: &[PathBuf]) -> Vec<PathBuf> {
     let beside = inputs.iter().map(|path| Contract::path_beside(path));
     inputs.iter().cloned().chain(beside).collect()
 }
 
 /// Whether a name stands for the pixel baseline.
-pub fn is_baseline(path: &Path) -> bool {
+pub(super) fn is_baseline(path: &Path) -> bool {
     path == Path::new(pixels::NAME) && !path.exists()
 }
 
@@ -41,7 +41,7 @@ pub fn is_baseline(path: &Path) -> bool {
 ///
 /// # Errors
 /// If a model cannot be used, or its contract asks for what is not stored or can not be drawn.
-pub fn load(
+pub(super) fn load(
     paths: &[PathBuf],
     runtime: &Runtime,
     (draw, seed, stored): (&DrawArgs, u64, Option<Stored>),
@@ -67,7 +67,7 @@ pub fn load(
 }
 
 /// The named models, or the shipped ones.
-pub fn models(paths: &[PathBuf]) -> Result<Vec<Model>> {
+pub(super) fn models(paths: &[PathBuf]) -> Result<Vec<Model>> {
     if paths.is_empty() {
         return shipped::models();
     }

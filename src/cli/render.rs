@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 #[command(
     after_help = "Examples:\n  edgegait render                          # text art of the first person\n  edgegait render --views side --out walk.png\n  edgegait render cohort.egp --subjects M03 --walks run-10kmh --azimuth-deg 0,45,90 --out run.npy\n  edgegait render turn.egp --start-s 1.5 --fps 25 --frames 50 --out turn.png\n  edgegait render --template gei,mei,mhi,msi,ghi,geni,frequency,kfd,row-width --out templates.png"
 )]
-pub struct Args {
+pub(super) struct Args {
     #[command(flatten)]
     source: SourceArgs,
     /// Where to write: .png (a row for each walk, condition and viewpoint and a column for each frame; of
@@ -84,7 +84,7 @@ enum Target<'a> {
 
 impl Args {
     /// What it reads and writes.
-    pub fn files(&self) -> Files {
+    pub(super) fn files(&self) -> Files {
         let (pack, conditions) = (self.source.pack.clone(), self.conditions.file());
         let inputs = pack.into_iter().chain(conditions).chain(self.views.file());
         let output = self.out.as_deref().and_then(|path| {
@@ -176,7 +176,7 @@ struct Rendered {
 }
 
 /// Runs the subcommand.
-pub fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &Args) -> Result<()> {
     let templates = args.templates()?;
     let target = args.target(templates)?;
     let moments = args.moments()?;

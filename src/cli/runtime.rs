@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 /// What runs the models.
 #[derive(Clone, Debug, clap::Args)]
-pub struct RuntimeArgs {
+pub(super) struct RuntimeArgs {
     /// What runs the models: the embedded runtime, or the real ONNX Runtime
     #[arg(long, value_name = "NAME", default_value = "rten")]
     runtime: RuntimeArg,
@@ -35,7 +35,7 @@ impl RuntimeArgs {
     /// # Errors
     /// If there is no ONNX Runtime library, or it cannot be used, or has no such provider; if
     /// flags are given that the embedded runtime has no use for.
-    pub fn runtime(&self) -> Result<Runtime> {
+    pub(super) fn runtime(&self) -> Result<Runtime> {
         match self.runtime {
             RuntimeArg::Rten if self.ort_lib.is_some() => Err(Error::Usage(
                 "--ort-lib: the embedded runtime needs no library (use --runtime ort)".into(),

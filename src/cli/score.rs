@@ -41,7 +41,7 @@ const SHOWN_PEOPLE: usize = 3;
 #[command(
     after_help = "Examples:\n  edgegait score                                # the shipped models, 26 people, 703 viewpoints\n  edgegait score mine.onnx cohort.egp --walks walk-5kmh --views side --json -\n  edgegait score --runtime ort --ort-lib /path/to/libonnxruntime.so\n\nPeople whom a model has classes for are probed with cycles that training has not seen, and\nthe highest class score decides. Others are enrolled by their first take at the model's\ntraining viewpoints, probed with their other takes, and the nearest embedding decides."
 )]
-pub struct Args {
+pub(super) struct Args {
     /// ONNX models or "pixels" (the GEI or --template itself), and a pack, a dataset or a tree of silhouettes
     /// (<person>/<take>/<view>/ with PNG frames or a pickled array) [default: the shipped models,
     /// the built-in cohort]
@@ -62,7 +62,7 @@ pub struct Args {
 }
 
 /// Runs the subcommand.
-pub fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &Args) -> Result<()> {
     let started = Instant::now();
     let runtime = args.runtime.runtime()?;
     let (models, data) = sort_inputs(&args.inputs)?;
@@ -106,7 +106,7 @@ pub fn run(args: &Args) -> Result<()> {
 
 impl Args {
     /// What it reads and writes.
-    pub fn files(&self) -> Files {
+    pub(super) fn files(&self) -> Files {
         let report = Output::new("--out", &self.out, Kind::Report);
         let rows = self.probes_csv.as_ref();
         let rows = rows.map(|path| Output::new("--probes-csv", path, Kind::Csv("recognizer")));

@@ -7,7 +7,7 @@ const NAMED: usize = 3;
 
 /// A warning, and the names of the files that it is about.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SharedWarning<'a> {
+pub(super) struct SharedWarning<'a> {
     /// What is said of each.
     pub warning: &'a str,
     /// At least one.
@@ -16,7 +16,7 @@ pub struct SharedWarning<'a> {
 
 impl<'a> SharedWarning<'a> {
     /// The warnings of these files, in the order in which they appear first.
-    pub fn of(files: impl Iterator<Item = (&'a str, &'a [String])>) -> Vec<Self> {
+    pub(super) fn of(files: impl Iterator<Item = (&'a str, &'a [String])>) -> Vec<Self> {
         let mut found: Vec<Self> = Vec::new();
         for (file, warnings) in files {
             for warning in warnings {
@@ -36,7 +36,7 @@ impl<'a> SharedWarning<'a> {
 
     /// Whether it is about several files.
     #[must_use]
-    pub const fn is_shared(&self) -> bool {
+    pub(super) const fn is_shared(&self) -> bool {
         self.files.len() > 1
     }
 }

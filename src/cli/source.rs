@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 /// Which walks are used.
 #[derive(Clone, Debug, Default, clap::Args)]
-pub struct SelectionArgs {
+pub(super) struct SelectionArgs {
     /// Only these people, by name
     #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
     pub subjects: Vec<String>,
@@ -20,7 +20,7 @@ pub struct SelectionArgs {
 
 /// Walks of a pack.
 #[derive(Clone, Debug, clap::Args)]
-pub struct SourceArgs {
+pub(super) struct SourceArgs {
     /// A pack [default: the built-in cohort of 26 people]
     #[arg(value_name = "PACK")]
     pub pack: Option<PathBuf>,
@@ -31,7 +31,7 @@ pub struct SourceArgs {
 impl SelectionArgs {
     /// What is asked for; of the built-in cohort one walk of each person, unless names say otherwise.
     #[must_use]
-    pub fn selection(&self, is_built_in: bool) -> Selection {
+    pub(super) fn selection(&self, is_built_in: bool) -> Selection {
         Selection {
             subjects: self.subjects.clone(),
             walks: if self.walks.is_empty() && is_built_in {
@@ -48,7 +48,7 @@ impl SourceArgs {
     ///
     /// # Errors
     /// When the file cannot be read or is no pack.
-    pub fn load(&self) -> Result<PackSource> {
+    pub(super) fn load(&self) -> Result<PackSource> {
         if let Some(path) = &self.pack {
             return PackSource::read(path);
         }
@@ -61,7 +61,7 @@ impl SourceArgs {
     ///
     /// # Errors
     /// When a name is unknown.
-    pub fn choose(&self, pack: &Pack<'_>) -> Result<Vec<usize>> {
+    pub(super) fn choose(&self, pack: &Pack<'_>) -> Result<Vec<usize>> {
         self.selection.selection(self.pack.is_none()).of(pack)
     }
 }

@@ -7,7 +7,7 @@ use super::drawing::DrawArgs;
 use super::outputs::{Kind, Output};
 use super::progress::Progress;
 use super::source::SourceArgs;
-pub use crate::bench::peak_rss_bytes;
+pub(super) use crate::bench::peak_rss_bytes;
 use crate::dataset::{DatasetWriter, Existing, Header, IndexRow};
 use crate::error::{Error, Result};
 use crate::frontier::choose;
@@ -24,7 +24,7 @@ use std::time::Instant;
 #[command(
     after_help = "Examples:\n  edgegait sweep --out dataset                 # 26 people at 5 km/h, 703 viewpoints\n  edgegait sweep cohort.egp --views side --cycles 8 --out side --json -\n  edgegait sweep --views side --template mhi --augment flip,crop --out mhi"
 )]
-pub struct Args {
+pub(super) struct Args {
     #[command(flatten)]
     source: SourceArgs,
     /// Folder to write (geis.npy or, of another template, NAME.npy; index.csv, manifest.json)
@@ -73,7 +73,7 @@ struct Results {
 
 impl Args {
     /// What it reads and writes.
-    pub fn files(&self) -> Files {
+    pub(super) fn files(&self) -> Files {
         if self.list_conditions {
             return Files::default();
         }
@@ -87,7 +87,7 @@ impl Args {
 }
 
 /// Runs the subcommand.
-pub fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &Args) -> Result<()> {
     if args.list_conditions {
         args.common.say(listing()?);
         return Ok(());
@@ -220,6 +220,6 @@ pub fn run(args: &Args) -> Result<()> {
 }
 
 /// A speed in km/h, to 0.01, from mm/s.
-pub fn kmh(speed_mm_per_s: u16) -> f64 {
+pub(super) fn kmh(speed_mm_per_s: u16) -> f64 {
     (f64::from(speed_mm_per_s) * 0.36).round() * 0.01
 }

@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 #[command(
     after_help = "Examples:\n  edgegait train --out side.onnx                      # built-in cohort, side view\n  edgegait train --azimuth-deg 0,45,90,135,180 --elevation-deg 0,30,60 --out spread.onnx\n  edgegait train dataset --out mine.onnx              # a dataset that `sweep` wrote\n  edgegait train --template geni --augment flip,crop --out geni.onnx\n  edgegait train --method svm --components 5,10,20,50 # recognizer-5.onnx, recognizer-10.onnx ..."
 )]
-pub struct Args {
+pub(super) struct Args {
     #[command(flatten)]
     source: SourceArgs,
     /// Where to write the model; its contract goes beside it as .toml
@@ -97,7 +97,7 @@ struct ModelResult {
 const CYCLES: u32 = 8;
 
 /// Runs the subcommand.
-pub fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &Args) -> Result<()> {
     let method = args.method()?;
     let outs = args.outs()?;
     let (samples, mut header) = match &args.source.pack {
@@ -123,7 +123,7 @@ pub fn run(args: &Args) -> Result<()> {
 
 impl Args {
     /// What it reads and writes.
-    pub fn files(&self) -> Files {
+    pub(super) fn files(&self) -> Files {
         let outs = self.outs().unwrap_or_default().into_iter();
         Files {
             inputs: self

@@ -14,7 +14,7 @@ use crate::scene::refused::without;
 ///
 /// # Errors
 /// As [`subjects`] and [`EncodingArgs::encode`], and if no walk is left.
-pub fn encoded_people(
+pub(super) fn encoded_people(
     recordings: &mut Vec<Recording>,
     body: &BodyOptions,
     (encoding, keep_going): (&EncodingArgs, KeepGoing),

@@ -147,7 +147,7 @@ impl Kind {
 
 /// The confounder of this name.
 #[must_use]
-pub fn named(name: &str) -> Option<&'static Confounder> {
+pub(crate) fn named(name: &str) -> Option<&'static Confounder> {
     CATALOGUE.iter().find(|confounder| confounder.name == name)
 }
 

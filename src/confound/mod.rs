@@ -5,11 +5,11 @@
 //! ([`motion`]), on the camera and on which frames there are (the sweep), or on silhouettes before
 //! they are framed ([`image`]). At strength 0 nothing is done at all.
 
-pub mod appearance;
-pub mod catalogue;
+pub(crate) mod appearance;
+pub(crate) mod catalogue;
 mod condition;
-pub mod image;
-pub mod motion;
+pub(crate) mod image;
+pub(crate) mod motion;
 mod plan;
 
 pub use catalogue::{CATALOGUE, Class, Confounder, Kind, Stage, Unit};

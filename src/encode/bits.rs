@@ -4,14 +4,14 @@ use edgegait_core::format::{ESCAPE_BITS, RICE_ESCAPE};
 
 /// Appends integers of 0 to 25 bits, least significant bit first.
 #[derive(Clone, Debug, Default)]
-pub struct BitWriter {
+pub(super) struct BitWriter {
     bytes: Vec<u8>,
     bits: usize,
 }
 
 impl BitWriter {
     /// Appends the `width` low bits of `value`.
-    pub fn unsigned(&mut self, value: u32, width: u32) {
+    pub(super) fn unsigned(&mut self, value: u32, width: u32) {
         for bit in 0..width {
             if self.bits.is_multiple_of(8) {
                 self.bytes.push(0);
@@ -24,12 +24,12 @@ impl BitWriter {
     }
 
     /// Appends `value` as a two's complement integer of `width` bits.
-    pub fn signed(&mut self, value: i32, width: u32) {
+    pub(super) fn signed(&mut self, value: i32, width: u32) {
         self.unsigned(value.cast_unsigned(), width);
     }
 
     /// Appends `value` in the Rice code with this parameter.
-    pub fn rice(&mut self, value: i32, parameter: u32) {
+    pub(super) fn rice(&mut self, value: i32, parameter: u32) {
         let zigzag = zigzag(value);
         let ones = zigzag >> parameter;
         if ones >= RICE_ESCAPE {
@@ -43,7 +43,7 @@ impl BitWriter {
 
     /// The bytes, the last one filled up with zeros.
     #[must_use]
-    pub fn into_bytes(self) -> Vec<u8> {
+    pub(super) fn into_bytes(self) -> Vec<u8> {
         self.bytes
     }
 }
@@ -59,7 +59,7 @@ fn zigzag(value: i32) -> u32 {
 
 /// How many bits [`BitWriter::rice`] appends.
 #[must_use]
-pub fn rice_bits(value: i32, parameter: u32) -> u32 {
+pub(super) fn rice_bits(value: i32, parameter: u32) -> u32 {
     let ones = zigzag(value) >> parameter;
     if ones >= RICE_ESCAPE {
         RICE_ESCAPE + ESCAPE_BITS
@@ -70,7 +70,7 @@ pub fn rice_bits(value: i32, parameter: u32) -> u32 {
 
 /// How many bits `value` takes as a two's complement integer; 0 for 0.
 #[must_use]
-pub fn signed_width(value: i32) -> u32 {
+pub(super) fn signed_width(value: i32) -> u32 {
     if value == 0 {
         return 0;
     }

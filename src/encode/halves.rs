@@ -6,7 +6,7 @@ use glam::DVec3;
 use std::collections::BTreeSet;
 
 /// Finds which hulls are symmetric, and which are images of each other.
-pub struct Halves<'a> {
+pub(super) struct Halves<'a> {
     /// The body's hulls.
     pub hulls: &'a [BodyHull],
     /// Metres of a step.
@@ -18,7 +18,7 @@ pub struct Halves<'a> {
 impl<'a> Halves<'a> {
     /// The hulls to store, and the body's hulls in the order in which they are read.
     #[must_use]
-    pub fn stored_hulls(&self) -> (Vec<StoredHull>, Vec<&'a BodyHull>) {
+    pub(super) fn stored_hulls(&self) -> (Vec<StoredHull>, Vec<&'a BodyHull>) {
         let mut stored: Vec<StoredHull> = self.hulls.iter().map(|hull| self.stored(hull)).collect();
         let mut images = vec![None; stored.len()];
         let mut is_image = vec![false; stored.len()];
@@ -91,7 +91,7 @@ impl<'a> Halves<'a> {
 /// Greatest distance from a point of one set to the nearest of the other, in either
 /// direction; infinite if one of them is empty.
 #[must_use]
-pub fn distance(some: &[DVec3], others: &[DVec3]) -> f64 {
+pub(super) fn distance(some: &[DVec3], others: &[DVec3]) -> f64 {
     let one_way = |from: &[DVec3], to: &[DVec3]| {
         from.iter()
             .map(|&point| {
@@ -106,7 +106,7 @@ pub fn distance(some: &[DVec3], others: &[DVec3]) -> f64 {
 
 /// A point in steps, rounded to nearest.
 #[must_use]
-pub fn counts(point: DVec3, step_m: f64) -> Count {
+pub(super) fn counts(point: DVec3, step_m: f64) -> Count {
     #[expect(
         clippy::cast_possible_truncation,
         reason = "3.2 m in micrometres fit an i32"
@@ -119,6 +119,6 @@ pub fn counts(point: DVec3, step_m: f64) -> Count {
 
 /// Where so many steps lead, metres.
 #[must_use]
-pub fn position(count: Count, step_m: f64) -> DVec3 {
+pub(super) fn position(count: Count, step_m: f64) -> DVec3 {
     DVec3::from(count.map(f64::from)) * step_m
 }

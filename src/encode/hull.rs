@@ -8,7 +8,7 @@ use edgegait_core::skeleton::Joint;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A point in steps of its body.
-pub type Count = [i32; 3];
+pub(super) type Count = [i32; 3];
 
 /// Most stored points of a row.
 const MAX_ROW: usize = 1 << ROW_LENGTH_BITS;
@@ -17,7 +17,7 @@ const MAX_MIDDLE: usize = (1 << ROW_MIDDLE_BITS) - 1;
 
 /// A hull as it is stored.
 #[derive(Clone, Debug)]
-pub struct StoredHull {
+pub(super) struct StoredHull {
     /// The joint that carries it.
     pub joint: Joint,
     /// Whether its image on the other side is left out.
@@ -45,7 +45,7 @@ type Field = (u32, u32);
 impl StoredHull {
     /// Its points as they are read: where it is symmetric, both halves.
     #[must_use]
-    pub fn all_points(&self) -> BTreeSet<Count> {
+    pub(super) fn all_points(&self) -> BTreeSet<Count> {
         let mut points = self.points.clone();
         if self.is_symmetric {
             points.extend(self.points.iter().map(|&point| image(point)));
@@ -54,7 +54,7 @@ impl StoredHull {
     }
 
     /// Appends it, with rows along the axis that makes it shortest.
-    pub fn write(&self, writer: &mut BitWriter) {
+    pub(super) fn write(&self, writer: &mut BitWriter) {
         let ways = [None, Some(0), Some(1), Some(2)].map(|shared| self.fields(shared));
         let bits = |fields: &Vec<Field>| fields.iter().map(|&(_, width)| width).sum::<u32>();
         for (value, width) in ways.into_iter().min_by_key(bits).unwrap_or_default() {
@@ -150,7 +150,7 @@ impl StoredHull {
 
 /// The mirror image on the walker's other side.
 #[must_use]
-pub fn image([x, y, z]: Count) -> Count {
+pub(super) fn image([x, y, z]: Count) -> Count {
     [-x, y, z]
 }
 

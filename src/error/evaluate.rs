@@ -109,7 +109,7 @@ pub enum EvaluateError {
         most: u64,
     },
     /// A matrix has no mean over other views.
-    #[error("cross-view matrix: expected at least 2 views (1 with the identical view), found {0}")]
+    #[error("cross-view matrix: expected at least 2 views, found {0}")]
     TooFewViews(usize),
     /// A cell of a matrix is empty.
     #[error(

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 /// The answers of both to the same GEIs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Agreement {
+pub(crate) struct Agreement {
     /// GEIs that both were shown.
     pub probes: u64,
     /// How often both gave the highest score to the same class.
@@ -42,7 +42,7 @@ impl Agreement {
     ///
     /// # Errors
     /// If a sequence cannot be shown, or the original fails.
-    pub fn of(
+    pub(crate) fn of(
         recognizer: &dyn Recognizer,
         quantized: &LinearRecognizer<'_>,
         (source, form): (&Source<'_>, &Form),

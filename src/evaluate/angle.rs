@@ -6,7 +6,7 @@ use super::intervals::Rank1Intervals;
 use super::rank::Tally;
 
 /// Width of the bins of [`by_angle`], degrees.
-pub const BIN_DEG: f64 = 10.0;
+pub(crate) const BIN_DEG: f64 = 10.0;
 const BINS: usize = 18;
 /// What is nearer than this to a viewpoint of training is that viewpoint, degrees.
 const AT_TRAINING_DEG: f64 = 0.5;
@@ -43,7 +43,7 @@ impl AngleResult {
 /// (azimuth, elevation) in degrees. Roll does not count: at elevation 90 all
 /// azimuths are one direction.
 #[must_use]
-pub fn angle_deg(a: (f64, f64), b: (f64, f64)) -> f64 {
+pub(crate) fn angle_deg(a: (f64, f64), b: (f64, f64)) -> f64 {
     let (u, v) = (direction(a), direction(b));
     let cross = [
         u[1] * v[2] - u[2] * v[1],
@@ -65,7 +65,7 @@ pub fn angle_deg(a: (f64, f64), b: (f64, f64)) -> f64 {
 /// `tallies[viewpoint][person]`, and `seed` draws people for intervals. A viewpoint of training
 /// itself is a bin of its own from 0 to 0. Empty if it is not known where the recognizer was trained.
 #[must_use]
-pub fn by_angle(
+pub(crate) fn by_angle(
     trained_at: &[(f64, f64)],
     viewpoints: &[(f64, f64)],
     tallies: &[Vec<Tally>],

@@ -4,9 +4,9 @@ use super::rank::Tally;
 use super::results::ViewpointResult;
 
 /// Names of the azimuth bands, degrees, from the front to the back.
-pub const AZIMUTHS: [&str; 5] = ["0-40", "45-85", "90", "95-135", "140-180"];
+pub(crate) const AZIMUTHS: [&str; 5] = ["0-40", "45-85", "90", "95-135", "140-180"];
 /// Names of the elevation bands, degrees, from level to above.
-pub const ELEVATIONS: [&str; 5] = ["0", "5-25", "30-50", "55-75", "80-90"];
+pub(crate) const ELEVATIONS: [&str; 5] = ["0", "5-25", "30-50", "55-75", "80-90"];
 
 // Between two viewpoints of the 5-degree grid, so that any viewpoint has a band.
 const AZIMUTH_ENDS: [f64; 6] = [-2.5, 42.5, 87.5, 92.5, 137.5, 182.5];
@@ -14,7 +14,7 @@ const ELEVATION_ENDS: [f64; 6] = [-2.5, 2.5, 27.5, 52.5, 77.5, 92.5];
 
 /// Rank-1 by band.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Bands {
+pub(crate) struct Bands {
     /// `[elevation][azimuth]`, in the order of [`ELEVATIONS`] and [`AZIMUTHS`].
     pub cells: [[Tally; 5]; 5],
     /// Viewpoints in no band: below the horizon or on the walker's right.
@@ -27,7 +27,7 @@ pub struct Bands {
 impl Bands {
     /// Sums viewpoints.
     #[must_use]
-    pub fn of(viewpoints: &[ViewpointResult]) -> Self {
+    pub(crate) fn of(viewpoints: &[ViewpointResult]) -> Self {
         let mut bands = Self::default();
         for viewpoint in viewpoints {
             let elevation = band(viewpoint.elevation_deg, &ELEVATION_ENDS);
@@ -46,26 +46,26 @@ impl Bands {
 
     /// An elevation band over all azimuths.
     #[must_use]
-    pub fn elevation(&self, band: usize) -> Tally {
+    pub(crate) fn elevation(&self, band: usize) -> Tally {
         self.cells[band].iter().copied().sum()
     }
 
     /// An azimuth band over all elevations.
     #[must_use]
-    pub fn azimuth(&self, band: usize) -> Tally {
+    pub(crate) fn azimuth(&self, band: usize) -> Tally {
         self.cells.iter().map(|row| row[band]).sum()
     }
 
     /// All bands.
     #[must_use]
-    pub fn all(&self) -> Tally {
+    pub(crate) fn all(&self) -> Tally {
         self.cells.iter().flatten().copied().sum()
     }
 
     /// The elevation band with the lowest Rank-1, by name; of equals the lowest
     /// elevation. None if all bands are empty.
     #[must_use]
-    pub fn worst_elevation(&self) -> Option<(&'static str, Tally)> {
+    pub(crate) fn worst_elevation(&self) -> Option<(&'static str, Tally)> {
         let rates = ELEVATIONS.iter().enumerate().filter_map(|(band, name)| {
             let tally = self.elevation(band);
             tally.rank1().map(|rate| (rate, *name, tally))

@@ -15,7 +15,7 @@ use super::verification::{Pairs, Verification, finite};
 use super::wilson::Interval;
 
 /// Resamples of an interval; our choice, 1,000 is the usual least.
-pub const RESAMPLES: usize = 2_000;
+pub(crate) const RESAMPLES: usize = 2_000;
 
 /// Most thresholds of [`PairCounts`] from each kind of pair; ours.
 const THRESHOLDS: usize = 512;
@@ -24,7 +24,7 @@ const THRESHOLDS: usize = 512;
 /// draws of as many subjects with replacement. None with fewer than two subjects (one person says
 /// nothing about others), or if the statistic is not defined for a draw.
 #[must_use]
-pub fn interval_95<T>(
+pub(crate) fn interval_95<T>(
     subjects: &[T],
     seed: u64,
     statistic: impl Fn(&T) -> Option<f64>,
@@ -54,7 +54,7 @@ where
 
 /// [`interval_95`] of Rank-1. Subjects without probes do not count.
 #[must_use]
-pub fn rank1_95(subjects: &[Tally], seed: u64) -> Option<Interval> {
+pub(crate) fn rank1_95(subjects: &[Tally], seed: u64) -> Option<Interval> {
     let probed: Vec<Tally> = subjects
         .iter()
         .copied()
@@ -74,7 +74,7 @@ pub fn rank1_95(subjects: &[Tally], seed: u64) -> Option<Interval> {
 ///
 /// Takes 16 kB a subject, and [`RESAMPLES`] times as many additions.
 #[must_use]
-pub fn verification_95(
+pub(crate) fn verification_95(
     subjects: &[Pairs],
     seed: u64,
     statistic: impl Fn(&Verification) -> Option<f64>,

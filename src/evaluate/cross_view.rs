@@ -7,18 +7,9 @@
 use super::rank::{Outcome, Tally};
 use crate::error::{EvaluateError, Result};
 
-/// Whether a mean counts the cells whose probe and gallery views are the same.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum IdenticalView {
-    /// They do not count (OpenGait's `de_diag`).
-    Excluded,
-    /// They count like the others.
-    Included,
-}
-
 /// A tally for each probe view and gallery view.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct CrossView {
+pub(crate) struct CrossView {
     views: usize,
     /// `[probe view][gallery view]`.
     cells: Vec<Tally>,
@@ -26,7 +17,7 @@ pub struct CrossView {
 
 /// Means of a [`CrossView`], percent.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Means {
+pub(crate) struct Means {
     /// Over the gallery views, for each probe view.
     pub by_probe_view: Vec<f64>,
     /// Of [`Self::by_probe_view`].
@@ -36,7 +27,7 @@ pub struct Means {
 impl CrossView {
     /// An empty matrix of so many probe views by as many gallery views.
     #[must_use]
-    pub fn new(views: usize) -> Self {
+    pub(crate) fn new(views: usize) -> Self {
         Self {
             views,
             cells: vec![Tally::default(); views * views],
@@ -47,7 +38,7 @@ impl CrossView {
     ///
     /// # Panics
     /// If a view is not below the number of views.
-    pub fn add(&mut self, probe_view: usize, gallery_view: usize, outcome: Outcome) {
+    pub(crate) fn add(&mut self, probe_view: usize, gallery_view: usize, outcome: Outcome) {
         let at = self.at(probe_view, gallery_view);
         self.cells[at].add(outcome);
     }
@@ -57,44 +48,23 @@ impl CrossView {
     /// # Panics
     /// As [`Self::add`].
     #[must_use]
-    pub fn cell(&self, probe_view: usize, gallery_view: usize) -> Tally {
+    pub(crate) fn cell(&self, probe_view: usize, gallery_view: usize) -> Tally {
         self.cells[self.at(probe_view, gallery_view)]
     }
 
-    /// The means as OpenGait computes them: each cell is rounded to 0.01 % (halves to even, as
-    /// `numpy.round`) before it is averaged.
+    /// The means as OpenGait computes them: without the identical view, each cell rounded to 0.01 %
+    /// (halves to even, as `numpy.round`) before it is averaged.
     ///
     /// # Errors
-    /// If a cell that counts has no probe, or no cell counts.
-    pub fn opengait_means(&self, identical: IdenticalView) -> Result<Means> {
-        self.means_of(identical, |percent| {
-            (percent * 100.0).round_ties_even() / 100.0
-        })
-    }
-
-    /// The means of the rates as they are.
-    ///
-    /// # Errors
-    /// As [`Self::opengait_means`].
-    pub fn means(&self, identical: IdenticalView) -> Result<Means> {
-        self.means_of(identical, |percent| percent)
-    }
-
-    fn means_of(&self, identical: IdenticalView, rounded: fn(f64) -> f64) -> Result<Means> {
-        let counted = match identical {
-            IdenticalView::Excluded => self.views.saturating_sub(1),
-            IdenticalView::Included => self.views,
-        };
-        if counted == 0 {
+    /// If another cell has no probe, or there is none.
+    pub(crate) fn means(&self) -> Result<Means> {
+        if self.views < 2 {
             return Err(EvaluateError::TooFewViews(self.views).into());
         }
         let mut by_probe_view = Vec::with_capacity(self.views);
         for probe_view in 0..self.views {
             let mut sum = 0.0;
-            for gallery_view in 0..self.views {
-                if identical == IdenticalView::Excluded && gallery_view == probe_view {
-                    continue;
-                }
+            for gallery_view in (0..self.views).filter(|view| *view != probe_view) {
                 let tally = self.cell(probe_view, gallery_view);
                 if tally.probes == 0 {
                     return Err(EvaluateError::EmptyCell {
@@ -103,9 +73,10 @@ impl CrossView {
                     }
                     .into());
                 }
-                sum += rounded(100.0 * tally.hits as f64 / tally.probes as f64);
+                let percent = 100.0 * tally.hits as f64 / tally.probes as f64;
+                sum += (percent * 100.0).round_ties_even() / 100.0;
             }
-            by_probe_view.push(sum / counted as f64);
+            by_probe_view.push(sum / (self.views - 1) as f64);
         }
         Ok(Means {
             mean: by_probe_view.iter().sum::<f64>() / self.views as f64,
@@ -120,17 +91,6 @@ impl CrossView {
             self.views
         );
         probe_view * self.views + gallery_view
-    }
-}
-
-impl std::ops::AddAssign<&Self> for CrossView {
-    /// # Panics
-    /// If the two do not have the same views.
-    fn add_assign(&mut self, other: &Self) {
-        assert_eq!(self.views, other.views, "matrices of the same views");
-        for (sum, &tally) in self.cells.iter_mut().zip(&other.cells) {
-            *sum += tally;
-        }
     }
 }
 
@@ -159,28 +119,20 @@ mod tests {
     #[test]
     fn the_reference_matrix_has_its_worked_means() {
         let matrix = matrix_of(100, &[&[100, 80, 60], &[90, 100, 70], &[50, 75, 100]]);
-        for means in [
-            matrix.opengait_means(IdenticalView::Excluded).unwrap(),
-            matrix.means(IdenticalView::Excluded).unwrap(),
-        ] {
-            assert_eq!(means.by_probe_view, [70.0, 80.0, 62.5]);
-            assert!((means.mean - 70.8333).abs() < 5e-5);
-        }
-        let all = matrix.means(IdenticalView::Included).unwrap();
-        assert_eq!(all.by_probe_view, [80.0, 260.0 / 3.0, 75.0]);
+        let means = matrix.means().unwrap();
+        assert_eq!(means.by_probe_view, [70.0, 80.0, 62.5]);
+        assert!((means.mean - 70.8333).abs() < 5e-5);
     }
 
     #[test]
     fn cells_are_rounded_before_they_are_averaged() {
         // 1/3 is 33.33 and 2/3 is 66.67: OpenGait's mean is 50.00 by luck, its rows are not.
         let matrix = matrix_of(3, &[&[0, 1], &[2, 0]]);
-        let rounded = matrix.opengait_means(IdenticalView::Excluded).unwrap();
+        let rounded = matrix.means().unwrap();
         assert_eq!(rounded.by_probe_view, [33.33, 66.67]);
-        let exact = matrix.means(IdenticalView::Excluded).unwrap();
-        assert!((exact.by_probe_view[0] - 100.0 / 3.0).abs() < 1e-12);
         // 1 in 800 is 0.125 %: numpy.round(0.125, 2) is 0.12.
         let matrix = matrix_of(800, &[&[0, 1], &[3, 0]]);
-        let rounded = matrix.opengait_means(IdenticalView::Excluded).unwrap();
+        let rounded = matrix.means().unwrap();
         assert_eq!(rounded.by_probe_view, [0.12, 0.38]);
     }
 
@@ -188,27 +140,18 @@ mod tests {
     fn an_empty_cell_and_a_lone_view_are_refused() {
         let mut matrix = CrossView::new(2);
         matrix.add(0, 1, Outcome::Hit);
-        let error = matrix.means(IdenticalView::Excluded).unwrap_err();
+        let error = matrix.means().unwrap_err();
         assert_eq!(
             error.to_string(),
             "cross-view matrix: no probe of view 1 met gallery view 0, \
              expected one in every cell (leave the view out)"
         );
         matrix.add(1, 0, Outcome::NonFinite);
-        let means = matrix.means(IdenticalView::Excluded).unwrap();
+        let means = matrix.means().unwrap();
         assert_eq!(means.by_probe_view, [100.0, 0.0]);
         assert_eq!(matrix.cell(1, 0).non_finite, 1);
-        assert!(matrix.means(IdenticalView::Included).is_err());
-        assert!(CrossView::new(0).means(IdenticalView::Included).is_err());
-        let lone = CrossView::new(1).means(IdenticalView::Excluded);
+        assert!(CrossView::new(0).means().is_err());
+        let lone = CrossView::new(1).means();
         assert!(lone.unwrap_err().to_string().contains("at least 2 views"));
-    }
-
-    #[test]
-    fn the_sum_of_two_matrices_has_all_their_probes() {
-        let mut sum = matrix_of(2, &[&[2, 1], &[0, 2]]);
-        sum += &matrix_of(2, &[&[2, 2], &[1, 2]]);
-        assert_eq!((sum.cell(0, 1).hits, sum.cell(0, 1).probes), (3, 4));
-        assert_eq!((sum.cell(1, 0).hits, sum.cell(1, 0).probes), (1, 4));
     }
 }

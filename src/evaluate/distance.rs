@@ -62,7 +62,7 @@ fn cosine(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluate::ranking::{Ranked, Role, rank};
+    use crate::evaluate::ranking::{Ranked, rank};
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
@@ -126,13 +126,7 @@ mod tests {
             .chunks(width)
             .map(|known| Distance::Euclidean.between(found, known, 1))
             .collect();
-        rank(&distances, |at| {
-            if labels[at] == truth {
-                Role::Mate
-            } else {
-                Role::Stranger
-            }
-        })
+        rank(&distances, |at| labels[at] == truth)
     }
 
     fn strangers_before(ranked: Ranked) -> Option<usize> {

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::angle::by_angle;
 use super::bootstrap::{interval_95, verification_95};
-use super::cross_view::{CrossView, IdenticalView};
+use super::cross_view::CrossView;
 use super::intervals::Rank1Intervals;
 use super::protocol::{Decision, GalleryViews};
 use super::rank::Tally;
@@ -271,7 +271,7 @@ fn cross_view(cells: &CrossView, sequences: &Sequences) -> CrossViewResult {
         let cell = |gallery_view: usize| cells.cell(probe_view, gallery_view).rank1();
         (0..views).map(cell).collect()
     };
-    let means = cells.opengait_means(IdenticalView::Excluded);
+    let means = cells.means();
     CrossViewResult {
         views: sequences.views.clone(),
         rank1: (0..views).map(row).collect(),

@@ -8,22 +8,22 @@
 //! `edgegait score` writes; [`strengths`] is what each confounder does, and [`agreement`] what 8-bit
 //! weights do.
 
-pub mod agreement;
-pub mod angle;
-pub mod bands;
-pub mod bootstrap;
+pub(crate) mod agreement;
+pub(crate) mod angle;
+pub(crate) mod bands;
+pub(crate) mod bootstrap;
 pub mod contest;
-pub mod cross_view;
-pub mod distance;
-pub mod intervals;
+pub(crate) mod cross_view;
+pub(crate) mod distance;
+pub(crate) mod intervals;
 mod judge;
 pub mod protocol;
-pub mod rank;
-pub mod ranking;
+pub(crate) mod rank;
+pub(crate) mod ranking;
 pub mod results;
-pub mod strengths;
+pub(crate) mod strengths;
 #[cfg(test)]
 pub(crate) mod testing;
-pub mod trial;
-pub mod verification;
-pub mod wilson;
+pub(crate) mod trial;
+pub(crate) mod verification;
+pub(crate) mod wilson;

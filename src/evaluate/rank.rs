@@ -94,7 +94,7 @@ impl FromIterator<Outcome> for Tally {
 /// answers the same to everything hits one class only. A row with a number that
 /// is not finite is [`Outcome::NonFinite`]; a `truth` beyond the row is a miss.
 #[must_use]
-pub fn closed_set(scores: &[f32], truth: usize) -> Outcome {
+pub(crate) fn closed_set(scores: &[f32], truth: usize) -> Outcome {
     if scores.iter().any(|score| !score.is_finite()) {
         return Outcome::NonFinite;
     }

@@ -13,22 +13,11 @@
 use super::rank::Tally;
 
 /// Ranks that a CMC has, as OpenGait's `max_rank`.
-pub const MAX_RANK: usize = 50;
-
-/// What a gallery entry is to a probe.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
-    /// The same person.
-    Mate,
-    /// Another person.
-    Stranger,
-    /// Not compared, whatever its distance (the identical view, the probe's own take).
-    LeftOut,
-}
+pub(crate) const MAX_RANK: usize = 50;
 
 /// What became of one probe.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Ranked {
+pub(crate) enum Ranked {
     /// No compared entry is a mate. Decided first: it does not depend on the distances.
     NoMate,
     /// A compared distance is NaN or infinite.
@@ -45,33 +34,26 @@ pub enum Ranked {
     },
 }
 
-/// Ranks one probe's gallery from its distances, one per entry.
+/// Ranks one probe's gallery from its distances, one per entry; `is_mate` says which entries are
+/// the same person.
 ///
 /// Sorts the m mates only: of n entries about n log m steps, and n where there is one mate.
 #[must_use]
-pub fn rank(distances: &[f64], role: impl Fn(usize) -> Role) -> Ranked {
-    let mut mates = Vec::new();
-    let mut is_finite = true;
-    for entry in distances.iter().copied().enumerate() {
-        match role(entry.0) {
-            Role::Mate => mates.push(entry),
-            Role::Stranger => {}
-            Role::LeftOut => continue,
-        }
-        is_finite &= entry.1.is_finite();
-    }
+pub(crate) fn rank(distances: &[f64], is_mate: impl Fn(usize) -> bool) -> Ranked {
+    let entries = || distances.iter().copied().enumerate();
+    let mut mates: Vec<(usize, f64)> = entries().filter(|entry| is_mate(entry.0)).collect();
     if mates.is_empty() {
         return Ranked::NoMate;
     }
-    if !is_finite {
+    if !distances.iter().all(|distance| distance.is_finite()) {
         return Ranked::NonFinite;
     }
     // Not `total_cmp`, for which -0 is nearer than 0.
     let is_before = |a: &(usize, f64), b: &(usize, f64)| a.1 < b.1 || (a.1 == b.1 && a.0 < b.0);
     mates.sort_by(|a, b| is_before(b, a).cmp(&is_before(a, b)));
     let mut strangers_between = vec![0; mates.len() + 1];
-    for entry in distances.iter().copied().enumerate() {
-        if role(entry.0) == Role::Stranger {
+    for entry in entries() {
+        if !is_mate(entry.0) {
             strangers_between[mates.partition_point(|mate| is_before(mate, &entry))] += 1;
         }
     }
@@ -90,7 +72,7 @@ pub fn rank(distances: &[f64], role: impl Fn(usize) -> Role) -> Ranked {
 
 /// Ranked probes, summed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Ranking {
+pub(crate) struct Ranking {
     probes: u64,
     without_mate: u64,
     non_finite: u64,
@@ -115,7 +97,7 @@ impl Default for Ranking {
 
 impl Ranking {
     /// Counts one more probe.
-    pub fn add(&mut self, ranked: Ranked) {
+    pub(crate) fn add(&mut self, ranked: Ranked) {
         self.probes += 1;
         match ranked {
             Ranked::NoMate => self.without_mate += 1,
@@ -136,26 +118,26 @@ impl Ranking {
 
     /// All probes.
     #[must_use]
-    pub const fn probes(&self) -> u64 {
+    pub(crate) const fn probes(&self) -> u64 {
         self.probes
     }
 
     /// Those without a mate in the gallery.
     #[must_use]
-    pub const fn without_mate(&self) -> u64 {
+    pub(crate) const fn without_mate(&self) -> u64 {
         self.without_mate
     }
 
     /// Those with a mate and a distance that is not finite.
     #[must_use]
-    pub const fn non_finite(&self) -> u64 {
+    pub(crate) const fn non_finite(&self) -> u64 {
         self.non_finite
     }
 
     /// Hits at rank `k`: a mate is among the first `k`. `k` counts from 1; above [`MAX_RANK`] it
     /// is taken as that.
     #[must_use]
-    pub fn tally(&self, k: usize) -> Tally {
+    pub(crate) fn tally(&self, k: usize) -> Tally {
         Tally {
             probes: self.probes,
             hits: self.strangers_before[..k.min(MAX_RANK)].iter().sum(),
@@ -165,25 +147,25 @@ impl Ranking {
 
     /// Rank-k, 0..1; none without probes.
     #[must_use]
-    pub fn rank_k(&self, k: usize) -> Option<f64> {
+    pub(crate) fn rank_k(&self, k: usize) -> Option<f64> {
         self.tally(k).rank1()
     }
 
     /// The cumulative match characteristic: Rank-1 to Rank-50. None without probes.
     #[must_use]
-    pub fn cmc(&self) -> Option<Vec<f64>> {
+    pub(crate) fn cmc(&self) -> Option<Vec<f64>> {
         (1..=MAX_RANK).map(|k| self.rank_k(k)).collect()
     }
 
     /// Mean average precision, 0..1; none if no probe has a mate and finite distances.
     #[must_use]
-    pub fn map(&self) -> Option<f64> {
+    pub(crate) fn map(&self) -> Option<f64> {
         self.mean(self.average_precisions)
     }
 
     /// Mean inverse negative penalty, 0..1; none as for [`Self::map`].
     #[must_use]
-    pub fn minp(&self) -> Option<f64> {
+    pub(crate) fn minp(&self) -> Option<f64> {
         self.mean(self.inps)
     }
 
@@ -224,13 +206,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     fn by_labels(distances: &[f64], gallery: &[usize], person: usize) -> Ranked {
-        rank(distances, |index| {
-            if gallery[index] == person {
-                Role::Mate
-            } else {
-                Role::Stranger
-            }
-        })
+        rank(distances, |index| gallery[index] == person)
     }
 
     fn found(ranked: Ranked) -> (usize, f64, f64) {
@@ -266,14 +242,6 @@ mod tests {
         assert_eq!(ranking.rank_k(1), Some(1.0));
         assert!((ranking.map().unwrap() - 0.888_889).abs() < 5e-7);
         assert!((ranking.minp().unwrap() - 0.777_778).abs() < 5e-7);
-    }
-
-    #[test]
-    fn entries_left_out_count_nowhere() {
-        // The two nearest are the identical view; what remains is stranger, mate.
-        let roles = [Role::LeftOut, Role::LeftOut, Role::Mate, Role::Stranger];
-        let ranked = rank(&[0.0, f64::NAN, 2.0, 1.0], |index| roles[index]);
-        assert_eq!(found(ranked), (1, 0.5, 0.5));
     }
 
     #[test]
@@ -340,13 +308,7 @@ mod tests {
         let at = |strangers: u32| {
             let mut distances: Vec<f64> = (0..strangers).map(f64::from).collect();
             distances.push(1e3);
-            let ranked = rank(&distances, |index| {
-                if index == strangers as usize {
-                    Role::Mate
-                } else {
-                    Role::Stranger
-                }
-            });
+            let ranked = rank(&distances, |index| index == strangers as usize);
             Ranking::from_iter([ranked])
         };
         assert_eq!(
@@ -378,17 +340,15 @@ mod tests {
                     .iter()
                     .map(|_| f64::from(random.random_range(0..4)))
                     .collect();
-                let ranked = rank(&distances, |index| match gallery[index] {
-                    (_, v) if v == view => Role::LeftOut,
-                    (p, _) if p == person => Role::Mate,
-                    _ => Role::Stranger,
-                });
+                let compared: Vec<usize> = (0..gallery.len())
+                    .filter(|&i| gallery[i].1 != view)
+                    .collect();
+                let seen: Vec<f64> = compared.iter().map(|&i| distances[i]).collect();
+                let ranked = rank(&seen, |index| gallery[compared[index]].0 == person);
                 ranking.add(ranked);
                 parts[probe % 2].add(ranked);
 
-                let mut order: Vec<usize> = (0..gallery.len())
-                    .filter(|&i| gallery[i].1 != view)
-                    .collect();
+                let mut order = compared;
                 order.sort_by_key(|&i| distances[i] as i64);
                 let hits: Vec<bool> = order.iter().map(|&i| gallery[i].0 == person).collect();
                 let ranks: Vec<usize> = (1..=hits.len()).filter(|&r| hits[r - 1]).collect();

@@ -366,7 +366,7 @@ pub(crate) mod tests {
     use super::*;
 
     /// A result of (azimuth, elevation, hits, probes).
-    pub fn result_of(viewpoints: &[(f64, f64, u64, u64)]) -> RecognizerResult {
+    pub(crate) fn result_of(viewpoints: &[(f64, f64, u64, u64)]) -> RecognizerResult {
         let counts: Vec<_> = viewpoints
             .iter()
             .map(|&(azimuth, elevation, hits, probes)| {
@@ -394,7 +394,7 @@ pub(crate) mod tests {
         RecognizerResult::new(contestant, &counts)
     }
 
-    pub fn results_of(recognizers: Vec<RecognizerResult>) -> ScoreResults {
+    pub(crate) fn results_of(recognizers: Vec<RecognizerResult>) -> ScoreResults {
         ScoreResults {
             header: Header::new("score", 1).with("views", "paper"),
             silhouettes: 3200,

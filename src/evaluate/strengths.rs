@@ -11,7 +11,7 @@ use std::time::Instant;
 
 /// A confounder's effects.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ConfounderResult {
+pub(crate) struct ConfounderResult {
     /// Its name.
     pub name: &'static str,
     /// Its class by name.
@@ -27,7 +27,7 @@ pub struct ConfounderResult {
 
 /// What a confounder does at one strength.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct StrengthResult {
+pub(crate) struct StrengthResult {
     /// 0 changes nothing.
     pub strength: f64,
     /// Root mean square difference of GEIs to those without it, of 255.
@@ -38,7 +38,7 @@ pub struct StrengthResult {
 
 /// How often a recognizer is right.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Rank1 {
+pub(crate) struct Rank1 {
     /// Its name.
     pub name: String,
     /// Share of hits, 0..1.
@@ -51,7 +51,7 @@ pub struct Rank1 {
 impl ConfounderResult {
     /// The mean over all strengths but 0 of a recognizer's rank-1.
     #[must_use]
-    pub fn mean_rank1(&self, recognizer: usize) -> f64 {
+    pub(crate) fn mean_rank1(&self, recognizer: usize) -> f64 {
         let changed = self.by_strength.iter().filter(|at| at.strength != 0.0);
         let rates: Vec<f64> = changed.map(|at| at.recognizers[recognizer].rank1).collect();
         rates.iter().sum::<f64>() / rates.len().max(1) as f64
@@ -60,7 +60,7 @@ impl ConfounderResult {
 
 /// The conditions in which confounders are measured.
 #[derive(Clone, Debug)]
-pub struct Study {
+pub(crate) struct Study {
     confounders: Vec<&'static Confounder>,
     /// The first one is that in which nothing acts.
     conditions: Vec<Condition>,
@@ -72,7 +72,7 @@ impl Study {
     /// Each of the confounders alone at each of these strengths above 0, and those with an
     /// opposite at their negatives too.
     #[must_use]
-    pub fn new(confounders: &[&'static Confounder], strengths: &[f64]) -> Self {
+    pub(crate) fn new(confounders: &[&'static Confounder], strengths: &[f64]) -> Self {
         let mut strengths = strengths.to_vec();
         strengths.sort_by(f64::total_cmp);
         let mut study = Self {
@@ -100,7 +100,7 @@ impl Study {
 
     /// In the order of the results' sets of probes.
     #[must_use]
-    pub fn conditions(&self) -> &[Condition] {
+    pub(crate) fn conditions(&self) -> &[Condition] {
         &self.conditions
     }
 
@@ -109,7 +109,7 @@ impl Study {
     ///
     /// # Errors
     /// If a recognizer was not asked under each condition.
-    pub fn results(
+    pub(crate) fn results(
         &self,
         recognizers: &[RecognizerResult],
         effects: &[f64],
@@ -165,7 +165,7 @@ impl Study {
     ///
     /// # Errors
     /// When a figure cannot be drawn.
-    pub fn effects(
+    pub(crate) fn effects(
         &self,
         pack: &Pack<'_>,
         walks: &[usize],
@@ -197,7 +197,7 @@ impl Study {
     ///
     /// # Errors
     /// When a figure cannot be drawn.
-    pub fn costs(
+    pub(crate) fn costs(
         &self,
         pack: &Pack<'_>,
         walk: usize,

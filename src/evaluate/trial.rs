@@ -2,7 +2,7 @@
 
 use super::protocol::{GalleryViews, Protocol, Roles};
 use super::rank::Outcome;
-use super::ranking::{Ranked, Role, rank};
+use super::ranking::{Ranked, rank};
 use super::results::Answered;
 use super::verification::Pairs;
 use crate::error::{EvaluateError, Result};
@@ -17,7 +17,7 @@ const MAX_CROSS_VIEWS: usize = 64;
 
 /// Who is compared with whom.
 #[derive(Debug)]
-pub struct Trial<'a> {
+pub(crate) struct Trial<'a> {
     pub(super) protocol: &'a Protocol,
     pub(super) roles: &'a Roles,
     pub(super) sequences: &'a Sequences,
@@ -42,7 +42,7 @@ pub(super) struct Meeting {
 }
 
 impl Meeting {
-    pub fn outcome(&self) -> Outcome {
+    pub(super) fn outcome(&self) -> Outcome {
         match self.ranked {
             Ranked::Found {
                 strangers_before: 0,
@@ -100,20 +100,20 @@ impl<'a> Trial<'a> {
 
     /// Whether a sequence is looked for.
     #[must_use]
-    pub fn is_probe(&self, sequence: usize) -> bool {
+    pub(crate) fn is_probe(&self, sequence: usize) -> bool {
         self.roles.is_probed(self.sequences.list[sequence].take)
     }
 
     /// Whether the recognizer has to be shown a sequence.
     #[must_use]
-    pub fn needs(&self, sequence: usize) -> bool {
+    pub(crate) fn needs(&self, sequence: usize) -> bool {
         let view = self.sequences.list[sequence].view;
         self.is_probe(sequence) || self.gallery[view].binary_search(&sequence).is_ok()
     }
 
     /// How many times two embeddings are compared, or one with a class; at most.
     #[must_use]
-    pub fn comparisons(&self) -> u64 {
+    pub(crate) fn comparisons(&self) -> u64 {
         let all: usize = self.gallery.iter().map(Vec::len).sum();
         let of_probe = |sequence: usize| match (&self.classes, self.protocol.gallery_views) {
             (Some(classes), _) => classes.len(),
@@ -162,14 +162,7 @@ impl<'a> Trial<'a> {
         let person = self.sequences.subject(probe);
         let meeting = |gallery_view, distances: Vec<f64>, label: &dyn Fn(usize) -> usize, right| {
             let is_mate = |at: usize| label(at) == right;
-            let role = |at: usize| {
-                if is_mate(at) {
-                    Role::Mate
-                } else {
-                    Role::Stranger
-                }
-            };
-            let ranked = rank(&distances, role);
+            let ranked = rank(&distances, is_mate);
             let own_view = gallery_view == Some(self.sequences.list[probe].view);
             let nearest = |of_mate: bool| {
                 let all = distances.iter().copied().enumerate();

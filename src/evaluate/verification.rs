@@ -8,7 +8,7 @@
 use serde::{Deserialize, Serialize};
 
 /// False accept rates at which [`Verification::tars`] reports.
-pub const FARS: [f64; 4] = [1e-1, 1e-2, 1e-3, 1e-4];
+pub(crate) const FARS: [f64; 4] = [1e-1, 1e-2, 1e-3, 1e-4];
 
 /// Errors that must be seen before a rate is known to about 30 % with 90 % confidence: the "rule
 /// of 30" (Doddington et al., "The NIST speaker recognition evaluation", Speech Communication 31,
@@ -16,11 +16,11 @@ pub const FARS: [f64; 4] = [1e-1, 1e-2, 1e-3, 1e-4];
 const RULE_OF_30: f64 = 30.0;
 
 /// Most points of [`Verification::roc`].
-pub const MAX_ROC_POINTS: usize = 200;
+pub(crate) const MAX_ROC_POINTS: usize = 200;
 
 /// The distances of one subject's pairs, or of everybody's.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Pairs {
+pub(crate) struct Pairs {
     /// Of two samples of one person.
     pub genuine: Vec<f64>,
     /// Of samples of two people.
@@ -29,7 +29,7 @@ pub struct Pairs {
 
 /// Genuine and impostor pairs, counted by distance.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Verification {
+pub(crate) struct Verification {
     /// By rising threshold, each with the pairs accepted at it.
     steps: Vec<Step>,
     non_finite_genuine: u64,
@@ -45,7 +45,7 @@ struct Step {
 
 /// Where false accepts and false rejects are equally frequent.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Eer {
+pub(crate) struct Eer {
     /// The equal error rate, 0..1.
     pub rate: f64,
     /// The lowest distance that, as threshold, gives a FAR of at least the FRR.
@@ -79,7 +79,7 @@ impl Verification {
     ///
     /// Takes 16 bytes a distance while it sorts, and 24 bytes for each distinct one afterwards.
     #[must_use]
-    pub fn of(genuine: &[f64], impostor: &[f64]) -> Self {
+    pub(crate) fn of(genuine: &[f64], impostor: &[f64]) -> Self {
         let (genuine, non_finite_genuine) = finite(genuine);
         let (impostor, non_finite_impostor) = finite(impostor);
         let mut pairs: Vec<(f64, bool)> = genuine
@@ -109,26 +109,26 @@ impl Verification {
 
     /// Genuine pairs with a finite distance.
     #[must_use]
-    pub fn genuine(&self) -> u64 {
+    pub(crate) fn genuine(&self) -> u64 {
         self.steps.last().map_or(0, |step| step.genuine)
     }
 
     /// Impostor pairs with a finite distance.
     #[must_use]
-    pub fn impostors(&self) -> u64 {
+    pub(crate) fn impostors(&self) -> u64 {
         self.steps.last().map_or(0, |step| step.impostor)
     }
 
     /// (Genuine, impostor) pairs whose distance was not finite. No rate contains them.
     #[must_use]
-    pub const fn non_finite(&self) -> (u64, u64) {
+    pub(crate) const fn non_finite(&self) -> (u64, u64) {
         (self.non_finite_genuine, self.non_finite_impostor)
     }
 
     /// The equal error rate: at the first threshold where FAR >= FRR, or where straight lines
     /// from the point before cross if they are not equal there. None without pairs of both kinds.
     #[must_use]
-    pub fn eer(&self) -> Option<Eer> {
+    pub(crate) fn eer(&self) -> Option<Eer> {
         let mut before = RocPoint { far: 0.0, tar: 0.0 };
         let mut frr_before = 1.0;
         for step in &self.steps {
@@ -155,7 +155,7 @@ impl Verification {
     /// The area under the ROC: how often a genuine pair is nearer than an impostor pair, ties
     /// counted half (Mann and Whitney, 1947). None without pairs of both kinds.
     #[must_use]
-    pub fn auc(&self) -> Option<f64> {
+    pub(crate) fn auc(&self) -> Option<f64> {
         let (mut twice_wins, mut before) = (0_u128, (0, 0));
         for step in &self.steps {
             let farther = u128::from(step.impostor - before.1);
@@ -169,7 +169,7 @@ impl Verification {
     /// The ROC from (0, 0) to (1, 1) with at most [`MAX_ROC_POINTS`] points, all of them exact:
     /// one is left out where the curve has moved too little. Empty without pairs of both kinds.
     #[must_use]
-    pub fn roc(&self) -> Vec<RocPoint> {
+    pub(crate) fn roc(&self) -> Vec<RocPoint> {
         let Some(all) = self
             .steps
             .iter()
@@ -201,7 +201,7 @@ impl Verification {
 
     /// The true accept rate at each of [`FARS`]; empty without genuine pairs.
     #[must_use]
-    pub fn tars(&self) -> Vec<TarAtFar> {
+    pub(crate) fn tars(&self) -> Vec<TarAtFar> {
         FARS.iter().filter_map(|&far| self.tar_at(far)).collect()
     }
 
@@ -209,7 +209,7 @@ impl Verification {
     /// interpolation. Refused where a FAR so low cannot be seen, below 1 in the number of
     /// impostors; with a note below 30 in it. None without genuine pairs.
     #[must_use]
-    pub fn tar_at(&self, far: f64) -> Option<TarAtFar> {
+    pub(crate) fn tar_at(&self, far: f64) -> Option<TarAtFar> {
         if self.genuine() == 0 {
             return None;
         }

@@ -25,7 +25,7 @@ pub struct Interval {
 ///
 /// If there are more hits than probes.
 #[must_use]
-pub fn wilson_95(hits: u64, probes: u64) -> Interval {
+pub(crate) fn wilson_95(hits: u64, probes: u64) -> Interval {
     assert!(hits <= probes, "{hits} hits in {probes} probes");
     if probes == 0 {
         return Interval {

@@ -24,7 +24,7 @@ const HULL_POINTS: [usize; 5] = [160, 240, 320, 400, MAX_POINTS];
 
 /// What was chosen, and why.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Choice<T> {
+pub(crate) struct Choice<T> {
     /// The cheapest that meets the error.
     pub chosen: T,
     /// Its error: root mean square of the GEIs' pixels, of 255.
@@ -56,7 +56,7 @@ impl<T: Display> Display for Choice<T> {
 /// # Errors
 /// When none meets it, naming the best, and for framings and lenses that exact coverage is not
 /// defined for.
-pub fn drawing(
+pub(crate) fn drawing(
     pack: &Pack<'_>,
     (walks, views): (&[usize], &[View]),
     settings: Settings,
@@ -86,7 +86,7 @@ pub fn drawing(
 /// # Errors
 /// When none meets it, naming the best; for takes, which have no GEI; and as
 /// [`encode_subjects`].
-pub fn encoding(people: &[Subject], most: f64) -> Result<Choice<Encoding>> {
+pub(crate) fn encoding(people: &[Subject], most: f64) -> Result<Choice<Encoding>> {
     let some = some_walks(people)?;
     let finest = encode_subjects(&some, Encoding::FINEST.track_error_mm, &|| {})?;
     let finest = Pack::parse(&finest)?;

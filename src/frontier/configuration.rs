@@ -9,7 +9,7 @@ use std::fmt;
 
 /// How people are encoded.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Encoding {
+pub(crate) struct Encoding {
     /// Greatest error of a walk, mm.
     pub track_error_mm: f64,
     /// Most points of a body, those of all hulls together.
@@ -18,12 +18,12 @@ pub struct Encoding {
 
 impl Encoding {
     /// What `cohort` and `import` take unless a user says otherwise.
-    pub const DEFAULT: Self = Self {
+    pub(crate) const DEFAULT: Self = Self {
         track_error_mm: MAX_ERROR_MM,
         hull_points: MAX_POINTS,
     };
     /// As close as the format can be.
-    pub const FINEST: Self = Self {
+    pub(crate) const FINEST: Self = Self {
         track_error_mm: 0.0,
         hull_points: MAX_POINTS,
     };
@@ -41,7 +41,7 @@ impl fmt::Display for Encoding {
 
 /// How cycles are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drawing {
+pub(crate) struct Drawing {
     /// Which rasteriser.
     pub rasterizer: Rasterizer,
     /// Where in its pixels each frame is sampled.
@@ -52,7 +52,7 @@ pub struct Drawing {
 
 impl Drawing {
     /// What a sweep takes unless a user says otherwise.
-    pub const DEFAULT: Self = Self {
+    pub(crate) const DEFAULT: Self = Self {
         rasterizer: Rasterizer::Skia,
         jitter: Jitter::None,
         frames_per_cycle: FRAMES_PER_CYCLE,
@@ -60,7 +60,7 @@ impl Drawing {
 
     /// `settings` with these in place of their own.
     #[must_use]
-    pub const fn applied_to(self, settings: Settings) -> Settings {
+    pub(crate) const fn applied_to(self, settings: Settings) -> Settings {
         Settings {
             rasterizer: Raster::Each(self.rasterizer),
             jitter: self.jitter,
@@ -71,7 +71,7 @@ impl Drawing {
 
     /// Most bytes of heap that the rasteriser holds while it draws.
     #[must_use]
-    pub const fn heap_bytes(self) -> usize {
+    pub(crate) const fn heap_bytes(self) -> usize {
         if matches!(self.rasterizer, Rasterizer::Skia | Rasterizer::SkiaAa) {
             SKIA_HEAP_BYTES
         } else {
@@ -92,7 +92,7 @@ impl fmt::Display for Drawing {
 
 /// One point of the frontier.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Configuration {
+pub(crate) struct Configuration {
     /// How cycles are drawn.
     pub drawing: Drawing,
     /// How people are encoded; `None` where they are used as a pack has them.
@@ -102,7 +102,7 @@ pub struct Configuration {
 impl Configuration {
     /// Whether this is what a user gets who chooses nothing.
     #[must_use]
-    pub fn is_default(&self) -> bool {
+    pub(crate) fn is_default(&self) -> bool {
         self.drawing == Drawing::DEFAULT
             && self
                 .encoding
@@ -122,7 +122,7 @@ impl fmt::Display for Configuration {
 
 /// The ways of drawing that a pack is measured with: every rasteriser with and without
 /// jitter, and with as many frames as are common.
-pub fn drawings() -> impl Iterator<Item = Drawing> {
+pub(crate) fn drawings() -> impl Iterator<Item = Drawing> {
     let jitters = [Jitter::None, Jitter::R2];
     let all = Rasterizer::ALL.iter().flat_map(move |&rasterizer| {
         jitters.map(|jitter| {
@@ -140,7 +140,7 @@ pub fn drawings() -> impl Iterator<Item = Drawing> {
 /// it in one respect; other encodings also with the fastest rasteriser; and for each
 /// rasteriser a fine, a middling and a coarse combination.
 #[must_use]
-pub fn configurations() -> Vec<Configuration> {
+pub(crate) fn configurations() -> Vec<Configuration> {
     let (drawing, encoding) = (Drawing::DEFAULT, Encoding::DEFAULT);
     let is_as_long = |other: &Drawing| other.frames_per_cycle == drawing.frames_per_cycle;
     let mut all = vec![(drawing, encoding)];

@@ -15,13 +15,13 @@ const fn silhouette_cost(rasterizer: Rasterizer) -> u32 {
 }
 
 /// The rasteriser that costs least.
-pub fn fastest() -> Rasterizer {
+pub(super) fn fastest() -> Rasterizer {
     let all = Rasterizer::ALL.iter().copied();
     let least = all.min_by_key(|&rasterizer| silhouette_cost(rasterizer));
     least.unwrap_or(Rasterizer::Rows)
 }
 
 /// What a GEI costs, in the same unit. Jitter costs nothing.
-pub const fn gei_cost(drawing: Drawing) -> u32 {
+pub(super) const fn gei_cost(drawing: Drawing) -> u32 {
     silhouette_cost(drawing.rasterizer) * drawing.frames_per_cycle
 }

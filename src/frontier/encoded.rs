@@ -14,7 +14,7 @@ const FITTED_ERROR_MM: f64 = 1.0;
 
 /// How closely people are encoded.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Goal {
+pub(crate) enum Goal {
     /// With the usual error: [`MAX_ERROR_MM`], or 1 mm where a body was fitted to a mesh.
     Usual,
     /// With this error of a walk at most, mm; a body has two fifths of it, up to 4 mm.
@@ -28,7 +28,7 @@ pub enum Goal {
 
 /// A pack, and how it was made.
 #[derive(Clone, Debug)]
-pub struct Encoded {
+pub(crate) struct Encoded {
     /// The pack.
     pub bytes: Vec<u8>,
     /// The error that its walks were to have at most, mm.
@@ -44,7 +44,7 @@ pub struct Encoded {
 ///
 /// # Errors
 /// As [`encode_subjects`] and [`encode_within`], and if nothing meets [`Goal::GeiRmse`].
-pub fn encoded(
+pub(crate) fn encoded(
     people: &[Subject],
     (goal, hull_points): (Goal, Option<usize>),
     progress: &(dyn Fn() + Sync),
@@ -87,7 +87,7 @@ impl Encoded {
     ///
     /// # Errors
     /// When the bytes are no pack.
-    pub fn missed_errors(&self) -> Result<Vec<String>> {
+    pub(crate) fn missed_errors(&self) -> Result<Vec<String>> {
         let pack = Pack::parse(&self.bytes)?;
         let clips = (0..pack.clip_count()).filter_map(|index| pack.clip(index));
         let clips: Vec<f32> = clips.map(|clip| clip.max_error_mm()).collect();

@@ -16,21 +16,21 @@ const SAMPLES: u16 = (SIDE * SIDE) as u16;
 
 /// How much of each pixel a figure covers: row by row from the top, of 256 samples.
 #[derive(Clone, Debug)]
-pub struct Exact {
+pub(crate) struct Exact {
     size: Size,
     samples: Vec<u16>,
 }
 
 impl Exact {
     /// The share of each pixel that is covered, row by row from the top, 0..=1.
-    pub fn shares(&self) -> impl Iterator<Item = f64> {
+    pub(crate) fn shares(&self) -> impl Iterator<Item = f64> {
         let share = |&samples: &u16| f64::from(samples) / f64::from(SAMPLES);
         self.samples.iter().map(share)
     }
 
     /// The pixels that are at least half covered.
     #[must_use]
-    pub fn silhouette(&self) -> Silhouette {
+    pub(crate) fn silhouette(&self) -> Silhouette {
         let rows = self.samples.chunks_exact(self.size.columns());
         let bits = rows.map(|row| {
             let on = row.iter().enumerate();
@@ -44,7 +44,7 @@ impl Exact {
 
 /// Draws figures with exact coverage, reusing its memory.
 #[derive(Clone, Debug)]
-pub struct ExactRenderer {
+pub(crate) struct ExactRenderer {
     size: Size,
     /// Of each row of samples: what the hull at hand covers, in samples' widths from the
     /// middle of the figure.
@@ -56,7 +56,7 @@ pub struct ExactRenderer {
 impl ExactRenderer {
     /// A renderer for images of this size.
     #[must_use]
-    pub fn new(size: Size) -> Self {
+    pub(crate) fn new(size: Size) -> Self {
         let rows = size.rows() * SIDE;
         Self {
             size,
@@ -71,7 +71,7 @@ impl ExactRenderer {
     ///
     /// # Errors
     /// When the figure has no height from there.
-    pub fn draw(&mut self, hulls: &[Vec<Vec3>], view: Viewpoint) -> Result<Exact> {
+    pub(crate) fn draw(&mut self, hulls: &[Vec<Vec3>], view: Viewpoint) -> Result<Exact> {
         let (right, up) = (view.right().as_dvec3(), view.up().as_dvec3());
         let seen = |point: &Vec3| {
             let point: DVec3 = point.as_dvec3();

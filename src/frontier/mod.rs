@@ -5,21 +5,21 @@
 //! list of [`configuration`]s and marks those that no other beats ([`pareto`]); [`choose`] picks the
 //! cheapest that meets an error, and [`encoded()`] makes packs by it. Nothing but times differs between two runs.
 
-pub mod choose;
-pub mod configuration;
+pub(crate) mod choose;
+pub(crate) mod configuration;
 mod cost;
 mod encoded;
-pub mod exact;
-pub mod pareto;
+pub(crate) mod exact;
+pub(crate) mod pareto;
 #[cfg(feature = "plots")]
-pub mod plot;
+pub(crate) mod plot;
 mod recognition;
-pub mod reference;
+pub(crate) mod reference;
 mod study;
 mod timing;
 
-pub use encoded::{Encoded, Goal, encoded};
-pub use study::{Point, Scene, Study};
+pub(crate) use encoded::{Encoded, Goal, encoded};
+pub(crate) use study::{Point, Scene, Study};
 
 use crate::error::Result;
 use crate::sweep::Views;
@@ -28,7 +28,7 @@ use crate::sweep::Views;
 ///
 /// # Errors
 /// Never.
-pub fn spread_views() -> Result<Views> {
+pub(crate) fn spread_views() -> Result<Views> {
     let azimuths = [0.0, 45.0, 90.0, 135.0, 180.0];
     Views::grid("spread", azimuths, [0.0, 30.0, 60.0, 90.0])
 }

@@ -2,7 +2,7 @@
 
 /// What a configuration costs and gets wrong: less is better of each.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Merits {
+pub(crate) struct Merits {
     /// Time of a GEI, ns.
     pub ns_per_gei: f64,
     /// Size of the pack.
@@ -19,7 +19,7 @@ impl Merits {
     /// Whether nothing is worse than of `other`, and something better. Of times only what
     /// exceeds noise counts.
     #[must_use]
-    pub fn beats(&self, other: &Self) -> bool {
+    pub(crate) fn beats(&self, other: &Self) -> bool {
         let not_worse = self.ns_per_gei <= other.ns_per_gei * (1.0 + TIME_NOISE)
             && self.pack_bytes <= other.pack_bytes
             && self.gei_rmse <= other.gei_rmse;
@@ -32,7 +32,7 @@ impl Merits {
 
 /// For each whether no other beats it: the Pareto set.
 #[must_use]
-pub fn pareto(all: &[Merits]) -> Vec<bool> {
+pub(crate) fn pareto(all: &[Merits]) -> Vec<bool> {
     let is_best = |one: &Merits| !all.iter().any(|other| other.beats(one));
     all.iter().map(is_best).collect()
 }

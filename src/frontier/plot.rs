@@ -33,7 +33,7 @@ const LEGEND: [&str; 4] = [
 
 /// The plot as SVG.
 #[must_use]
-pub fn svg(points: &[Point]) -> String {
+pub(crate) fn svg(points: &[Point]) -> String {
     let title = "Time of a GEI against its error, by configuration";
     let content = html! { (chart(points)) (list(points)) };
     standalone((LIST + LIST_WIDTH, HEIGHT), title, &content)

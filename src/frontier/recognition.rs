@@ -9,7 +9,7 @@ use edgegait_core::pack::Pack;
 
 /// Rank-1 of a recognizer, 0..=1.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Rank1 {
+pub(super) struct Rank1 {
     /// The recognizer.
     pub name: String,
     /// Share of the probes that it recognizes.
@@ -17,7 +17,7 @@ pub struct Rank1 {
 }
 
 /// The shipped recognizers, ready to be shown people whom they know.
-pub struct Recognition {
+pub(super) struct Recognition {
     recognizers: Vec<Box<dyn Recognizer>>,
 }
 
@@ -26,7 +26,7 @@ impl Recognition {
     ///
     /// # Errors
     /// Never, for the models shipped.
-    pub fn shipped() -> Result<Self> {
+    pub(super) fn shipped() -> Result<Self> {
         let runtime = Runtime::rten();
         let models = shipped::models()?;
         let recognizers = models.iter().map(|model| runtime.load(model));
@@ -39,7 +39,7 @@ impl Recognition {
     ///
     /// # Errors
     /// When a figure cannot be drawn, or a recognizer fails.
-    pub fn of_drawn(
+    pub(super) fn of_drawn(
         &self,
         pack: &Pack<'_>,
         sample: &Sample,
@@ -65,7 +65,12 @@ impl Recognition {
     ///
     /// # Errors
     /// When a recognizer fails.
-    pub fn of_exact(&self, pack: &Pack<'_>, sample: &Sample, geis: &Geis) -> Result<Vec<Rank1>> {
+    pub(super) fn of_exact(
+        &self,
+        pack: &Pack<'_>,
+        sample: &Sample,
+        geis: &Geis,
+    ) -> Result<Vec<Rank1>> {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,

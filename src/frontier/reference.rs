@@ -9,11 +9,11 @@ use edgegait_core::template::GeiBuilder;
 use rayon::prelude::*;
 
 /// Frames of each cycle of a reference: a multiple of every number of frames that is measured.
-pub const REFERENCE_FRAMES: u32 = 128;
+pub(crate) const REFERENCE_FRAMES: u32 = 128;
 
 /// Cycles and where they are seen from.
 #[derive(Clone, Debug)]
-pub struct Sample {
+pub(crate) struct Sample {
     /// Which cycles.
     pub jobs: Vec<Job<'static>>,
     /// From where.
@@ -23,7 +23,7 @@ pub struct Sample {
 impl Sample {
     /// At most so many walks and views of these, spread evenly; the cycles are the stored ones.
     #[must_use]
-    pub fn spread(walks: &[usize], views: &[View], most: (usize, usize)) -> Self {
+    pub(crate) fn spread(walks: &[usize], views: &[View], most: (usize, usize)) -> Self {
         let job = |walk| Job::plain(walk, 0);
         Self {
             jobs: spread(walks, most.0).into_iter().map(job).collect(),
@@ -33,19 +33,19 @@ impl Sample {
 }
 
 /// At most `most` of a list, evenly.
-pub fn spread<T: Copy>(list: &[T], most: usize) -> Vec<T> {
+pub(crate) fn spread<T: Copy>(list: &[T], most: usize) -> Vec<T> {
     let kept = most.min(list.len());
     (0..kept).map(|i| list[i * list.len() / kept]).collect()
 }
 
 /// Exact GEIs: `[job][view][pixel]`, 0..=255.
-pub type Geis = Vec<Vec<Vec<f64>>>;
+pub(crate) type Geis = Vec<Vec<Vec<f64>>>;
 
 /// The GEIs of exact coverage of each cycle in [`REFERENCE_FRAMES`] frames.
 ///
 /// # Errors
 /// When a figure cannot be drawn.
-pub fn exact_geis(
+pub(crate) fn exact_geis(
     pack: &Pack<'_>,
     sample: &Sample,
     settings: Settings,
@@ -59,7 +59,7 @@ pub fn exact_geis(
 
 /// What each cycle should look like.
 #[derive(Clone, Debug)]
-pub struct Reference {
+pub(crate) struct Reference {
     /// `[job][view]`.
     seen: Vec<Vec<Seen>>,
 }
@@ -72,7 +72,7 @@ struct Seen {
 
 /// How far drawn cycles are from what they should be.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Deviation {
+pub(crate) struct Deviation {
     /// Root mean square difference of the GEIs' pixels, of 255.
     pub gei_rmse: f64,
     /// Mean Jaccard index of the silhouettes, 0..=1.
@@ -84,7 +84,7 @@ impl Reference {
     ///
     /// # Errors
     /// When a figure cannot be drawn.
-    pub fn new(
+    pub(crate) fn new(
         pack: &Pack<'_>,
         sample: &Sample,
         settings: Settings,
@@ -107,7 +107,7 @@ impl Reference {
     /// # Errors
     /// When a figure cannot be drawn, and for a number of frames of which
     /// [`REFERENCE_FRAMES`] is no multiple.
-    pub fn deviation(
+    pub(crate) fn deviation(
         &self,
         pack: &Pack<'_>,
         sample: &Sample,
@@ -159,7 +159,7 @@ impl Reference {
 
 /// Root mean square difference of all pixels, of 255.
 #[must_use]
-pub fn rmse(some: &Geis, others: &Geis) -> f64 {
+pub(crate) fn rmse(some: &Geis, others: &Geis) -> f64 {
     let (some, others) = (some.iter().flatten(), others.iter().flatten());
     let squares = some
         .zip(others)

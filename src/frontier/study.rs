@@ -29,7 +29,7 @@ const ROUNDS: usize = 4;
 
 /// Who walks.
 #[derive(Clone, Copy, Debug)]
-pub enum Scene<'a> {
+pub(crate) enum Scene<'a> {
     /// People of the built-in cohort, encoded anew in every way.
     BuiltIn,
     /// Walks of a pack, used as they are stored.
@@ -43,7 +43,7 @@ pub enum Scene<'a> {
 
 /// What is measured.
 #[derive(Clone, Copy, Debug)]
-pub struct Study<'a> {
+pub(crate) struct Study<'a> {
     /// Who walks.
     pub scene: Scene<'a>,
     /// Seed of the probes' variations.
@@ -54,7 +54,7 @@ pub struct Study<'a> {
 
 /// One configuration's results.
 #[derive(Clone, Debug, Serialize)]
-pub struct Point {
+pub(crate) struct Point {
     /// Its settings in words.
     pub name: String,
     /// The rasteriser.
@@ -96,7 +96,7 @@ pub struct Point {
 impl Point {
     /// What it is compared by.
     #[must_use]
-    pub const fn merits(&self) -> Merits {
+    pub(crate) const fn merits(&self) -> Merits {
         Merits {
             ns_per_gei: self.ns_per_gei,
             pack_bytes: self.pack_bytes,
@@ -161,7 +161,7 @@ fn encodings(configurations: &[Configuration]) -> Vec<Encoding> {
 impl Study<'_> {
     /// What is measured, the default first.
     #[must_use]
-    pub fn configurations(&self) -> Vec<Configuration> {
+    pub(crate) fn configurations(&self) -> Vec<Configuration> {
         if matches!(self.scene, Scene::BuiltIn) {
             return configurations();
         }
@@ -176,7 +176,7 @@ impl Study<'_> {
 
     /// How often [`Self::run`] calls its `progress`.
     #[must_use]
-    pub fn steps(&self) -> usize {
+    pub(crate) fn steps(&self) -> usize {
         let configurations = self.configurations();
         let encodings = match self.scene {
             Scene::BuiltIn => encodings(&configurations).len() + 1,
@@ -189,7 +189,7 @@ impl Study<'_> {
     ///
     /// # Errors
     /// Never.
-    pub fn views(&self) -> Result<Views> {
+    pub(crate) fn views(&self) -> Result<Views> {
         if self.is_quick {
             Views::grid("quick spread", [0.0, 90.0], [0.0, 60.0])
         } else {
@@ -214,7 +214,7 @@ impl Study<'_> {
     ///
     /// # Errors
     /// When a figure cannot be drawn or encoded.
-    pub fn run(&self, progress: &(dyn Fn() + Sync)) -> Result<Vec<Point>> {
+    pub(crate) fn run(&self, progress: &(dyn Fn() + Sync)) -> Result<Vec<Point>> {
         let configurations = self.configurations();
         let people = self.people()?;
         let of_cohort;

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 const SHORTEST: Duration = Duration::from_millis(20);
 
 /// What is timed: a cycle of a pack's first walk.
-pub struct Timed<'a> {
+pub(super) struct Timed<'a> {
     /// The pack.
     pub pack: Pack<'a>,
     /// How it is drawn.
@@ -22,7 +22,7 @@ pub struct Timed<'a> {
 ///
 /// # Errors
 /// When a figure cannot be drawn.
-pub fn least_ns(
+pub(super) fn least_ns(
     cases: &[Timed<'_>],
     views: &[View],
     rounds: usize,

@@ -18,7 +18,7 @@ mod c3d;
 mod files;
 mod gltf;
 mod lines;
-pub mod obj;
+pub(crate) mod obj;
 mod trc;
 
 /// Extensions of the files that hold motions, lower case.

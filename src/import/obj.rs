@@ -13,7 +13,7 @@ const MAX_TRIANGLES: usize = 4_000_000;
 
 /// A surface of triangles, source units and axes.
 #[derive(Clone, Debug)]
-pub struct Mesh {
+pub(crate) struct Mesh {
     /// Finite, no two the same.
     pub vertices: Vec<DVec3>,
     /// Corners by number of the vertex.
@@ -26,7 +26,7 @@ impl Mesh {
     ///
     /// # Errors
     /// The file cannot be read, is no OBJ, or has no faces or numbers that are not finite.
-    pub fn read(path: impl AsRef<Path>) -> Result<Self> {
+    pub(crate) fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let bytes = read_file(path).map_err(|error| Error::io(path, error))?;
         let options = tobj::LoadOptions {

@@ -16,13 +16,17 @@ const WORST: usize = 5;
 ///
 /// # Errors
 /// If the file cannot be written.
-pub fn write_strengths(path: &Path, results: &[ConfounderResult], classes: usize) -> Result<()> {
+pub(crate) fn write_strengths(
+    path: &Path,
+    results: &[ConfounderResult],
+    classes: usize,
+) -> Result<()> {
     write_bytes(path, strengths::svg(results, classes).as_bytes())
 }
 
 /// All confounders, and for each recognizer the worst; `probes` at each strength.
 #[must_use]
-pub fn strength_table(results: &[ConfounderResult], classes: usize, probes: u64) -> String {
+pub(crate) fn strength_table(results: &[ConfounderResult], classes: usize, probes: u64) -> String {
     let recognizers = recognizers(results);
     let mut out = String::new();
     let Some(first) = results.first() else {

@@ -15,7 +15,8 @@ pub(crate) const LINES: [(&str, &str); 6] = [
 ];
 
 /// How every chart in a file of its own begins, by which one is known again.
-pub const SVG_START: &str = "<svg xmlns=\"http://www.w3.org/2000/svg\" data-made-by=\"EdgeGait\"";
+pub(crate) const SVG_START: &str =
+    "<svg xmlns=\"http://www.w3.org/2000/svg\" data-made-by=\"EdgeGait\"";
 
 /// A coordinate to a tenth.
 pub(crate) fn to_tenth(coordinate: f64) -> String {

@@ -30,7 +30,7 @@ const MOMENT: f64 = 0.1;
 ///
 /// # Errors
 /// When a figure cannot be drawn.
-pub fn condition_gallery(
+pub(crate) fn condition_gallery(
     pack: &Pack<'_>,
     jobs: &[Job<'_>],
     view: &View,
@@ -71,7 +71,10 @@ pub fn condition_gallery(
 ///
 /// # Errors
 /// If there is none.
-pub fn template_gallery(made: &[(Template, Vec<u8>)], settings: Settings) -> Result<RgbImage> {
+pub(crate) fn template_gallery(
+    made: &[(Template, Vec<u8>)],
+    settings: Settings,
+) -> Result<RgbImage> {
     let cell = |(template, bytes): &(Template, Vec<u8>)| {
         let (columns, numbers) = match template.shape(settings.size) {
             Shape::Image { rows, columns, .. } => (columns, rows * columns),

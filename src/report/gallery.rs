@@ -29,7 +29,7 @@ type Rgb = image::Rgb<u8>;
 
 /// A silhouette or a plane of a template: rows of bytes, the upper one first.
 #[derive(Clone, Debug)]
-pub struct Raster {
+pub(super) struct Raster {
     /// 0..=255.
     pub bytes: Vec<u8>,
     /// Bytes of each row.
@@ -38,7 +38,7 @@ pub struct Raster {
 
 /// What one confounder does, for [`gallery`].
 #[derive(Clone, Debug)]
-pub struct GalleryRow {
+pub(super) struct GalleryRow {
     /// Its name, and its strength if it matters.
     pub label: String,
     /// Its class.
@@ -53,7 +53,7 @@ pub struct GalleryRow {
 
 /// One template, for [`template_sheet`].
 #[derive(Clone, Debug)]
-pub struct TemplateCell {
+pub(super) struct TemplateCell {
     /// Its name.
     pub label: String,
     /// Its planes; one of a single column is a vector, and drawn as bars.
@@ -96,7 +96,7 @@ impl Raster {
 ///
 /// # Errors
 /// If there is no row or no block.
-pub fn gallery(title: &str, rows: &[GalleryRow], blocks: usize) -> Result<RgbImage> {
+pub(super) fn gallery(title: &str, rows: &[GalleryRow], blocks: usize) -> Result<RgbImage> {
     if rows.is_empty() || blocks == 0 {
         return Err(ReportError::Empty {
             expected: "gallery: expected rows and blocks",
@@ -152,7 +152,11 @@ fn strip(row: &GalleryRow) -> RgbImage {
 ///
 /// # Errors
 /// If there is no template or no column.
-pub fn template_sheet(title: &str, cells: &[TemplateCell], columns: usize) -> Result<RgbImage> {
+pub(super) fn template_sheet(
+    title: &str,
+    cells: &[TemplateCell],
+    columns: usize,
+) -> Result<RgbImage> {
     if cells.is_empty() || columns == 0 {
         return Err(ReportError::Empty {
             expected: "template sheet: expected templates and columns",

@@ -25,7 +25,7 @@ const CSS: &str = concat!(include_str!("style.css"), include_str!("chart.css"));
 
 /// A template to show, and what it is.
 #[derive(Clone, Debug)]
-pub struct Sample {
+pub(crate) struct Sample {
     /// A few words, such as `s03, 90° / 0°`.
     pub caption: String,
     /// Which template it is.
@@ -43,7 +43,7 @@ pub struct Sample {
 /// # Errors
 ///
 /// The system's, if it cannot be written.
-pub fn write_page(
+pub(crate) fn write_page(
     path: impl AsRef<Path>,
     results: &ScoreResults,
     samples: &[Sample],
@@ -67,7 +67,7 @@ pub fn write_page(
 /// # Errors
 ///
 /// If a picture cannot be encoded, which only a lack of memory does.
-pub fn page(results: &ScoreResults, samples: &[Sample]) -> Result<String> {
+pub(crate) fn page(results: &ScoreResults, samples: &[Sample]) -> Result<String> {
     let viewpoints = results
         .recognizers
         .iter()

@@ -32,16 +32,16 @@ mod table;
 mod viewpoints;
 
 #[cfg(feature = "plots")]
-pub use confounders::{strength_table, write_strengths};
-pub use drawing::SVG_START;
+pub(crate) use confounders::{strength_table, write_strengths};
+pub(crate) use drawing::SVG_START;
 #[cfg(feature = "plots")]
-pub use galleries::{condition_gallery, template_gallery};
-pub use html::{Sample, page, write_page};
-pub use picture::{cells, contact_sheet, is_own_png, png, write_png};
-pub use table::table;
+pub(crate) use galleries::{condition_gallery, template_gallery};
+pub(crate) use html::{Sample, write_page};
+pub(crate) use picture::{cells, contact_sheet, is_own_png, png, write_png};
+pub(crate) use table::table;
 
 /// How the title of every page ends, by which one is known again.
-pub const TITLE_END: &str = " · EdgeGait</title>";
+pub(crate) const TITLE_END: &str = " · EdgeGait</title>";
 
 /// U+202F, a narrow space that does not break a line.
 const THIN: &str = "\u{202f}";

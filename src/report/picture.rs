@@ -23,7 +23,11 @@ const MAX_PIXELS: u64 = 1 << 26;
 ///
 /// If there is no image, if `scale` is 0, or if the picture would have more than
 /// 64 Mi pixels.
-pub fn contact_sheet<P: AsRef<[u8]>>(rows: &[Vec<P>], size: Size, scale: u32) -> Result<GrayImage> {
+pub(crate) fn contact_sheet<P: AsRef<[u8]>>(
+    rows: &[Vec<P>],
+    size: Size,
+    scale: u32,
+) -> Result<GrayImage> {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let (width, height) = (
         sheet_side(columns, size.columns(), scale),
@@ -54,7 +58,7 @@ pub fn contact_sheet<P: AsRef<[u8]>>(rows: &[Vec<P>], size: Size, scale: u32) ->
 /// a vector bars from below, a column for each number (as many images as that takes); if it has a
 /// number for each row, bars about the middle.
 #[must_use]
-pub fn cells(bytes: &[u8], shape: Shape, size: Size) -> Vec<Vec<u8>> {
+pub(crate) fn cells(bytes: &[u8], shape: Shape, size: Size) -> Vec<Vec<u8>> {
     let (rows, columns) = (size.rows(), size.columns());
     let Shape::Vector(numbers) = shape else {
         let images = bytes.chunks_exact(size.pixels());
@@ -97,7 +101,7 @@ pub fn cells(bytes: &[u8], shape: Shape, size: Size) -> Vec<Vec<u8>> {
 /// # Errors
 ///
 /// If the encoder fails, which only a lack of memory makes it do.
-pub fn png<P>(picture: &ImageBuffer<P, Vec<u8>>) -> Result<Vec<u8>>
+pub(crate) fn png<P>(picture: &ImageBuffer<P, Vec<u8>>) -> Result<Vec<u8>>
 where
     P: PixelWithColorType<Subpixel = u8>,
 {
@@ -124,7 +128,7 @@ fn signed(png: &[u8]) -> Vec<u8> {
 
 /// Whether a PNG file that begins so was made by this program.
 #[must_use]
-pub fn is_own_png(start: &[u8]) -> bool {
+pub(crate) fn is_own_png(start: &[u8]) -> bool {
     let text = start.get(HEADER_END + 4..);
     start.starts_with(b"\x89PNG") && text.is_some_and(|text| text.starts_with(SIGNATURE.1))
 }
@@ -134,7 +138,7 @@ pub fn is_own_png(start: &[u8]) -> bool {
 /// # Errors
 ///
 /// The system's, if the file cannot be written.
-pub fn write_png<P>(path: impl AsRef<Path>, picture: &ImageBuffer<P, Vec<u8>>) -> Result<()>
+pub(crate) fn write_png<P>(path: impl AsRef<Path>, picture: &ImageBuffer<P, Vec<u8>>) -> Result<()>
 where
     P: PixelWithColorType<Subpixel = u8>,
 {

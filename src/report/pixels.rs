@@ -8,7 +8,7 @@ const MIDDLE: f64 = 127.5;
 /// A picture of coarser pixels: each cell of `cell_px` by `cell_px`, counted from the upper left
 /// corner, has the mean of its pixels' colours. Cells of at most one pixel change nothing.
 #[must_use]
-pub fn pixelated(picture: &RgbImage, cell_px: f64) -> RgbImage {
+pub(super) fn pixelated(picture: &RgbImage, cell_px: f64) -> RgbImage {
     if cell_px <= 1.0 {
         return picture.clone();
     }
@@ -33,7 +33,7 @@ pub fn pixelated(picture: &RgbImage, cell_px: f64) -> RgbImage {
 /// A picture with `contrast` times the distance from middle grey, and then `light` times as
 /// bright; 1 changes nothing.
 #[must_use]
-pub fn faded(picture: &RgbImage, light: f64, contrast: f64) -> RgbImage {
+pub(super) fn faded(picture: &RgbImage, light: f64, contrast: f64) -> RgbImage {
     let mut faded = picture.clone();
     for value in faded.iter_mut() {
         *value = byte(light * (MIDDLE + contrast * (f64::from(*value) - MIDDLE)));
@@ -46,7 +46,7 @@ pub fn faded(picture: &RgbImage, light: f64, contrast: f64) -> RgbImage {
 /// # Panics
 /// If their sizes differ.
 #[must_use]
-pub fn mean(pictures: &[RgbImage]) -> Option<RgbImage> {
+pub(super) fn mean(pictures: &[RgbImage]) -> Option<RgbImage> {
     let first = pictures.first()?;
     let mut sums = vec![0.0; first.len()];
     for picture in pictures {
@@ -64,7 +64,7 @@ pub fn mean(pictures: &[RgbImage]) -> Option<RgbImage> {
 /// one of the old, both `[x, y]` in pixels from the upper left corner, with middles of pixels at
 /// halves. Blends the four nearest pixels; outside, the edge goes on.
 #[must_use]
-pub fn warped(picture: &RgbImage, source: impl Fn([f64; 2]) -> [f64; 2]) -> RgbImage {
+pub(super) fn warped(picture: &RgbImage, source: impl Fn([f64; 2]) -> [f64; 2]) -> RgbImage {
     let (width, height) = picture.dimensions();
     RgbImage::from_fn(width, height, |x, y| {
         let [from_x, from_y] = source([f64::from(x) + 0.5, f64::from(y) + 0.5]);

@@ -122,7 +122,7 @@ pub(super) mod tests {
     use crate::evaluate::results::tests::result_of;
 
     /// A set of 26 probes of 26 people, `hits` of them right.
-    pub fn set(name: &str, clean: bool, hits: u32) -> ProbeSetResult {
+    pub(crate) fn set(name: &str, clean: bool, hits: u32) -> ProbeSetResult {
         let rank1 = f64::from(hits) / 26.0;
         ProbeSetResult {
             name: name.into(),
@@ -149,7 +149,7 @@ pub(super) mod tests {
     }
 
     /// As the command has them: 26 of 26 right on clean probes, and others that are not pooled.
-    pub fn confounded(sets: Vec<ProbeSetResult>) -> RecognizerResult {
+    pub(crate) fn confounded(sets: Vec<ProbeSetResult>) -> RecognizerResult {
         let mut result = result_of(&[(90.0, 0.0, 26, 26)]);
         result.people = 26;
         result.trained_at = vec![(90.0, 0.0)];

@@ -135,7 +135,7 @@ pub(super) mod tests {
     use crate::report::scope::tests::{confounded, set};
 
     /// Four viewpoints, the side view of them that of training.
-    pub fn grid() -> RecognizerResult {
+    pub(crate) fn grid() -> RecognizerResult {
         let mut result = result_of(&[
             (0.0, 0.0, 1, 4),
             (90.0, 0.0, 4, 4),

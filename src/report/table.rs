@@ -11,7 +11,7 @@ use crate::table::Table;
 
 /// The results as text: a line for each recognizer, then where each of them works.
 #[must_use]
-pub fn table(results: &ScoreResults) -> String {
+pub(crate) fn table(results: &ScoreResults) -> String {
     let mut table = Table::new(&[Left(18), Left(18), Right(10), Right(8), Right(13), Right(8)]);
     table.row("recognizer|runtime|probes|rank-1 %|95 % interval|p50 us".split('|'));
     for recognizer in &results.recognizers {

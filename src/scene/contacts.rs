@@ -30,7 +30,7 @@ const LEAST_BELOW: f64 = 0.75;
 
 /// Gait events of one foot, in frames (fractions too), ascending.
 #[derive(Clone, Debug)]
-pub struct FootEvents {
+pub(crate) struct FootEvents {
     /// The heel strikes: the ankle is farthest ahead.
     pub contacts: Vec<f64>,
     /// The toe leaves: the ankle is farthest behind.
@@ -39,7 +39,7 @@ pub struct FootEvents {
 
 /// Finds the events of the left and the right foot.
 #[must_use]
-pub fn foot_events(take: &Take) -> [FootEvents; 2] {
+pub(crate) fn foot_events(take: &Take) -> [FootEvents; 2] {
     let facing = facing(take);
     [Joint::LeftFoot, Joint::RightFoot].map(|foot| {
         let mut ahead: Vec<f64> = take

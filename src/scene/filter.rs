@@ -13,7 +13,7 @@ const TWO_PASSES: f64 = 0.802;
 
 /// A low-pass for one sample rate.
 #[derive(Clone, Copy, Debug)]
-pub struct LowPass {
+pub(crate) struct LowPass {
     /// Feed-forward; the middle coefficient is twice the outer ones.
     b0: f64,
     a1: f64,
@@ -26,7 +26,7 @@ impl LowPass {
     /// A filter with its -3 dB point at `cut_off_hz`; `None` if the sample rate is
     /// too low to hold anything above it.
     #[must_use]
-    pub fn new(cut_off_hz: f64, sample_rate_hz: f64) -> Option<Self> {
+    pub(crate) fn new(cut_off_hz: f64, sample_rate_hz: f64) -> Option<Self> {
         if !(cut_off_hz > 0.0 && cut_off_hz < 0.4 * sample_rate_hz) {
             return None;
         }
@@ -44,7 +44,7 @@ impl LowPass {
 
     /// Filters one channel in place. The ends are continued by reflection about
     /// their end points, so that a straight line passes unchanged.
-    pub fn scalars(&self, values: &mut [f64]) {
+    pub(crate) fn scalars(&self, values: &mut [f64]) {
         let n = values.len();
         if n < 2 {
             return;
@@ -63,7 +63,7 @@ impl LowPass {
     }
 
     /// Filters positions in place.
-    pub fn positions(&self, values: &mut [DVec3]) {
+    pub(crate) fn positions(&self, values: &mut [DVec3]) {
         for axis in 0..3 {
             let mut channel: Vec<f64> = values.iter().map(|v| v[axis]).collect();
             self.scalars(&mut channel);
@@ -75,7 +75,7 @@ impl LowPass {
 
     /// Filters rotations in place: their components in one hemisphere, renormalised.
     /// Right for steps well below 90 degrees, which [`crate::scene::retarget`] ensures.
-    pub fn rotations(&self, values: &mut [DQuat]) {
+    pub(crate) fn rotations(&self, values: &mut [DQuat]) {
         for i in 1..values.len() {
             if values[i].dot(values[i - 1]) < 0.0 {
                 values[i] = -values[i];

@@ -39,7 +39,7 @@ const NAMED: usize = 4;
 
 /// A joint that turns too far between two frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Flip {
+pub(crate) struct Flip {
     /// The joint.
     pub joint: Joint,
     /// The frame before it.
@@ -52,7 +52,7 @@ pub struct Flip {
 
 /// Whether the last frame is followed by the first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ends {
+pub(crate) enum Ends {
     /// As of a gait cycle.
     Meet,
     /// As of a take.
@@ -61,13 +61,13 @@ pub enum Ends {
 
 /// The most that a joint may turn between two frames at this rate, degrees.
 #[must_use]
-pub fn largest_step_deg(rate_hz: f64) -> f64 {
+pub(crate) fn largest_step_deg(rate_hz: f64) -> f64 {
     (FASTEST_DEG_S / rate_hz).min(LARGEST_STEP_DEG)
 }
 
 /// The first flip in frames at this rate, by frame and joint.
 #[must_use]
-pub fn first_flip(rotations: &[[DQuat; JOINTS]], ends: Ends, rate_hz: f64) -> Option<Flip> {
+pub(crate) fn first_flip(rotations: &[[DQuat; JOINTS]], ends: Ends, rate_hz: f64) -> Option<Flip> {
     let most = largest_step_deg(rate_hz);
     steps(rotations.len(), ends).find_map(|(before, after)| {
         Joint::ALL.into_iter().find_map(|joint| {
@@ -86,7 +86,11 @@ pub fn first_flip(rotations: &[[DQuat; JOINTS]], ends: Ends, rate_hz: f64) -> Op
 /// interpolated between those before and behind, where the joint is back 0.1 s after it,
 /// and for hands also where it stays. A joint all of whose flips cannot be bridged is left as it
 /// is, and so is all else. What was done, a sentence for each joint.
-pub fn bridge_flips(rotations: &mut [[DQuat; JOINTS]], ends: Ends, rate_hz: f64) -> Vec<String> {
+pub(crate) fn bridge_flips(
+    rotations: &mut [[DQuat; JOINTS]],
+    ends: Ends,
+    rate_hz: f64,
+) -> Vec<String> {
     let most = largest_step_deg(rate_hz);
     let mut said = Vec::new();
     for joint in ENDS {

@@ -11,26 +11,26 @@ pub mod cohort;
 #[cfg(feature = "import")]
 mod complete;
 #[cfg(feature = "import")]
-pub mod contacts;
+pub(crate) mod contacts;
 #[cfg(feature = "import")]
 pub mod events;
 #[cfg(feature = "import")]
 pub mod figure;
 #[cfg(feature = "import")]
-pub mod filter;
+pub(crate) mod filter;
 #[cfg(feature = "import")]
-pub mod fit;
-pub mod flips;
+pub(crate) mod fit;
+pub(crate) mod flips;
 #[cfg(feature = "import")]
 mod follow;
 #[cfg(feature = "import")]
 mod markers;
 #[cfg(feature = "import")]
-pub mod measured;
+pub(crate) mod measured;
 #[cfg(feature = "import")]
 pub mod recorded;
 #[cfg(feature = "import")]
-pub mod refused;
+pub(crate) mod refused;
 #[cfg(feature = "import")]
 mod residual;
 #[cfg(feature = "import")]
@@ -42,13 +42,13 @@ mod roles;
 #[cfg(feature = "import")]
 mod span;
 #[cfg(feature = "import")]
-pub mod stance;
-pub mod thin;
+pub(crate) mod stance;
+pub(crate) mod thin;
 #[cfg(feature = "import")]
 mod transfer;
 #[cfg(feature = "import")]
 mod unit;
-pub mod variation;
+pub(crate) mod variation;
 
 use edgegait_core::pack::{Gait, Sex};
 use edgegait_core::skeleton::{JOINTS, Joint};

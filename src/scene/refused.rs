@@ -5,7 +5,7 @@ use crate::error::{Error, Refused};
 
 /// Takes refused walks out of their recordings, and recordings without any out of the list: an
 /// error for each walk, or for all of a person's recording, with its file.
-pub fn without(recordings: &mut Vec<Recording>, refused: &[Refused]) -> Vec<Error> {
+pub(crate) fn without(recordings: &mut Vec<Recording>, refused: &[Refused]) -> Vec<Error> {
     let mut errors = Vec::new();
     recordings.retain_mut(|recording| {
         let Recording {

@@ -30,7 +30,7 @@ const SHORTEST_SWING_S: f64 = 0.08;
 
 /// A motion whose feet are looked at.
 #[derive(Clone, Copy, Debug)]
-pub struct Steps<'a> {
+pub(crate) struct Steps<'a> {
     /// Joint offsets of the body that moves, metres.
     offsets: &'a [DVec3; JOINTS],
     roots: &'a [DVec3],
@@ -82,7 +82,7 @@ impl Walk {
 impl<'a> Steps<'a> {
     /// Those of a cycle on a skeleton with these joint offsets.
     #[must_use]
-    pub fn of_cycle(cycle: &'a Cycle, offsets: &'a [DVec3; JOINTS]) -> Self {
+    pub(crate) fn of_cycle(cycle: &'a Cycle, offsets: &'a [DVec3; JOINTS]) -> Self {
         Self {
             offsets,
             roots: &cycle.root,
@@ -94,7 +94,7 @@ impl<'a> Steps<'a> {
 
     /// Those of a whole take.
     #[must_use]
-    pub fn of_span(span: &'a Span, offsets: &'a [DVec3; JOINTS]) -> Self {
+    pub(crate) fn of_span(span: &'a Span, offsets: &'a [DVec3; JOINTS]) -> Self {
         Self {
             offsets,
             roots: &span.roots,
@@ -106,7 +106,7 @@ impl<'a> Steps<'a> {
 
     /// Those of a take on its walker's own skeleton.
     #[must_use]
-    pub fn of_take(take: &'a Take) -> Self {
+    pub(crate) fn of_take(take: &'a Take) -> Self {
         Self {
             offsets: &take.offsets,
             roots: &take.roots,
@@ -123,7 +123,7 @@ impl<'a> Steps<'a> {
 
     /// Whether the left and the right foot stand, by frame.
     #[must_use]
-    pub fn stances(&self) -> Vec<[bool; 2]> {
+    pub(crate) fn stances(&self) -> Vec<[bool; 2]> {
         let leg_m = self.leg_m();
         let places = self.places(&soles_of_legs(leg_m));
         let ankles = self.places(&[vec![DVec3::ZERO], vec![DVec3::ZERO]]);
@@ -174,7 +174,7 @@ impl<'a> Steps<'a> {
 
     /// Share of the frames in which a foot stands, mean of both.
     #[must_use]
-    pub fn duty_factor(&self) -> f64 {
+    pub(crate) fn duty_factor(&self) -> f64 {
         let stances = self.stances();
         let standing = stances.iter().flatten().filter(|stands| **stands);
         standing.count() as f64 / (2 * stances.len()) as f64

@@ -6,7 +6,7 @@ use edgegait_core::budget::MAX_POINTS;
 use glam::DVec3;
 
 /// Fewest points that bodies are thinned to: 16 tetrahedra. Ours.
-pub const MIN_POINTS: usize = 64;
+pub(crate) const MIN_POINTS: usize = 64;
 /// Fewest points that a hull is thinned to: the corners of a tetrahedron.
 const MIN_HULL_POINTS: usize = 4;
 /// Directions in which a hull's reach is measured: about 14 degrees apart. Ours.
@@ -24,7 +24,7 @@ const ROUNDING_M: f64 = 1e-9;
 ///
 /// # Errors
 /// For another number of points, and for one that leaves fewer than 4 for each hull.
-pub fn thinned(body: &Body, most: usize) -> Result<Body> {
+pub(crate) fn thinned(body: &Body, most: usize) -> Result<Body> {
     if !(MIN_POINTS..=MAX_POINTS).contains(&most) {
         return Err(Error::Usage(format!(
             "{most} hull points: expected {MIN_POINTS} to {MAX_POINTS}"
@@ -63,7 +63,7 @@ pub fn thinned(body: &Body, most: usize) -> Result<Body> {
 ///
 /// # Errors
 /// As [`thinned`].
-pub fn with_thinner_bodies(people: &[Subject], most: usize) -> Result<Vec<Subject>> {
+pub(crate) fn with_thinner_bodies(people: &[Subject], most: usize) -> Result<Vec<Subject>> {
     let thinner = |person: &Subject| {
         Ok(Subject {
             body: thinned(&person.body, most)?,

@@ -29,7 +29,7 @@ pub struct CycleSeed {
 
 /// Periodic noise on joint rotations.
 #[derive(Clone, Debug)]
-pub struct Variation {
+pub(crate) struct Variation {
     /// For each joint: rotation vectors of the constant and of each harmonic's cosine
     /// and sine, radians. `None` leaves the stored cycle as it is.
     noise: Option<Box<[[Vec3; 1 + 2 * HARMONICS]; JOINTS]>>,
@@ -58,7 +58,7 @@ const fn deviation_deg(joint: Joint) -> (f32, f32) {
 impl Variation {
     /// The variation of one cycle; the stored cycle for number 0.
     #[must_use]
-    pub fn new(of: CycleSeed) -> Self {
+    pub(crate) fn new(of: CycleSeed) -> Self {
         if of.variation == 0 {
             return Self { noise: None };
         }
@@ -94,7 +94,7 @@ impl Variation {
     }
 
     /// Adds this cycle's noise at `phase` to a pose of the stored cycle.
-    pub fn apply(&self, pose: &mut Pose, phase: f32) {
+    pub(crate) fn apply(&self, pose: &mut Pose, phase: f32) {
         let Some(noise) = &self.noise else { return };
         let mut basis = [1.0; 1 + 2 * HARMONICS];
         for harmonic in 1..=HARMONICS {

@@ -12,7 +12,7 @@ const MAX_KEPT: usize = 1 << 28;
 
 /// The answers of one recognizer.
 #[derive(Clone, Debug, Default)]
-pub struct Answers {
+pub(crate) struct Answers {
     /// Embeddings, `[answer][number]`.
     pub embeddings: Vec<f32>,
     /// Numbers in one embedding.
@@ -30,13 +30,13 @@ pub struct Answers {
 impl Answers {
     /// The embedding of a sequence; empty if the recognizer was not shown it.
     #[must_use]
-    pub fn embedding(&self, sequence: usize) -> &[f32] {
+    pub(crate) fn embedding(&self, sequence: usize) -> &[f32] {
         self.row(sequence, &self.embeddings, self.dims)
     }
 
     /// The class scores of a sequence; empty if there are none.
     #[must_use]
-    pub fn scores(&self, sequence: usize) -> &[f32] {
+    pub(crate) fn scores(&self, sequence: usize) -> &[f32] {
         self.row(sequence, &self.scores, self.classes)
     }
 
@@ -123,7 +123,7 @@ impl Listener<'_> {
 ///
 /// # Errors
 /// When a sequence cannot be shown, or a recognizer fails.
-pub fn ask(
+pub(crate) fn ask(
     recognizers: &[&dyn Recognizer],
     source: &Source<'_>,
     wanted: &[usize],

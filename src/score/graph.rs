@@ -17,7 +17,7 @@ use std::path::Path;
 use super::protobuf::{Malformed, Reader};
 use crate::error::{Error, Place, Result};
 use walk::Walk;
-pub use windows::Window;
+pub(super) use windows::Window;
 
 /// What an ONNX file says about itself.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -36,7 +36,7 @@ impl Library {
     /// # Errors
     /// If there is no such file, or it is not a complete ONNX Runtime library of at least 1.18
     /// for this system.
-    pub fn inspect(path: &Path) -> Result<Self> {
+    pub(super) fn inspect(path: &Path) -> Result<Self> {
         let io = |error| Error::io(path, error);
         let refuse = |problem: String| Error::input(path, problem);
         let absolute = path.canonicalize().map_err(io)?;

@@ -5,14 +5,14 @@
 //! shape is meant, whether the numbers are finite), so it is checked around them.
 
 mod affine;
-pub mod answers;
+pub(crate) mod answers;
 mod contract;
 mod graph;
 mod input;
 mod library;
 mod model;
 mod onnx;
-pub mod pixels;
+pub(crate) mod pixels;
 mod ports;
 mod protobuf;
 mod quantize;

@@ -34,7 +34,7 @@ pub(super) struct Ort {
 static LOADED: Mutex<Option<Ort>> = Mutex::new(None);
 
 impl Ort {
-    pub fn load(path: &Path) -> Result<Self> {
+    pub(super) fn load(path: &Path) -> Result<Self> {
         let library = Library::inspect(path)?;
         let mut loaded = LOADED.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(ort) = loaded.as_ref() {
@@ -70,7 +70,7 @@ impl Ort {
         Ok(ort)
     }
 
-    pub fn runtime_name(&self, provider: Provider) -> RuntimeName {
+    pub(super) fn runtime_name(&self, provider: Provider) -> RuntimeName {
         RuntimeName {
             name: "onnxruntime".into(),
             version: self.version.clone(),
@@ -79,7 +79,7 @@ impl Ort {
     }
 
     /// Refuses a provider that the library was not built with.
-    pub fn require(&self, provider: Provider) -> Result<()> {
+    pub(super) fn require(&self, provider: Provider) -> Result<()> {
         if is_built_with(provider) {
             return Ok(());
         }
@@ -190,7 +190,7 @@ struct Ready {
 type Found = (Tensor, Option<Tensor>);
 
 impl OrtRecognizer {
-    pub fn load(ort: &Ort, model: &Model, how: (Provider, usize)) -> Result<Self> {
+    pub(super) fn load(ort: &Ort, model: &Model, how: (Provider, usize)) -> Result<Self> {
         let refuse = |error: ort::Error| {
             Error::input(
                 model.path(),
@@ -217,7 +217,7 @@ impl OrtRecognizer {
     }
 
     /// A loop body with this session and nothing around it.
-    pub fn into_bare(self, input: &[f32], outputs: BareOutputs) -> Result<Bare> {
+    pub(super) fn into_bare(self, input: &[f32], outputs: BareOutputs) -> Result<Bare> {
         let shape = self
             .contract
             .input_shape(1, self.contract.frames_in(input.len(), 1)?);

@@ -11,11 +11,11 @@ use crate::template::Template;
 use edgegait_core::silhouette::Size;
 
 /// What the baseline is called among models.
-pub const NAME: &str = "pixels";
+pub(crate) const NAME: &str = "pixels";
 
 /// Answers with the template that it was given.
 #[derive(Clone, Debug)]
-pub struct Pixels {
+pub(crate) struct Pixels {
     contract: Contract,
     runtime: RuntimeName,
 }
@@ -23,7 +23,7 @@ pub struct Pixels {
 impl Pixels {
     /// The baseline for this template of silhouettes of this size and framing.
     #[must_use]
-    pub fn new(template: Template, size: Size, framing: Framing) -> Self {
+    pub(crate) fn new(template: Template, size: Size, framing: Framing) -> Self {
         Self {
             contract: Contract {
                 name: NAME.into(),

@@ -41,7 +41,10 @@ impl Batching {
 
 impl Ports {
     /// The ports, and the number of frames if the file fixes it.
-    pub fn find(graph: &Graph, contract: &Contract) -> Result<(Self, Option<usize>), String> {
+    pub(super) fn find(
+        graph: &Graph,
+        contract: &Contract,
+    ) -> Result<(Self, Option<usize>), String> {
         let expected = expected_input(contract);
         let [input] = graph.inputs.as_slice() else {
             return Err(format!(

@@ -36,18 +36,18 @@ pub(super) struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    pub fn new(bytes: &'a [u8]) -> Self {
+    pub(super) fn new(bytes: &'a [u8]) -> Self {
         Self {
             rest: bytes,
             byte: 0,
         }
     }
 
-    pub fn is_empty(&self) -> bool {
+    pub(super) fn is_empty(&self) -> bool {
         self.rest.is_empty()
     }
 
-    pub fn malformed(&self, problem: impl Into<String>) -> Malformed {
+    pub(super) fn malformed(&self, problem: impl Into<String>) -> Malformed {
         Malformed {
             byte: self.byte,
             problem: problem.into(),
@@ -55,7 +55,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The next field's number and value; `None` at the end.
-    pub fn next(&mut self) -> Result<Option<(u64, Field<'a>)>, Malformed> {
+    pub(super) fn next(&mut self) -> Result<Option<(u64, Field<'a>)>, Malformed> {
         if self.rest.is_empty() {
             return Ok(None);
         }
@@ -79,13 +79,13 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads to the end, so that each field is known to hold what it claims.
-    pub fn skim(mut self) -> Result<(), Malformed> {
+    pub(super) fn skim(mut self) -> Result<(), Malformed> {
         while self.next()?.is_some() {}
         Ok(())
     }
 
     /// The next of packed integers; `None` at the end.
-    pub fn packed_number(&mut self) -> Result<Option<u64>, Malformed> {
+    pub(super) fn packed_number(&mut self) -> Result<Option<u64>, Malformed> {
         if self.rest.is_empty() {
             return Ok(None);
         }
@@ -93,12 +93,12 @@ impl<'a> Reader<'a> {
     }
 
     /// All that is left, as it is.
-    pub fn bytes(&self) -> &'a [u8] {
+    pub(super) fn bytes(&self) -> &'a [u8] {
         self.rest
     }
 
     /// All that is left, as text.
-    pub fn text(&self) -> Result<String, Malformed> {
+    pub(super) fn text(&self) -> Result<String, Malformed> {
         match std::str::from_utf8(self.rest) {
             Ok(text) => Ok(text.to_owned()),
             Err(_) => Err(self.malformed("a name that is not UTF-8")),

@@ -62,7 +62,7 @@ fn window_objection(window: &Window<'_>) -> Option<String> {
 }
 
 impl RtenRecognizer {
-    pub fn load(model: &Model, threads: usize) -> Result<Self> {
+    pub(super) fn load(model: &Model, threads: usize) -> Result<Self> {
         let refuse =
             |problem: String| Error::input(model.path(), problem).with_remedy(Remedy::OnnxRuntime);
         for operator in model.graph().operators.keys() {

@@ -9,9 +9,10 @@ mod packs;
 mod tree;
 mod walks;
 
-pub use packs::{BUILT_IN_WALK, PackSource, Selection, built_in, is_pack_or_folder, require};
-pub use tree::Recordings;
-pub use walks::{Made, Walks};
+pub(crate) use packs::{BUILT_IN_WALK, built_in, is_pack_or_folder};
+pub use packs::{PackSource, Selection};
+pub(crate) use tree::Recordings;
+pub(crate) use walks::{Made, Walks};
 
 use crate::dataset::{Dataset, Tree};
 use crate::error::{Error, Result};

@@ -10,7 +10,7 @@ use edgegait_core::pack::Pack;
 use std::path::Path;
 
 /// The walk of the built-in cohort that is used when none is named.
-pub const BUILT_IN_WALK: &str = "walk-5kmh";
+pub(crate) const BUILT_IN_WALK: &str = "walk-5kmh";
 
 /// A pack's bytes and where they are from.
 #[derive(Clone, Debug)]
@@ -66,7 +66,7 @@ impl Selection {
 ///
 /// # Errors
 /// Naming the first of them, and some that are there.
-pub fn require(what: &'static str, asked: &[String], known: &[&str]) -> Result<()> {
+pub(crate) fn require(what: &'static str, asked: &[String], known: &[&str]) -> Result<()> {
     for name in asked {
         if !known.contains(&name.as_str()) {
             let mut some: Vec<String> = Vec::new();
@@ -136,7 +136,7 @@ impl PackSource {
 
 /// The built-in cohort at the speeds that these walks name; at all speeds for no names.
 #[must_use]
-pub fn built_in(walks: &[String]) -> CohortOptions {
+pub(crate) fn built_in(walks: &[String]) -> CohortOptions {
     let mut speeds_kmh: Vec<f64> = SPEEDS_KMH
         .into_iter()
         .filter(|speed| {
@@ -158,7 +158,7 @@ pub fn built_in(walks: &[String]) -> CohortOptions {
 ///
 /// # Errors
 /// When it cannot be read.
-pub fn is_pack_or_folder(path: &Path) -> Result<bool> {
+pub(crate) fn is_pack_or_folder(path: &Path) -> Result<bool> {
     use std::io::Read as _;
     let metadata = std::fs::metadata(path).map_err(|error| Error::io(path, error))?;
     if metadata.is_dir() {

@@ -11,7 +11,7 @@ use std::fmt;
 
 /// What a GEI of any walk takes, by what draws it; sizes of types are those of this machine.
 #[derive(Debug, Serialize)]
-pub struct BudgetSummary {
+pub(super) struct BudgetSummary {
     size: &'static str,
     flash_bytes: usize,
     /// Of the avatars with the most of each.
@@ -37,7 +37,7 @@ struct Taken {
 
 impl BudgetSummary {
     /// That of a pack.
-    pub fn of(pack: &Pack<'_>) -> Self {
+    pub(super) fn of(pack: &Pack<'_>) -> Self {
         let (budget, size) = (Budget::of(pack), Size::S50x30);
         Self {
             size: size.name(),

@@ -28,7 +28,7 @@ const SECTIONS: [&str; 7] = [
 
 /// What a pack holds, as JSON, or as text.
 #[derive(Debug, Serialize)]
-pub struct Summary {
+pub(crate) struct Summary {
     #[serde(flatten)]
     header: Header,
     bytes: usize,
@@ -215,7 +215,7 @@ impl Summary {
     ///
     /// # Errors
     /// When the bytes are no pack.
-    pub fn of(header: Header, path: &Path, bytes: &[u8]) -> Result<Self> {
+    pub(crate) fn of(header: Header, path: &Path, bytes: &[u8]) -> Result<Self> {
         let pack = Pack::parse(bytes).map_err(|error| Error::input(path, error.to_string()))?;
         let clip_bytes = |walk: Walk<'_>| pack.clip(walk.clip).map_or(0, |clip| clip.len_bytes());
         let subjects: Vec<SubjectSummary> = pack

@@ -10,20 +10,20 @@ use edgegait_core::silhouette::{Frame, Size};
 use edgegait_core::template::GeiTally;
 
 /// What draws and sums by columns. 310 kB.
-pub struct Columns {
+pub(super) struct Columns {
     renderer: ColumnRenderer,
     tally: GeiTally,
 }
 
 /// What draws by columns.
-pub struct ColumnRenderer {
+pub(super) struct ColumnRenderer {
     pub(super) columns: columns::Renderer,
     /// Tells which share of a figure lies outside of an image.
     pub(super) measure: Renderer,
 }
 
 impl Columns {
-    pub fn new(size: Size) -> Self {
+    pub(super) fn new(size: Size) -> Self {
         Self {
             renderer: ColumnRenderer {
                 columns: columns::Renderer::new(),
@@ -34,7 +34,7 @@ impl Columns {
     }
 
     /// The GEIs of the views of these numbers; none of the other views.
-    pub fn see(
+    pub(super) fn see(
         &mut self,
         film: &mut Film<'_>,
         views: &[View],
@@ -69,7 +69,12 @@ impl Columns {
     }
 
     /// One frame from one view.
-    pub fn frame(&mut self, film: &Film<'_>, frame: usize, sight: Sight<'_>) -> Result<Frame> {
+    pub(super) fn frame(
+        &mut self,
+        film: &Film<'_>,
+        frame: usize,
+        sight: Sight<'_>,
+    ) -> Result<Frame> {
         let azimuth = Azimuth::new(&[sight.viewpoint()])?;
         let mut images = Images::empty(self.renderer.measure.size());
         film.draw_elevations(frame, (&[sight], &azimuth), &mut self.renderer, &mut images)?;

@@ -26,7 +26,7 @@ const MARGIN: f32 = 1e-4;
 const CHUNK: usize = 16;
 
 /// Posed frames of one job.
-pub struct Film<'a> {
+pub(super) struct Film<'a> {
     job: Job<'a>,
     /// For errors.
     name: String,
@@ -48,7 +48,7 @@ pub struct Film<'a> {
 
 /// A view, and the framing that all frames share there, if they do.
 #[derive(Clone, Copy)]
-pub struct Sight<'v> {
+pub(super) struct Sight<'v> {
     view: &'v View,
     viewpoint: Viewpoint,
     framing: Option<camera::Framing>,
@@ -56,12 +56,12 @@ pub struct Sight<'v> {
 
 impl<'v> Sight<'v> {
     /// The view that it is one of.
-    pub const fn view(&self) -> &'v View {
+    pub(super) const fn view(&self) -> &'v View {
         self.view
     }
 
     /// From where it is.
-    pub const fn viewpoint(&self) -> Viewpoint {
+    pub(super) const fn viewpoint(&self) -> Viewpoint {
         self.viewpoint
     }
 }
@@ -71,7 +71,7 @@ impl<'a> Film<'a> {
     ///
     /// # Errors
     /// When there is no such walk or variation.
-    pub fn new(
+    pub(super) fn new(
         pack: &Pack<'a>,
         job: Job<'a>,
         dressed: &'a Dressed,
@@ -97,7 +97,7 @@ impl<'a> Film<'a> {
     }
 
     /// Poses these frames in place of those before.
-    pub fn pose(&mut self, moments: Moments, frames: Range<u32>) {
+    pub(super) fn pose(&mut self, moments: Moments, frames: Range<u32>) {
         let all = moments.count(self.settings.frames_per_cycle);
         self.sources = recording::sources(self.plan, frames, all);
         self.frames.clear();
@@ -131,28 +131,28 @@ impl<'a> Film<'a> {
     }
 
     /// The points of each hull, frame by frame, metres.
-    pub fn figures(&self) -> Vec<Vec<Vec<Vec3>>> {
+    pub(super) fn figures(&self) -> Vec<Vec<Vec<Vec3>>> {
         let points = |posed: &Posed<'_>| posed.figure.hulls().map(Iterator::collect).collect();
         self.frames.iter().map(points).collect()
     }
 
     /// How many frames are posed.
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.frames.len()
     }
 
     /// Whether silhouettes are [`Self::segmented`] rather than drawn.
-    pub fn acts_on_images(&self) -> bool {
+    pub(super) fn acts_on_images(&self) -> bool {
         recording::acts_on_images(self.plan, self.settings.framing)
     }
 
     /// Rows and columns of what is drawn.
-    pub const fn size(&self) -> Size {
+    pub(super) const fn size(&self) -> Size {
         self.settings.size
     }
 
     /// What makes templates as the settings say.
-    pub fn builder(&self) -> Builder {
+    pub(super) fn builder(&self) -> Builder {
         let Settings {
             template,
             size,
@@ -166,7 +166,7 @@ impl<'a> Film<'a> {
     ///
     /// # Errors
     /// When the condition puts the camera where none can be.
-    pub fn sight<'v>(&mut self, view: &'v View) -> Result<Sight<'v>> {
+    pub(super) fn sight<'v>(&mut self, view: &'v View) -> Result<Sight<'v>> {
         let viewpoint = recording::viewpoint(self.plan, view)?;
         let framing = match self.settings.framing {
             Framing::Height => Some(camera::Framing::Height),
@@ -185,7 +185,7 @@ impl<'a> Film<'a> {
     ///
     /// # Errors
     /// When it cannot be drawn.
-    pub fn draw<'r>(
+    pub(super) fn draw<'r>(
         &self,
         index: usize,
         sight: &Sight<'_>,
@@ -208,7 +208,7 @@ impl<'a> Film<'a> {
     ///
     /// # Errors
     /// When it cannot be drawn.
-    pub fn draw_elevations(
+    pub(super) fn draw_elevations(
         &self,
         index: usize,
         (sights, azimuth): (&[Sight<'_>], &Azimuth),

@@ -19,7 +19,7 @@ const LEAST_FOCAL_LENGTH: f64 = 0.25;
 ///
 /// At a lower rate a frame is shown until the next one is taken. In place of a lost one
 /// the one before is shown again, in place of the first ones the last of the cycle.
-pub fn sources(plan: &Plan, frames: Range<u32>, all: u32) -> Vec<u32> {
+pub(super) fn sources(plan: &Plan, frames: Range<u32>, all: u32) -> Vec<u32> {
     let kept = plan.strength(Kind::FrameRate).map_or(all, |strength| {
         let share = 1.0 - (1.0 - LEAST_RATE) * strength;
         ((f64::from(all) * share).round() as u32).clamp(1, all.max(1))
@@ -45,7 +45,7 @@ pub fn sources(plan: &Plan, frames: Range<u32>, all: u32) -> Vec<u32> {
 }
 
 /// The settings with which a condition is drawn: a camera that comes nearer is one of perspective.
-pub fn settings(plan: &Plan, settings: Settings) -> Settings {
+pub(super) fn settings(plan: &Plan, settings: Settings) -> Settings {
     let mut settings = settings;
     if let Some(strength) = plan.strength(Kind::Distance) {
         let far = match settings.lens {
@@ -77,13 +77,13 @@ fn focal_length(plan: &Plan) -> Option<f64> {
 
 /// How many fine samples of a figure that fills the image fall on one of a shorter lens; none
 /// where framing does not hide how large the figure is.
-pub fn coarseness(plan: &Plan, framing: Framing) -> Option<f64> {
+pub(super) fn coarseness(plan: &Plan, framing: Framing) -> Option<f64> {
     let left = focal_length(plan).filter(|_| framing != Framing::Camera)?;
     Some(1.0 / left)
 }
 
 /// Whether silhouettes are confounded after they are drawn, before they are framed.
-pub fn acts_on_images(plan: &Plan, framing: Framing) -> bool {
+pub(super) fn acts_on_images(plan: &Plan, framing: Framing) -> bool {
     plan.acts_at(Stage::Image) || coarseness(plan, framing).is_some()
 }
 
@@ -91,7 +91,7 @@ pub fn acts_on_images(plan: &Plan, framing: Framing) -> bool {
 ///
 /// # Errors
 /// Never: azimuths are within a few turns, and elevations stop straight above and below.
-pub fn viewpoint(plan: &Plan, view: &View) -> Result<Viewpoint> {
+pub(super) fn viewpoint(plan: &Plan, view: &View) -> Result<Viewpoint> {
     if !plan.acts_at(Stage::Camera) {
         return Ok(view.viewpoint());
     }
@@ -105,7 +105,7 @@ pub fn viewpoint(plan: &Plan, view: &View) -> Result<Viewpoint> {
 ///
 /// # Errors
 /// Naming the raster and the condition.
-pub fn check(plan: &Plan, settings: &Settings) -> Result<()> {
+pub(super) fn check(plan: &Plan, settings: &Settings) -> Result<()> {
     let refuse = |why| {
         Err(ChoiceError::RasterUnderCondition {
             raster: settings.rasterizer.name(),

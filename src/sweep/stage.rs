@@ -25,7 +25,7 @@ fn sun() -> Option<Sun> {
 }
 
 /// What a frame's picture has besides the figure.
-pub struct Extras<'a> {
+pub(super) struct Extras<'a> {
     /// Strides since the first frame.
     strides: f64,
     shadow: Option<Box<Body>>,
@@ -35,7 +35,7 @@ pub struct Extras<'a> {
 
 impl<'a> Extras<'a> {
     /// Those of the figure at a moment.
-    pub fn new(plan: &Plan, walker: &Walker<'a>, moment: Moment, posed: &Posed<'a>) -> Self {
+    pub(super) fn new(plan: &Plan, walker: &Walker<'a>, moment: Moment, posed: &Posed<'a>) -> Self {
         let floor = walker.floor(posed.pelvis);
         let shadow = plan.strength(Kind::Shadow).zip(sun());
         let shadow =
@@ -58,7 +58,7 @@ impl<'a> Extras<'a> {
 
 impl Extras<'_> {
     /// The figure's shadow.
-    pub fn shadow(&self) -> Option<Figure<'_>> {
+    pub(super) fn shadow(&self) -> Option<Figure<'_>> {
         self.shadow.as_deref().map(Figure::at_rest)
     }
 }
@@ -69,7 +69,7 @@ impl Film<'_> {
     ///
     /// # Errors
     /// When it cannot be drawn.
-    pub fn segmented(
+    pub(super) fn segmented(
         &self,
         index: usize,
         sight: &Sight<'_>,
@@ -146,7 +146,7 @@ impl Film<'_> {
     }
 
     /// What stands or walks between the camera and the walker.
-    pub fn in_front(&self, index: usize, sight: &Sight<'_>) -> Vec<InFront> {
+    pub(super) fn in_front(&self, index: usize, sight: &Sight<'_>) -> Vec<InFront> {
         let (posed, extras, plan) = (&self.frames[index], &self.extras[index], self.plan);
         let (stride_m, _) = self.walker.stride();
         let mut all = Vec::new();
@@ -183,7 +183,7 @@ fn in_sight(
 }
 
 /// What is in the way.
-pub enum InFront {
+pub(super) enum InFront {
     /// It stands.
     Pillar(Box<Body>),
     /// Somebody crosses.
@@ -192,7 +192,7 @@ pub enum InFront {
 
 impl InFront {
     /// Its figure; `body` is that of who crosses.
-    pub fn figure<'f>(&'f self, body: &'f Body) -> Figure<'f> {
+    pub(super) fn figure<'f>(&'f self, body: &'f Body) -> Figure<'f> {
         match self {
             Self::Pillar(own) => Figure::at_rest(own),
             Self::Walker(pose) => Figure::new(body, pose),

@@ -21,7 +21,7 @@ const MEAN_POSES: u32 = 64;
 
 /// A moment of a walk.
 #[derive(Clone, Copy, Debug)]
-pub enum Moment {
+pub(super) enum Moment {
     /// In cycles.
     Phase(f32),
     /// From the clip's first frame.
@@ -47,7 +47,7 @@ impl Moments {
 }
 
 /// A job's body, unpacked and dressed: 102 kB, and as much again where it is not as the pack has it.
-pub struct Dressed {
+pub(super) struct Dressed {
     plan: Plan,
     body: Box<Body>,
     skeleton: Skeleton,
@@ -64,7 +64,7 @@ impl Dressed {
     ///
     /// # Errors
     /// When there is no such walk, or too much is worn.
-    pub fn new(pack: &Pack<'_>, job: Job<'_>, seed: u64) -> Result<Self> {
+    pub(super) fn new(pack: &Pack<'_>, job: Job<'_>, seed: u64) -> Result<Self> {
         let (walk, subject, avatar, _) = parts(pack, job)?;
         let plan = Plan::new(job.condition, seed_of(job, seed, &walk, &subject));
         let mut dressed = Self {
@@ -114,12 +114,12 @@ impl Dressed {
     }
 
     /// What each of the body's hulls is.
-    pub fn parts(&self) -> &[Part] {
+    pub(super) fn parts(&self) -> &[Part] {
         &self.parts
     }
 
     /// What acts.
-    pub const fn plan(&self) -> &Plan {
+    pub(super) const fn plan(&self) -> &Plan {
         &self.plan
     }
 }
@@ -149,14 +149,14 @@ fn outfit(plan: &Plan, avatar: &Avatar<'_>, wearer: &Wearer) -> Outfit {
 }
 
 /// A figure at one moment.
-pub struct Posed<'a> {
+pub(super) struct Posed<'a> {
     pub figure: Figure<'a>,
     pub model: ModelPose,
     pub pelvis: Vec3,
 }
 
 /// One job's figure at any moment.
-pub struct Walker<'a> {
+pub(super) struct Walker<'a> {
     dressed: &'a Dressed,
     /// Where the joints of the body are in what it wears, and of the pack's.
     skeleton: Skeleton,
@@ -169,7 +169,12 @@ pub struct Walker<'a> {
 }
 
 impl<'a> Walker<'a> {
-    pub fn new(pack: &Pack<'a>, job: Job<'_>, dressed: &'a Dressed, seed: u64) -> Result<Self> {
+    pub(super) fn new(
+        pack: &Pack<'a>,
+        job: Job<'_>,
+        dressed: &'a Dressed,
+        seed: u64,
+    ) -> Result<Self> {
         let (walk, subject, avatar, clip) = parts(pack, job)?;
         if job.variation > 0 && clip.as_take().is_some() {
             return Err(SweepError::TakeHasNoVariations(walk_name(pack, job.walk)).into());
@@ -197,7 +202,7 @@ impl<'a> Walker<'a> {
 
     /// Metres walked in a cycle and the seconds that it takes, as the condition has it; of a take
     /// all of it is one.
-    pub fn stride(&self) -> (f64, f64) {
+    pub(super) fn stride(&self) -> (f64, f64) {
         let plan = &self.dressed.plan;
         let paces = [
             plan.strength(Kind::Speed).map(motion::speed_pace),
@@ -213,7 +218,7 @@ impl<'a> Walker<'a> {
     }
 
     /// Strides since the first frame.
-    pub fn strides(&self, moment: Moment) -> f64 {
+    pub(super) fn strides(&self, moment: Moment) -> f64 {
         match moment {
             Moment::Phase(phase) => f64::from(phase),
             Moment::Seconds(seconds) => seconds / self.stride().1,
@@ -222,7 +227,7 @@ impl<'a> Walker<'a> {
 
     /// The figure so many seconds later, as far ahead as it is then: before a camera that stands
     /// still. A cycle is walked on the spot otherwise; a take has its own way.
-    pub fn passing(&self, moment: Moment, seconds: f64) -> Figure<'a> {
+    pub(super) fn passing(&self, moment: Moment, seconds: f64) -> Figure<'a> {
         let (stride_m, duration_s) = self.stride();
         let later = match moment {
             #[expect(clippy::cast_possible_truncation, reason = "a phase")]
@@ -246,12 +251,12 @@ impl<'a> Walker<'a> {
     }
 
     /// The body of who crosses: the walker's, as large as the condition says.
-    pub fn crossing(&self) -> &'a Body {
+    pub(super) fn crossing(&self) -> &'a Body {
         self.dressed.crossing.as_ref().unwrap_or(&self.dressed.body)
     }
 
     /// What is walked on, below a pelvis: as low as the stored cycle's lowest point.
-    pub fn floor(&self, pelvis: Vec3) -> Floor {
+    pub(super) fn floor(&self, pelvis: Vec3) -> Floor {
         Floor {
             point: Vec3::new(pelvis.x, self.floor_m, pelvis.z),
             normal: self.floor_normal().as_vec3(),
@@ -265,7 +270,7 @@ impl<'a> Walker<'a> {
     }
 
     /// The posed figure; one that was changed keeps the stored cycle's clearance from the floor.
-    pub fn at(&self, moment: Moment) -> Posed<'a> {
+    pub(super) fn at(&self, moment: Moment) -> Posed<'a> {
         let (mut pose, phase) = self.stored(moment);
         let model = |pose: &Pose| ModelPose::new(&self.skeleton, pose);
         let mut found = ModelPose::new(&self.bare, &pose);
@@ -409,7 +414,7 @@ fn floor_m(body: &Body, skeleton: &Skeleton, poses: &[Pose]) -> f32 {
 
 /// The least height of a figure's points over a floor that rises by so much for each metre ahead
 /// of `z`, metres.
-pub fn lowest(figure: &Figure<'_>, rise: f32, z: f32) -> f32 {
+pub(super) fn lowest(figure: &Figure<'_>, rise: f32, z: f32) -> f32 {
     let heights = figure.points().map(|p| p.y - rise * (p.z - z));
     heights.fold(f32::MAX, f32::min)
 }

@@ -12,15 +12,15 @@ use glam::DVec2;
 use std::f64::consts::TAU;
 
 /// Points of each outline. Ours: about as many as a silhouette of 50 rows has on its boundary.
-pub const POINTS: usize = 128;
+pub(crate) const POINTS: usize = 128;
 /// Frequencies of the outline, M: m runs from -M to M. Ours.
-pub const HARMONICS: usize = 10;
+pub(crate) const HARMONICS: usize = 10;
 /// Numbers of a descriptor: three for each m but 0.
-pub const NUMBERS: usize = 6 * HARMONICS;
+pub(crate) const NUMBERS: usize = 6 * HARMONICS;
 
 /// [`POINTS`] points of the outline of the largest figure, about their mean; none if nothing is on.
 #[must_use]
-pub fn centred_outline(silhouette: &Silhouette) -> Option<Vec<DVec2>> {
+pub(crate) fn centred_outline(silhouette: &Silhouette) -> Option<Vec<DVec2>> {
     let mut points = outline(silhouette, POINTS)?;
     let mean = points.iter().sum::<DVec2>() / points.len() as f64;
     points.iter_mut().for_each(|point| *point -= mean);
@@ -33,7 +33,7 @@ pub fn centred_outline(silhouette: &Silhouette) -> Option<Vec<DVec2>> {
 ///
 /// It does not change when all figures are moved, turned or scaled alike.
 #[must_use]
-pub fn descriptors(outlines: &[Vec<DVec2>]) -> Vec<f64> {
+pub(crate) fn descriptors(outlines: &[Vec<DVec2>]) -> Vec<f64> {
     let points: Vec<DVec2> = outlines.concat();
     let cycle = outlines.len() as i64;
     let waves = waves(points.len());
@@ -56,7 +56,7 @@ pub fn descriptors(outlines: &[Vec<DVec2>]) -> Vec<f64> {
 /// Descriptors as bytes: 255 (1 + log10(g) / 4), within 0..=255, so that 1 is white and a
 /// ten-thousandth black. The scale is ours.
 #[must_use]
-pub fn bytes(descriptors: &[f64]) -> Vec<u8> {
+pub(crate) fn bytes(descriptors: &[f64]) -> Vec<u8> {
     let byte = |&g: &f64| {
         let share = if g > 0.0 {
             (1.0 + libm::log10(g) / 4.0).clamp(0.0, 1.0)

@@ -2,9 +2,9 @@
 
 pub mod augment;
 mod builder;
-pub mod kfd;
+pub(crate) mod kfd;
 mod outline;
-pub mod width;
+pub(crate) mod width;
 
 pub use builder::Builder;
 pub use outline::outline;

@@ -8,7 +8,7 @@ use edgegait_core::silhouette::Size;
 /// For each row how many columns there are from the first to the last one whose entropy is
 /// above `threshold`; 0 if none is. `geni` has the pixels of `size`, row by row.
 #[must_use]
-pub fn row_widths(geni: &[u8], size: Size, threshold: u8) -> Vec<usize> {
+pub(crate) fn row_widths(geni: &[u8], size: Size, threshold: u8) -> Vec<usize> {
     let width = |row: &[u8]| {
         let first = row.iter().position(|&entropy| entropy > threshold);
         let last = row.iter().rposition(|&entropy| entropy > threshold);
@@ -19,7 +19,7 @@ pub fn row_widths(geni: &[u8], size: Size, threshold: u8) -> Vec<usize> {
 
 /// Widths as bytes: 255 w / columns, rounded half up.
 #[must_use]
-pub fn bytes(widths: &[usize], size: Size) -> Vec<u8> {
+pub(crate) fn bytes(widths: &[usize], size: Size) -> Vec<u8> {
     let columns = size.columns();
     let byte = |width: &usize| (255 * width + columns / 2) / columns;
     let bytes = widths.iter().map(byte);

@@ -12,11 +12,12 @@ use crate::error::{Result, TrainError};
 
 /// Directions that tell classes apart, best first.
 #[derive(Clone, Debug)]
-pub struct Lda<F> {
+pub(crate) struct Lda<F> {
     /// One direction a row (at most classes - 1), scaled so that the variance within classes,
     /// ridge included, is 1 along it and 0 across.
     pub directions: Array2<F>,
     /// Variance between class means along each direction over that within, falling.
+    #[cfg_attr(not(test), expect(dead_code, reason = "what tests know of it"))]
     pub ratios: Array1<F>,
 }
 
@@ -32,7 +33,7 @@ impl<F: Real> Classes<F> {
     /// # Errors
     /// If there are fewer than two classes, a label outside them, a number that is not finite, a
     /// class without samples, or two classes with the same mean.
-    pub fn of<T: Copy + Into<F>>(
+    pub(super) fn of<T: Copy + Into<F>>(
         samples: ArrayView2<'_, T>,
         labels: &[usize],
         classes: usize,
@@ -100,7 +101,7 @@ impl<F: Real> Lda<F> {
     /// # Errors
     /// If there are fewer than two classes, a class has no sample, two classes have the same
     /// mean, or the ridge is not above zero.
-    pub fn fit(
+    pub(crate) fn fit(
         points: ArrayView2<'_, F>,
         labels: &[usize],
         classes: usize,

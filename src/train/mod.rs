@@ -6,11 +6,11 @@
 //! products instead of a stack of operators.
 
 mod algebra;
-pub mod lda;
+pub(crate) mod lda;
 pub mod onnx;
-pub mod pca;
+pub(crate) mod pca;
 mod samples;
-pub mod svm;
+pub(crate) mod svm;
 
 pub use algebra::Real;
 pub use samples::{Recipe, Samples};

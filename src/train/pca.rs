@@ -14,7 +14,7 @@ const ROWS_AT_ONCE: usize = 512;
 
 /// The mean of samples and the directions in which they vary, largest first.
 #[derive(Clone, Debug)]
-pub struct Pca<F> {
+pub(crate) struct Pca<F> {
     /// Mean sample, one number per dimension.
     pub mean: Array1<F>,
     /// Variances along the components (divisor n - 1), falling, never negative: min(samples,
@@ -35,7 +35,7 @@ impl<F: Real> Pca<F> {
     /// # Guarantees
     /// Equal input gives equal bits on one machine. A dimension that never changes has that
     /// value as its mean exactly, and 0 in every component.
-    pub fn fit<T: Copy + Into<F>>(samples: ArrayView2<'_, T>) -> Result<Self> {
+    pub(crate) fn fit<T: Copy + Into<F>>(samples: ArrayView2<'_, T>) -> Result<Self> {
         let (count, dims) = samples.dim();
         if count < 2 || dims == 0 {
             return Err(TrainError::TooFewSamples {
@@ -75,7 +75,7 @@ impl<F: Real> Pca<F> {
 
     /// The fewest components that hold `share` (0..1) of the variance; at least 1 if any varies.
     #[must_use]
-    pub fn components_for(&self, share: f64) -> usize {
+    pub(crate) fn components_for(&self, share: f64) -> usize {
         let rank = self.components.nrows();
         let wanted = F::nearest(share) * self.eigenvalues.sum();
         let mut held = F::zero();
@@ -90,7 +90,7 @@ impl<F: Real> Pca<F> {
 
     /// The coordinates of `samples` along the first `count` components, one sample a row.
     #[must_use]
-    pub fn project<T: Copy + Into<F>>(
+    pub(crate) fn project<T: Copy + Into<F>>(
         &self,
         samples: ArrayView2<'_, T>,
         count: usize,

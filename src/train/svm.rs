@@ -20,7 +20,7 @@ const HALVINGS: usize = 40;
 
 /// One linear function per class; the highest decides.
 #[derive(Clone, Debug)]
-pub struct Svm<F> {
+pub(crate) struct Svm<F> {
     /// One class a row, one weight per dimension.
     pub weights: Array2<F>,
     /// What is added, for each class.
@@ -42,7 +42,7 @@ impl<F: Real> Svm<F> {
     ///
     /// # Guarantees
     /// Equal input gives equal bits, with any number of threads.
-    pub fn fit(
+    pub(crate) fn fit(
         points: ArrayView2<'_, F>,
         labels: &[usize],
         classes: usize,

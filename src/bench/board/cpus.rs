@@ -68,7 +68,7 @@ impl TryFrom<String> for CpuList {
 
 /// Processors that are alike.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CpuGroup {
+pub(crate) struct CpuGroup {
     /// Which.
     pub cpus: CpuList,
     /// What they are called, such as `Cortex-A72`.

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Duration;
 
 /// Above this share of busy processors, times are not to be trusted.
-pub const LOAD_WARNED_OF: f64 = 0.1;
+pub(crate) const LOAD_WARNED_OF: f64 = 0.1;
 
 /// How long others are watched.
 const WATCHED: Duration = Duration::from_millis(500);
@@ -13,7 +13,7 @@ const WATCHED: Duration = Duration::from_millis(500);
 /// The share of the machine's processors that others keep busy, 0..1, while this process sleeps
 /// for half a second; none if the machine does not tell.
 #[must_use]
-pub fn load_of_others(root: &Path) -> Option<f64> {
+pub(crate) fn load_of_others(root: &Path) -> Option<f64> {
     let files = Tree::new(root);
     let before = files.raw_text("proc/stat")?;
     std::thread::sleep(WATCHED);

@@ -8,9 +8,9 @@ mod load;
 mod state;
 mod tree;
 
-pub use cpus::{CpuGroup, CpuList};
-pub use load::{LOAD_WARNED_OF, load_of_others};
-pub use state::{Clock, State, warnings};
+pub(crate) use cpus::{CpuGroup, CpuList};
+pub(crate) use load::{LOAD_WARNED_OF, load_of_others};
+pub(crate) use state::{Clock, State, warnings};
 
 use serde::{Deserialize, Serialize};
 use tree::Tree;
@@ -19,7 +19,7 @@ pub(super) use tree::Tree as Files;
 
 /// What does not change while a machine runs.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Board {
+pub(crate) struct Board {
     /// Its name, by the device tree or else by the firmware (DMI).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub model: Option<String>,
@@ -49,7 +49,7 @@ pub struct Board {
 impl Board {
     /// Reads the machine whose files are below `root`, `/` as a rule.
     #[must_use]
-    pub fn read(root: &std::path::Path) -> Self {
+    pub(crate) fn read(root: &std::path::Path) -> Self {
         let files = Tree::new(root);
         let cpuinfo = files.text("proc/cpuinfo").unwrap_or_default();
         let libc = if cfg!(target_env = "gnu") {
@@ -75,15 +75,6 @@ impl Board {
             kernel: files.text("proc/sys/kernel/osrelease"),
             libc: libc.map(Into::into),
         }
-    }
-
-    /// Processors of the machine.
-    #[must_use]
-    pub fn cores(&self) -> usize {
-        self.cpus
-            .iter()
-            .map(|group| group.cpus.numbers().len())
-            .sum()
     }
 }
 

@@ -7,7 +7,7 @@ use std::path::Path;
 
 /// A machine at one moment.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct State {
+pub(crate) struct State {
     /// Clocks that processors share.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub clocks: Vec<Clock>,
@@ -25,7 +25,7 @@ pub struct State {
 
 /// A clock (a policy of `cpufreq`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Clock {
+pub(crate) struct Clock {
     /// The processors that run by it.
     pub cpus: CpuList,
     /// What chooses its frequency.
@@ -45,7 +45,7 @@ pub struct Clock {
 impl State {
     /// Reads the machine whose files are below `root`.
     #[must_use]
-    pub fn read(root: &Path) -> Self {
+    pub(crate) fn read(root: &Path) -> Self {
         let files = Tree::new(root);
         let policies = files.entries("sys/devices/system/cpu/cpufreq", "policy");
         let clocks = policies.iter().filter_map(|policy| {
@@ -91,7 +91,7 @@ fn raspberry_pi(files: &Tree) -> Option<u32> {
 /// What the states before, between and after the measurements say against them. Frequencies are
 /// those of `cpus`, of all processors if that is not known.
 #[must_use]
-pub fn warnings(states: &[State], cpus: Option<&CpuList>) -> Vec<String> {
+pub(crate) fn warnings(states: &[State], cpus: Option<&CpuList>) -> Vec<String> {
     let (Some(first), Some(last)) = (states.first(), states.last()) else {
         return Vec::new();
     };

@@ -10,30 +10,30 @@ pub(in crate::bench) struct Tree {
 }
 
 impl Tree {
-    pub fn new(root: &Path) -> Self {
+    pub(crate) fn new(root: &Path) -> Self {
         Self { root: root.into() }
     }
 
     /// A file's text as it is; none if it cannot be read.
-    pub fn raw_text(&self, path: impl AsRef<Path>) -> Option<String> {
+    pub(crate) fn raw_text(&self, path: impl AsRef<Path>) -> Option<String> {
         let bytes = fs::read(self.root.join(path)).ok()?;
         Some(String::from_utf8_lossy(&bytes).into_owned())
     }
 
     /// A file's text without white space and NUL around it; none if nothing is left.
-    pub fn text(&self, path: impl AsRef<Path>) -> Option<String> {
+    pub(crate) fn text(&self, path: impl AsRef<Path>) -> Option<String> {
         let text = self.raw_text(path)?;
         let text = text.trim_matches(|c: char| c.is_whitespace() || c == '\0');
         (!text.is_empty()).then(|| text.to_owned())
     }
 
     /// A file's number.
-    pub fn number<T: std::str::FromStr>(&self, path: impl AsRef<Path>) -> Option<T> {
+    pub(crate) fn number<T: std::str::FromStr>(&self, path: impl AsRef<Path>) -> Option<T> {
         self.text(path)?.parse().ok()
     }
 
     /// What follows `name` on its line of a file.
-    pub fn field(&self, path: impl AsRef<Path>, name: &str) -> Option<String> {
+    pub(crate) fn field(&self, path: impl AsRef<Path>, name: &str) -> Option<String> {
         let text = self.raw_text(path)?;
         let value = text.lines().find_map(|line| line.strip_prefix(name))?;
         Some(value.trim().to_owned())
@@ -41,7 +41,7 @@ impl Tree {
 
     /// What a folder holds whose names begin with `prefix`, as paths below the root, in the
     /// order of the numbers in their names.
-    pub fn entries(&self, folder: impl AsRef<Path>, prefix: &str) -> Vec<PathBuf> {
+    pub(crate) fn entries(&self, folder: impl AsRef<Path>, prefix: &str) -> Vec<PathBuf> {
         let Ok(found) = fs::read_dir(self.root.join(&folder)) else {
             return Vec::new();
         };

@@ -43,7 +43,7 @@ const UPPER_M: f64 = 0.006;
 ///
 /// Its thickness and its length, which begins at the hips, grow with the strength. One draped
 /// hull of 32 points.
-pub fn coat(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
+pub(crate) fn coat(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
     }
@@ -68,7 +68,7 @@ pub fn coat(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
 /// A skirt, taut between the legs. Strength 1: from the waist to a hem at nine tenths of the
 /// way from the hips to the ankles, where it stands 7 cm away from the legs (ours); half as
 /// strong it ends above the knees. One draped hull of 32 points.
-pub fn skirt(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
+pub(crate) fn skirt(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
     }
@@ -187,7 +187,7 @@ impl Cut {
 
 /// Wide trousers. Strength 1: legs 1 cm wider all around at the hips, 3 cm at the knees and
 /// 5.5 cm at the ankles (ours). They move the legs' own hulls.
-pub fn wide_trousers(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
+pub(crate) fn wide_trousers(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
     }
@@ -214,7 +214,7 @@ pub fn wide_trousers(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
 /// Pheasant's 1996 corrections, 25 mm for men and 45 mm for women), 2.5 cm longer than the
 /// toes, and 6 mm thick elsewhere (ours). They move the feet's own hulls, down to where the
 /// floor has to be.
-pub fn shoes(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
+pub(crate) fn shoes(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
     }

@@ -54,7 +54,7 @@ const HEAD: [Joint; 1] = [Joint::Head];
 /// Full and long hair. Strength 1: 3 cm thick above, behind and beside the face, and down the
 /// back to 22 cm below the base of the neck (ours). One draped hull of 27 points, on the head
 /// and the thorax.
-pub fn hair(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
+pub(crate) fn hair(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     let standing = Standing::of(&wearer.skeleton);
     let round = |along| Round::of(outfit, &standing, along);
     let (Some(top), Some(temples), Some(nape)) = (round(0.92), round(0.60), round(0.25)) else {
@@ -111,7 +111,7 @@ pub fn hair(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
 
 /// A hat. Strength 1: a brim 7 cm wide around the head, above the brows, and a crown that ends
 /// 5 cm above the head (ours). Two hulls of 16 points, over hair if there is some.
-pub fn hat(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
+pub(crate) fn hat(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     let standing = Standing::of(&wearer.skeleton);
     let round = |along| Round::of(outfit, &standing, along);
     let (Some(brow), Some(top)) = (round(0.68), round(0.90)) else {

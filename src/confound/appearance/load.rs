@@ -6,7 +6,7 @@ use edgegait_core::skeleton::Joint;
 use glam::DVec3;
 
 /// The hand that carries the suitcase.
-pub const CARRYING_HAND: Joint = Joint::RightHand;
+pub(crate) const CARRYING_HAND: Joint = Joint::RightHand;
 
 /// Breadth, height and depth of a backpack, metres. Ours: a full day pack of about 25 l.
 const BACKPACK_M: DVec3 = DVec3::new(0.32, 0.46, 0.20);
@@ -20,7 +20,7 @@ const OVERLAP_M: f64 = 0.03;
 
 /// A backpack. Strength 1: 32 cm broad, 46 cm tall and 20 cm deep (ours), its top at the height
 /// of the shoulders; sizes grow with the strength. One hull of 16 points, on the thorax.
-pub fn backpack(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
+pub(crate) fn backpack(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
     }
@@ -44,7 +44,7 @@ pub fn backpack(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
 /// A bag that hangs from the right shoulder to the left hip. Strength 1: 12 cm thick, 30 cm
 /// tall and 38 cm long (ours); sizes grow with the strength. One hull of 16 points, on the
 /// pelvis.
-pub fn shoulder_bag(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
+pub(crate) fn shoulder_bag(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
     }
@@ -64,7 +64,7 @@ pub fn shoulder_bag(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
 /// A suitcase in the right hand. Strength 1: 55 cm long, 40 cm tall and 20 cm thick (the
 /// largest common cabin luggage, recalled); sizes grow with the strength. One hull of 16
 /// points, on the hand: the arm has to be held still for it.
-pub fn suitcase(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
+pub(crate) fn suitcase(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
     }

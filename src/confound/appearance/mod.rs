@@ -21,10 +21,10 @@ mod standing;
 #[cfg(test)]
 mod tests;
 
-pub use cloth::{coat, shoes, skirt, wide_trousers};
-pub use head::{hair, hat};
-pub use load::{CARRYING_HAND, backpack, shoulder_bag, suitcase};
-pub use shape::{age_body, body_mass, build};
+pub(crate) use cloth::{coat, shoes, skirt, wide_trousers};
+pub(crate) use head::{hair, hat};
+pub(crate) use load::{backpack, shoulder_bag, suitcase};
+pub(crate) use shape::{age_body, body_mass, build};
 
 use crate::error::{Error, Result};
 use crate::scene::cohort::anthropometry::{DIMENSIONS, Dimensions, Population};
@@ -51,7 +51,7 @@ pub enum Part {
 
 /// A convex hull that a walker has.
 #[derive(Clone, Debug, PartialEq)]
-pub struct WornHull {
+pub(crate) struct WornHull {
     /// What it is.
     pub part: Part,
     /// Its points, metres, each in the frame of the joint that carries it.
@@ -69,7 +69,7 @@ impl WornHull {
 
 /// The hulls of a body and of all that it wears and carries.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Outfit {
+pub(crate) struct Outfit {
     /// The body's hulls in the avatar's order, then what was put on, in its order.
     pub hulls: Vec<WornHull>,
 }
@@ -77,7 +77,7 @@ pub struct Outfit {
 impl Outfit {
     /// An avatar that wears nothing.
     #[must_use]
-    pub fn of(avatar: &Avatar<'_>) -> Self {
+    pub(crate) fn of(avatar: &Avatar<'_>) -> Self {
         let worn = avatar.hulls().map(|hull| WornHull {
             part: Part::Body,
             points: hull.points().map(|point| (hull.joint(), point)).collect(),
@@ -92,7 +92,7 @@ impl Outfit {
     ///
     /// # Errors
     /// When they exceed the core's budget.
-    pub fn body(&self) -> Result<Box<Body>> {
+    pub(crate) fn body(&self) -> Result<Box<Body>> {
         let is_draped = |hull: &&WornHull| hull.joint().is_none() && !hull.points.is_empty();
         let points = || self.hulls.iter().map(|hull| hull.points.len());
         for (what, found, most) in [
@@ -133,7 +133,7 @@ impl Outfit {
 
 /// Whose outfit it is.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Wearer {
+pub(crate) struct Wearer {
     /// Where the joints are.
     pub skeleton: Skeleton,
     /// Sex, where it is known.
@@ -152,7 +152,7 @@ impl Wearer {
     /// its mass is unknown it is that of their mean body mass index. Without a sex, the mean
     /// of men and women.
     #[must_use]
-    pub fn new(skeleton: Skeleton, subject: &Subject<'_>) -> Self {
+    pub(crate) fn new(skeleton: Skeleton, subject: &Subject<'_>) -> Self {
         let sexes = match subject.sex {
             Some(sex) => vec![sex],
             None => vec![Sex::Female, Sex::Male],

@@ -34,7 +34,7 @@ fn is_length(name: &str) -> bool {
 /// ANSUR II's mean man of 85 kg), -1: divided by 1.3, as far as body mass indices of 12 to 60
 /// allow it. Breadths and depths of all hulls change as ANSUR II's regressions on the body
 /// mass index say ([`Dimensions`]); lengths stay.
-pub fn body_mass(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
+pub(crate) fn body_mass(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     let before = wearer.expected(1.0, &[0.0; DIMENSIONS]);
     let factor = libm::pow(MASS_FACTOR, strength);
     let after = wearer.expected(factor, &[0.0; DIMENSIONS]);
@@ -45,7 +45,7 @@ pub fn body_mass(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
 /// depths and girths two residual standard deviations above what ANSUR II's regressions give
 /// for the same stature and mass ([`Dimensions`]), -1: two below (how many is ours). Lengths
 /// stay.
-pub fn build(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
+pub(crate) fn build(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     let residuals = NAMES.map(|name| {
         if is_length(name) {
             0.0
@@ -63,7 +63,7 @@ pub fn build(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
 /// skeleton: pose it); waists are 4 % broader and 10 % deeper, chests 3 % deeper, thighs 6 %,
 /// calves 5 % and arms 4 % slenderer (recalled from cross-sections of the NHANES surveys, not
 /// checked).
-pub fn age_body(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
+pub(crate) fn age_body(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
     }
@@ -96,7 +96,7 @@ impl Wearer {
     /// The same person as old as [`age_body`] says: a shorter trunk, and less stature. Its
     /// skeleton is what the aged body has to be posed with.
     #[must_use]
-    pub fn aged(&self, strength: f64) -> Self {
+    pub(crate) fn aged(&self, strength: f64) -> Self {
         let mut offsets = self.skeleton.offsets;
         let share = self.kept_of_trunk(strength);
         for joint in [

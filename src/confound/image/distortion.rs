@@ -29,7 +29,7 @@ const REACH: usize = 42;
 /// k1 = -0.3 and k2 = 0.08 at strength 1, like a pincushion with k1 = 0.3 and k2 = 0.08 at -1;
 /// k1 is in proportion to the strength, k2 to its square. The figure's middle stays where it
 /// is, and its size along its own circle about the axis.
-pub fn distort(picture: &mut Picture, fine: &Fine, strength: f64) {
+pub(crate) fn distort(picture: &mut Picture, fine: &Fine, strength: f64) {
     let Some(bounds) = picture.bounds() else {
         return;
     };
@@ -92,7 +92,7 @@ fn is_on(picture: &Picture, at: DVec2) -> bool {
 /// Where a perfect lens shows what [`distort`] shows at `place`, both counted from the figure's
 /// middle to the right and down, in its height, or in its width if it is wider than high.
 #[must_use]
-pub fn straightened(place: DVec2, strength: f64) -> DVec2 {
+pub(crate) fn straightened(place: DVec2, strength: f64) -> DVec2 {
     let lens = Lens::new(strength);
     let shown = lens.growth(PLACE.length_squared());
     let bent = (place * HEIGHT + PLACE) * shown;

@@ -9,7 +9,7 @@ use super::picture::Picture;
 /// # Panics
 /// If the pictures are not of one size.
 #[must_use]
-pub fn exposed(moments: &[Picture]) -> Option<Picture> {
+pub(crate) fn exposed(moments: &[Picture]) -> Option<Picture> {
     let (first, others) = moments.split_first()?;
     let mut exposed = first.clone();
     if others.is_empty() {

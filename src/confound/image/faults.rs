@@ -23,7 +23,7 @@ const TURNED: f64 = 0.1;
 
 /// Cuts six elliptic holes, which have a quarter of the figure's area at strength 1, as far as
 /// they lie on the figure and not on each other.
-pub fn holes(picture: &mut Picture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
+pub(crate) fn holes(picture: &mut Picture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
     let area = picture.area();
     let spots = Spot::draw::<HOLES>(rng);
     let radius = radius(fine, area as f64 * HOLES_AREA * strength / HOLES as f64);
@@ -37,7 +37,12 @@ pub fn holes(picture: &mut Picture, fine: &Fine, strength: f64, rng: &mut ChaCha
 
 /// Joins three elliptic blobs whose middles lie on the figure's left or right border, and which
 /// have half of its area at strength 1; about half of that lies beside it.
-pub fn merged_background(picture: &mut Picture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
+pub(crate) fn merged_background(
+    picture: &mut Picture,
+    fine: &Fine,
+    strength: f64,
+    rng: &mut ChaCha8Rng,
+) {
     let area = picture.area();
     let spots = Spot::draw::<BLOBS>(rng);
     let radius = radius(fine, area as f64 * BLOBS_AREA * strength / BLOBS as f64);
@@ -52,7 +57,7 @@ pub fn merged_background(picture: &mut Picture, fine: &Fine, strength: f64, rng:
 /// Takes away one of three parts: the head, the uppermost fifth of the figure at strength 1; a
 /// leg, half of it from the foot up on one side of the legs' middle; or a band about a height
 /// of a quarter to three quarters, a quarter of it.
-pub fn missing_part(picture: &mut Picture, strength: f64, rng: &mut ChaCha8Rng) {
+pub(crate) fn missing_part(picture: &mut Picture, strength: f64, rng: &mut ChaCha8Rng) {
     let (part, place) = (rng.random_range(0..4_u8), rng.random::<f64>());
     let Some(bounds) = picture.bounds() else {
         return;
@@ -84,7 +89,7 @@ pub fn missing_part(picture: &mut Picture, strength: f64, rng: &mut ChaCha8Rng) 
 }
 
 /// Turns samples of the figure's rectangle over at random, a tenth of them at strength 1.
-pub fn salt_and_pepper(picture: &mut Picture, strength: f64, rng: &mut ChaCha8Rng) {
+pub(crate) fn salt_and_pepper(picture: &mut Picture, strength: f64, rng: &mut ChaCha8Rng) {
     let Some(bounds) = picture.bounds() else {
         return;
     };

@@ -26,7 +26,7 @@ const MAX_REACH: f64 = MAX_FIGURE_COLUMNS as f64;
 
 /// How a figure is seen and fitted into its silhouette.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Setup {
+pub(crate) struct Setup {
     /// Where it is seen from.
     pub camera: Camera,
     /// How it is fitted into the image.
@@ -40,7 +40,7 @@ pub struct Setup {
 
 /// A rectangle of a fine picture, samples; y runs down.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rectangle {
+pub(crate) struct Rectangle {
     /// Upper left corner.
     pub corner: DVec2,
     /// Width and height.
@@ -49,7 +49,7 @@ pub struct Rectangle {
 
 /// Draws fine pictures.
 #[derive(Debug)]
-pub struct FineRenderer {
+pub(crate) struct FineRenderer {
     /// Draws whole silhouettes.
     silhouettes: Renderer,
     /// Draws phases.
@@ -61,7 +61,7 @@ impl FineRenderer {
     ///
     /// # Errors
     /// For rasterisers that draw grey: what is segmented is on or off.
-    pub fn new(rasterizer: Rasterizer, size: Size) -> Result<Self> {
+    pub(crate) fn new(rasterizer: Rasterizer, size: Size) -> Result<Self> {
         match rasterizer {
             Rasterizer::Skia | Rasterizer::Rows => Ok(Self {
                 silhouettes: Renderer::new(rasterizer, size),
@@ -76,7 +76,7 @@ impl FineRenderer {
 
 /// Where a fine picture lies, and what of it the silhouette shows.
 #[derive(Clone, Debug)]
-pub struct Fine {
+pub(crate) struct Fine {
     pub(super) setup: Setup,
     /// The rectangle of the figure's projected points, metres in the image.
     extent: Extent,
@@ -102,7 +102,7 @@ impl Fine {
     ///
     /// # Errors
     /// For figures without an image; see [`DrawError`].
-    pub fn of(
+    pub(crate) fn of(
         figure: &Figure<'_>,
         others: &[&Figure<'_>],
         setup: Setup,
@@ -176,13 +176,13 @@ impl Fine {
 
     /// A picture of this layout, nothing on.
     #[must_use]
-    pub fn blank(&self) -> Picture {
+    pub(crate) fn blank(&self) -> Picture {
         Picture::empty(self.rows, self.words)
     }
 
     /// The rectangle of the figure's projected points.
     #[must_use]
-    pub fn figure(&self) -> Rectangle {
+    pub(crate) fn figure(&self) -> Rectangle {
         let (min, max) = self.pixels_of(&self.extent);
         let corner = min + DVec2::new(self.left as f64, self.above as f64);
         Rectangle {
@@ -193,7 +193,7 @@ impl Fine {
 
     /// Samples for each metre, to the right and down.
     #[must_use]
-    pub fn samples_per_metre(&self) -> DVec2 {
+    pub(crate) fn samples_per_metre(&self) -> DVec2 {
         FINE as f64 * self.scale
     }
 
@@ -202,7 +202,7 @@ impl Fine {
     ///
     /// # Errors
     /// For figures without an image; see [`DrawError`].
-    pub fn draw_figure(
+    pub(crate) fn draw_figure(
         &self,
         renderer: &mut FineRenderer,
         figure: &Figure<'_>,
@@ -236,7 +236,7 @@ impl Fine {
     ///
     /// # Errors
     /// For figures without an image; see [`DrawError`].
-    pub fn draw(
+    pub(crate) fn draw(
         &self,
         renderer: &mut FineRenderer,
         figure: &Figure<'_>,

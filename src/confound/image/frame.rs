@@ -12,7 +12,7 @@ use edgegait_core::silhouette::Silhouette;
 
 /// A silhouette, and how much of the picture it leaves out.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Framed {
+pub(crate) struct Framed {
     /// The silhouette.
     pub silhouette: Silhouette,
     /// The share of what is on that lies outside of the silhouette, 0..=1; by
@@ -57,7 +57,7 @@ impl Fine {
     /// Frames what effects left of a picture. `before` is [`Self::draw_figure`]'s. None if
     /// nothing is left.
     #[must_use]
-    pub fn frame(&self, picture: &Picture, before: Bounds) -> Option<Framed> {
+    pub(crate) fn frame(&self, picture: &Picture, before: Bounds) -> Option<Framed> {
         let now = picture.bounds()?;
         let grid = self.grid(now, before);
         match self.setup.framing {

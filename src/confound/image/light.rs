@@ -27,7 +27,7 @@ const ALONG: usize = 9;
 
 /// Light, and how well a walker's clothes are told from the background.
 #[derive(Clone, Debug)]
-pub struct Light {
+pub(crate) struct Light {
     strength: f32,
     /// Depths, 0 to 1, rows from the head down.
     patches: [[f32; ACROSS]; ALONG],
@@ -41,7 +41,7 @@ impl Light {
     /// deviation of 8, and the scene is lighter by 30 a figure's height beside the middle; all
     /// are in proportion to the strength. Up to 0.25, segmentation is perfect.
     #[must_use]
-    pub fn new(strength: f64, rng: &mut ChaCha8Rng) -> Self {
+    pub(crate) fn new(strength: f64, rng: &mut ChaCha8Rng) -> Self {
         #[expect(clippy::cast_possible_truncation, reason = "a share")]
         let strength = strength as f32;
         // Squares: few places are deep.
@@ -60,7 +60,7 @@ impl Light {
 
     /// Segments what a sensor sees of the picture, whose pixels are three by three samples;
     /// noise is drawn.
-    pub fn segment(&self, picture: &mut Picture, fine: &Fine, rng: &mut ChaCha8Rng) {
+    pub(crate) fn segment(&self, picture: &mut Picture, fine: &Fine, rng: &mut ChaCha8Rng) {
         let (rows, columns) = (picture.rows() / FINE, picture.columns().div_ceil(FINE));
         let noise = self.noise(rows, columns, rng);
         let figure = fine.figure();

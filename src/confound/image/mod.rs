@@ -30,14 +30,14 @@ mod shadow;
 #[cfg(test)]
 mod tests;
 
-pub use distortion::{distort, straightened};
-pub use exposure::exposed;
-pub use faults::{holes, merged_background, missing_part, salt_and_pepper};
-pub use fine::{Fine, FineRenderer, Rectangle, Setup};
-pub use frame::Framed;
-pub use light::Light;
-pub use morphology::{dilate, erode};
-pub use occluder::{Crossing, Pillar};
-pub use picture::{Bounds, Picture};
-pub use resolution::{coarsen, to_cells};
-pub use shadow::{Floor, Sun, shadow_body};
+pub(crate) use distortion::{distort, straightened};
+pub(crate) use exposure::exposed;
+pub(crate) use faults::{holes, merged_background, missing_part, salt_and_pepper};
+pub(crate) use fine::{Fine, FineRenderer, Setup};
+pub(crate) use frame::Framed;
+pub(crate) use light::Light;
+pub(crate) use morphology::{dilate, erode};
+pub(crate) use occluder::{Crossing, Pillar};
+pub(crate) use picture::Picture;
+pub(crate) use resolution::{coarsen, to_cells};
+pub(crate) use shadow::{Floor, Sun, shadow_body};

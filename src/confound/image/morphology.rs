@@ -14,7 +14,7 @@ const RADIUS_M: f64 = 0.03;
 ///
 /// Radii are spread by half a sample about what the strength says, so that means over frames
 /// are continuous; nothing changes where the largest of them is below one sample.
-pub fn erode(picture: &mut Picture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
+pub(crate) fn erode(picture: &mut Picture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
     let radii = radii(fine, strength, rng);
     invert(picture);
     *picture = dilated(picture, radii);
@@ -22,7 +22,7 @@ pub fn erode(picture: &mut Picture, fine: &Fine, strength: f64, rng: &mut ChaCha
 }
 
 /// Adds what is nearer to the figure than 3 cm at strength 1; radii as [`erode`] has them.
-pub fn dilate(picture: &mut Picture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
+pub(crate) fn dilate(picture: &mut Picture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
     *picture = dilated(picture, radii(fine, strength, rng));
 }
 

@@ -23,7 +23,7 @@ const ASIDE_M: f32 = 0.2;
 
 /// A pillar that the walker passes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pillar {
+pub(crate) struct Pillar {
     width_m: f32,
     aside_m: f32,
     start: f64,
@@ -34,7 +34,7 @@ impl Pillar {
     /// camera. When it is passed is drawn, and how far aside it stands, which shows from in
     /// front and from behind.
     #[must_use]
-    pub fn new(strength: f64, rng: &mut ChaCha8Rng) -> Self {
+    pub(crate) fn new(strength: f64, rng: &mut ChaCha8Rng) -> Self {
         #[expect(clippy::cast_possible_truncation, reason = "a share")]
         let width_m = PILLAR_WIDTH_M * strength as f32;
         Self {
@@ -46,7 +46,7 @@ impl Pillar {
 
     /// The pillar at a phase of the cycle, seen from a viewpoint; to be drawn at rest.
     #[must_use]
-    pub fn body(&self, phase: f64, stride_m: f64, viewpoint: Viewpoint) -> Box<Body> {
+    pub(crate) fn body(&self, phase: f64, stride_m: f64, viewpoint: Viewpoint) -> Box<Body> {
         let travelled = travelled(phase + self.start, stride_m);
         let (toward, right) = level_axes(viewpoint);
         let foot = toward * DISTANCE_M + right * self.aside_m - Vec3::Z * travelled;
@@ -64,7 +64,7 @@ impl Pillar {
 
 /// Somebody who crosses between the camera and the walker.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Crossing {
+pub(crate) struct Crossing {
     scale: f32,
     start: f64,
 }
@@ -73,7 +73,7 @@ impl Crossing {
     /// Somebody who is as large as the walker at strength 1, half as large at 0.5; when he
     /// crosses is drawn.
     #[must_use]
-    pub fn new(strength: f64, rng: &mut ChaCha8Rng) -> Self {
+    pub(crate) fn new(strength: f64, rng: &mut ChaCha8Rng) -> Self {
         #[expect(clippy::cast_possible_truncation, reason = "a share")]
         let scale = strength as f32;
         Self {
@@ -84,7 +84,7 @@ impl Crossing {
 
     /// How large he is, of the walker: what to multiply the points of his hulls by.
     #[must_use]
-    pub const fn scale(&self) -> f32 {
+    pub(crate) const fn scale(&self) -> f32 {
         self.scale
     }
 
@@ -92,7 +92,7 @@ impl Crossing {
     /// camera, he crosses the line of sight at right angles at twice the walking speed. Seen
     /// from the side that is somebody who walks the other way.
     #[must_use]
-    pub fn pose(
+    pub(crate) fn pose(
         &self,
         pose: &ModelPose,
         phase: f64,

@@ -1,15 +1,15 @@
 //! Nine drawings of one sample a pixel as one picture of three by three.
 
 /// Samples of a pixel along an axis.
-pub const FINE: usize = 3;
+pub(super) const FINE: usize = 3;
 
 /// Pixels that a window of the core has along an axis.
-pub const WINDOW: usize = 64;
+pub(super) const WINDOW: usize = 64;
 
 /// The first pixels of the windows that hold every sample within `min..max` pixels and within a
 /// picture of `count` pixels, `before` of them in front of pixel 0. None if there are no such
 /// samples; the fewest, and a single one about their middle.
-pub fn tiles((min, max): (f64, f64), before: usize, count: usize) -> Vec<isize> {
+pub(super) fn tiles((min, max): (f64, f64), before: usize, count: usize) -> Vec<isize> {
     let (first, end) = (
         -before.cast_signed(),
         count.cast_signed() - before.cast_signed(),
@@ -28,12 +28,12 @@ pub fn tiles((min, max): (f64, f64), before: usize, count: usize) -> Vec<isize> 
 }
 
 /// How far a phase's samples are from the pixels' centres, pixels.
-pub fn phase_offset(phase: usize) -> f64 {
+pub(super) fn phase_offset(phase: usize) -> f64 {
     (phase as f64 - 1.0) / FINE as f64
 }
 
 /// An offset of samples as whole pixels, and a rest within half a pixel.
-pub fn within(offset: f64) -> (isize, f32) {
+pub(super) fn within(offset: f64) -> (isize, f32) {
     let pixels = match offset {
         right if right > 0.5 => 1,
         left if left < -0.5 => -1,
@@ -45,7 +45,7 @@ pub fn within(offset: f64) -> (isize, f32) {
 }
 
 /// Bits of three phases of a row, one after another for each pixel.
-pub fn interleaved(phases: [u64; FINE]) -> [u64; FINE] {
+pub(super) fn interleaved(phases: [u64; FINE]) -> [u64; FINE] {
     let [a, b, c] = phases;
     // 16 pixels take 48 bits.
     let quarter = |number: u32| -> u128 {
@@ -69,7 +69,7 @@ const fn spread(bits: u64) -> u64 {
 }
 
 /// Adds words to a row from column `offset` on, as far as it goes.
-pub fn merge(row: &mut [u64], words: [u64; FINE], offset: isize) {
+pub(super) fn merge(row: &mut [u64], words: [u64; FINE], offset: isize) {
     let (whole, shift) = (offset.div_euclid(64), offset.rem_euclid(64));
     for (number, bits) in words.into_iter().enumerate() {
         let first = whole + number.cast_signed();

@@ -4,7 +4,7 @@ use std::fmt;
 
 /// Samples that are on or off, rows of words of 64.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Picture {
+pub(crate) struct Picture {
     rows: usize,
     /// Words a row.
     words: usize,
@@ -14,7 +14,7 @@ pub struct Picture {
 
 /// The rectangle that holds all samples that are on: ends are exclusive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Bounds {
+pub(crate) struct Bounds {
     /// First row.
     pub top: usize,
     /// The row behind the last one.
@@ -28,7 +28,7 @@ pub struct Bounds {
 impl Picture {
     /// No sample on; 64 columns a word.
     #[must_use]
-    pub fn empty(rows: usize, words: usize) -> Self {
+    pub(crate) fn empty(rows: usize, words: usize) -> Self {
         Self {
             rows,
             words,
@@ -38,19 +38,19 @@ impl Picture {
 
     /// How many rows.
     #[must_use]
-    pub const fn rows(&self) -> usize {
+    pub(crate) const fn rows(&self) -> usize {
         self.rows
     }
 
     /// How many columns: a multiple of 64.
     #[must_use]
-    pub const fn columns(&self) -> usize {
+    pub(crate) const fn columns(&self) -> usize {
         64 * self.words
     }
 
     /// Whether a sample is on; off outside of the picture.
     #[must_use]
-    pub fn is_on(&self, row: usize, column: usize) -> bool {
+    pub(crate) fn is_on(&self, row: usize, column: usize) -> bool {
         column < self.columns() && row < self.rows && {
             let word = self.bits[row * self.words + column / 64];
             word >> (column % 64) & 1 == 1
@@ -62,7 +62,7 @@ impl Picture {
     /// # Panics
     /// Below the last row.
     #[must_use]
-    pub fn row(&self, row: usize) -> &[u64] {
+    pub(crate) fn row(&self, row: usize) -> &[u64] {
         &self.bits[row * self.words..][..self.words]
     }
 
@@ -70,7 +70,7 @@ impl Picture {
     ///
     /// # Panics
     /// Below the last row.
-    pub fn row_mut(&mut self, row: usize) -> &mut [u64] {
+    pub(crate) fn row_mut(&mut self, row: usize) -> &mut [u64] {
         &mut self.bits[row * self.words..][..self.words]
     }
 
@@ -81,14 +81,14 @@ impl Picture {
 
     /// How many samples are on.
     #[must_use]
-    pub fn area(&self) -> u64 {
+    pub(crate) fn area(&self) -> u64 {
         let ones = self.bits.iter().map(|word| u64::from(word.count_ones()));
         ones.sum()
     }
 
     /// The rectangle of what is on; none if nothing is.
     #[must_use]
-    pub fn bounds(&self) -> Option<Bounds> {
+    pub(crate) fn bounds(&self) -> Option<Bounds> {
         let is_used = |row: &usize| self.row(*row).iter().any(|&word| word != 0);
         let top = (0..self.rows).find(is_used)?;
         let bottom = (top..self.rows).rfind(is_used)? + 1;
@@ -112,7 +112,7 @@ impl Picture {
     ///
     /// # Panics
     /// If the pictures are not of one size.
-    pub fn join(&mut self, other: &Self) {
+    pub(crate) fn join(&mut self, other: &Self) {
         self.combine(other, |own, other| own | other);
     }
 
@@ -120,7 +120,7 @@ impl Picture {
     ///
     /// # Panics
     /// If the pictures are not of one size.
-    pub fn remove(&mut self, other: &Self) {
+    pub(crate) fn remove(&mut self, other: &Self) {
         self.combine(other, |own, other| own & !other);
     }
 
@@ -128,7 +128,8 @@ impl Picture {
     ///
     /// # Panics
     /// If the pictures are not of one size.
-    pub fn keep(&mut self, other: &Self) {
+    #[cfg(test)]
+    pub(crate) fn keep(&mut self, other: &Self) {
         self.combine(other, |own, other| own & other);
     }
 

@@ -12,13 +12,13 @@ const ROWS: f64 = 10.0;
 /// Puts cells of samples in place of samples: a cell is on if at least half of it is. A figure
 /// has ten rows of cells at strength 1, and cells are as large as samples at strength 0, linear
 /// between; where the cells begin is random.
-pub fn coarsen(picture: &mut Picture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
+pub(crate) fn coarsen(picture: &mut Picture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
     let most = (fine.figure().size.y / ROWS).max(1.0);
     to_cells(picture, fine, 1.0 + strength * (most - 1.0), rng);
 }
 
 /// The same of cells so many samples high, at least 1.
-pub fn to_cells(picture: &mut Picture, fine: &Fine, height: f64, rng: &mut ChaCha8Rng) {
+pub(crate) fn to_cells(picture: &mut Picture, fine: &Fine, height: f64, rng: &mut ChaCha8Rng) {
     let phase = DVec2::new(rng.random(), rng.random());
     let scale = fine.samples_per_metre();
     let width = (height * scale.x / scale.y).max(1.0);

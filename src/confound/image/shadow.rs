@@ -13,7 +13,7 @@ const LEAST_ELEVATION_DEG: f32 = 5.0;
 
 /// Where the sun stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sun {
+pub(crate) struct Sun {
     toward: Vec3,
 }
 
@@ -24,7 +24,10 @@ impl Sun {
     ///
     /// # Errors
     /// For angles that are no viewpoint's.
-    pub fn from_degrees(azimuth_deg: f32, elevation_deg: f32) -> Result<Self, ViewpointError> {
+    pub(crate) fn from_degrees(
+        azimuth_deg: f32,
+        elevation_deg: f32,
+    ) -> Result<Self, ViewpointError> {
         // A NaN stays one, and is refused.
         let elevation_deg = if elevation_deg < LEAST_ELEVATION_DEG {
             LEAST_ELEVATION_DEG
@@ -60,7 +63,12 @@ impl Floor {
 /// ([`Figure::at_rest`]). At strength 1 it is whole; below, it ends at this share of its
 /// length, since it is told from the floor the less the farther it falls.
 #[must_use]
-pub fn shadow_body(figure: &Figure<'_>, sun: Sun, floor: &Floor, strength: f64) -> Box<Body> {
+pub(crate) fn shadow_body(
+    figure: &Figure<'_>,
+    sun: Sun,
+    floor: &Floor,
+    strength: f64,
+) -> Box<Body> {
     // Axes of the floor, the first one along the shadow.
     let across = sun.toward.cross(floor.normal);
     let across = across.try_normalize().unwrap_or(Vec3::X);

@@ -1,5 +1,6 @@
 //! Drawing and framing against the core, which draws silhouettes directly.
 
+use super::picture::Bounds;
 use super::*;
 use crate::encode::{MAX_ERROR_MM, encode_subjects};
 use crate::scene::cohort::{CohortOptions, subjects};
@@ -31,7 +32,7 @@ fn pack() -> Pack<'static> {
 }
 
 /// Points of each hull of one of them, and its joint.
-pub fn hulls(person: usize) -> Vec<(Vec<Vec3>, Joint)> {
+pub(super) fn hulls(person: usize) -> Vec<(Vec<Vec3>, Joint)> {
     let pack = pack();
     let avatar = pack.avatar(person).expect("an avatar");
     let hulls = avatar.hulls();
@@ -41,7 +42,7 @@ pub fn hulls(person: usize) -> Vec<(Vec<Vec3>, Joint)> {
 }
 
 /// Their bodies, and sixteen poses of a cycle of each.
-pub fn people() -> &'static [(Box<Body>, Vec<ModelPose>)] {
+pub(super) fn people() -> &'static [(Box<Body>, Vec<ModelPose>)] {
     static PEOPLE: OnceLock<Vec<(Box<Body>, Vec<ModelPose>)>> = OnceLock::new();
     PEOPLE.get_or_init(|| {
         let pack = pack();
@@ -60,7 +61,7 @@ pub fn people() -> &'static [(Box<Body>, Vec<ModelPose>)] {
 }
 
 /// A camera with parallel rays, or with an eye 4 m from the pelvis.
-pub fn camera((azimuth, elevation): (f32, f32), is_perspective: bool) -> Camera {
+pub(super) fn camera((azimuth, elevation): (f32, f32), is_perspective: bool) -> Camera {
     let viewpoint = Viewpoint::from_degrees(azimuth, elevation).expect("a viewpoint");
     if is_perspective {
         let aim = Vec3::new(0.02, 0.95, -0.01);
@@ -70,7 +71,7 @@ pub fn camera((azimuth, elevation): (f32, f32), is_perspective: bool) -> Camera 
     }
 }
 
-pub fn setup(camera: Camera, framing: Framing, size: Size) -> Setup {
+pub(super) fn setup(camera: Camera, framing: Framing, size: Size) -> Setup {
     Setup {
         camera,
         framing,
@@ -80,7 +81,7 @@ pub fn setup(camera: Camera, framing: Framing, size: Size) -> Setup {
 }
 
 /// The fine picture of somebody from the side, and where it is on.
-pub fn side_view(frame: usize) -> (Fine, Picture, Bounds) {
+pub(super) fn side_view(frame: usize) -> (Fine, Picture, Bounds) {
     let (body, poses) = &people()[frame % 2];
     let figure = Figure::new(body, &poses[frame % 16]);
     let setup = setup(camera((90.0, 0.0), false), Framing::Height, Size::S50x30);

@@ -58,7 +58,7 @@ impl Leg {
 
     /// How far the ankle may be from the hip, metres: as far as it is, or [`BENT`] of all that the
     /// straight leg reaches.
-    pub fn reach(&self) -> f64 {
+    pub(super) fn reach(&self) -> f64 {
         let (thigh, shank) = self.lengths();
         let straight = self.bend().cosine_if_straight();
         let longest = libm::sqrt(thigh * thigh + shank * shank + 2.0 * thigh * shank * straight);
@@ -70,7 +70,7 @@ impl Leg {
     /// The knee bends about the thigh's X, forwards, by the law of cosines; then the whole leg
     /// turns about the hip by the least angle. An overstretched knee keeps `overstretch` (0..=1)
     /// of it; of 0 the ankle is where it is asked to be.
-    pub fn reaching(&self, hip: DVec3, ankle: DVec3, overstretch: f64) -> Self {
+    pub(super) fn reaching(&self, hip: DVec3, ankle: DVec3, overstretch: f64) -> Self {
         let (thigh, shank) = self.lengths();
         let bend = self.bend();
         let square = hip.distance_squared(ankle);

@@ -38,7 +38,7 @@ const RIGHT_BEARS: f64 = 0.8;
 /// Limps on the right leg. Strength 0..=1: at 1 the right leg keeps 60 % of its
 /// excursions at the hip, 90 at the knee and 40 at the ankle, the left hip keeps 75 %, and the
 /// trunk tips by 10 degrees to the right while the right foot bears. The shorter stance is in [`limp_phase`].
-pub fn limp(pose: &mut Pose, gait: &Gait, strength: f64) {
+pub(crate) fn limp(pose: &mut Pose, gait: &Gait, strength: f64) {
     if strength == 0.0 {
         return;
     }
@@ -59,6 +59,6 @@ pub fn limp(pose: &mut Pose, gait: &Gait, strength: f64) {
 /// A cycle from phase 0 on begins up to 0.04 cycles later in the even walk, and ends as much
 /// later in its next cycle.
 #[must_use]
-pub fn limp_phase(phase: f64, strength: f64) -> f64 {
+pub(crate) fn limp_phase(phase: f64, strength: f64) -> f64 {
     phase + HURRY * strength / TAU * libm::sin(TAU * (phase - RIGHT_BEARS))
 }

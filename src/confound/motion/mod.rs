@@ -14,22 +14,22 @@ mod pace;
 mod slope;
 mod trunk;
 
-pub use arms::{arm_still, carried_arm, hands_in_pockets};
-pub use limp::{limp, limp_phase};
-pub use pace::{Pace, age_gait, age_pace, speed, speed_pace};
-pub use slope::{MAX_SLOPE_DEG, floor_normal, slope};
-pub use trunk::load_lean;
+pub(crate) use arms::{arm_still, carried_arm, hands_in_pockets};
+pub(crate) use limp::{limp, limp_phase};
+pub(crate) use pace::{age_gait, age_pace, speed, speed_pace};
+pub(crate) use slope::{floor_normal, slope};
+pub(crate) use trunk::load_lean;
 
 use edgegait_core::pose::Pose;
 use edgegait_core::skeleton::{JOINTS, Skeleton};
 use glam::{DQuat, DVec3};
 
 /// An effect on one frame: the pose, the walk that it belongs to, and the strength.
-pub type Effect = fn(&mut Pose, &Gait, f64);
+pub(crate) type Effect = fn(&mut Pose, &Gait, f64);
 
 /// What effects know of a walk beyond the frame.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Gait {
+pub(crate) struct Gait {
     /// Mean rotation of each joint over the cycle, and mean root, metres.
     pub mean: Pose,
     /// The walker's skeleton.
@@ -48,7 +48,7 @@ impl Gait {
     /// is nearer to the first (Gramkow 2001, J. Math. Imaging Vis. 15:7-16): within 0.1 % of
     /// the least-squares mean for rotations within 40 degrees of each other.
     #[must_use]
-    pub fn of(
+    pub(crate) fn of(
         skeleton: Skeleton,
         cycle: impl IntoIterator<Item = Pose>,
         speed_mps: f64,

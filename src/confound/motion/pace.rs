@@ -35,7 +35,7 @@ const STOOP: Lean = Lean {
 
 /// What a change of speed makes of a cycle: factors.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pace {
+pub(crate) struct Pace {
     /// Of the stride length and of the joints' excursions.
     pub stride: f64,
     /// Of the cycle's duration.
@@ -54,13 +54,13 @@ impl Pace {
 
 /// The pace of [`speed`] at a strength of -1..=1.
 #[must_use]
-pub fn speed_pace(strength: f64) -> Pace {
+pub(crate) fn speed_pace(strength: f64) -> Pace {
     Pace::of_speed_ratio(libm::pow(SPEED_RATIO, strength))
 }
 
 /// The pace of [`age_gait`] at a strength of 0..=1.
 #[must_use]
-pub fn age_pace(strength: f64) -> Pace {
+pub(crate) fn age_pace(strength: f64) -> Pace {
     Pace::of_speed_ratio(libm::pow(AGED_SPEED_RATIO, strength))
 }
 
@@ -70,7 +70,7 @@ pub fn age_pace(strength: f64) -> Pace {
 /// The mean pose and the root stay as they are: a narrow range of speeds, where the knees'
 /// and the hips' means change by less than a person's standard deviation (Schwartz et al.
 /// 2008, J. Biomech. 41:1639-1650).
-pub fn speed(pose: &mut Pose, gait: &Gait, strength: f64) {
+pub(crate) fn speed(pose: &mut Pose, gait: &Gait, strength: f64) {
     if strength != 0.0 {
         scale(pose, gait, Joint::ALL, speed_pace(strength).stride);
     }
@@ -81,7 +81,7 @@ pub fn speed(pose: &mut Pose, gait: &Gait, strength: f64) {
 ///
 /// Excursions shrink as the stride does at the speed that the old prefer: their gait is that
 /// of the young at the same low speed (Ferrandez et al. 1990).
-pub fn age_gait(pose: &mut Pose, gait: &Gait, strength: f64) {
+pub(crate) fn age_gait(pose: &mut Pose, gait: &Gait, strength: f64) {
     if strength != 0.0 {
         scale(pose, gait, Joint::ALL, age_pace(strength).stride);
         lean(pose, STOOP, strength);

@@ -9,7 +9,7 @@ use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3, Quat, Vec3};
 
 /// The slope of strength 1, degrees. Ours: a steep footpath; the steepest streets rise by 19.
-pub const MAX_SLOPE_DEG: f64 = 20.0;
+pub(crate) const MAX_SLOPE_DEG: f64 = 20.0;
 
 /// Lean of pelvis, spine and thorax together over the slope's angle, uphill forwards and
 /// downhill backwards; the head stays level. The sense is that of Leroux, Fung & Barbeau (2002,
@@ -42,7 +42,7 @@ fn angle(strength: f64) -> f64 {
 /// The upward normal of the floor that [`slope`] walks on, a unit vector. The floor goes through
 /// the point below the pelvis at height 0.
 #[must_use]
-pub fn floor_normal(strength: f64) -> DVec3 {
+pub(crate) fn floor_normal(strength: f64) -> DVec3 {
     let (sin, cos) = libm::sincos(angle(strength));
     DVec3::new(0.0, cos, -sin)
 }
@@ -53,7 +53,7 @@ pub fn floor_normal(strength: f64) -> DVec3 {
 /// ahead and `h` above the level floor comes to `z tan(slope) + h / cos(slope)`, and the
 /// foot turns with the floor. Hips and knees follow in closed form, and the pelvis
 /// sinks as far as a leg is too short.
-pub fn slope(pose: &mut Pose, gait: &Gait, strength: f64) {
+pub(crate) fn slope(pose: &mut Pose, gait: &Gait, strength: f64) {
     if strength == 0.0 {
         return;
     }

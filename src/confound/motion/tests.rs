@@ -1,3 +1,4 @@
+use super::slope::MAX_SLOPE_DEG;
 use super::*;
 use crate::scene::cohort::Person;
 use crate::scene::forward_kinematics;

@@ -11,7 +11,7 @@ pub(super) struct Angle {
 
 impl Angle {
     /// The angle that a name states; or what was expected of it.
-    pub fn parse(name: &str) -> Result<Self, String> {
+    pub(super) fn parse(name: &str) -> Result<Self, String> {
         let (azimuth, elevation) = name.split_once('e').unwrap_or((name, "0"));
         let angle = degrees(azimuth, 360.0).zip(degrees(elevation, 90.0));
         let (azimuth_deg, elevation_deg) = angle.ok_or_else(|| {

@@ -21,7 +21,7 @@ pub(super) enum Fit {
 }
 
 impl Fit {
-    pub fn of(framing: Framing) -> Result<Self> {
+    pub(super) fn of(framing: Framing) -> Result<Self> {
         match framing {
             Framing::Height => Ok(Self::Height),
             Framing::Box => Ok(Self::Box),
@@ -76,7 +76,7 @@ impl Picture<'_> {
     /// comes to lie between two columns, and the whole is shifted by columns until the centroid
     /// of the pixels (centres at i + 0.5, rounded half up) is in the middle. In whole numbers, so
     /// exact.
-    pub fn frame(&self, size: Size, fit: Fit, into: &mut Vec<u8>) -> Option<f64> {
+    pub(super) fn frame(&self, size: Size, fit: Fit, into: &mut Vec<u8>) -> Option<f64> {
         let bounds = self.bounds()?;
         let (rows, columns) = (size.rows(), size.columns());
         let height = bounds.bottom + 1 - bounds.top;

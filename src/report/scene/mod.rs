@@ -41,7 +41,7 @@ const HAZE: f32 = 0.12;
 
 /// What a hull is, which decides its colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub(super) enum Kind {
     /// Skin and what is worn closest.
     Body,
     /// Hair.
@@ -71,7 +71,7 @@ impl Kind {
 
 /// A convex hull to be shown.
 #[derive(Clone, Debug)]
-pub struct ShownHull {
+pub(super) struct ShownHull {
     /// Its points in the walker's space, metres, at most 32.
     pub points: Vec<Vec3>,
     /// What it is.
@@ -80,7 +80,7 @@ pub struct ShownHull {
 
 /// A plane to walk on.
 #[derive(Clone, Copy, Debug)]
-pub struct Floor {
+pub(super) struct Floor {
     /// A point of it, metres: the middle of what is shown.
     pub point: Vec3,
     /// Upwards, a unit vector that is not along X.
@@ -89,7 +89,7 @@ pub struct Floor {
 
 /// From where a scene is seen, and how much of it.
 #[derive(Clone, Copy, Debug)]
-pub struct Shot {
+pub(super) struct Shot {
     /// The camera.
     pub camera: Camera,
     /// The point in the middle of the picture, metres.
@@ -107,7 +107,7 @@ pub struct Shot {
 /// What is nearer covers what is farther, pixel by pixel, in whatever order hulls are listed.
 /// A floor that is seen from below is left out, and so is what is behind a perspective camera.
 #[must_use]
-pub fn frame(hulls: &[ShownHull], shot: &Shot) -> RgbImage {
+pub(super) fn frame(hulls: &[ShownHull], shot: &Shot) -> RgbImage {
     let (width, height) = shot.size_px;
     let eye = Eye::new(shot, height * SAMPLES);
     let mut canvas = Canvas::new((width * SAMPLES, height * SAMPLES), BACKGROUND);

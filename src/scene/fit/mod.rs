@@ -19,13 +19,13 @@ use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3, Vec3};
 
 /// Points of all hulls of a fitted body by default: a third more win 0.001 of the Jaccard index.
-pub const USUAL_POINTS: usize = 384;
+pub(crate) const USUAL_POINTS: usize = 384;
 /// Fewest points of a fitted body that can be asked for, and most.
-pub const POINTS: std::ops::RangeInclusive<usize> = 96..=512;
+pub(crate) const POINTS: std::ops::RangeInclusive<usize> = 96..=512;
 /// Numbers of points whose match is reported beside the one that is asked for.
 const LEVELS: [usize; 6] = [512, 384, 256, 192, 128, 96];
 /// How often progress is told.
-pub const STEPS: usize = 100;
+pub(crate) const STEPS: usize = 100;
 /// Images that hulls are fitted to. Ours: twice as many win nothing.
 const VIEWS: usize = 400;
 /// Random poses, half of them to measure with.
@@ -36,7 +36,7 @@ const POSES: usize = 400;
 ///
 /// # Errors
 /// A mesh without a skeleton that gait can be seen in; another number of points than [`POINTS`].
-pub fn fitted_body(
+pub(crate) fn fitted_body(
     mesh: &Motion,
     points: usize,
     seed: u64,

@@ -39,7 +39,7 @@ impl Graph {
 }
 
 impl<'a> Known<'a> {
-    pub fn of_initializers(graph: &'a Graph) -> Self {
+    pub(super) fn of_initializers(graph: &'a Graph) -> Self {
         let tensors = graph.initializers.iter();
         Self {
             tensors: tensors
@@ -49,12 +49,12 @@ impl<'a> Known<'a> {
         }
     }
 
-    pub fn learn(&mut self, name: &'a str, shape: Vec<u64>) {
+    pub(super) fn learn(&mut self, name: &'a str, shape: Vec<u64>) {
         let integers = None;
         self.tensors.insert(name, Tensor { shape, integers });
     }
 
-    pub fn shape(&self, name: &str) -> Option<&[u64]> {
+    pub(super) fn shape(&self, name: &str) -> Option<&[u64]> {
         Some(&self.tensors.get(name)?.shape)
     }
 
@@ -62,7 +62,7 @@ impl<'a> Known<'a> {
     ///
     /// # Errors
     /// If the operator is unknown, or what it gives.
-    pub fn step(&mut self, graph: &'a Graph, node: &'a Node) -> Result<u64, String> {
+    pub(super) fn step(&mut self, graph: &'a Graph, node: &'a Node) -> Result<u64, String> {
         let (operator, first) = (&node.operator, node.outputs.first());
         let name = first.map_or("", String::as_str);
         let tensors = &self.tensors;

@@ -30,7 +30,7 @@ impl<'a> Operands<'a> {
         (!name.is_empty()).then_some(name)
     }
 
-    pub fn shape(&self, at: usize) -> Option<&'a [u64]> {
+    pub(super) fn shape(&self, at: usize) -> Option<&'a [u64]> {
         Some(&self.tensors.get(self.name(at)?)?.shape)
     }
 
@@ -38,14 +38,14 @@ impl<'a> Operands<'a> {
         self.tensors.get(self.name(at)?)?.integers.as_deref()
     }
 
-    pub fn integer(&self, name: &str, default: i64) -> i64 {
+    pub(super) fn integer(&self, name: &str, default: i64) -> i64 {
         match self.node.attributes.get(name) {
             Some(Attribute::Integer(value)) => *value,
             _ => default,
         }
     }
 
-    pub fn list(&self, name: &str) -> Option<&'a [i64]> {
+    pub(super) fn list(&self, name: &str) -> Option<&'a [i64]> {
         match self.node.attributes.get(name) {
             Some(Attribute::Integers(values)) => Some(values),
             _ => None,

@@ -29,7 +29,7 @@ pub(super) struct Walk {
 type Read<T> = Result<T, Malformed>;
 
 impl Walk {
-    pub fn model(&mut self, mut model: Reader<'_>) -> Read<()> {
+    pub(super) fn model(&mut self, mut model: Reader<'_>) -> Read<()> {
         while let Some((number, field)) = model.next()? {
             match (number, field) {
                 (1, Field::Number(version)) => self.graph.ir_version = version,

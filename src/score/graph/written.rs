@@ -5,7 +5,7 @@ use std::path::Path;
 use super::Graph;
 
 /// A protobuf field of bytes.
-pub fn field(number: u64, content: &[u8]) -> Vec<u8> {
+pub(crate) fn field(number: u64, content: &[u8]) -> Vec<u8> {
     let mut bytes = varint(number << 3 | 2);
     bytes.extend(varint(content.len() as u64));
     bytes.extend_from_slice(content);
@@ -27,7 +27,7 @@ fn number(field: u64, value: i64) -> Vec<u8> {
 }
 
 /// A node; names are apart by spaces, and `-` is an empty one. Attributes are lists of integers, or one integer, or text (as in `auto_pad=SAME_UPPER`).
-pub fn node(operator: &str, inputs: &str, outputs: &str, attributes: &[&str]) -> Vec<u8> {
+pub(crate) fn node(operator: &str, inputs: &str, outputs: &str, attributes: &[&str]) -> Vec<u8> {
     let names = |number, names: &str| -> Vec<u8> {
         let names = names.split_whitespace().map(|name| name.trim_matches('-'));
         names
@@ -60,7 +60,7 @@ pub fn node(operator: &str, inputs: &str, outputs: &str, attributes: &[&str]) ->
 }
 
 /// An initialiser of element type `element` without numbers.
-pub fn weights(name: &str, element: i64, shape: &[i64]) -> Vec<u8> {
+pub(crate) fn weights(name: &str, element: i64, shape: &[i64]) -> Vec<u8> {
     let mut tensor: Vec<u8> = shape.iter().flat_map(|&size| number(1, size)).collect();
     tensor.extend(number(2, element));
     tensor.extend(field(8, name.as_bytes()));
@@ -68,7 +68,7 @@ pub fn weights(name: &str, element: i64, shape: &[i64]) -> Vec<u8> {
 }
 
 /// An initialiser of 64-bit integers.
-pub fn integers(name: &str, values: &[i64]) -> Vec<u8> {
+pub(crate) fn integers(name: &str, values: &[i64]) -> Vec<u8> {
     let raw: Vec<u8> = values
         .iter()
         .flat_map(|value| value.to_le_bytes())
@@ -80,7 +80,7 @@ pub fn integers(name: &str, values: &[i64]) -> Vec<u8> {
 }
 
 /// What is stated of a tensor; 0 is the named dimension N.
-pub fn stated(number_of_field: u64, name: &str, shape: &[i64]) -> Vec<u8> {
+pub(crate) fn stated(number_of_field: u64, name: &str, shape: &[i64]) -> Vec<u8> {
     let dimensions = shape.iter().flat_map(|&size| match size {
         0 => field(1, &field(2, b"N")),
         _ => field(1, &number(1, size)),
@@ -92,20 +92,20 @@ pub fn stated(number_of_field: u64, name: &str, shape: &[i64]) -> Vec<u8> {
 }
 
 /// A graph inside of an operation, as an attribute of it.
-pub fn inner(parts: &[Vec<u8>]) -> Vec<u8> {
+pub(crate) fn inner(parts: &[Vec<u8>]) -> Vec<u8> {
     let attribute = [field(1, b"body"), field(6, &parts.concat())].concat();
     let node = [field(2, b"y"), field(4, b"Loop"), field(5, &attribute)].concat();
     field(1, &node)
 }
 
 /// A file whose input `x` has this shape.
-pub fn bytes(input: &[i64], parts: &[Vec<u8>]) -> Vec<u8> {
+pub(crate) fn bytes(input: &[i64], parts: &[Vec<u8>]) -> Vec<u8> {
     let graph = [stated(11, "x", input), parts.concat()].concat();
     let operators = field(8, &number(2, 17));
     [number(1, 8), field(7, &graph), operators].concat()
 }
 
 /// The graph of [`bytes`].
-pub fn graph(input: &[i64], parts: &[Vec<u8>]) -> Graph {
+pub(crate) fn graph(input: &[i64], parts: &[Vec<u8>]) -> Graph {
     Graph::read(Path::new("m.onnx"), &bytes(input, parts)).expect("a graph")
 }
