@@ -97,8 +97,8 @@
 //!        -> evaluate -> report
 //! ```
 //!
-//! [`summary`] says what a pack holds; [`frontier`] measures what the whole chain costs and what
-//! it gets wrong, for the command; [`mod@bench`] what a recognizer costs on the machine at hand.
+//! `summary` says what a pack holds; `frontier` measures what the whole chain costs and what
+//! it gets wrong, for the command; `bench` what a recognizer costs on the machine at hand.
 
 #![warn(unreachable_pub)]
 

@@ -1,9 +1,9 @@
 //! Confounders: what makes one walk look different, under control.
 //!
 //! A confounder has a name, a class, a strength and a seed; a condition is confounders that act
-//! together. They act where their cause does: on the body's hulls ([`appearance`]), on poses
-//! ([`motion`]), on the camera and on which frames there are (the sweep), or on silhouettes before
-//! they are framed ([`image`]). At strength 0 nothing is done at all.
+//! together. They act where their cause does: on the body's hulls (`appearance`), on poses
+//! (`motion`), on the camera and on which frames there are (the sweep), or on silhouettes before
+//! they are framed (`image`). At strength 0 nothing is done at all.
 
 pub(crate) mod appearance;
 pub(crate) mod catalogue;

@@ -1,11 +1,11 @@
 //! How good a recognizer is: hits, ranks and rates, their intervals, and where it fails.
 //!
-//! A [`contest`] shows a source's sequences to recognizers as a [`protocol`] says, and [`trial`] judges
-//! what they answer: [`rank`] decides hits and misses, [`distance`] compares embeddings, [`ranking`]
-//! makes Rank-k, mAP and mINP of distances, [`verification`] EER, ROC and AUC, and [`cross_view`]
-//! the means over pairs of views. [`wilson`] and [`bootstrap`] say how far a rate can be trusted,
-//! [`bands`] and [`angle`] sum it over viewpoints, and [`results`] is the JSON that
-//! `edgegait score` writes; [`strengths`] is what each confounder does, and [`agreement`] what 8-bit
+//! A [`contest`] shows a source's sequences to recognizers as a [`protocol`] says, and `trial` judges
+//! what they answer: `rank` decides hits and misses, `distance` compares embeddings, `ranking`
+//! makes Rank-k, mAP and mINP of distances, `verification` EER, ROC and AUC, and `cross_view`
+//! the means over pairs of views. `wilson` and `bootstrap` say how far a rate can be trusted,
+//! `bands` and `angle` sum it over viewpoints, and [`results`] is the JSON that
+//! `edgegait score` writes; `strengths` is what each confounder does, and `agreement` what 8-bit
 //! weights do.
 
 pub(crate) mod agreement;
@@ -21,6 +21,7 @@ pub mod protocol;
 pub(crate) mod rank;
 pub(crate) mod ranking;
 pub mod results;
+#[cfg(feature = "plots")]
 pub(crate) mod strengths;
 #[cfg(test)]
 pub(crate) mod testing;

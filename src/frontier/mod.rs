@@ -6,19 +6,28 @@
 //! cheapest that meets an error, and [`encoded()`] makes packs by it. Nothing but times differs between two runs.
 
 pub(crate) mod choose;
+#[cfg_attr(
+    not(feature = "plots"),
+    expect(dead_code, reason = "what only the frontier itself needs")
+)]
 pub(crate) mod configuration;
 mod cost;
 mod encoded;
 pub(crate) mod exact;
+#[cfg(feature = "plots")]
 pub(crate) mod pareto;
 #[cfg(feature = "plots")]
 pub(crate) mod plot;
+#[cfg(feature = "plots")]
 mod recognition;
 pub(crate) mod reference;
+#[cfg(feature = "plots")]
 mod study;
+#[cfg(feature = "plots")]
 mod timing;
 
 pub(crate) use encoded::{Encoded, Goal, encoded};
+#[cfg(feature = "plots")]
 pub(crate) use study::{Point, Scene, Study};
 
 use crate::error::Result;

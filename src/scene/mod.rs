@@ -4,6 +4,8 @@
 //! types of this module, and the encoder begins with them.
 
 #[cfg(feature = "import")]
+mod bridges;
+#[cfg(feature = "import")]
 mod clean;
 #[cfg(feature = "import")]
 mod closing;

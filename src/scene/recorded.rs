@@ -1,9 +1,10 @@
 //! Recorded motions as subjects: from files to bodies that walk.
 
+use super::bridges::bridge_flips;
 use super::cohort::anthropometry::{DIMENSIONS, Dimensions, Population};
 use super::cohort::body;
 use super::events::{Cut, cut};
-use super::flips::{Ends, bridge_flips};
+use super::flips::Ends;
 use super::measured::{Measured, MeasuredPeople};
 use super::retarget::{DEFAULT_CUT_OFF_HZ, Take, leg_length_m};
 use super::{Body, Span, Subject, Track, Walk};

@@ -30,7 +30,9 @@ mod shadow;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use distortion::{distort, straightened};
+pub(crate) use distortion::distort;
+#[cfg(feature = "plots")]
+pub(crate) use distortion::straightened;
 pub(crate) use exposure::exposed;
 pub(crate) use faults::{holes, merged_background, missing_part, salt_and_pepper};
 pub(crate) use fine::{Fine, FineRenderer, Setup};
