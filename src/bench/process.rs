@@ -108,7 +108,7 @@ mod tests {
             (failed.to_string().as_str(), failed.exit_code()),
             ("m.onnx: too large", 1)
         );
-        assert_eq!(refusal(2 << 8, "error: --cpus 99: no").exit_code(), 2);
+        assert_eq!(refusal(2 << 8, "error: cpus 99: no").exit_code(), 2);
         let silent = refusal(0, "").to_string();
         assert!(silent.contains("gave no result"), "{silent}");
     }
