@@ -22,7 +22,7 @@ pub use choice::ChoiceError;
 pub use encode::EncodeError;
 pub use evaluate::EvaluateError;
 pub use report::ReportError;
-pub use score::{Origin, ScoreError};
+pub use score::{ScoreError, TemplateOrigin};
 pub use sweep::SweepError;
 pub use train::TrainError;
 

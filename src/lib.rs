@@ -117,7 +117,7 @@ mod named;
 mod report;
 pub mod scene;
 pub mod score;
-mod source;
+pub mod source;
 mod summary;
 pub mod sweep;
 mod table;

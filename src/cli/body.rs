@@ -1,6 +1,6 @@
 //! Which bodies walk: made from measurements, or fitted to a mesh.
 
-use super::hints::Shown;
+use super::hints::WithFlags;
 use super::keep_going::{KeepGoing, with_hint};
 use super::progress::Progress;
 use crate::dataset::{Header, InputFile};
@@ -66,7 +66,7 @@ impl BodyArgs {
         };
         let (people, unusable) = MeasuredPeople::read_usable(path)?;
         if keep_going.is_given() {
-            let warning = |error: &Error| format!("{}: taken as not measured", Shown(error));
+            let warning = |error: &Error| format!("{}: taken as not measured", WithFlags(error));
             return Ok((people, unusable.iter().map(warning).collect()));
         }
         let first = unusable.into_iter().next();

@@ -2,7 +2,7 @@
 
 use super::args::ViewArgs;
 use super::source::SelectionArgs;
-use crate::error::{Error, Origin, Result};
+use crate::error::{Error, Result, TemplateOrigin};
 use crate::score::Contract;
 use crate::sweep::{Aim, Framing, Jitter, Lens, Raster, Sensor, Settings};
 use crate::template::Template;
@@ -71,7 +71,7 @@ impl DrawArgs {
             (None, given) => given,
         };
         let template = self.only_template()?;
-        contract.require_template(template.unwrap_or(contract.template), Origin::Drawn)?;
+        contract.require_template(template.unwrap_or(contract.template), TemplateOrigin::Drawn)?;
         let settings = Self {
             template: vec![contract.template],
             size: self.size.or(known),
@@ -80,7 +80,7 @@ impl DrawArgs {
             ..self.clone()
         }
         .settings(seed)?;
-        contract.require(settings.size, Some(settings.framing), Origin::Drawn)?;
+        contract.require(settings.size, Some(settings.framing), TemplateOrigin::Drawn)?;
         Ok(settings)
     }
 

@@ -1,14 +1,16 @@
 //! What the command adds to the library's errors, which know causes and no flags: the flag that
 //! an error is about goes before it, and the flags that help after it.
 
-use crate::error::{ChoiceError, Error, EvaluateError, Origin, Remedy, ScoreError, SweepError};
+use crate::error::{
+    ChoiceError, Error, EvaluateError, Remedy, ScoreError, SweepError, TemplateOrigin,
+};
 use edgegait_core::silhouette::Size;
 use std::fmt;
 
 /// An error as the command shows it.
-pub(super) struct Shown<'a>(pub &'a Error);
+pub(super) struct WithFlags<'a>(pub &'a Error);
 
-impl fmt::Display for Shown<'_> {
+impl fmt::Display for WithFlags<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self(error) = self;
         write!(f, "{}{error}", flag(error))?;
@@ -120,8 +122,8 @@ fn asked(error: &ScoreError) -> Option<String> {
             ..
         } => {
             let what = match origin {
-                Origin::Drawn => "use",
-                Origin::Dataset => "sweep another dataset with",
+                TemplateOrigin::Drawn => "use",
+                TemplateOrigin::Dataset => "sweep another dataset with",
             };
             Some(format!("{what} --{setting} {asked}"))
         }
@@ -138,7 +140,7 @@ mod tests {
     use std::path::Path;
 
     fn shown(error: impl Into<Error>) -> String {
-        Shown(&error.into()).to_string()
+        WithFlags(&error.into()).to_string()
     }
 
     fn refused(settings: Settings) -> String {
@@ -193,15 +195,15 @@ mod tests {
             })
         };
         assert_eq!(
-            asked("size", "64x44", Origin::Drawn),
+            asked("size", "64x44", TemplateOrigin::Drawn),
             "m: the model's contract asks for size 64x44, found x (use --size 64x44)"
         );
         assert!(
-            asked("template", "mhi", Origin::Dataset)
+            asked("template", "mhi", TemplateOrigin::Dataset)
                 .ends_with("found x (sweep another dataset with --template mhi)")
         );
         assert!(
-            asked("size", "128x88", Origin::Drawn)
+            asked("size", "128x88", TemplateOrigin::Drawn)
                 .ends_with("(only 50x30, 64x44 and 64x64 can be drawn)")
         );
     }

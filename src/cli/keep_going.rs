@@ -1,6 +1,6 @@
 //! `--keep-going`: what cannot be used costs a warning, not the run.
 
-use super::hints::Shown;
+use super::hints::WithFlags;
 use crate::error::{Error, Result};
 
 /// The flag.
@@ -33,7 +33,7 @@ impl KeepGoing {
         if refused.is_empty() || (self.keep_going && refused.len() < all) {
             return Ok(refused
                 .iter()
-                .map(|error| format!("left out: {}", Shown(error)))
+                .map(|error| format!("left out: {}", WithFlags(error)))
                 .collect());
         }
         if all == 1 {
@@ -46,7 +46,7 @@ impl KeepGoing {
         };
         let list: Vec<String> = refused
             .iter()
-            .map(|error| Shown(error).to_string())
+            .map(|error| WithFlags(error).to_string())
             .collect();
         Err(Error::Failed(format!(
             "{} of {all} {what} cannot be {done}{hint}:\n{}",

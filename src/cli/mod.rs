@@ -39,7 +39,7 @@ mod walkers;
 
 use crate::error::Result;
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
-use hints::Shown;
+use hints::WithFlags;
 
 /// The version and, of a release build from a checkout, the commit.
 const VERSION: &str = match option_env!("EDGEGAIT_VERSION") {
@@ -103,7 +103,7 @@ pub fn main() -> std::process::ExitCode {
     match interrupt::listen().and_then(|()| run(&cli.command)) {
         Ok(()) => std::process::ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {}", Shown(&error));
+            eprintln!("error: {}", WithFlags(&error));
             std::process::ExitCode::from(error.exit_code())
         }
     }

@@ -18,7 +18,7 @@ pub enum ScoreError {
         /// Its value.
         found: &'static str,
         /// Where the templates come from.
-        origin: Origin,
+        origin: TemplateOrigin,
     },
     /// A contract cannot be written down.
     #[error("contract: {0}")]
@@ -160,7 +160,7 @@ pub enum ScoreError {
 
 /// Where the templates come from that a recognizer is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Origin {
+pub enum TemplateOrigin {
     /// They are drawn for it.
     Drawn,
     /// They are in a dataset that was swept before.

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::input::{Axis, Distance, InputRange, Layout};
-use crate::error::{Error, Origin, Result, ScoreError};
+use crate::error::{Error, Result, ScoreError, TemplateOrigin};
 use crate::sweep::Framing;
 use crate::template::{Shape, Template};
 use edgegait_core::silhouette::Size;
@@ -233,7 +233,7 @@ impl Contract {
     ///
     /// # Errors
     /// Naming both.
-    pub fn require_template(&self, template: Template, origin: Origin) -> Result<()> {
+    pub fn require_template(&self, template: Template, origin: TemplateOrigin) -> Result<()> {
         if template == self.template {
             return Ok(());
         }
@@ -246,7 +246,12 @@ impl Contract {
     ///
     /// # Errors
     /// Naming both.
-    pub fn require(&self, size: Size, framing: Option<Framing>, origin: Origin) -> Result<()> {
+    pub fn require(
+        &self,
+        size: Size,
+        framing: Option<Framing>,
+        origin: TemplateOrigin,
+    ) -> Result<()> {
         let asked = format!("{}x{}", self.rows, self.columns);
         if asked != size.name() {
             return self.refuse("size", (asked, size.name()), origin);
@@ -264,7 +269,7 @@ impl Contract {
         &self,
         setting: &'static str,
         (asked, found): (String, &'static str),
-        origin: Origin,
+        origin: TemplateOrigin,
     ) -> Result<()> {
         Err(ScoreError::Contract {
             model: self.name.clone(),

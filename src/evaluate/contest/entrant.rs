@@ -1,7 +1,7 @@
 //! A recognizer that takes part, and how it is shown people.
 
 use crate::dataset::Dataset;
-use crate::error::{Origin, Result};
+use crate::error::{Result, TemplateOrigin};
 use crate::score::pixels::Pixels;
 use crate::score::{Model, Recognizer, Runtime};
 use crate::source::Form;
@@ -54,7 +54,7 @@ impl Entrant {
         let asked = format!("{}x{}", contract.rows, contract.columns);
         let known = Size::ALL.into_iter().find(|size| size.name() == asked);
         let size = known.unwrap_or(settings.size);
-        contract.require(size, None, Origin::Drawn)?;
+        contract.require(size, None, TemplateOrigin::Drawn)?;
         // More are beyond what a contract may ask for.
         let frames = contract
             .frames
@@ -83,7 +83,7 @@ impl Entrant {
         runtime: &Runtime,
         (stored, settings): (Stored, Settings),
     ) -> Result<Self> {
-        let (contract, origin) = (model.contract(), Origin::Dataset);
+        let (contract, origin) = (model.contract(), TemplateOrigin::Dataset);
         // A dataset has no silhouettes, as it says itself.
         if contract.template != Template::Silhouettes {
             contract.require_template(stored.template, origin)?;

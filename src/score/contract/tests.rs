@@ -55,7 +55,7 @@ fn a_written_contract_reads_back() {
 fn geis_of_another_size_or_framing_are_refused() {
     let contract = parse(ALL).expect("all keys are known");
     let refusal = |size, framing| {
-        let found = contract.require(size, framing, Origin::Drawn);
+        let found = contract.require(size, framing, TemplateOrigin::Drawn);
         found.map_err(|error| error.to_string())
     };
     assert_eq!(refusal(Size::S64x44, Some(Framing::Cycle)), Ok(()));
@@ -73,7 +73,7 @@ fn geis_of_another_size_or_framing_are_refused() {
         ..contract.clone()
     };
     let refused = odd
-        .require(Size::S64x44, None, Origin::Drawn)
+        .require(Size::S64x44, None, TemplateOrigin::Drawn)
         .map_err(|e| e.to_string());
     assert!(refused.is_err_and(|text| text.contains("size 128x44")));
 }
@@ -145,13 +145,13 @@ fn a_template_has_the_shape_that_its_silhouettes_give_it() {
         error,
         ": expected 1 frequency images of 3 x 50 x 30 = 4500 numbers and at least one, found 1500 numbers"
     );
-    let refused = wide.require_template(Template::Gei, Origin::Dataset);
+    let refused = wide.require_template(Template::Gei, TemplateOrigin::Dataset);
     assert_eq!(
         refused.expect_err("another").to_string(),
         ": the model's contract asks for template frequency, found gei"
     );
     assert!(
-        wide.require_template(Template::Frequency, Origin::Drawn)
+        wide.require_template(Template::Frequency, TemplateOrigin::Drawn)
             .is_ok()
     );
 }
