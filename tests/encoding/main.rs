@@ -13,6 +13,7 @@ mod chain;
 mod encoding_error;
 mod frontier;
 mod golden;
+mod recorded;
 mod take;
 mod take_oracle;
 mod tracks;
