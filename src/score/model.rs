@@ -23,6 +23,8 @@ pub struct Model {
     graph: Graph,
     contract: Contract,
     ports: Ports,
+    /// Whether it was read from a file, and the contract from beside it.
+    is_file: bool,
 }
 
 impl Model {
@@ -49,7 +51,10 @@ impl Model {
             ));
         }
         let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
-        Self::from_bytes(path, bytes, Contract::beside(path)?)
+        Ok(Self {
+            is_file: true,
+            ..Self::from_bytes(path, bytes, Contract::beside(path)?)?
+        })
     }
 
     /// Checks a model that is in memory; `path` is for messages, and its stem names the
@@ -77,6 +82,7 @@ impl Model {
             graph,
             contract,
             ports,
+            is_file: false,
         })
     }
 
@@ -101,7 +107,7 @@ impl Model {
     /// If that can no longer be read.
     pub fn inputs(&self) -> Result<Vec<InputFile>> {
         let contract = Contract::path_beside(&self.path);
-        let is_read = matches!(self.bytes, Cow::Owned(_)) && contract.is_file();
+        let is_read = self.is_file && contract.is_file();
         let contract = is_read.then(|| InputFile::of(contract)).transpose()?;
         Ok(std::iter::once(self.input()).chain(contract).collect())
     }
@@ -177,6 +183,19 @@ mod tests {
         let plain = bytes_with_operator("QuantizeLinear", "");
         let model = Model::from_bytes("m.onnx", plain, Contract::default()).expect("a graph");
         assert_eq!((model.batching(), model.warning()), (Batching::Any, None));
+    }
+
+    #[test]
+    fn the_contract_is_an_input_where_it_was_read_from_a_file() {
+        let paths = |model: &Model| -> Vec<String> {
+            let inputs = model.inputs().expect("readable");
+            inputs.into_iter().map(|input| input.path).collect()
+        };
+        let opened = Model::open("models/side.onnx").expect("a model");
+        assert_eq!(paths(&opened), ["models/side.onnx", "models/side.toml"]);
+        let bytes = opened.bytes().to_vec();
+        let built_in = Model::from_bytes("models/side.onnx", bytes, opened.contract().clone());
+        assert_eq!(paths(&built_in.expect("the same")), ["models/side.onnx"]);
     }
 
     #[test]

@@ -120,16 +120,23 @@ impl PackSource {
         })
     }
 
-    /// The people of these options as a pack; `progress` is called for each walk.
+    /// The people of these options as a pack; `progress` is called for each walk. Those of another
+    /// number or seed than the default are not called the built-in cohort.
     ///
     /// # Errors
     /// As [`cohort::subjects`] and [`encode_subjects`].
     pub fn made(options: &CohortOptions, progress: &(dyn Fn() + Sync)) -> Result<Self> {
         let subjects = cohort::subjects(options)?;
+        let usual = CohortOptions::default();
+        let name = if (options.people, options.seed) == (usual.people, usual.seed) {
+            "built-in cohort".to_owned()
+        } else {
+            format!("cohort of {}, seed {}", options.people, options.seed)
+        };
         Ok(Self {
             bytes: encode_subjects(&subjects, MAX_ERROR_MM, progress)?,
             inputs: Vec::new(),
-            name: "built-in cohort".into(),
+            name,
         })
     }
 }

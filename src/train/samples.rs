@@ -287,4 +287,17 @@ mod tests {
         assert_eq!(each_once([2, 0, 2, 2, 1, 0].into_iter()), [2, 0, 1]);
         assert_eq!(sorted([2, 0, 2, 1, 0].into_iter()), [0, 1, 2]);
     }
+
+    #[test]
+    fn a_description_says_how_samples_were_augmented() {
+        let crops = Some(Crops { steps: 3, rows: 2 });
+        let all = Augmentation { flip: true, crops };
+        assert_eq!(
+            described(all),
+            ", augmented by flip, crop (3 steps of 2 of the lowest rows)"
+        );
+        let flip = Augmentation { crops: None, ..all };
+        assert_eq!(described(flip), ", augmented by flip");
+        assert_eq!(described(Augmentation::default()), "");
+    }
 }
