@@ -182,8 +182,14 @@ mod with_ort {
         let results: Value = serde_json::from_slice(&output.stdout).expect("JSON");
         let bare = &results["models"][0]["bare"];
         assert!(number(bare, "p50_us") > 0.0);
-        // Ours cannot take less than half of it, nor ten times as much, however busy the machine.
-        assert!((-0.5..10.0).contains(&number(bare, "overhead")), "{bare}");
+        // Ours cannot take less than half of a loop that reuses its tensors as ours does, nor ten
+        // times as much, however busy the machine. One that makes them anew takes twice as long on a
+        // model as small as this.
+        assert!(
+            (-0.5..10.0).contains(&number(bare, "overhead_reusing")),
+            "{bare}"
+        );
+        assert!((-0.9..10.0).contains(&number(bare, "overhead")), "{bare}");
         assert_eq!(results["models"][0]["runtime"]["name"], "onnxruntime");
     }
 }
