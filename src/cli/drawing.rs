@@ -58,8 +58,6 @@ impl DrawArgs {
     /// # Errors
     /// As [`Self::settings`], and for flags that the contract contradicts.
     pub(super) fn settings_for(&self, contract: &Contract, seed: u64) -> Result<Settings> {
-        let asked = format!("{}x{}", contract.rows, contract.columns);
-        let known = Size::ALL.into_iter().find(|size| size.name() == asked);
         let frames = match (contract.frames, self.frames_per_cycle) {
             (Some(frames), Some(given)) if u32::try_from(frames) != Ok(given) => {
                 return Err(Error::Usage(format!(
@@ -74,7 +72,7 @@ impl DrawArgs {
         contract.require_template(template.unwrap_or(contract.template), TemplateOrigin::Drawn)?;
         let settings = Self {
             template: vec![contract.template],
-            size: self.size.or(known),
+            size: self.size.or(contract.size()),
             framing: self.framing.or(Some(contract.framing)),
             frames_per_cycle: frames,
             ..self.clone()

@@ -25,6 +25,7 @@ use std::path::PathBuf;
 /// Export a linear recognizer of GEIs as 8-bit weights, which firmware reads in place
 #[derive(Debug, clap::Args)]
 #[command(
+    mut_arg("walks", |walks| walks.help("Only these walks, by name [default: those that the contract's training names]")),
     after_help = "Examples:\n  edgegait quantize models/spread.onnx --out spread.egr\n  edgegait quantize mine.onnx --pack cohort.egp --raster rows --cycles 8 --out mine.egr\n\nThe file's answers are compared with the model's on walks that training has not seen."
 )]
 pub(super) struct Args {

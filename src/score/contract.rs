@@ -229,6 +229,14 @@ impl Contract {
         self.layout.axes().iter().map(size).collect()
     }
 
+    /// The size of the silhouettes, if it is one that can be drawn.
+    #[must_use]
+    pub fn size(&self) -> Option<Size> {
+        let asked = (self.rows, self.columns);
+        let mut known = Size::ALL.into_iter();
+        known.find(|size| (size.rows(), size.columns()) == asked)
+    }
+
     /// Refuses another template than the model asks for.
     ///
     /// # Errors

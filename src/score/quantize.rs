@@ -45,8 +45,8 @@ impl GeiForm {
         if contract.template != Template::Gei {
             return refuse("template gei", contract.template.name());
         }
-        let asked = format!("{}x{}", contract.rows, contract.columns);
-        let Some(size) = Size::ALL.into_iter().find(|size| size.name() == asked) else {
+        let Some(size) = contract.size() else {
+            let asked = format!("{}x{}", contract.rows, contract.columns);
             return refuse("50x30, 64x44 or 64x64 pixels", &asked);
         };
         let framing = match contract.framing {

@@ -51,9 +51,7 @@ impl Entrant {
     /// If the runtime cannot load it, or its contract asks for what cannot be drawn.
     pub fn drawn(model: &Model, runtime: &Runtime, settings: Settings) -> Result<Self> {
         let contract = model.contract();
-        let asked = format!("{}x{}", contract.rows, contract.columns);
-        let known = Size::ALL.into_iter().find(|size| size.name() == asked);
-        let size = known.unwrap_or(settings.size);
+        let size = contract.size().unwrap_or(settings.size);
         contract.require(size, None, TemplateOrigin::Drawn)?;
         // More are beyond what a contract may ask for.
         let frames = contract
