@@ -13,6 +13,7 @@ mod tests;
 use crate::avatar::Avatar;
 use crate::budget::{LANES, MAX_DRAPED_HULLS, MAX_FACETS, MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
 use crate::facets::Facets;
+use crate::raster::simd::Edges;
 use crate::skeleton::Joint;
 use core::fmt;
 use core::ops::Range;
@@ -20,7 +21,7 @@ use drape::Drape;
 pub use figure::Figure;
 pub(crate) use figure::{FigureHull, Place};
 use glam::{Mat3, Vec3};
-use plane::{Plane, PlaneLanes, border, radiate, scaled, sides};
+use plane::{Facets16, edges_of, radiate, set_facets};
 
 /// Vectors by axis.
 #[derive(Clone, Debug)]
@@ -87,12 +88,10 @@ enum Carrier {
 #[derive(Clone, Debug)]
 struct BodyHull {
     carrier: Carrier,
-    /// Behind its last point and its last facet in the body's arrays.
+    /// Behind its last point, facets and edges in the body's arrays.
     points_end: usize,
     facets_end: usize,
     edges_end: usize,
-    /// Edges that are its outline from everywhere: those of a flat hull.
-    border: [u64; 2],
 }
 
 impl BodyHull {
@@ -102,7 +101,6 @@ impl BodyHull {
         points_end: 0,
         facets_end: 0,
         edges_end: 0,
-        border: [0; 2],
     };
 }
 
@@ -113,14 +111,11 @@ pub struct Body {
     hulls: heapless::Vec<BodyHull, MAX_HULLS>,
     drapes: heapless::Vec<Drape, MAX_DRAPED_HULLS>,
     points: Lanes<MAX_POINTS>,
-    /// Of facets that joints carry, in the frames of these.
-    planes: PlaneLanes<MAX_FACETS>,
-    /// Edges of each facet, a bit each: numbers 0 to 63, then 64 to 89.
-    sides: [[u64; MAX_FACETS]; 2],
-    /// Edges that begin or end at each point, likewise.
+    /// Of hulls that joints carry, in the frames of these.
+    facets: [Facets16; MAX_FACETS / LANES],
+    edges: heapless::Vec<Edges, { 2 * MAX_HULLS }>,
+    /// Edges that begin or end at each point, a bit each: numbers 0 to 63, then 64 to 89.
     spokes: [[u64; 2]; MAX_POINTS],
-    /// Points, counted within its hull, at which each edge begins and ends.
-    ends: [heapless::Vec<u8, { 3 * MAX_POINTS }>; 2],
 }
 
 impl Default for Body {
@@ -129,10 +124,9 @@ impl Default for Body {
             hulls: heapless::Vec::new(),
             drapes: heapless::Vec::new(),
             points: Lanes::ZERO,
-            planes: PlaneLanes::NONE,
-            sides: [[0; MAX_FACETS]; 2],
+            facets: [const { Facets16::NONE }; _],
+            edges: heapless::Vec::new(),
             spokes: [[0; 2]; MAX_POINTS],
-            ends: [heapless::Vec::new(), heapless::Vec::new()],
         }
     }
 }
@@ -163,29 +157,14 @@ impl Body {
         for point in points {
             hull.push(point).map_err(|_| OverBudget)?;
         }
-        let (surface, scaled) = (Facets::of(&hull), scaled(&hull));
-        let carrier = Carrier::Joint(joint.index());
-        let before = self.add(&hull, carrier, &surface)?;
-        for (index, facet) in (before.facets_end..).zip(&surface.facets) {
-            self.planes
-                .set(index, &Plane::of(facet.corners, &hull, &scaled));
-            for (sides, half) in self.sides.iter_mut().zip(sides(facet)) {
-                if let Some(place) = sides.get_mut(index) {
-                    *place = half;
-                }
-            }
-        }
+        let surface = Facets::of(&hull);
+        let before = self.add(&hull, Carrier::Joint(joint.index()), &surface)?;
+        let facets = self.facets.get_mut(before.facets_end..).unwrap_or_default();
+        set_facets(&surface, &hull, facets);
         let spokes = self.spokes.get_mut(before.points_end..).unwrap_or_default();
         radiate(&surface, spokes);
-        // Three for each point, which the capacity allows.
-        for (side, ends) in self.ends.iter_mut().enumerate() {
-            ends.extend(
-                surface
-                    .edges
-                    .iter()
-                    .filter_map(|edge| edge.get(side).copied()),
-            );
-        }
+        // Two for each hull, which the capacity allows.
+        self.edges.extend(edges_of(&surface));
         Ok(())
     }
 
@@ -225,16 +204,15 @@ impl Body {
     ) -> Result<BodyHull, OverBudget> {
         let before = self.hulls.last().cloned().unwrap_or(BodyHull::NONE);
         let points_end = before.points_end + points.len();
-        let facets_end = before.facets_end + surface.facets.len().next_multiple_of(LANES);
-        if points_end > MAX_POINTS || facets_end > MAX_FACETS {
+        let facets_end = before.facets_end + surface.facets.len().div_ceil(LANES);
+        if points_end > MAX_POINTS || facets_end > MAX_FACETS / LANES {
             return Err(OverBudget);
         }
         let hull = BodyHull {
             carrier,
             points_end,
             facets_end,
-            edges_end: before.edges_end + surface.edges.len(),
-            border: border(surface),
+            edges_end: before.edges_end + surface.edges.len().div_ceil(64),
         };
         self.hulls.push(hull).map_err(|_| OverBudget)?;
         for (index, &point) in (before.points_end..).zip(points) {

@@ -1,10 +1,11 @@
 //! Hulls whose points hang on a joint each: what they span depends on the pose.
 
-use super::plane::{Plane, PlaneLanes, border, radiate, scaled, sides};
+use super::plane::{Facets16, edges_of, radiate, set_facets};
 use super::{Figure, FigureHull, Place};
-use crate::budget::{LANES, MAX_HULL_EDGES, MAX_HULL_FACETS, MAX_HULL_POINTS};
+use crate::budget::{LANES, MAX_HULL_FACETS, MAX_HULL_POINTS};
 use crate::facets::Facets;
 use crate::pose::ModelPose;
+use crate::raster::simd::Edges;
 use crate::skeleton::Joint;
 use core::ops::Range;
 use glam::Vec3;
@@ -12,31 +13,23 @@ use glam::Vec3;
 /// The joints of a hull's points.
 pub(super) type Drape = heapless::Vec<Joint, MAX_HULL_POINTS>;
 
-/// Facets of one hull, filled up to whole [`LANES`].
-const FACETS: usize = MAX_HULL_FACETS.next_multiple_of(LANES);
-
 /// What one hull spans in one pose, as [`super::Body`] has it of hulls that keep their shape.
-/// 3 kB.
+/// 2 kB.
 #[derive(Clone, Debug)]
 pub(super) struct Surface {
-    /// Facets, filled up to whole [`LANES`].
-    facets: usize,
-    /// In the walker's space.
-    planes: PlaneLanes<FACETS>,
-    sides: [[u64; FACETS]; 2],
+    /// How many registers of facets there are, in the walker's space.
+    facets_len: usize,
+    facets: [Facets16; MAX_HULL_FACETS.div_ceil(LANES)],
+    edges: heapless::Vec<Edges, 2>,
     spokes: [[u64; 2]; MAX_HULL_POINTS],
-    ends: [heapless::Vec<u8, MAX_HULL_EDGES>; 2],
-    border: [u64; 2],
 }
 
 impl Surface {
     pub const NOTHING: Self = Self {
-        facets: 0,
-        planes: PlaneLanes::NONE,
-        sides: [[0; FACETS]; 2],
+        facets_len: 0,
+        facets: [const { Facets16::NONE }; _],
+        edges: heapless::Vec::new(),
         spokes: [[0; 2]; MAX_HULL_POINTS],
-        ends: [const { heapless::Vec::new() }; 2],
-        border: [0; 2],
     };
 
     /// The hull of these points.
@@ -44,14 +37,8 @@ impl Surface {
         FigureHull {
             spokes: self.spokes.get(..points.len()).unwrap_or_default(),
             points,
-            planes: self.planes.part(0..self.facets, &Place::REST),
-            sides: [
-                self.sides[0].get(..self.facets).unwrap_or_default(),
-                self.sides[1].get(..self.facets).unwrap_or_default(),
-            ],
-            from: &self.ends[0],
-            to: &self.ends[1],
-            border: self.border,
+            facets: self.facets.get(..self.facets_len).unwrap_or_default(),
+            edges: &self.edges,
         }
     }
 }
@@ -80,27 +67,11 @@ impl Figure<'_> {
         let Some(surface) = self.surfaces.get_mut(drape) else {
             return;
         };
-        let (found, scaled) = (Facets::of(&hull), scaled(&hull));
+        let found = Facets::of(&hull);
         *surface = Surface::NOTHING;
-        surface.facets = found.facets.len().next_multiple_of(LANES);
-        surface.border = border(&found);
+        surface.facets_len = found.facets.len().div_ceil(LANES);
+        set_facets(&found, &hull, &mut surface.facets);
+        surface.edges.extend(edges_of(&found));
         radiate(&found, &mut surface.spokes);
-        for (side, ends) in surface.ends.iter_mut().enumerate() {
-            ends.extend(
-                found
-                    .edges
-                    .iter()
-                    .filter_map(|edge| edge.get(side).copied()),
-            );
-        }
-        for (index, facet) in found.facets.iter().enumerate() {
-            for (places, half) in surface.sides.iter_mut().zip(sides(facet)) {
-                if let Some(place) = places.get_mut(index) {
-                    *place = half;
-                }
-            }
-            let plane = Plane::of(facet.corners, &hull, &scaled);
-            surface.planes.set(index, &plane);
-        }
     }
 }

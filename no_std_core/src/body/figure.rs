@@ -1,10 +1,11 @@
 //! A figure: a body in a pose.
 
 use super::drape::Surface;
-use super::plane::Planes;
+use super::plane::Facets16;
 use super::{Body, Carrier, Lanes};
 use crate::budget::{LANES, MAX_DRAPED_HULLS, MAX_HULLS, MAX_POINTS};
 use crate::pose::ModelPose;
+use crate::raster::simd::Edges;
 use crate::skeleton::JOINTS;
 use core::ops::Range;
 use glam::{Mat3, Vec3};
@@ -16,7 +17,7 @@ pub struct Figure<'a> {
     pub(super) body: &'a Body,
     pub(crate) points: Lanes<MAX_POINTS>,
     /// Where the joint of each hull is.
-    places: [Place; MAX_HULLS],
+    pub(crate) places: Places,
     /// Of the draped hulls, in the order of the body's drapes.
     pub(super) surfaces: [Surface; MAX_DRAPED_HULLS],
 }
@@ -29,12 +30,6 @@ pub(crate) struct Place {
 }
 
 impl Place {
-    /// At the origin.
-    pub const REST: Self = Self {
-        turn: Mat3::IDENTITY,
-        offset: Vec3::ZERO,
-    };
-
     pub fn of(joint: usize, pose: &ModelPose) -> Self {
         let joint = joint.min(JOINTS - 1);
         Self {
@@ -50,7 +45,7 @@ impl Place {
     }
 
     /// What is a direction in the walker's space, in the joint's frame.
-    #[inline(always)]
+    #[inline]
     pub fn direction(&self, direction: Vec3) -> Vec3 {
         let Mat3 {
             x_axis,
@@ -65,22 +60,59 @@ impl Place {
     }
 
     /// What is a point in the walker's space, in the joint's frame.
-    #[inline(always)]
+    #[inline]
     pub fn point(&self, point: Vec3) -> Vec3 {
         self.direction(point - self.offset)
     }
 }
 
-/// One hull of a figure: where its points are in the figure's arrays, and its facets.
+/// Where a pose puts the joints of hulls, one a lane.
+#[derive(Clone, Debug)]
+pub(crate) struct Places {
+    /// The axes of their frames: x of the first one, then y, then z, then of the others.
+    pub turns: [[f32; MAX_HULLS]; 9],
+    pub offsets: [[f32; MAX_HULLS]; 3],
+}
+
+impl Places {
+    /// All at the origin.
+    const REST: Self = Self {
+        turns: {
+            let mut turns = [[0.0; MAX_HULLS]; 9];
+            (turns[0], turns[4], turns[8]) = ([1.0; MAX_HULLS], [1.0; MAX_HULLS], [1.0; MAX_HULLS]);
+            turns
+        },
+        offsets: [[0.0; MAX_HULLS]; 3],
+    };
+
+    /// That of one hull.
+    pub fn get(&self, hull: usize) -> Place {
+        let at = hull % MAX_HULLS;
+        Place {
+            turn: Mat3::from_cols_array(&self.turns.each_ref().map(|lanes| lanes[at])),
+            offset: Vec3::from(self.offsets.each_ref().map(|lanes| lanes[at])),
+        }
+    }
+
+    fn set(&mut self, hull: usize, place: &Place) {
+        let turns = self.turns.iter_mut().zip(place.turn.to_cols_array());
+        let offsets = self.offsets.iter_mut().zip(place.offset.to_array());
+        for (lanes, value) in turns.chain(offsets) {
+            if let Some(lane) = lanes.get_mut(hull) {
+                *lane = value;
+            }
+        }
+    }
+}
+
+/// One hull of a figure: where its points are in the figure's arrays, and its surface.
 #[derive(Clone, Debug)]
 pub(crate) struct FigureHull<'a> {
     pub points: Range<usize>,
-    pub planes: Planes<'a>,
-    pub sides: [&'a [u64]; 2],
-    /// Points at which its edges begin and end.
-    pub from: &'a [u8],
-    pub to: &'a [u8],
-    pub border: [u64; 2],
+    /// In the frame of its joint.
+    pub facets: &'a [Facets16],
+    /// None of a line or a point.
+    pub edges: &'a [Edges],
     /// Edges that begin or end at each of its points.
     pub spokes: &'a [[u64; 2]],
 }
@@ -100,7 +132,7 @@ impl<'a> Figure<'a> {
         let mut figure = Self {
             body,
             points: body.points.clone(),
-            places: [Place::REST; MAX_HULLS],
+            places: Places::REST,
             surfaces: [const { Surface::NOTHING }; MAX_DRAPED_HULLS],
         };
         let mut start = 0;
@@ -126,9 +158,7 @@ impl<'a> Figure<'a> {
                     let place = Place::of(joint, pose);
                     self.points
                         .carry(points, &body.points, place.turn, place.offset);
-                    if let Some(known) = self.places.get_mut(number) {
-                        *known = place;
-                    }
+                    self.places.set(number, &place);
                 }
                 Carrier::Drape(drape) => {
                     self.hang(drape, points.clone(), pose);
@@ -176,26 +206,15 @@ impl<'a> Figure<'a> {
     pub(crate) fn hull_parts(&self) -> impl Iterator<Item = FigureHull<'_>> {
         let body = self.body;
         let (mut points, mut facets, mut edges) = (0, 0, 0);
-        let hulls = body.hulls.iter().zip(&self.places);
-        hulls.map(move |(hull, place)| {
+        body.hulls.iter().map(move |hull| {
             let own = points..hull.points_end;
             let part = match hull.carrier {
-                Carrier::Joint(_) => {
-                    let range = facets..hull.facets_end;
-                    let ends = edges..hull.edges_end;
-                    FigureHull {
-                        spokes: body.spokes.get(own.clone()).unwrap_or_default(),
-                        sides: [
-                            body.sides[0].get(range.clone()).unwrap_or_default(),
-                            body.sides[1].get(range.clone()).unwrap_or_default(),
-                        ],
-                        points: own,
-                        planes: body.planes.part(range, place),
-                        from: body.ends[0].get(ends.clone()).unwrap_or_default(),
-                        to: body.ends[1].get(ends).unwrap_or_default(),
-                        border: hull.border,
-                    }
-                }
+                Carrier::Joint(_) => FigureHull {
+                    spokes: body.spokes.get(own.clone()).unwrap_or_default(),
+                    points: own,
+                    facets: body.facets.get(facets..hull.facets_end).unwrap_or_default(),
+                    edges: body.edges.get(edges..hull.edges_end).unwrap_or_default(),
+                },
                 Carrier::Drape(drape) => self.surfaces[drape.min(MAX_DRAPED_HULLS - 1)].part(own),
             };
             (points, facets, edges) = (hull.points_end, hull.facets_end, hull.edges_end);

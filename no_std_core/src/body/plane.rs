@@ -1,9 +1,9 @@
-//! Facets and edges as rasterisers take them: planes, and edges a bit each.
+//! Facets and edges as rasterisers take them.
 
-use super::{Lanes, Place};
-use crate::facets::{Facet, Facets};
+use crate::budget::{LANES, MAX_HULL_EDGES};
+use crate::facets::Facets;
 use crate::hull::HullPoints;
-use core::ops::Range;
+use crate::raster::simd::Edges;
 use glam::Vec3;
 
 /// A facet faces a direction only if it does by more than this sine: of a sliver's normal
@@ -39,60 +39,94 @@ impl Plane {
     }
 }
 
-/// Planes, one array a number. Those that are not set are of no facet: seen from nowhere.
+/// Sixteen facets of one hull, in the frame of what carries it. Those that are not set are of no
+/// facet: seen from nowhere.
 #[derive(Clone, Debug)]
-pub(super) struct PlaneLanes<const N: usize> {
-    normals: Lanes<N>,
-    offsets: [f32; N],
-    tolerances: [f32; N],
+pub(crate) struct Facets16 {
+    /// Normals.
+    pub x: [f32; LANES],
+    pub y: [f32; LANES],
+    pub z: [f32; LANES],
+    /// As in [`Plane`].
+    pub offsets: [f32; LANES],
+    pub tolerances: [f32; LANES],
 }
 
-impl<const N: usize> PlaneLanes<N> {
+impl Facets16 {
     pub const NONE: Self = Self {
-        normals: Lanes::ZERO,
-        offsets: [0.0; N],
-        tolerances: [0.0; N],
+        x: [0.0; LANES],
+        y: [0.0; LANES],
+        z: [0.0; LANES],
+        offsets: [0.0; LANES],
+        tolerances: [0.0; LANES],
     };
 
-    pub fn set(&mut self, index: usize, plane: &Plane) {
-        self.normals.set(index, plane.normal);
-        if let Some(offset) = self.offsets.get_mut(index) {
-            *offset = plane.offset;
-        }
-        if let Some(tolerance) = self.tolerances.get_mut(index) {
-            *tolerance = plane.tolerance;
-        }
-    }
-
-    /// Some of them, which are in the frame of what is at `place`.
-    #[inline(always)]
-    pub fn part<'a>(&'a self, range: Range<usize>, place: &'a Place) -> Planes<'a> {
-        let Lanes { x, y, z } = &self.normals;
-        let [x, y, z, offsets, tolerances] = [x, y, z, &self.offsets, &self.tolerances]
-            .map(|numbers| numbers.get(range.clone()).unwrap_or_default());
-        Planes {
-            place,
-            x,
-            y,
-            z,
-            offsets,
-            tolerances,
+    fn set(&mut self, lane: usize, plane: &Plane) {
+        let Plane {
+            normal,
+            offset,
+            tolerance,
+        } = *plane;
+        let parts = [
+            (&mut self.x, normal.x),
+            (&mut self.y, normal.y),
+            (&mut self.z, normal.z),
+            (&mut self.offsets, offset),
+            (&mut self.tolerances, tolerance),
+        ];
+        for (part, value) in parts {
+            if let Some(place) = part.get_mut(lane) {
+                *place = value;
+            }
         }
     }
 }
 
-/// The planes of a hull's facets, in whole lanes.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Planes<'a> {
-    /// In whose frame they are.
-    pub place: &'a Place,
-    /// Normals.
-    pub x: &'a [f32],
-    pub y: &'a [f32],
-    pub z: &'a [f32],
-    /// As in [`Plane`].
-    pub offsets: &'a [f32],
-    pub tolerances: &'a [f32],
+/// Writes the facets of a hull of these points, sixteen and sixteen.
+pub(super) fn set_facets(surface: &Facets, points: &[Vec3], facets: &mut [Facets16]) {
+    let scaled = scaled(points);
+    for (number, facet) in surface.facets.iter().enumerate() {
+        if let Some(facets) = facets.get_mut(number / LANES) {
+            facets.set(number % LANES, &Plane::of(facet.corners, points, &scaled));
+        }
+    }
+}
+
+/// The facets that no hull has so many of: seen from nowhere, and from everywhere.
+const UNSEEN: u8 = 62;
+const SEEN: u8 = 63;
+/// What [`SEEN`] adds to the facets that are.
+pub(crate) const ALWAYS: u64 = 1 << SEEN;
+
+/// The edges of a hull, 64 and the others: those of a flat one, which are its outline from
+/// everywhere, lie between a facet that is always seen and one that never is.
+pub(super) fn edges_of(surface: &Facets) -> impl Iterator<Item = Edges> {
+    let mut sides = [[UNSEEN; 2]; MAX_HULL_EDGES];
+    if surface.facets.is_empty() {
+        sides = [[UNSEEN, SEEN]; MAX_HULL_EDGES];
+    }
+    for (number, facet) in (0..).zip(&surface.facets) {
+        for &edge in &facet.edges {
+            if let Some(sides) = sides.get_mut(usize::from(edge)) {
+                let [first, second] = *sides;
+                *sides = [second, number];
+                debug_assert_eq!(first, UNSEEN, "an edge lies between two facets");
+            }
+        }
+    }
+    let both = surface.edges.chunks(64);
+    both.enumerate().map(move |(half, ends)| {
+        let mut edges = Edges {
+            len: ends.len(),
+            ..Edges::NONE
+        };
+        let sides = sides.iter().skip(64 * half);
+        for (at, (&[from, to], &[left, right])) in ends.iter().zip(sides).enumerate() {
+            (edges.from[at], edges.to[at]) = (from, to);
+            (edges.sides[0][at], edges.sides[1][at]) = (left, right);
+        }
+        edges
+    })
 }
 
 /// Corners by rising number, and whether they then turn clockwise for a viewer outside.
@@ -120,21 +154,6 @@ pub(crate) fn scaled(points: &[Vec3]) -> HullPoints {
         .iter()
         .map(|point| Vec3::from(point.to_array().map(scaled)))
         .collect()
-}
-
-/// The edges of a facet, a bit each.
-pub(crate) fn sides(facet: &Facet) -> [u64; 2] {
-    let bits = |bits: u128, &edge: &u8| bits | 1 << edge;
-    halves(facet.edges.iter().fold(0, bits))
-}
-
-/// The edges that are the outline of a flat hull, a bit each.
-pub(crate) fn border(surface: &Facets) -> [u64; 2] {
-    if surface.facets.is_empty() {
-        halves((1 << surface.edges.len()) - 1)
-    } else {
-        [0; 2]
-    }
 }
 
 /// Adds its edges, a bit each, to the points at which they begin and end.

@@ -1,4 +1,3 @@
-use super::plane::Planes;
 use super::*;
 use crate::pose::ModelPose;
 use crate::skeleton::JOINTS;
@@ -66,9 +65,17 @@ fn hulls_are_carried_by_their_joints() {
     assert!(updated.points().eq(expected));
 }
 
-fn normals(planes: &Planes<'_>) -> impl Iterator<Item = Vec3> {
-    let axes = planes.x.iter().zip(planes.y).zip(planes.z);
-    axes.map(|((&x, &y), &z)| Vec3::new(x, y, z))
+/// The facets' normals and offsets, and those of lanes that have none.
+fn planes(hull: &FigureHull<'_>) -> impl Iterator<Item = (Vec3, f32)> {
+    let lanes = hull.facets.iter().flat_map(|it| {
+        let axes = it.x.iter().zip(&it.y).zip(&it.z);
+        axes.zip(&it.offsets)
+    });
+    lanes.map(|(((&x, &y), &z), &offset)| (Vec3::new(x, y, z), offset))
+}
+
+fn edges(hull: &FigureHull<'_>) -> usize {
+    hull.edges.iter().map(|edges| edges.len).sum()
 }
 
 #[test]
@@ -76,11 +83,11 @@ fn facets_are_carried_with_their_points() {
     let body = body(&[(Joint::Pelvis, &[[0.5; 3]]), (Joint::RightFoot, &PYRAMID)]);
     let figure = Figure::new(&body, &quarter_turns());
     let parts: heapless::Vec<_, 2> = figure.hull_parts().collect();
-    assert_eq!(parts[0].planes.x.len(), 0);
+    assert_eq!(parts[0].facets.len(), 0);
     // Six triangles, and lanes without a normal.
     let mut facets = 0;
-    let Planes { place, offsets, .. } = parts[1].planes;
-    for (normal, offset) in normals(&parts[1].planes).zip(offsets) {
+    let place = figure.places.get(1);
+    for (normal, offset) in planes(&parts[1]) {
         let distances = parts[1].points.clone().map(|point| {
             let point = figure.points.get(point).expect("a point");
             normal.dot(place.point(point)) - offset
@@ -99,14 +106,32 @@ fn facets_are_carried_with_their_points() {
 }
 
 #[test]
+fn an_edge_lies_between_two_facets() {
+    let body = body(&[(Joint::Pelvis, &PYRAMID)]);
+    let figure = Figure::at_rest(&body);
+    let hull = figure.hull_parts().next().expect("a hull");
+    let surface = Facets::of(&PYRAMID.map(Vec3::from));
+    assert_eq!(edges(&hull), 9);
+    for edge in 0..9 {
+        let known = &hull.edges[0];
+        let sides = [known.sides[0][edge], known.sides[1][edge]];
+        assert_ne!(sides[0], sides[1]);
+        for side in sides {
+            let corners = surface.facets[usize::from(side)].corners;
+            assert!(corners.contains(&known.from[edge]) && corners.contains(&known.to[edge]));
+        }
+    }
+}
+
+#[test]
 fn facets_look_the_same_way_whatever_their_size() {
     let unit_normals = |size: f32| {
         let hull = PYRAMID.map(|point| point.map(|c| c * size));
         let body = body(&[(Joint::Pelvis, &hull)]);
         let figure = Figure::at_rest(&body);
         let part = figure.hull_parts().next().expect("a hull");
-        let all: heapless::Vec<_, 6> = normals(&part.planes).take(6).collect();
-        all.into_iter().map(Vec3::normalize)
+        let all: heapless::Vec<_, 6> = planes(&part).take(6).collect();
+        all.into_iter().map(|(normal, _)| normal.normalize())
     };
     for size in [1e-38, 1e-30, 1e-10, 1e10, 1e30, 1.5e38] {
         for (found, expected) in unit_normals(size).zip(unit_normals(1.0)) {
@@ -168,7 +193,7 @@ fn the_points_of_a_draped_hull_hang_on_a_joint_each() {
     // A tetrahedron in this pose and at rest.
     for figure in [&figure, &Figure::at_rest(&body)] {
         let part = figure.hull_parts().nth(1).expect("the cloth");
-        assert_eq!((part.from.len(), part.planes.x.len()), (6, LANES));
+        assert_eq!((edges(&part), part.facets.len()), (6, 1));
     }
 }
 
@@ -194,8 +219,8 @@ fn facets_of_a_draped_hull_are_found_anew_in_each_pose() {
         pose.positions[Joint::Spine.index()].y = apex - 2.0;
         figure.update(&pose);
         let part = figure.hull_parts().next().expect("the cloth");
-        let slopes = normals(&part.planes)
-            .filter(|n| n.y * sign > 0.1 * n.length())
+        let slopes = planes(&part)
+            .filter(|(n, _)| n.y * sign > 0.1 * n.length())
             .count();
         assert_eq!(slopes, 4);
     }
@@ -203,8 +228,7 @@ fn facets_of_a_draped_hull_are_found_anew_in_each_pose() {
     pose.positions[Joint::Spine.index()].y = 8.0;
     figure.update(&pose);
     let part = figure.hull_parts().next().expect("the cloth");
-    assert_eq!(part.planes.x.len(), 0);
-    assert_ne!(part.border, [0; 2]);
+    assert_eq!((part.facets.len(), edges(&part)), (0, 4));
 }
 
 #[test]
@@ -248,5 +272,5 @@ fn as_many_hulls_with_as_many_facets_as_there_can_be_fit() {
     }
     assert_eq!(body.push(Joint::Head, octahedron), Err(OverBudget));
     let figure = Figure::new(&body, &quarter_turns());
-    assert!(figure.hull_parts().all(|part| part.from.len() == 12));
+    assert!(figure.hull_parts().all(|part| edges(&part) == 12));
 }

@@ -2,34 +2,36 @@
 //!
 //! The outline of a hull is the projection of the edges between its facets that are seen and
 //! those that are not. Each row of samples is crossed by two of them or by none, and the
-//! samples between are on. Sixteen rows are filled at once, whatever the height of a hull, so
-//! that little depends on branches which a processor could only guess.
+//! samples between are on. What can be done without a branch is done for all hulls first: which
+//! facets are seen, sixteen at once, and lines along the outline, sixteen at once. Then rows are
+//! filled, eight at once, by the lines that cross one of them.
 //!
 //! A sample is on where `left < x <= right` and `top < y <= bottom`: tiny-skia's rule for
 //! samples that lie on an edge. Coordinates are f32 pixels, not rounded further.
 
 use super::framing::Moments;
-use super::place::Placement;
+use super::place::{Placement, as_pixels};
 use super::seen::{Seen, dot, splat};
-use super::simd::{Edges, LANES, Lanes, Lines, Simd, compiled, dispatch};
-use crate::body::FigureHull;
-use crate::body::plane::Planes;
-use crate::budget::{MAX_COLUMNS, MAX_HULL_POINTS, MAX_POINTS, MAX_ROWS, WINDOW_COLUMNS};
+use super::simd::{Ends, LANES, Lanes, Simd, Wide, compiled, dispatch};
+use crate::body::plane::{ALWAYS, Facets16};
+use crate::budget::{
+    MAX_COLUMNS, MAX_HULL_EDGES, MAX_HULL_POINTS, MAX_HULLS, MAX_ROWS, WINDOW_COLUMNS,
+};
 use crate::silhouette::{Frame, Ninths, Silhouette, Size};
-use glam::Vec3;
 
-/// Points of a figure, and behind them what is read together with a hull's last one.
-const POINTS: usize = MAX_POINTS + MAX_HULL_POINTS;
-/// Rows of a window, and below them what is filled together with its last one.
-const HEIGHT: usize = MAX_ROWS + LANES;
 /// Columns of a word.
 const WORD: usize = 32;
 const MAX_WORDS: usize = WINDOW_COLUMNS / WORD;
 /// Samples of one pixel, at most.
 const MAX_SAMPLES: usize = 9;
-/// Rows that are never parted: what was written in halves of sixteen is read so, too, since
-/// processors wait for what they have to put together from two writes.
-const HALF: usize = LANES / 2;
+/// Rows that are filled at once.
+const BLOCK: usize = LANES / 2;
+const BLOCKS: usize = MAX_ROWS / BLOCK;
+/// Strips of one hull, at most, and of all that wait to be filled.
+const MOST_STRIPS: usize = MAX_HULL_EDGES.div_ceil(LANES);
+const MAX_STRIPS: usize = MAX_HULLS + MOST_STRIPS;
+/// More than what rounding adds to a row's number, and far less than a row.
+const SLACK: f32 = 2e-5;
 
 /// One sample in the middle of each pixel, or three by three.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,7 +50,45 @@ impl Sampling {
     }
 }
 
-/// A window of bits to draw into. 20 kB.
+/// Up to sixteen lines of one hull's outline: `x + slope * (row - y)` for rows in
+/// `top..=bottom`, the top left out.
+#[derive(Clone, Debug)]
+struct Strip {
+    x: [f32; LANES],
+    y: [f32; LANES],
+    slope: [f32; LANES],
+    top: [f32; LANES],
+    bottom: [f32; LANES],
+    /// The lines that cross each block of rows, a byte a block: the first eight and the others.
+    /// One may be among them that crosses no sample, by [`SLACK`].
+    crossing: [u64; 2],
+    /// How many lines there are.
+    len: usize,
+    /// Whether the next strip is another hull's.
+    is_last: bool,
+}
+
+impl Strip {
+    const EMPTY: Self = Self {
+        x: [0.0; LANES],
+        y: [0.0; LANES],
+        slope: [0.0; LANES],
+        top: [0.0; LANES],
+        bottom: [0.0; LANES],
+        crossing: [0; 2],
+        len: 0,
+        is_last: true,
+    };
+
+    /// The lines that cross a block, a bit each.
+    #[inline(always)]
+    const fn lines(&self, block: u32) -> u64 {
+        let [first, last] = self.crossing;
+        (first >> (8 * block) & 0xff) | (last >> (8 * block) & 0xff) << 8
+    }
+}
+
+/// A window of bits to draw into. 33 kB.
 #[derive(Clone, Debug)]
 pub(crate) struct Window {
     simd: Simd,
@@ -56,14 +96,15 @@ pub(crate) struct Window {
     size: Size,
     /// Words of a row in use.
     words: usize,
-    /// The figure's points in pixels.
-    columns: [f32; POINTS],
-    rows: [f32; POINTS],
-    /// The outlines of its hulls.
-    lines: Lines,
+    /// The direction of the eye, or where it is, in the frames of hulls.
+    eyes: [[f32; MAX_HULLS]; 3],
+    /// The outlines of hulls that are not filled yet: ends of lines in the image, metres, and
+    /// the lines.
+    ends: [Ends; MAX_STRIPS],
+    strips: [Strip; MAX_STRIPS],
     /// The samples by their place in the pixel (all of the leftmost places first), by word, by
     /// row. Bit `c` is column `c` of the word.
-    bits: [[[u32; HEIGHT]; MAX_WORDS]; MAX_SAMPLES],
+    bits: [[[u32; MAX_ROWS]; MAX_WORDS]; MAX_SAMPLES],
 }
 
 impl Window {
@@ -73,10 +114,10 @@ impl Window {
             sampling,
             size,
             words: 0,
-            columns: [0.0; POINTS],
-            rows: [0.0; POINTS],
-            lines: Lines::EMPTY,
-            bits: [[[0; HEIGHT]; MAX_WORDS]; MAX_SAMPLES],
+            eyes: [[0.0; MAX_HULLS]; 3],
+            ends: [const { Ends::NONE }; _],
+            strips: [const { Strip::EMPTY }; _],
+            bits: [[[0; MAX_ROWS]; MAX_WORDS]; MAX_SAMPLES],
         }
     }
 
@@ -102,7 +143,7 @@ impl Window {
             .map(|image| image.iter_mut().take(words))
         {
             for rows in words {
-                *rows = [0; HEIGHT];
+                *rows = [0; MAX_ROWS];
             }
         }
     }
@@ -123,183 +164,292 @@ compiled!(fn fill(window: &mut Window, seen: &Seen<'_>, placement: &Placement));
 compiled!(fn moments(window: &Window) -> Moments);
 compiled!(fn cut(window: &Window, left: isize, frame: &mut Frame) -> u64);
 
-/// Places the projected points, and fills hull by hull.
+/// Finds the outlines of hulls, and fills them.
 #[inline(always)]
-fn fill<L: Lanes>(l: L, window: &mut Window, seen: &Seen<'_>, placement: &Placement) {
-    let (figure, camera) = (seen.figure, seen.camera);
+fn fill<L: Wide>(l: L, window: &mut Window, seen: &Seen<'_>, placement: &Placement) {
     window.empty();
-    place(l, window, seen, placement);
-    // A facet is seen if the eye is on its outer side; infinitely far away only the direction
-    // counts.
-    let (seen_from, is_near) = match camera.eye() {
-        Some((aim, distance_m)) => (aim + camera.viewpoint().toward() * distance_m, true),
-        None => (camera.viewpoint().toward(), false),
-    };
-    for hull in figure.hull_parts() {
-        let outline = outline(l, &hull, (seen_from, is_near));
+    turn_eyes(l, window, seen);
+    let is_near = seen.camera.eye().is_some();
+    let mut strips = 0;
+    for (number, hull) in seen.figure.hull_parts().enumerate() {
         let start = hull.points.start;
-        let (Some(x), Some(y)) = (
-            window.columns.get(start..).and_then(<[f32]>::first_chunk),
-            window.rows.get(start..).and_then(<[f32]>::first_chunk),
-        ) else {
+        let [x, y] = [&seen.points.x, &seen.points.y].map(|axis| {
+            axis.get(start..)
+                .and_then(<[f32]>::first_chunk::<MAX_HULL_POINTS>)
+        });
+        let (Some(x), Some(y)) = (x, y) else {
             return;
         };
-        let edges = Edges {
-            x,
-            y,
-            from: hull.from,
-            to: hull.to,
-            outline,
-        };
-        let (count, top, bottom) = l.lines(edges, &mut window.lines);
-        if count > 0 {
-            fill_hull(l, window, count, (top, bottom));
+        let eye = window.eyes.each_ref().map(|axis| axis[number % MAX_HULLS]);
+        let bits = seen_from(l, hull.facets, eye, is_near) | ALWAYS;
+        if strips + MOST_STRIPS > MAX_STRIPS {
+            fill_strips(l, window, strips, placement);
+            strips = 0;
+        }
+        let ends = window.ends.get_mut(strips..).unwrap_or_default();
+        let count = l.ends(bits, hull.edges, [x, y], ends);
+        for first in (0..count).step_by(LANES) {
+            if let Some(strip) = window.strips.get_mut(strips) {
+                strip.len = (count - first).min(LANES);
+                strip.is_last = count - first <= LANES;
+            }
+            strips += 1;
+        }
+    }
+    fill_strips(l, window, strips, placement);
+}
+
+/// Puts the eye into the frames of all hulls: where it is, or of one infinitely far away its
+/// direction.
+#[inline(always)]
+fn turn_eyes<L: Wide>(l: L, window: &mut Window, seen: &Seen<'_>) {
+    let toward = seen.camera.viewpoint().toward();
+    let (eye, is_near) = match seen.camera.eye() {
+        Some((aim, distance_m)) => (aim + toward * distance_m, true),
+        None => (toward, false),
+    };
+    let places = &seen.figure.places;
+    for hulls in (0..MAX_HULLS).step_by(LANES) {
+        let mut eye = splat(l, eye);
+        if is_near {
+            for (eye, offsets) in eye.iter_mut().zip(&places.offsets) {
+                *eye = l.sub(*eye, part(l, offsets, hulls));
+            }
+        }
+        for (eyes, [x, y, z]) in window.eyes.iter_mut().zip(places.turns.as_chunks().0) {
+            let axis = [part(l, x, hulls), part(l, y, hulls), part(l, z, hulls)];
+            let turned = dot(l, axis, eye);
+            if let Some(eyes) = eyes.get_mut(hulls..).and_then(<[f32]>::first_chunk_mut) {
+                l.store(turned, eyes);
+            }
         }
     }
 }
 
-/// [`Placement::place`] of all points.
+/// `N` of some numbers.
 #[inline(always)]
-fn place<L: Lanes>(l: L, window: &mut Window, seen: &Seen<'_>, placement: &Placement) {
-    let scale = [l.splat(placement.scale.x), l.splat(placement.scale.y)];
-    let origin = [l.splat(placement.origin.x), l.splat(placement.origin.y)];
-    let at = [l.splat(placement.at.x), l.splat(placement.at.y)];
-    let (xs, _) = seen.points.x.as_chunks::<LANES>();
-    let (ys, _) = seen.points.y.as_chunks::<LANES>();
-    let (columns, _) = window.columns.as_chunks_mut::<LANES>();
-    let (rows, _) = window.rows.as_chunks_mut::<LANES>();
-    let places = xs.iter().zip(ys).zip(columns).zip(rows);
-    for (((x, y), column), row) in places.take(seen.figure.len().div_ceil(LANES)) {
-        let x = l.mul(l.sub(l.load(x), origin[0]), scale[0]);
-        l.store(l.add(x, at[0]), column);
-        let y = l.mul(l.sub(origin[1], l.load(y)), scale[1]);
-        l.store(l.add(y, at[1]), row);
+fn part<const N: usize, L: Lanes<N>>(l: L, numbers: &[f32], first: usize) -> L::Floats {
+    match numbers.get(first..).and_then(<[f32]>::first_chunk) {
+        Some(lanes) => l.load(lanes),
+        None => l.splat(0.0),
     }
 }
 
-/// The edges between facets that are seen and facets that are not: each facet that is seen
-/// toggles its three, and what two of them toggled is off again.
+/// The facets that are seen, a bit each: if the eye is on the outer side; infinitely far away
+/// only the direction counts.
 #[inline(always)]
-fn outline<L: Lanes>(l: L, hull: &FigureHull<'_>, (seen_from, is_near): (Vec3, bool)) -> [u64; 2] {
-    let Planes {
-        place,
-        x,
-        y,
-        z,
-        offsets,
-        ..
-    } = hull.planes;
-    let seen_from = if is_near {
-        place.point(seen_from)
-    } else {
-        place.direction(seen_from)
-    };
-    let seen_from = splat(l, seen_from);
-    let (low, high) = (hull.sides[0].as_chunks().0, hull.sides[1].as_chunks().0);
-    let has_high = hull.from.len() > 64;
-    let mut parities = [l.no_parity(); 2];
-    let normals = x.as_chunks().0.iter().zip(y.as_chunks().0);
-    let normals = normals.zip(z.as_chunks().0).zip(offsets.as_chunks().0);
-    for ((((x, y), z), offset), (low, high)) in normals.zip(low.iter().zip(high)) {
-        let facing = dot(l, seen_from, [l.load(x), l.load(y), l.load(z)]);
+fn seen_from<L: Wide>(l: L, facets: &[Facets16], eye: [f32; 3], is_near: bool) -> u64 {
+    let eye = [l.splat(eye[0]), l.splat(eye[1]), l.splat(eye[2])];
+    let mut seen = 0;
+    for (sixteen, facets) in facets.iter().enumerate() {
+        let Facets16 {
+            x, y, z, offsets, ..
+        } = facets;
+        let facing = dot(l, eye, [l.load(x), l.load(y), l.load(z)]);
         let threshold = if is_near {
-            l.load(offset)
+            l.load(offsets)
         } else {
             l.splat(0.0)
         };
-        let is_seen = l.less(threshold, facing);
-        parities[0] = l.toggle(parities[0], is_seen, low);
-        if has_high {
-            parities[1] = l.toggle(parities[1], is_seen, high);
+        let bits = l.bits(l.less(threshold, facing));
+        seen |= u64::from(bits) << (LANES * sixteen);
+    }
+    seen
+}
+
+/// Places the ends of `N` lines in the image, and finds which rows the lines between them cross.
+#[inline(always)]
+fn lay<const N: usize, L: Lanes<N>>(
+    l: L,
+    (strip, ends, first): (&mut Strip, &Ends, usize),
+    placement: &Placement,
+    (sampling, size): (Sampling, Size),
+) {
+    let [ax, ay] = placed(l, &ends.from, first, placement);
+    let [bx, by] = placed(l, &ends.to, first, placement);
+    let (top, bottom) = (l.min(ay, by), l.max(ay, by));
+    store(l, ax, &mut strip.x, first);
+    store(l, ay, &mut strip.y, first);
+    store(
+        l,
+        l.div(l.sub(bx, ax), l.sub(by, ay)),
+        &mut strip.slope,
+        first,
+    );
+    store(l, top, &mut strip.top, first);
+    store(l, bottom, &mut strip.bottom, first);
+
+    // Rows that have a sample below the top, and rows that have one not below the bottom: half a
+    // row less, since what is rounded is rounded to the nearest.
+    let places = sampling.places();
+    let (Some(&upmost), Some(&lowest)) = (places.first(), places.last()) else {
+        return;
+    };
+    let (zero, rows) = (l.splat(0.0), l.splat(as_pixels(size.rows())));
+    let from = l.add(top, l.splat(0.5 - lowest - SLACK));
+    let from = l.min(l.max(from, zero), rows);
+    let to = l.add(bottom, l.splat(0.5 - upmost + SLACK));
+    let to = l.min(l.max(to, zero), rows);
+    let crosses = l.bits(l.less_words(l.round(from), l.round(to)));
+    // The same for blocks: (from + 1/2) / 8 and (to + 1/2 + 7) / 8, half a block less.
+    let (share, margin) = (l.splat(0.125), l.splat(0.4375));
+    let from = l.max(l.sub(l.mul(from, share), margin), zero);
+    let to = l.add(l.mul(to, share), margin);
+    let crossing = l.ranges(l.round(from), l.round(to));
+    // Lanes behind the last line hold what was there before.
+    let lines = crosses & !(u32::MAX << (strip.len - first).min(LANES));
+    for (half, (blocks, crossing)) in strip
+        .crossing
+        .iter_mut()
+        .skip(first / BLOCK)
+        .zip(crossing)
+        .enumerate()
+    {
+        *blocks = crossing & (u64::from(lines >> (BLOCK * half) & 0xff) * 0x0101_0101_0101_0101);
+    }
+}
+
+#[inline(always)]
+fn store<const N: usize, L: Lanes<N>>(l: L, lanes: L::Floats, to: &mut [f32], first: usize) {
+    if let Some(to) = to.get_mut(first..).and_then(<[f32]>::first_chunk_mut) {
+        l.store(lanes, to);
+    }
+}
+
+/// [`Placement::place`] of `N` points.
+#[inline(always)]
+fn placed<const N: usize, L: Lanes<N>>(
+    l: L,
+    [x, y]: &[[f32; LANES]; 2],
+    first: usize,
+    placement: &Placement,
+) -> [L::Floats; 2] {
+    let Placement { scale, origin, at } = placement;
+    let x = l.sub(part(l, x, first), l.splat(origin.x));
+    let y = l.sub(l.splat(origin.y), part(l, y, first));
+    [
+        l.add(l.mul(x, l.splat(scale.x)), l.splat(at.x)),
+        l.add(l.mul(y, l.splat(scale.y)), l.splat(at.y)),
+    ]
+}
+
+/// Fills the hulls of so many strips.
+#[inline(always)]
+fn fill_strips<L: Wide>(l: L, window: &mut Window, count: usize, placement: &Placement) {
+    let drawn = (window.sampling, window.size);
+    for (strip, ends) in window.strips.iter_mut().zip(&window.ends).take(count) {
+        strip.crossing = [0; 2];
+        if L::IS_ONE {
+            lay(l, (strip, ends, 0), placement, drawn);
+        } else {
+            for first in (0..strip.len).step_by(BLOCK) {
+                lay(l.half(), (strip, ends, first), placement, drawn);
+            }
         }
     }
-    let [border_low, border_high] = hull.border;
-    let high = if has_high { l.parity(parities[1]) } else { 0 };
-    [l.parity(parities[0]) ^ border_low, high ^ border_high]
+    match window.sampling {
+        Sampling::Once => fill_hulls::<L, 1>(l, window, count),
+        Sampling::ThreeByThree => fill_hulls::<L, 3>(l, window, count),
+    }
 }
 
-/// Fills the rows between two edges of the lines at hand.
 #[inline(always)]
-fn fill_hull<L: Lanes>(l: L, window: &mut Window, count: usize, (top, bottom): (f32, f32)) {
-    let end = row_below(bottom, window.size.rows());
-    let start = row_below(top, window.size.rows()).saturating_sub(1) / HALF * HALF;
-    for row in (start..end).step_by(LANES) {
-        match window.sampling {
-            Sampling::Once => fill_rows::<L, 1>(l, window, count, row),
-            Sampling::ThreeByThree => fill_rows::<L, 3>(l, window, count, row),
+fn fill_hulls<L: Wide, const N: usize>(l: L, window: &mut Window, count: usize) {
+    let Window {
+        strips,
+        sampling,
+        words,
+        bits,
+        ..
+    } = window;
+    let strips = strips.get(..count).unwrap_or_default();
+    for hull in strips.split_inclusive(|strip| strip.is_last) {
+        let all = |blocks, strip: &Strip| blocks | strip.crossing[0] | strip.crossing[1];
+        let mut blocks = hull.iter().fold(0, all);
+        while blocks != 0 {
+            let block = blocks.trailing_zeros() / 8;
+            blocks &= !(0xff << (8 * block));
+            fill_block::<L::Half, N>(l.half(), (hull, block), sampling.places(), (bits, *words));
         }
     }
 }
 
-/// The first row that begins below `y`, within `0..=limit`.
-fn row_below(y: f32, limit: usize) -> usize {
-    // A NaN becomes 0.
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "0 to 64, and the fraction is meant to go"
-    )]
-    let row = (y.max(0.0).min(MAX_ROWS as f32) as usize + 1).min(limit);
-    row
-}
-
-/// Fills sixteen rows from `row` on with `N` by `N` samples a pixel.
+/// Fills eight rows with `N` by `N` samples a pixel.
 #[inline(always)]
-fn fill_rows<L: Lanes, const N: usize>(l: L, window: &mut Window, count: usize, row: usize) {
-    const LANE: [f32; LANES] = [
-        0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0,
-    ];
+fn fill_block<L: Lanes<BLOCK>, const N: usize>(
+    l: L,
+    (hull, block): (&[Strip], u32),
+    places: &[f32],
+    (bits, words): (&mut [[[u32; MAX_ROWS]; MAX_WORDS]; MAX_SAMPLES], usize),
+) {
+    let block = block as usize % BLOCKS;
     #[expect(clippy::cast_precision_loss, reason = "at most 128")]
-    let (first, width) = (l.splat(row as f32), l.splat((WORD * window.words) as f32));
+    let width = l.splat((WORD * words) as f32);
     let zero = l.splat(0.0);
-    let places = window.sampling.places();
-    for (down, &place) in places.iter().enumerate().take(N) {
-        let y = l.add(l.add(first, l.load(&LANE)), l.splat(place));
-        let (mut left, mut right) = (width, zero);
-        for line in window.lines.iter().take(count) {
-            let crosses = l.within(l.splat(line.top), y, l.splat(line.bottom));
-            let along = l.mul(l.splat(line.slope), l.sub(y, l.splat(line.y)));
-            let x = l.add(l.splat(line.x), along);
-            (left, right) = l.widen((left, right), x, crosses);
+    let first = l.add(l.splat(as_pixels(BLOCK * block)), l.load(&ROW));
+    let mut y = [zero; N];
+    for (y, &place) in y.iter_mut().zip(places) {
+        *y = l.add(first, l.splat(place));
+    }
+    let mut spans = [(width, zero); N];
+    for strip in hull {
+        let mut lines = strip.lines(block as u32);
+        while lines != 0 {
+            let line = lines.trailing_zeros() as usize % LANES;
+            lines &= lines - 1;
+            let (top, bottom) = (l.splat(strip.top[line]), l.splat(strip.bottom[line]));
+            let (start, slope) = (l.splat(strip.y[line]), l.splat(strip.slope[line]));
+            let x = l.splat(strip.x[line]);
+            for (span, &y) in spans.iter_mut().zip(&y) {
+                let crosses = l.within(top, y, bottom);
+                let x = l.add(x, l.mul(slope, l.sub(y, start)));
+                *span = l.widen(*span, x, crosses);
+            }
         }
+    }
+    for (down, (left, right)) in spans.into_iter().enumerate() {
         // They began at the window's sides: one may be beyond its own only.
-        left = l.max(left, zero);
-        right = l.min(right, width);
+        let left = l.max(left, zero);
+        let right = l.min(right, width);
         for (across, &place) in places.iter().enumerate().take(N) {
             // The first column whose sample is right of an edge.
             let past = l.splat(1.0 - place);
             let from = l.truncate(l.add(left, past));
-            let to = l.max_words(from, l.truncate(l.add(right, past)));
-            let Some(image) = window.bits.get_mut(across * N + down) else {
+            let to = l.truncate(l.add(right, past));
+            let Some(image) = bits.get_mut(across * N + down) else {
                 return;
             };
-            for (word, rows) in image.iter_mut().take(window.words).enumerate() {
-                if let Some(rows) = rows.get_mut(row..).and_then(<[u32]>::first_chunk_mut) {
-                    l.merge(span(l, from, to, word), rows);
+            for (word, rows) in image.iter_mut().take(words).enumerate() {
+                let (rows, _) = rows.as_chunks_mut();
+                if let Some(rows) = rows.get_mut(block) {
+                    let filled = l.or_words(l.load_words(rows), span(l, from, to, word));
+                    l.store_words(filled, rows);
                 }
             }
         }
     }
 }
 
+const ROW: [f32; BLOCK] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+
 /// The bits of one word from column `from` on and before column `to`.
 #[inline(always)]
-fn span<L: Lanes>(l: L, from: L::Words, to: L::Words, word: usize) -> L::Words {
-    #[expect(clippy::cast_possible_truncation, reason = "at most 128")]
-    let start = l.splat_word((WORD * word) as u32);
+fn span<L: Lanes<BLOCK>>(l: L, from: L::Words, to: L::Words, word: usize) -> L::Words {
     let (mut from, mut to) = (from, to);
     if word > 0 {
+        #[expect(clippy::cast_possible_truncation, reason = "at most 128")]
+        let start = l.splat_word((WORD * word) as u32);
         let none = l.splat_word(0);
         from = l.max_words(l.sub_words(from, start), none);
         to = l.max_words(l.sub_words(to, start), none);
     }
     // From 32 on there is no bit.
-    l.sub_words(l.power_of_two(to), l.power_of_two(from))
+    l.without(l.bits_from(from), l.bits_from(to))
 }
 
 /// Sums over the images in whole numbers: a sample counts `N`, so that places in a pixel do.
 #[inline(always)]
-fn moments<L: Lanes>(l: L, window: &Window) -> Moments {
+fn moments<L: Wide>(l: L, window: &Window) -> Moments {
     let n = window.sampling.places().len();
     // What was filled below the last row, together with it, does not count.
     let height = window.size.rows();
@@ -319,7 +469,7 @@ fn moments<L: Lanes>(l: L, window: &Window) -> Moments {
 
 /// How many bits of a word that are `kept` are on, and the sum of their columns.
 #[inline(always)]
-fn word_moments<L: Lanes>(l: L, rows: &[u32; HEIGHT], kept: &[u32; MAX_ROWS]) -> (u32, u32) {
+fn word_moments<L: Wide>(l: L, rows: &[u32; MAX_ROWS], kept: &[u32; MAX_ROWS]) -> (u32, u32) {
     /// Columns whose number has bit 0, 1, 2, 3 or 4.
     const COLUMNS: [u32; 5] = [
         0xaaaa_aaaa,
@@ -349,7 +499,7 @@ fn word_moments<L: Lanes>(l: L, rows: &[u32; HEIGHT], kept: &[u32; MAX_ROWS]) ->
 
 /// An image's columns from `left` on, without a copy of what is not used of a frame.
 #[inline(always)]
-fn cut<L: Lanes>(_: L, window: &Window, left: isize, frame: &mut Frame) -> u64 {
+fn cut<L: Wide>(_: L, window: &Window, left: isize, frame: &mut Frame) -> u64 {
     match window.sampling {
         Sampling::Once => {
             if !matches!(frame, Frame::Binary(_)) {

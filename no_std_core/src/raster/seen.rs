@@ -1,18 +1,21 @@
 //! A figure as a camera sees it: its points in the image, before anything is framed.
 
 use super::place::Extent;
-use super::simd::{LANES, Lanes, Simd, compiled, dispatch};
+use super::simd::{LANES, Simd, Wide, compiled, dispatch};
 use crate::body::Figure;
-use crate::budget::MAX_POINTS;
+use crate::budget::{MAX_HULL_POINTS, MAX_POINTS};
 use crate::camera::{Camera, NEAR_M};
 use glam::{Vec2, Vec3};
 
-/// Points in the image, metres to the right and up. 6 kB.
+/// Points in the image, metres to the right and up, and behind them what is read together with
+/// a hull's last one. 6 kB.
 #[derive(Clone, Debug)]
 pub struct Points {
-    pub x: [f32; MAX_POINTS],
-    pub y: [f32; MAX_POINTS],
+    pub x: [f32; POINTS],
+    pub y: [f32; POINTS],
 }
+
+const POINTS: usize = MAX_POINTS + MAX_HULL_POINTS;
 
 /// A figure and where its points appear.
 #[derive(Clone, Copy, Debug)]
@@ -30,8 +33,8 @@ struct Sight {
 
 impl Points {
     pub const ZERO: Self = Self {
-        x: [0.0; MAX_POINTS],
-        y: [0.0; MAX_POINTS],
+        x: [0.0; POINTS],
+        y: [0.0; POINTS],
     };
 
     /// Projects a figure's points, of which there is at least one: the rectangle that they
@@ -46,7 +49,7 @@ compiled!(fn project(points: &mut Points, figure: &Figure<'_>, camera: &Camera) 
 
 /// [`Camera::project`] of all points.
 #[inline(always)]
-fn project<L: Lanes>(l: L, points: &mut Points, figure: &Figure<'_>, camera: &Camera) -> Sight {
+fn project<L: Wide>(l: L, points: &mut Points, figure: &Figure<'_>, camera: &Camera) -> Sight {
     let viewpoint = camera.viewpoint();
     let right = splat(l, viewpoint.right());
     let up = splat(l, viewpoint.up());
@@ -92,19 +95,19 @@ fn project<L: Lanes>(l: L, points: &mut Points, figure: &Figure<'_>, camera: &Ca
             min: Vec2::new(min_x, min_y),
             max: Vec2::new(max_x, max_y),
         },
-        is_whole: l.all(l.and(is_whole, l.not_less(wild, zero))),
+        is_whole: l.bits(l.and(is_whole, l.not_less(wild, zero))) == (1 << LANES) - 1,
     }
 }
 
 /// A vector in all lanes.
 #[inline(always)]
-pub(super) fn splat<L: Lanes>(l: L, vector: Vec3) -> [L::Floats; 3] {
+pub(super) fn splat<L: Wide>(l: L, vector: Vec3) -> [L::Floats; 3] {
     [l.splat(vector.x), l.splat(vector.y), l.splat(vector.z)]
 }
 
 /// The scalar product, in the order of [`Vec3::dot`].
 #[inline(always)]
-pub(super) fn dot<L: Lanes>(l: L, a: [L::Floats; 3], b: [L::Floats; 3]) -> L::Floats {
+pub(super) fn dot<L: Wide>(l: L, a: [L::Floats; 3], b: [L::Floats; 3]) -> L::Floats {
     l.add(
         l.add(l.mul(a[0], b[0]), l.mul(a[1], b[1])),
         l.mul(a[2], b[2]),

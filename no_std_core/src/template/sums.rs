@@ -7,7 +7,7 @@
 use super::FrameError;
 use crate::adder::add_eight;
 use crate::budget::{MAX_PIXELS, MAX_ROWS};
-use crate::raster::simd::{Lanes, Simd, compiled, dispatch};
+use crate::raster::simd::{Simd, Wide, compiled, dispatch};
 use crate::silhouette::{Frame, Size};
 use core::ops::Range;
 
@@ -263,7 +263,7 @@ compiled!(fn count_ninths(counter: &mut Counter, planes: &[Plane; 4]));
 
 /// Counts ninths by the worth of their bits.
 #[inline(always)]
-fn count_ninths<L: Lanes>(_: L, counter: &mut Counter, planes: &[Plane; 4]) {
+fn count_ninths<L: Wide>(_: L, counter: &mut Counter, planes: &[Plane; 4]) {
     for (worth, plane) in planes.iter().enumerate() {
         counter.ripple(plane, worth);
     }
@@ -271,7 +271,7 @@ fn count_ninths<L: Lanes>(_: L, counter: &mut Counter, planes: &[Plane; 4]) {
 
 /// Counts the eight frames that wait.
 #[inline(always)]
-fn count<L: Lanes>(_: L, counter: &mut Counter) {
+fn count<L: Wide>(_: L, counter: &mut Counter) {
     let mut eights = [0; MAX_ROWS];
     let [ones, twos, fours, ..] = &mut counter.planes;
     let [a, b, c, d, e, f, g, h] = &counter.waiting;

@@ -9,7 +9,7 @@ use super::sums::Scale;
 use crate::adder;
 use crate::budget::{LANES, MAX_COLUMNS, MAX_PIXELS, TALLY_DIGITS};
 use crate::raster::columns::{Column, Images};
-use crate::raster::simd::{Lanes, Simd, compiled, dispatch};
+use crate::raster::simd::{Simd, Wide, compiled, dispatch};
 use crate::silhouette::Size;
 
 /// Frames that are counted at once.
@@ -109,7 +109,7 @@ compiled!(fn means(tally: &GeiTally, elevation: usize) -> [u8; MAX_PIXELS]);
 
 /// The means of all pixels, of frames that are all counted.
 #[inline(always)]
-fn means<L: Lanes>(l: L, tally: &GeiTally, elevation: usize) -> [u8; MAX_PIXELS] {
+fn means<L: Wide>(l: L, tally: &GeiTally, elevation: usize) -> [u8; MAX_PIXELS] {
     let mut means = [0; MAX_PIXELS];
     let scale = Scale::new(tally.frames.max(1));
     let (used, width) = (tally.used(), tally.size.columns());
@@ -138,7 +138,7 @@ fn means<L: Lanes>(l: L, tally: &GeiTally, elevation: usize) -> [u8; MAX_PIXELS]
 
 /// Adds eight frames to the counts.
 #[inline(always)]
-fn count<L: Lanes>(_: L, tally: &mut GeiTally) {
+fn count<L: Wide>(_: L, tally: &mut GeiTally) {
     let used = tally.used();
     let columns = tally.digits.iter_mut().take(tally.size.columns());
     for (column, digits) in columns.enumerate() {

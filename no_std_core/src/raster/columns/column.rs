@@ -3,7 +3,7 @@
 use super::Azimuth;
 use crate::budget::LANES;
 use crate::raster::place::as_pixels;
-use crate::raster::simd::Lanes;
+use crate::raster::simd::Wide;
 
 const HALF: usize = LANES / 2;
 
@@ -42,7 +42,7 @@ impl Column {
 /// What of one plane lies in a hull: the greatest and the least height that corners of a
 /// cross-section reach, pixels upwards of the image's centre.
 #[derive(Clone, Copy)]
-pub struct Section<L: Lanes> {
+pub struct Section<L: Wide> {
     top: L::Floats,
     bottom: L::Floats,
     /// The top at the other elevations, and the opposite of the bottom.
@@ -52,7 +52,7 @@ pub struct Section<L: Lanes> {
 /// Lower than any row.
 const LOWEST: f32 = -64.0;
 
-impl<L: Lanes> Section<L> {
+impl<L: Wide> Section<L> {
     /// Nothing yet: the top is below the last row, and the bottom above the first.
     #[inline(always)]
     pub fn empty(l: L) -> Self {
@@ -98,12 +98,14 @@ impl<L: Lanes> Section<L> {
         let all = l.splat_word(64);
         let from = passed(l, l.sub(offset, self.top), rows);
         let to = passed(l, l.sub(offset, self.bottom), rows);
-        l.merge(
+        merge(
+            l,
             l.without(l.bits_from(from), l.bits_from(to)),
             &mut column.low,
         );
         let (from, to) = (l.sub_words(all, from), l.sub_words(all, to));
-        l.merge(
+        merge(
+            l,
             l.without(l.bits_but(to), l.bits_but(from)),
             &mut column.high,
         );
@@ -120,9 +122,15 @@ impl<L: Lanes> Section<L> {
     }
 }
 
+/// Sets in `to` the bits of `words`.
+#[inline(always)]
+fn merge<L: Wide>(l: L, words: L::Words, to: &mut [u32; LANES]) {
+    l.store_words(l.or_words(l.load_words(to), words), to);
+}
+
 /// How high corners appear.
 #[inline(always)]
-fn height<L: Lanes>(
+fn height<L: Wide>(
     l: L,
     (y, w): (L::Floats, L::Floats),
     (cos, sin): (&[f32; LANES], &[f32; LANES]),
@@ -132,7 +140,7 @@ fn height<L: Lanes>(
 
 /// Whole numbers of rows.
 #[inline(always)]
-fn passed<L: Lanes>(l: L, count: L::Floats, rows: L::Floats) -> L::Words {
+fn passed<L: Wide>(l: L, count: L::Floats, rows: L::Floats) -> L::Words {
     l.truncate(l.min(l.max(count, l.splat(0.0)), rows))
 }
 

@@ -61,7 +61,7 @@ pub(crate) use column::Column;
 
 use super::framing::check_jitter;
 use super::place::as_pixels;
-use super::simd::{Lanes, Simd, compiled, dispatch};
+use super::simd::{Simd, Wide, compiled, dispatch};
 use super::{DrawError, check_scale};
 use crate::body::Figure;
 use crate::budget::{MAX_COLUMNS, MAX_REACH_PIXELS};
@@ -238,7 +238,7 @@ compiled!(fn project(renderer: &mut Renderer, figure: &Figure<'_>, view: &View<'
 compiled!(fn fill(renderer: &mut Renderer, figure: &Figure<'_>, view: &View<'_>, images: &mut Images));
 
 #[inline(always)]
-fn project<L: Lanes>(
+fn project<L: Wide>(
     l: L,
     renderer: &mut Renderer,
     figure: &Figure<'_>,
@@ -248,7 +248,7 @@ fn project<L: Lanes>(
 }
 
 #[inline(always)]
-fn fill<L: Lanes>(
+fn fill<L: Wide>(
     l: L,
     renderer: &mut Renderer,
     figure: &Figure<'_>,
@@ -258,7 +258,12 @@ fn fill<L: Lanes>(
     for column in images.columns.iter_mut().take(view.columns) {
         *column = Column::EMPTY;
     }
-    for hull in figure.hull_parts() {
-        renderer.seen.fill(l, &hull, view, &mut images.columns);
+    let toward = section::toward(view.azimuth.right);
+    for (number, hull) in figure.hull_parts().enumerate() {
+        let place = figure.places.get(number);
+        let directions = [toward, Vec3::Y].map(|direction| place.direction(direction));
+        renderer
+            .seen
+            .fill(l, (&hull, directions), view, &mut images.columns);
     }
 }

@@ -2,12 +2,12 @@
 
 use super::column::{Column, Section};
 use super::{Azimuth, Place, View};
-use crate::body::plane::Planes;
+use crate::body::plane::{ALWAYS, Facets16};
 use crate::body::{Figure, FigureHull};
 use crate::budget::{LANES, MAX_COLUMNS, MAX_HULL_POINTS, MAX_POINTS};
 use crate::raster::place::as_pixels;
 use crate::raster::seen::{dot, splat};
-use crate::raster::simd::{Lanes, Solid};
+use crate::raster::simd::{Edges, Wide};
 use glam::Vec3;
 
 /// Points of a figure, and behind them what is read together with a hull's last one.
@@ -71,7 +71,7 @@ impl Seen {
 
     /// Projects a figure's points; none if one of them has no place.
     #[inline(always)]
-    pub fn project<L: Lanes>(
+    pub fn project<L: Wide>(
         &mut self,
         l: L,
         figure: &Figure<'_>,
@@ -116,7 +116,8 @@ impl Seen {
         }
         let (_, across) = l.bounds(zero, across);
         let (_, along) = l.bounds(zero, along);
-        l.all(l.not_less(wild, zero)).then_some(Reach {
+        let is_finite = l.bits(l.not_less(wild, zero)) == (1 << LANES) - 1;
+        is_finite.then_some(Reach {
             across,
             along: libm::sqrtf(along),
         })
@@ -124,10 +125,10 @@ impl Seen {
 
     /// Cuts a hull by all columns that cross it.
     #[inline(always)]
-    pub fn fill<L: Lanes>(
+    pub fn fill<L: Wide>(
         &mut self,
         l: L,
-        hull: &FigureHull<'_>,
+        (hull, directions): (&FigureHull<'_>, [Vec3; 2]),
         view: &View<'_>,
         columns: &mut [Column; MAX_COLUMNS],
     ) {
@@ -148,27 +149,22 @@ impl Seen {
             *turning = [turning[0] ^ spokes[0], turning[1] ^ spokes[1]];
             (first, end) = (first.min(passed), end.max(passed));
         }
-        if hull.from.is_empty() {
+        if hull.edges.is_empty() {
             end = first;
         }
-        let [above, below] = outermost(l, hull, view.azimuth);
+        let [above, below] = outermost(l, hull, directions, view.azimuth);
         let mut cut = [0; 2];
         let mut queued = 0;
         for column in first..end {
             let turned = core::mem::take(&mut self.turning[column]);
             cut = [cut[0] ^ turned[0], cut[1] ^ turned[1]];
             let plane = as_pixels(column) + 0.5;
-            for (half, (from, to)) in hull.from.chunks(64).zip(hull.to.chunks(64)).enumerate() {
-                let solid = Solid {
-                    points: [u, y, w],
-                    from,
-                    to,
-                };
+            for (half, edges) in hull.edges.iter().enumerate() {
                 let mut masks = [cut[half] & above[half], cut[half] & below[half]];
                 loop {
                     let count = masks.map(u64::count_ones);
                     let count = count[0].max(count[1]) as usize;
-                    let [y, w] = l.corners(solid, masks, plane);
+                    let [y, w] = l.corners(edges, [u, y, w], masks, plane);
                     let corners = &mut self.queue[queued % QUEUE];
                     l.store(y, &mut corners.y);
                     l.store(w, &mut corners.w);
@@ -193,7 +189,7 @@ impl Seen {
 
 /// Draws what was cut.
 #[inline(always)]
-fn draw<L: Lanes>(l: L, queue: &[Corners], view: &View<'_>, columns: &mut [Column; MAX_COLUMNS]) {
+fn draw<L: Wide>(l: L, queue: &[Corners], view: &View<'_>, columns: &mut [Column; MAX_COLUMNS]) {
     let mut section = Section::empty(l);
     for corners in queue {
         section.reach(l, view.azimuth, [&corners.y, &corners.w], corners.count);
@@ -221,49 +217,48 @@ fn without_eight(mask: u64) -> u64 {
 /// camera: one of the two has to turn upwards, and one away, or no direction between them
 /// does both. Below the horizon only the first holds. Facets that are edge on turn both ways.
 #[inline(always)]
-fn outermost<L: Lanes>(l: L, hull: &FigureHull<'_>, azimuth: &Azimuth) -> [[u64; 2]; 2] {
-    let Planes {
-        place,
-        x,
-        y,
-        z,
-        tolerances,
-        ..
-    } = hull.planes;
-    let facing = splat(l, place.direction(toward(azimuth.right)));
-    let upwards = splat(l, place.direction(Vec3::Y));
+fn outermost<L: Wide>(
+    l: L,
+    hull: &FigureHull<'_>,
+    [facing, upwards]: [Vec3; 2],
+    azimuth: &Azimuth,
+) -> [[u64; 2]; 2] {
+    let (facing, upwards) = (splat(l, facing), splat(l, upwards));
     let zero = l.splat(0.0);
-    let mut edges = [hull.border; 2];
-    let halves = hull.sides.iter().take(hull.from.len().div_ceil(64));
-    for (half, sides) in halves.enumerate() {
-        let [mut up, mut down, mut near, mut far] = [l.no_parity(); 4];
-        let facets = x
-            .as_chunks()
-            .0
-            .iter()
-            .zip(y.as_chunks().0)
-            .zip(z.as_chunks().0);
-        let facets = facets
-            .zip(tolerances.as_chunks().0)
-            .zip(sides.as_chunks().0);
-        for ((((x, y), z), tolerance), sides) in facets {
-            let tolerance = l.load(tolerance);
-            let opposite = l.sub(zero, tolerance);
-            let normal = [l.load(x), l.load(y), l.load(z)];
-            let height = dot(l, upwards, normal);
-            up = l.unite(up, l.less(opposite, height), sides);
-            down = l.unite(down, l.less(height, tolerance), sides);
-            let depth = dot(l, facing, normal);
-            near = l.unite(near, l.less(opposite, depth), sides);
-            far = l.unite(far, l.less(depth, tolerance), sides);
-        }
-        let (mut upper, mut lower) = (l.union(up), l.union(down));
-        if azimuth.is_above {
-            upper &= l.union(far);
-            lower &= l.union(near);
-        }
-        edges[0][half] |= upper;
-        edges[1][half] |= lower;
+    let [mut up, mut down, mut near, mut far] = [ALWAYS; 4];
+    for (sixteen, facets) in hull.facets.iter().enumerate() {
+        let Facets16 {
+            x,
+            y,
+            z,
+            tolerances,
+            ..
+        } = facets;
+        let tolerance = l.load(tolerances);
+        let opposite = l.sub(zero, tolerance);
+        let normal = [l.load(x), l.load(y), l.load(z)];
+        let (height, depth) = (dot(l, upwards, normal), dot(l, facing, normal));
+        let first = LANES * sixteen;
+        up |= u64::from(l.bits(l.less(opposite, height))) << first;
+        down |= u64::from(l.bits(l.less(height, tolerance))) << first;
+        near |= u64::from(l.bits(l.less(opposite, depth))) << first;
+        far |= u64::from(l.bits(l.less(depth, tolerance))) << first;
     }
-    edges
+    let mut outermost = [[0; 2]; 2];
+    for (half, edges) in hull.edges.iter().enumerate().take(2) {
+        let (mut upper, mut lower) = (beside(l, up, edges), beside(l, down, edges));
+        if azimuth.is_above {
+            upper &= beside(l, far, edges);
+            lower &= beside(l, near, edges);
+        }
+        outermost[0][half] = upper;
+        outermost[1][half] = lower;
+    }
+    outermost
+}
+
+/// The edges that have one of these facets on a side.
+#[inline(always)]
+fn beside<L: Wide>(l: L, facets: u64, edges: &Edges) -> u64 {
+    l.look_up(facets, &edges.sides[0]) | l.look_up(facets, &edges.sides[1])
 }

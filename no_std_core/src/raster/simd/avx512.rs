@@ -4,7 +4,8 @@
     reason = "intrinsics; each value of the type was made after the processor was asked"
 )]
 
-use super::{Edges, LANES, Lanes, Lines, Solid};
+use super::{Edges, Ends, LANES, Lanes, Wide};
+use crate::budget::MAX_HULL_POINTS;
 use core::arch::x86_64::*;
 
 cpufeatures::new!(
@@ -18,12 +19,18 @@ cpufeatures::new!(
     "avx512dq",
     "avx512vl",
     "avx512vpopcntdq",
-    "avx512vbmi2"
+    "avx512vbmi2",
+    "avx512bitalg",
+    "gfni"
 );
 
 /// A processor with AVX-512.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Avx512(());
+
+/// The same, eight numbers at once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Avx512Half(());
 
 impl Avx512 {
     pub fn detect() -> Option<Self> {
@@ -39,11 +46,10 @@ macro_rules! with {
     };
 }
 
-impl Lanes for Avx512 {
+impl Lanes<LANES> for Avx512 {
     type Floats = __m512;
     type Words = __m512i;
     type Mask = __mmask16;
-    type Parity = __m512i;
 
     #[inline(always)]
     fn splat(self, value: f32) -> __m512 {
@@ -90,10 +96,6 @@ impl Lanes for Avx512 {
         a & b
     }
     #[inline(always)]
-    fn all(self, mask: __mmask16) -> bool {
-        mask == __mmask16::MAX
-    }
-    #[inline(always)]
     fn not_less(self, a: __m512, b: __m512) -> __mmask16 {
         with!(_mm512_cmp_ps_mask::<_CMP_GE_OQ>(a, b))
     }
@@ -122,6 +124,11 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
+    fn round(self, floats: __m512) -> __m512i {
+        with!(_mm512_cvtps_epi32(floats))
+    }
+
+    #[inline(always)]
     fn splat_word(self, value: u32) -> __m512i {
         with!(_mm512_set1_epi32(value.cast_signed()))
     }
@@ -132,17 +139,6 @@ impl Lanes for Avx512 {
     #[inline(always)]
     fn store_words(self, words: __m512i, to: &mut [u32; LANES]) {
         with!(_mm512_storeu_si512(to.as_mut_ptr().cast(), words));
-    }
-    #[inline(always)]
-    fn merge(self, words: __m512i, to: &mut [u32; LANES]) {
-        with! {
-            let start = to.as_mut_ptr().cast::<__m256i>();
-            let low = _mm512_castsi512_si256(words);
-            let high = _mm512_extracti64x4_epi64::<1>(words);
-            _mm256_storeu_si256(start, _mm256_or_si256(_mm256_loadu_si256(start), low));
-            let start = start.add(1);
-            _mm256_storeu_si256(start, _mm256_or_si256(_mm256_loadu_si256(start), high));
-        }
     }
     #[inline(always)]
     fn add_words(self, a: __m512i, b: __m512i) -> __m512i {
@@ -157,12 +153,12 @@ impl Lanes for Avx512 {
         with!(_mm512_and_si512(a, b))
     }
     #[inline(always)]
-    fn max_words(self, a: __m512i, b: __m512i) -> __m512i {
-        with!(_mm512_max_epi32(a, b))
+    fn less_words(self, a: __m512i, b: __m512i) -> __mmask16 {
+        with!(_mm512_cmplt_epi32_mask(a, b))
     }
     #[inline(always)]
-    fn power_of_two(self, exponents: __m512i) -> __m512i {
-        with!(_mm512_sllv_epi32(_mm512_set1_epi32(1), exponents))
+    fn max_words(self, a: __m512i, b: __m512i) -> __m512i {
+        with!(_mm512_max_epi32(a, b))
     }
     #[inline(always)]
     fn count_ones(self, words: __m512i) -> __m512i {
@@ -181,131 +177,26 @@ impl Lanes for Avx512 {
     fn without(self, a: __m512i, b: __m512i) -> __m512i {
         with!(_mm512_andnot_si512(b, a))
     }
-
     #[inline(always)]
-    fn no_parity(self) -> __m512i {
-        self.splat_word(0)
+    fn or_words(self, a: __m512i, b: __m512i) -> __m512i {
+        with!(_mm512_or_si512(a, b))
     }
     #[inline(always)]
-    fn toggle(self, parity: __m512i, mask: __mmask16, numbers: &[u64; LANES]) -> __m512i {
-        let [low, high] = mask.to_le_bytes();
-        let (first, rest) = numbers.split_at(LANES / 2);
+    fn bits(self, mask: __mmask16) -> u32 {
+        u32::from(mask)
+    }
+
+    /// A matrix of bits is turned by multiplying the one with ones in its diagonal by it.
+    #[inline(always)]
+    fn ranges(self, from: __m512i, to: __m512i) -> [u64; 2] {
         with! {
-            let first = _mm512_maskz_loadu_epi64(low, first.as_ptr().cast());
-            let rest = _mm512_maskz_loadu_epi64(high, rest.as_ptr().cast());
-            _mm512_ternarylogic_epi64::<0x96>(parity, first, rest)
+            let ranges = self.without(self.bits_from(from), self.bits_from(to));
+            let turned = _mm_set_epi8(8, 9, 10, 11, 12, 13, 14, 15, 0, 1, 2, 3, 4, 5, 6, 7);
+            let rows = _mm_shuffle_epi8(_mm512_cvtepi32_epi8(ranges), turned);
+            let diagonal = _mm_set1_epi64x(0x8040_2010_0804_0201u64.cast_signed());
+            let columns = _mm_gf2p8affine_epi64_epi8::<0>(diagonal, rows);
+            [_mm_cvtsi128_si64(columns), _mm_extract_epi64::<1>(columns)].map(i64::cast_unsigned)
         }
-    }
-    #[inline(always)]
-    fn parity(self, parity: __m512i) -> u64 {
-        let mut lanes = [0u64; LANES / 2];
-        with!(_mm512_storeu_si512(lanes.as_mut_ptr().cast(), parity));
-        lanes.into_iter().fold(0, |all, lane| all ^ lane)
-    }
-
-    #[inline(always)]
-    fn unite(self, union: __m512i, mask: __mmask16, numbers: &[u64; LANES]) -> __m512i {
-        let [low, high] = mask.to_le_bytes();
-        let (first, rest) = numbers.split_at(LANES / 2);
-        with! {
-            let first = _mm512_maskz_loadu_epi64(low, first.as_ptr().cast());
-            let rest = _mm512_maskz_loadu_epi64(high, rest.as_ptr().cast());
-            _mm512_ternarylogic_epi64::<0xfe>(union, first, rest)
-        }
-    }
-    #[inline(always)]
-    fn union(self, union: __m512i) -> u64 {
-        with!(_mm512_reduce_or_epi64(union)).cast_unsigned()
-    }
-
-    #[inline(always)]
-    fn spread(self, bits: u64) -> u64 {
-        with!(_pdep_u64(bits, 0x0101_0101_0101_0101))
-    }
-    #[inline(always)]
-    fn pair(self, floats: __m512, lane: usize) -> __m512 {
-        const FIRST: [u32; LANES] = [0, 0, 0, 0, 0, 0, 0, 0, 8, 8, 8, 8, 8, 8, 8, 8];
-        #[expect(clippy::cast_possible_truncation, reason = "below 8")]
-        let index = self.add_words(self.load_words(&FIRST), self.splat_word(lane as u32));
-        with!(_mm512_permutexvar_ps(index, floats))
-    }
-
-    /// All edges of a mask are moved together.
-    #[inline(always)]
-    fn corners(self, solid: Solid<'_>, [upper, lower]: [u64; 2], plane: f32) -> [__m512; 2] {
-        let here = u64::MAX >> (64 - solid.from.len().clamp(1, 64));
-        let (upper, lower) = (upper & here, lower & here);
-        let mut a = [self.splat(0.0); 3];
-        let mut b = a;
-        with! {
-            let from = _mm512_maskz_loadu_epi8(here, solid.from.as_ptr().cast());
-            let to = _mm512_maskz_loadu_epi8(here, solid.to.as_ptr().cast());
-            let from = _mm_unpacklo_epi64(
-                _mm512_castsi512_si128(_mm512_maskz_compress_epi8(upper, from)),
-                _mm512_castsi512_si128(_mm512_maskz_compress_epi8(lower, from)),
-            );
-            let to = _mm_unpacklo_epi64(
-                _mm512_castsi512_si128(_mm512_maskz_compress_epi8(upper, to)),
-                _mm512_castsi512_si128(_mm512_maskz_compress_epi8(lower, to)),
-            );
-            let (from, to) = (_mm512_cvtepu8_epi32(from), _mm512_cvtepu8_epi32(to));
-            for axis in 0..3 {
-                let low = _mm512_loadu_ps(solid.points[axis].as_ptr());
-                let high = _mm512_loadu_ps(solid.points[axis].as_ptr().add(16));
-                a[axis] = _mm512_permutex2var_ps(low, from, high);
-                b[axis] = _mm512_permutex2var_ps(low, to, high);
-            }
-        }
-        super::cut(self, a, b, plane)
-    }
-
-    /// Up to 16 lines at once: the ends of an outline's edges are moved together.
-    #[inline(always)]
-    fn lines(self, edges: Edges<'_>, lines: &mut Lines) -> (usize, f32, f32) {
-        let mut count = 0;
-        let (mut tops, mut bottoms) = (self.splat(f32::INFINITY), self.splat(f32::NEG_INFINITY));
-        with! {
-            let (x0, x1) = (_mm512_loadu_ps(edges.x.as_ptr()), _mm512_loadu_ps(edges.x.as_ptr().add(16)));
-            let (y0, y1) = (_mm512_loadu_ps(edges.y.as_ptr()), _mm512_loadu_ps(edges.y.as_ptr().add(16)));
-            let halves = edges.from.chunks(64).zip(edges.to.chunks(64));
-            for ((from, to), outline) in halves.zip(edges.outline) {
-                let here = u64::MAX >> (64 - from.len().clamp(1, 64));
-                let ends = |ends: &[u8]| {
-                    let ends = _mm512_maskz_loadu_epi8(here, ends.as_ptr().cast());
-                    _mm512_maskz_compress_epi8(outline & here, ends)
-                };
-                let (mut from, mut to) = (ends(from), ends(to));
-                let end = count + (outline & here).count_ones() as usize;
-                while count < end {
-                    let a = _mm512_cvtepu8_epi32(_mm512_castsi512_si128(from));
-                    let b = _mm512_cvtepu8_epi32(_mm512_castsi512_si128(to));
-                    let (ax, ay) = (_mm512_permutex2var_ps(x0, a, x1), _mm512_permutex2var_ps(y0, a, y1));
-                    let (bx, by) = (_mm512_permutex2var_ps(x0, b, x1), _mm512_permutex2var_ps(y0, b, y1));
-                    let (top, bottom) = (self.min(ay, by), self.max(ay, by));
-                    let written = u16::MAX >> (LANES - (end - count).min(LANES));
-                    tops = _mm512_mask_min_ps(tops, written, tops, top);
-                    bottoms = _mm512_mask_max_ps(bottoms, written, bottoms, bottom);
-                    let slope = self.div(self.sub(bx, ax), self.sub(by, ay));
-                    let parts = [
-                        (&mut lines.x, ax),
-                        (&mut lines.y, ay),
-                        (&mut lines.slope, slope),
-                        (&mut lines.top, top),
-                        (&mut lines.bottom, bottom),
-                    ];
-                    for (part, floats) in parts {
-                        if let Some(place) = part.get_mut(count..).and_then(<[f32]>::first_chunk_mut) {
-                            self.store(floats, place);
-                        }
-                    }
-                    count = end.min(count + LANES);
-                    from = _mm512_alignr_epi64::<2>(from, from);
-                    to = _mm512_alignr_epi64::<2>(to, to);
-                }
-            }
-        }
-        let (top, bottom) = self.bounds(tops, bottoms);
-        (count, top, bottom)
     }
 
     /// Both together: the greatest is the least of what is turned about 0.
@@ -330,5 +221,273 @@ impl Lanes for Avx512 {
     #[inline(always)]
     fn sum(self, words: __m512i) -> u32 {
         with!(_mm512_reduce_add_epi32(words)).cast_unsigned()
+    }
+}
+
+impl Lanes<8> for Avx512Half {
+    type Floats = __m256;
+    type Words = __m256i;
+    type Mask = __mmask8;
+
+    #[inline(always)]
+    fn splat(self, value: f32) -> __m256 {
+        with!(_mm256_set1_ps(value))
+    }
+    #[inline(always)]
+    fn load(self, from: &[f32; 8]) -> __m256 {
+        with!(_mm256_loadu_ps(from.as_ptr()))
+    }
+    #[inline(always)]
+    fn store(self, floats: __m256, to: &mut [f32; 8]) {
+        with!(_mm256_storeu_ps(to.as_mut_ptr(), floats));
+    }
+    #[inline(always)]
+    fn add(self, a: __m256, b: __m256) -> __m256 {
+        with!(_mm256_add_ps(a, b))
+    }
+    #[inline(always)]
+    fn sub(self, a: __m256, b: __m256) -> __m256 {
+        with!(_mm256_sub_ps(a, b))
+    }
+    #[inline(always)]
+    fn mul(self, a: __m256, b: __m256) -> __m256 {
+        with!(_mm256_mul_ps(a, b))
+    }
+    #[inline(always)]
+    fn div(self, a: __m256, b: __m256) -> __m256 {
+        with!(_mm256_div_ps(a, b))
+    }
+    #[inline(always)]
+    fn min(self, a: __m256, b: __m256) -> __m256 {
+        with!(_mm256_min_ps(a, b))
+    }
+    #[inline(always)]
+    fn max(self, a: __m256, b: __m256) -> __m256 {
+        with!(_mm256_max_ps(a, b))
+    }
+    #[inline(always)]
+    fn less(self, a: __m256, b: __m256) -> __mmask8 {
+        with!(_mm256_cmp_ps_mask::<_CMP_LT_OQ>(a, b))
+    }
+    #[inline(always)]
+    fn and(self, a: __mmask8, b: __mmask8) -> __mmask8 {
+        a & b
+    }
+    #[inline(always)]
+    fn not_less(self, a: __m256, b: __m256) -> __mmask8 {
+        with!(_mm256_cmp_ps_mask::<_CMP_GE_OQ>(a, b))
+    }
+    #[inline(always)]
+    fn within(self, top: __m256, row: __m256, bottom: __m256) -> __mmask8 {
+        with! {
+            let below = _mm256_cmp_ps_mask::<_CMP_LT_OQ>(top, row);
+            _mm256_mask_cmp_ps_mask::<_CMP_LE_OQ>(below, row, bottom)
+        }
+    }
+    #[inline(always)]
+    fn widen(self, (left, right): (__m256, __m256), x: __m256, mask: __mmask8) -> (__m256, __m256) {
+        with!((
+            _mm256_mask_min_ps(left, mask, x, left),
+            _mm256_mask_max_ps(right, mask, x, right),
+        ))
+    }
+    #[inline(always)]
+    fn truncate(self, floats: __m256) -> __m256i {
+        with!(_mm256_cvttps_epi32(floats))
+    }
+
+    #[inline(always)]
+    fn round(self, floats: __m256) -> __m256i {
+        with!(_mm256_cvtps_epi32(floats))
+    }
+
+    #[inline(always)]
+    fn splat_word(self, value: u32) -> __m256i {
+        with!(_mm256_set1_epi32(value.cast_signed()))
+    }
+    #[inline(always)]
+    fn load_words(self, from: &[u32; 8]) -> __m256i {
+        with!(_mm256_loadu_si256(from.as_ptr().cast()))
+    }
+    #[inline(always)]
+    fn store_words(self, words: __m256i, to: &mut [u32; 8]) {
+        with!(_mm256_storeu_si256(to.as_mut_ptr().cast(), words));
+    }
+    #[inline(always)]
+    fn add_words(self, a: __m256i, b: __m256i) -> __m256i {
+        with!(_mm256_add_epi32(a, b))
+    }
+    #[inline(always)]
+    fn sub_words(self, a: __m256i, b: __m256i) -> __m256i {
+        with!(_mm256_sub_epi32(a, b))
+    }
+    #[inline(always)]
+    fn and_words(self, a: __m256i, b: __m256i) -> __m256i {
+        with!(_mm256_and_si256(a, b))
+    }
+    #[inline(always)]
+    fn less_words(self, a: __m256i, b: __m256i) -> __mmask8 {
+        with!(_mm256_cmplt_epi32_mask(a, b))
+    }
+    #[inline(always)]
+    fn max_words(self, a: __m256i, b: __m256i) -> __m256i {
+        with!(_mm256_max_epi32(a, b))
+    }
+    #[inline(always)]
+    fn count_ones(self, words: __m256i) -> __m256i {
+        with!(_mm256_popcnt_epi32(words))
+    }
+
+    #[inline(always)]
+    fn bits_from(self, first: __m256i) -> __m256i {
+        with!(_mm256_sllv_epi32(_mm256_set1_epi32(-1), first))
+    }
+    #[inline(always)]
+    fn bits_but(self, highest: __m256i) -> __m256i {
+        with!(_mm256_srlv_epi32(_mm256_set1_epi32(-1), highest))
+    }
+    #[inline(always)]
+    fn without(self, a: __m256i, b: __m256i) -> __m256i {
+        with!(_mm256_andnot_si256(b, a))
+    }
+    #[inline(always)]
+    fn or_words(self, a: __m256i, b: __m256i) -> __m256i {
+        with!(_mm256_or_si256(a, b))
+    }
+    #[inline(always)]
+    fn bits(self, mask: __mmask8) -> u32 {
+        u32::from(mask)
+    }
+}
+
+/// Numbers of points, a byte each.
+impl Avx512 {
+    /// Those numbers that the mask names, without gaps.
+    #[inline(always)]
+    fn together(self, mask: u64, numbers: &[u8; 64]) -> __m512i {
+        with! {
+            let numbers = _mm512_loadu_si512(numbers.as_ptr().cast());
+            _mm512_maskz_compress_epi8(mask, numbers)
+        }
+    }
+
+    /// Up to 128 numbers: the first `count`, at most 64, of some, and behind them others.
+    #[inline(always)]
+    fn append(self, [first, _]: [__m512i; 2], count: u32, others: __m512i) -> [__m512i; 2] {
+        let behind = u64::MAX.checked_shl(count).unwrap_or(0);
+        let beyond = u64::MAX.checked_shl(64 - count.min(64)).unwrap_or(0);
+        with!([
+            _mm512_mask_expand_epi8(first, behind, others),
+            _mm512_maskz_compress_epi8(beyond, others),
+        ])
+    }
+
+    /// All numbers but the first sixteen.
+    #[inline(always)]
+    fn without_sixteen(self, [low, high]: [__m512i; 2]) -> [__m512i; 2] {
+        with!([
+            _mm512_alignr_epi64::<2>(high, low),
+            _mm512_alignr_epi64::<2>(high, high),
+        ])
+    }
+
+    /// The first eight numbers of each mask.
+    #[inline(always)]
+    fn eights(self, numbers: &[u8; 64], [upper, lower]: [u64; 2]) -> __m512i {
+        with!(_mm512_castsi128_si512(_mm_unpacklo_epi64(
+            _mm512_castsi512_si128(self.together(upper, numbers)),
+            _mm512_castsi512_si128(self.together(lower, numbers)),
+        )))
+    }
+
+    /// Coordinates of the points of the first sixteen numbers.
+    #[inline(always)]
+    fn pick(self, numbers: __m512i, points: &[f32; MAX_HULL_POINTS]) -> __m512 {
+        with! {
+            let low = _mm512_loadu_ps(points.as_ptr());
+            let high = _mm512_loadu_ps(points.as_ptr().add(LANES));
+            _mm512_permutex2var_ps(low, _mm512_cvtepu8_epi32(_mm512_castsi512_si128(numbers)), high)
+        }
+    }
+}
+
+impl Wide for Avx512 {
+    type Half = Avx512Half;
+
+    const IS_ONE: bool = true;
+
+    #[inline(always)]
+    fn half(self) -> Avx512Half {
+        Avx512Half(())
+    }
+
+    #[inline(always)]
+    fn look_up(self, bits: u64, numbers: &[u8; 64]) -> u64 {
+        with!(_mm512_bitshuffle_epi64_mask(
+            _mm512_set1_epi64(bits.cast_signed()),
+            _mm512_loadu_si512(numbers.as_ptr().cast()),
+        ))
+    }
+
+    /// The numbers of the points at the ends are moved together.
+    #[inline(always)]
+    fn ends(
+        self,
+        bits: u64,
+        edges: &[Edges],
+        points: [&[f32; MAX_HULL_POINTS]; 2],
+        ends: &mut [Ends],
+    ) -> usize {
+        let mut from = [self.splat_word(0); 2];
+        let mut to = from;
+        let mut count = 0;
+        for edges in edges {
+            let [left, right] = &edges.sides;
+            let outline = self.look_up(bits, left) ^ self.look_up(bits, right);
+            from = self.append(from, count, self.together(outline, &edges.from));
+            to = self.append(to, count, self.together(outline, &edges.to));
+            count += outline.count_ones();
+        }
+        let count = count as usize;
+        for ends in ends.iter_mut().take(count.div_ceil(LANES)) {
+            for axis in 0..2 {
+                self.store(self.pick(from[0], points[axis]), &mut ends.from[axis]);
+                self.store(self.pick(to[0], points[axis]), &mut ends.to[axis]);
+            }
+            (from, to) = (self.without_sixteen(from), self.without_sixteen(to));
+        }
+        count
+    }
+
+    #[inline(always)]
+    fn spread(self, bits: u64) -> u64 {
+        with!(_pdep_u64(bits, 0x0101_0101_0101_0101))
+    }
+    #[inline(always)]
+    fn pair(self, floats: __m512, lane: usize) -> __m512 {
+        const FIRST: [u32; LANES] = [0, 0, 0, 0, 0, 0, 0, 0, 8, 8, 8, 8, 8, 8, 8, 8];
+        #[expect(clippy::cast_possible_truncation, reason = "below 8")]
+        let index = self.add_words(self.load_words(&FIRST), self.splat_word(lane as u32));
+        with!(_mm512_permutexvar_ps(index, floats))
+    }
+
+    /// All edges of a mask are moved together.
+    #[inline(always)]
+    fn corners(
+        self,
+        edges: &Edges,
+        points: [&[f32; MAX_HULL_POINTS]; 3],
+        [upper, lower]: [u64; 2],
+        plane: f32,
+    ) -> [__m512; 2] {
+        let mut a = [self.splat(0.0); 3];
+        let mut b = a;
+        let from = self.eights(&edges.from, [upper, lower]);
+        let to = self.eights(&edges.to, [upper, lower]);
+        for axis in 0..3 {
+            a[axis] = self.pick(from, points[axis]);
+            b[axis] = self.pick(to, points[axis]);
+        }
+        super::cut(self, a, b, plane)
     }
 }

@@ -1,4 +1,4 @@
-//! Sixteen numbers at once: portably, and with the wider registers of some processors.
+//! Sixteen numbers at once, or eight: portably, and with the wider registers of some processors.
 //!
 //! All do the same IEEE 754 operations in the same order, without fused ones, so that
 //! pictures do not depend on which is used; `tests/simd.rs` compares them bit for bit.
@@ -10,6 +10,7 @@ mod avx512;
 #[cfg(target_arch = "aarch64")]
 mod neon;
 mod portable;
+mod two;
 
 #[cfg(target_arch = "x86_64")]
 pub(crate) use avx2::Avx2;
@@ -18,9 +19,10 @@ pub(crate) use avx512::Avx512;
 #[cfg(target_arch = "aarch64")]
 pub(crate) use neon::Neon;
 pub(crate) use portable::Portable;
+pub(crate) use two::Two;
 
 pub(crate) use crate::budget::LANES;
-use crate::budget::MAX_HULL_EDGES;
+use crate::budget::MAX_HULL_POINTS;
 use core::fmt;
 
 /// Which instructions draw.
@@ -31,11 +33,11 @@ pub struct Simd(Kind);
 pub(crate) enum Kind {
     Portable(Portable),
     #[cfg(target_arch = "x86_64")]
-    Avx2(Avx2),
+    Avx2(Two<Avx2>),
     #[cfg(target_arch = "x86_64")]
     Avx512(Avx512),
     #[cfg(target_arch = "aarch64")]
-    Neon(Neon),
+    Neon(Two<Neon>),
 }
 
 impl Simd {
@@ -52,11 +54,11 @@ impl Simd {
     pub fn available() -> impl Iterator<Item = Self> {
         #[cfg(target_arch = "x86_64")]
         let wider = [
-            Avx2::detect().map(Kind::Avx2),
+            Avx2::detect().map(|half| Kind::Avx2(Two(half))),
             Avx512::detect().map(Kind::Avx512),
         ];
         #[cfg(target_arch = "aarch64")]
-        let wider = [Some(Kind::Neon(Neon))];
+        let wider = [Some(Kind::Neon(Two(Neon)))];
         #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
         let wider = [None];
         core::iter::once(Self::PORTABLE).chain(wider.into_iter().flatten().map(Self))
@@ -87,76 +89,57 @@ impl fmt::Display for Simd {
     }
 }
 
-/// Straight lines between two points of the image: `x + slope * (row - y)` for rows in
-/// `top..=bottom`, the top left out. By part, so that sixteen are written at once.
+/// Up to 64 edges of one hull.
 #[derive(Clone, Debug)]
-pub(crate) struct Lines {
-    pub x: [f32; MAX_LINES],
-    pub y: [f32; MAX_LINES],
-    pub slope: [f32; MAX_LINES],
-    pub top: [f32; MAX_LINES],
-    pub bottom: [f32; MAX_LINES],
+pub(crate) struct Edges {
+    /// How many; behind them are such as lie between one facet and itself.
+    pub len: usize,
+    /// Points at which they begin and end, by their numbers in the hull.
+    pub from: [u8; 64],
+    pub to: [u8; 64],
+    /// The facets on both sides, by their numbers in the hull.
+    pub sides: [[u8; 64]; 2],
 }
 
-/// One of them.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Line {
-    pub x: f32,
-    pub y: f32,
-    pub slope: f32,
-    pub top: f32,
-    pub bottom: f32,
+impl Edges {
+    pub const NONE: Self = Self {
+        len: 0,
+        from: [0; 64],
+        to: [0; 64],
+        sides: [[0; 64]; 2],
+    };
 }
 
-/// All edges of a hull, in whole lanes, and lanes that the last ones may reach into.
-pub(crate) const MAX_LINES: usize = MAX_HULL_EDGES.next_multiple_of(LANES) + LANES;
+/// Both ends of up to sixteen lines.
+#[derive(Clone, Debug)]
+pub(crate) struct Ends {
+    /// By axis.
+    pub from: [[f32; LANES]; 2],
+    pub to: [[f32; LANES]; 2],
+}
 
-impl Lines {
-    pub const EMPTY: Self = Self {
-        x: [0.0; MAX_LINES],
-        y: [0.0; MAX_LINES],
-        slope: [0.0; MAX_LINES],
-        top: [0.0; MAX_LINES],
-        bottom: [0.0; MAX_LINES],
+impl Ends {
+    pub const NONE: Self = Self {
+        from: [[0.0; LANES]; 2],
+        to: [[0.0; LANES]; 2],
     };
 
-    /// All lines, whether written or not.
+    /// Writes those of an edge of a hull of these points, as number `at` of all.
     #[inline(always)]
-    pub fn iter(&self) -> impl Iterator<Item = Line> + '_ {
-        let parts = self.x.iter().zip(&self.y).zip(&self.slope);
-        let parts = parts.zip(&self.top).zip(&self.bottom);
-        parts.map(|((((&x, &y), &slope), &top), &bottom)| Line {
-            x,
-            y,
-            slope,
-            top,
-            bottom,
-        })
+    fn set(
+        all: &mut [Self],
+        at: usize,
+        (edges, edge): (&Edges, usize),
+        points: [&[f32; MAX_HULL_POINTS]; 2],
+    ) {
+        let (edge, lane) = (edge % 64, at % LANES);
+        let from = usize::from(edges.from[edge]) % MAX_HULL_POINTS;
+        let to = usize::from(edges.to[edge]) % MAX_HULL_POINTS;
+        if let Some(ends) = all.get_mut(at / LANES) {
+            (ends.from[0][lane], ends.from[1][lane]) = (points[0][from], points[1][from]);
+            (ends.to[0][lane], ends.to[1][lane]) = (points[0][to], points[1][to]);
+        }
     }
-}
-
-/// The points and edges of one hull in the image.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Edges<'a> {
-    /// Of its points, and whatever stands behind them up to 32.
-    pub x: &'a [f32; 32],
-    pub y: &'a [f32; 32],
-    /// Points at which the edges begin and end.
-    pub from: &'a [u8],
-    pub to: &'a [u8],
-    /// Which of its edges to take: numbers 0 to 63, then 64 to 89.
-    pub outline: [u64; 2],
-}
-
-/// The points and edges of one hull, as one azimuth sees them.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Solid<'a> {
-    /// Of its points, and whatever stands behind them up to 32: to the right, upwards, and
-    /// towards the camera.
-    pub points: [&'a [f32; 32]; 3],
-    /// Points at which the edges begin and end, of at most 64 edges.
-    pub from: &'a [u8],
-    pub to: &'a [u8],
 }
 
 /// A function of `lanes` compiled for each of the instruction sets: `compiled!` makes, for a
@@ -170,14 +153,14 @@ macro_rules! compiled {
 
             #[target_feature(enable = "avx2,bmi1,bmi2,popcnt")]
             pub fn avx2(
-                lanes: crate::raster::simd::Avx2,
+                lanes: crate::raster::simd::Two<crate::raster::simd::Avx2>,
                 $($argument: $type),*
             ) $(-> $result)? {
                 super::$name(lanes, $($argument),*)
             }
 
             #[target_feature(
-                enable = "avx2,bmi1,bmi2,popcnt,avx512f,avx512bw,avx512dq,avx512vl,avx512vpopcntdq,avx512vbmi2"
+                enable = "avx2,bmi1,bmi2,popcnt,avx512f,avx512bw,avx512dq,avx512vl,avx512vpopcntdq,avx512vbmi2,avx512bitalg,gfni"
             )]
             pub fn avx512(
                 lanes: crate::raster::simd::Avx512,
@@ -211,20 +194,18 @@ macro_rules! dispatch {
 
 pub(crate) use {compiled, dispatch};
 
-/// What is worked on 16 numbers at once. A value is the proof that the processor can.
-pub(crate) trait Lanes: Copy {
-    /// Sixteen `f32`.
+/// What is worked on `N` numbers at once. A value is the proof that the processor can.
+pub(crate) trait Lanes<const N: usize>: Copy {
+    /// `f32`s.
     type Floats: Copy;
-    /// Sixteen `u32`.
+    /// `u32`s.
     type Words: Copy;
-    /// Sixteen truth values.
+    /// Truth values.
     type Mask: Copy;
-    /// The exclusive or of some `u64`, not yet put together.
-    type Parity: Copy;
 
     fn splat(self, value: f32) -> Self::Floats;
-    fn load(self, from: &[f32; LANES]) -> Self::Floats;
-    fn store(self, floats: Self::Floats, to: &mut [f32; LANES]);
+    fn load(self, from: &[f32; N]) -> Self::Floats;
+    fn store(self, floats: Self::Floats, to: &mut [f32; N]);
     fn add(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn mul(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
@@ -236,7 +217,8 @@ pub(crate) trait Lanes: Copy {
     /// Whether `a < b`.
     fn less(self, a: Self::Floats, b: Self::Floats) -> Self::Mask;
     fn and(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
-    fn all(self, mask: Self::Mask) -> bool;
+    /// A bit for each truth value, the first one lowest.
+    fn bits(self, mask: Self::Mask) -> u32;
     /// Whether `a >= b`; not of a NaN.
     fn not_less(self, a: Self::Floats, b: Self::Floats) -> Self::Mask;
     /// Whether `top < row <= bottom`.
@@ -250,65 +232,119 @@ pub(crate) trait Lanes: Copy {
     ) -> (Self::Floats, Self::Floats);
     /// The integer part of numbers from 0 to 2^24.
     fn truncate(self, floats: Self::Floats) -> Self::Words;
+    /// The nearest integers of numbers from 0 to 2^22.
+    fn round(self, floats: Self::Floats) -> Self::Words;
 
     fn splat_word(self, value: u32) -> Self::Words;
-    fn load_words(self, from: &[u32; LANES]) -> Self::Words;
-    fn store_words(self, words: Self::Words, to: &mut [u32; LANES]);
-    /// Sets in `to` the bits of `words`, in halves that later halves may be read from.
-    fn merge(self, words: Self::Words, to: &mut [u32; LANES]);
+    fn load_words(self, from: &[u32; N]) -> Self::Words;
+    fn store_words(self, words: Self::Words, to: &mut [u32; N]);
     /// Wrapping.
     fn add_words(self, a: Self::Words, b: Self::Words) -> Self::Words;
     /// Wrapping.
     fn sub_words(self, a: Self::Words, b: Self::Words) -> Self::Words;
     fn and_words(self, a: Self::Words, b: Self::Words) -> Self::Words;
+    fn or_words(self, a: Self::Words, b: Self::Words) -> Self::Words;
+    /// `a` without the bits of `b`.
+    fn without(self, a: Self::Words, b: Self::Words) -> Self::Words;
+    /// Whether `a < b`, of signed numbers.
+    fn less_words(self, a: Self::Words, b: Self::Words) -> Self::Mask;
     /// The greater of signed numbers.
     fn max_words(self, a: Self::Words, b: Self::Words) -> Self::Words;
-    /// Two to the power of each, 0 from 32 on.
-    fn power_of_two(self, exponents: Self::Words) -> Self::Words;
-    fn count_ones(self, words: Self::Words) -> Self::Words;
     /// The bits from each number on, none from 32 on.
     fn bits_from(self, first: Self::Words) -> Self::Words;
     /// All bits but so many highest ones, none from 32 on.
     fn bits_but(self, highest: Self::Words) -> Self::Words;
-    /// `a` without the bits of `b`.
-    fn without(self, a: Self::Words, b: Self::Words) -> Self::Words;
+    fn count_ones(self, words: Self::Words) -> Self::Words;
 
-    fn no_parity(self) -> Self::Parity;
-    /// With those numbers that the mask names.
-    fn toggle(self, parity: Self::Parity, mask: Self::Mask, numbers: &[u64; LANES])
-    -> Self::Parity;
-    fn parity(self, parity: Self::Parity) -> u64;
-    /// With the bits of those numbers that the mask names; it began as [`Self::no_parity`].
-    fn unite(self, union: Self::Parity, mask: Self::Mask, numbers: &[u64; LANES]) -> Self::Parity;
-    fn union(self, union: Self::Parity) -> u64;
-
-    /// Writes the lines of a hull's outline: how many, the least top and the greatest bottom.
+    /// The least of the first numbers and the greatest of the others.
     #[inline(always)]
-    fn lines(self, edges: Edges<'_>, lines: &mut Lines) -> (usize, f32, f32) {
-        let mut count = 0;
+    fn bounds(self, low: Self::Floats, high: Self::Floats) -> (f32, f32) {
+        let (mut lows, mut highs) = ([0.0; N], [0.0; N]);
+        self.store(low, &mut lows);
+        self.store(high, &mut highs);
         let (mut least, mut greatest) = (f32::INFINITY, f32::NEG_INFINITY);
-        for (base, half) in [0, 64].into_iter().zip(edges.outline) {
-            let mut left = half;
-            while left != 0 {
-                let edge = base + left.trailing_zeros() as usize;
-                left &= left - 1;
-                let (Some(&a), Some(&b)) = (edges.from.get(edge), edges.to.get(edge)) else {
-                    break;
-                };
-                let [a, b] = [a, b].map(|end| usize::from(end) % 32);
-                let (ax, ay, bx, by) = (edges.x[a], edges.y[a], edges.x[b], edges.y[b]);
-                let at = count % MAX_LINES;
-                lines.x[at] = ax;
-                lines.y[at] = ay;
-                lines.slope[at] = (bx - ax) / (by - ay);
-                let (top, bottom) = (if ay < by { ay } else { by }, if ay > by { ay } else { by });
-                (lines.top[at], lines.bottom[at]) = (top, bottom);
-                least = if top < least { top } else { least };
-                greatest = if bottom > greatest { bottom } else { greatest };
+        for (low, high) in lows.into_iter().zip(highs) {
+            least = if low < least { low } else { least };
+            greatest = if high > greatest { high } else { greatest };
+        }
+        (least, greatest)
+    }
+
+    /// In which of the ranges `from..to` each of the numbers 0 to 7 is, a byte a number and a bit
+    /// a range: of the first eight ranges, and of the next.
+    #[inline(always)]
+    fn ranges(self, from: Self::Words, to: Self::Words) -> [u64; 2] {
+        let (mut froms, mut tos) = ([0; N], [0; N]);
+        self.store_words(from, &mut froms);
+        self.store_words(to, &mut tos);
+        let mut ranges = [0; 2];
+        for (lane, (from, to)) in froms.into_iter().zip(tos).enumerate() {
+            let range = (0xff << (from % 64)) & !(0xff << (to % 64)) & 0xff;
+            ranges[lane / 8 % 2] |= range << (8 * (lane % 8));
+        }
+        [transposed(ranges[0]), transposed(ranges[1])]
+    }
+
+    /// The wrapping sum.
+    #[inline(always)]
+    fn sum(self, words: Self::Words) -> u32 {
+        let mut lanes = [0; N];
+        self.store_words(words, &mut lanes);
+        lanes.into_iter().fold(0, u32::wrapping_add)
+    }
+}
+
+/// Sixteen numbers at once, or eight of them, and hulls of which sixteen facets are looked at at
+/// once.
+pub(crate) trait Wide: Lanes<16> {
+    type Half: Lanes<8>;
+
+    /// Whether sixteen are one register.
+    const IS_ONE: bool = false;
+
+    fn half(self) -> Self::Half;
+
+    /// For each of 64 numbers below 64, the bit of that number.
+    #[inline(always)]
+    fn look_up(self, bits: u64, numbers: &[u8; 64]) -> u64 {
+        let mut found = 0;
+        for (at, &number) in numbers.iter().enumerate() {
+            found |= (bits >> (number % 64) & 1) << at;
+        }
+        found
+    }
+
+    /// Writes the ends of the edges that have just one of the facets named by `bits` on their
+    /// sides, as many as there is room for; how many these edges are.
+    #[inline(always)]
+    fn ends(
+        self,
+        bits: u64,
+        edges: &[Edges],
+        points: [&[f32; MAX_HULL_POINTS]; 2],
+        ends: &mut [Ends],
+    ) -> usize {
+        let mut named = [0; 64];
+        for (byte, named) in named.chunks_exact_mut(8).enumerate() {
+            named.copy_from_slice(&self.spread(bits >> (8 * byte)).to_le_bytes());
+        }
+        let mut count = 0;
+        for edges in edges {
+            let mut outline = [0; 64];
+            let mut len = 0;
+            let sides = edges.sides[0].iter().zip(&edges.sides[1]);
+            for (edge, (&left, &right)) in (0u8..).zip(sides).take(edges.len) {
+                // Written whether it counts or not: a branch would be hard to predict.
+                outline[len % 64] = edge;
+                let [left, right] = [left, right].map(|side| named[usize::from(side) % 64]);
+                len += usize::from(left ^ right);
+            }
+            for &edge in outline.iter().take(len) {
+                Ends::set(ends, count, (edges, usize::from(edge)), points);
                 count += 1;
             }
         }
-        (count, least, greatest)
+        count
     }
 
     /// The lowest eight bits, a byte each, the lowest one first.
@@ -334,22 +370,29 @@ pub(crate) trait Lanes: Copy {
         self.load(&lanes)
     }
 
-    /// Where a plane cuts the first eight edges of each mask, all of which it crosses: upwards
+    /// Where a plane to the right of it cuts the first eight edges of each mask, all of which it
+    /// crosses, of a hull of these points (to the right, upwards, and towards the camera): upwards
     /// and towards the camera, in eight lanes for each mask. What lanes are left are NaN.
     #[inline(always)]
-    fn corners(self, solid: Solid<'_>, masks: [u64; 2], plane: f32) -> [Self::Floats; 2] {
+    fn corners(
+        self,
+        edges: &Edges,
+        points: [&[f32; MAX_HULL_POINTS]; 3],
+        masks: [u64; 2],
+        plane: f32,
+    ) -> [Self::Floats; 2] {
         let (mut a, mut b) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
         for (half, mask) in masks.into_iter().enumerate() {
             let mut left = mask;
             for lane in LANES / 2 * half..LANES / 2 * (half + 1) {
                 let edge = left.trailing_zeros() as usize;
-                let (Some(&from), Some(&to)) = (solid.from.get(edge), solid.to.get(edge)) else {
+                let (Some(&from), Some(&to)) = (edges.from.get(edge), edges.to.get(edge)) else {
                     break;
                 };
                 left &= left - 1;
-                for (axis, points) in solid.points.into_iter().enumerate() {
-                    a[axis][lane] = points[usize::from(from) % 32];
-                    b[axis][lane] = points[usize::from(to) % 32];
+                for (axis, points) in points.into_iter().enumerate() {
+                    a[axis][lane] = points[usize::from(from) % MAX_HULL_POINTS];
+                    b[axis][lane] = points[usize::from(to) % MAX_HULL_POINTS];
                 }
             }
         }
@@ -357,33 +400,23 @@ pub(crate) trait Lanes: Copy {
         let b = [self.load(&b[0]), self.load(&b[1]), self.load(&b[2])];
         cut(self, a, b, plane)
     }
+}
 
-    /// The least of the first numbers and the greatest of the others.
-    #[inline(always)]
-    fn bounds(self, low: Self::Floats, high: Self::Floats) -> (f32, f32) {
-        let (mut lows, mut highs) = ([0.0; LANES], [0.0; LANES]);
-        self.store(low, &mut lows);
-        self.store(high, &mut highs);
-        let (mut least, mut greatest) = (f32::INFINITY, f32::NEG_INFINITY);
-        for (low, high) in lows.into_iter().zip(highs) {
-            least = if low < least { low } else { least };
-            greatest = if high > greatest { high } else { greatest };
-        }
-        (least, greatest)
-    }
-
-    /// The wrapping sum.
-    #[inline(always)]
-    fn sum(self, words: Self::Words) -> u32 {
-        let mut lanes = [0; LANES];
-        self.store_words(words, &mut lanes);
-        lanes.into_iter().fold(0, u32::wrapping_add)
-    }
+/// The bits of an 8 by 8 matrix, a byte a row, as columns (Warren 2013, "Hacker's Delight",
+/// section 7-3).
+#[inline(always)]
+const fn transposed(bits: u64) -> u64 {
+    let turn = (bits ^ bits >> 7) & 0x00aa_00aa_00aa_00aa;
+    let bits = bits ^ turn ^ turn << 7;
+    let turn = (bits ^ bits >> 14) & 0x0000_cccc_0000_cccc;
+    let bits = bits ^ turn ^ turn << 14;
+    let turn = (bits ^ bits >> 28) & 0x0000_0000_f0f0_f0f0;
+    bits ^ turn ^ turn << 28
 }
 
 /// The points of lines from `a` to `b` in a plane to the right: upwards and towards the camera.
 #[inline(always)]
-fn cut<L: Lanes>(l: L, a: [L::Floats; 3], b: [L::Floats; 3], plane: f32) -> [L::Floats; 2] {
+fn cut<L: Wide>(l: L, a: [L::Floats; 3], b: [L::Floats; 3], plane: f32) -> [L::Floats; 2] {
     let share = l.div(l.sub(l.splat(plane), a[0]), l.sub(b[0], a[0]));
     [
         l.add(a[1], l.mul(share, l.sub(b[1], a[1]))),
