@@ -19,7 +19,7 @@ use core::fmt;
 use core::ops::Range;
 use drape::Drape;
 pub use figure::Figure;
-pub(crate) use figure::{FigureHull, Place};
+pub(crate) use figure::{FigureHull, Place, Places};
 use glam::{Mat3, Vec3};
 use plane::{Facets16, edges_of, radiate, set_facets};
 

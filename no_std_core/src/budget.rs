@@ -62,6 +62,10 @@ pub const MAX_FIGURE_COLUMNS: usize = 2_048;
 /// that is partly inside: 2^16, where an f32 still resolves 1/128 pixel.
 pub const MAX_REACH_PIXELS: f32 = 65_536.0;
 
+/// Cameras before which [`crate::raster::Renderer::draw_views`] puts a figure at once. Ours: what is
+/// found out about all of them stays in a first-level cache.
+pub const VIEWS_AT_ONCE: usize = 16;
+
 /// Elevations that the column rasteriser draws at once: 16 lanes and half as many more.
 pub const MAX_ELEVATIONS: usize = LANES + LANES / 2;
 /// Binary digits of a count of frames: 4,096 frames of one cycle take 13.

@@ -13,7 +13,7 @@ use crate::template::Builder;
 use edgegait_core::camera::{self, Camera, Viewpoint};
 use edgegait_core::pack::Pack;
 use edgegait_core::raster::columns::{Azimuth, Images, Place};
-use edgegait_core::raster::{Drawing, Renderer};
+use edgegait_core::raster::{self, Drawing, Renderer};
 use edgegait_core::silhouette::Size;
 use glam::{DVec3, Vec3};
 use std::ops::Range;
@@ -201,6 +201,40 @@ impl<'a> Film<'a> {
         renderer
             .draw(&posed.figure, &camera, framing, jitter)
             .map_err(|error| self.refusal(sight.view, error))
+    }
+
+    /// Draws one of the posed frames from several views, and gives each drawing to `take` with the
+    /// number of its view.
+    ///
+    /// # Errors
+    /// When it cannot be drawn; the first of `take`.
+    pub(super) fn draw_views(
+        &self,
+        index: usize,
+        sights: &[Sight<'_>],
+        renderer: &mut Renderer,
+        mut take: impl FnMut(usize, Drawing<'_>) -> Result<()>,
+    ) -> Result<()> {
+        let views: Vec<raster::View> = sights
+            .iter()
+            .map(|sight| {
+                let Setup {
+                    camera,
+                    framing,
+                    jitter,
+                    ..
+                } = self.setup(index, sight)?;
+                Ok(raster::View {
+                    camera,
+                    framing,
+                    jitter,
+                })
+            })
+            .collect::<Result<_>>()?;
+        renderer.draw_views(&self.frames[index].figure, &views, |number, drawing| {
+            let refused = |error| self.refusal(sights[number].view, error);
+            take(number, drawing.map_err(refused)?)
+        })
     }
 
     /// Draws one of the posed frames at all elevations of an azimuth: the share of it that lies

@@ -262,6 +262,28 @@ impl Brush {
         }
     }
 
+    /// One of the posed frames from several views: gives `take` the number of each view and what
+    /// [`Self::draw`] makes there.
+    fn draw_views(
+        &mut self,
+        film: &Film<'_>,
+        frame: usize,
+        sights: &[Sight<'_>],
+        mut take: impl FnMut(usize, Option<&Frame>, f64) -> Result<()>,
+    ) -> Result<()> {
+        if !film.acts_on_images() {
+            return film.draw_views(frame, sights, &mut self.renderer, |number, drawing| {
+                let clipped = f64::from(drawing.clipped_share);
+                take(number, Some(drawing.frame), clipped)
+            });
+        }
+        for (number, sight) in sights.iter().enumerate() {
+            let (drawn, clipped) = self.draw(film, frame, sight)?;
+            take(number, drawn, clipped)?;
+        }
+        Ok(())
+    }
+
     /// One of the posed frames, if anything is left of the figure, and the share of it outside
     /// of the image.
     fn draw(
@@ -312,20 +334,20 @@ fn see(
     }
     for batch in numbers.chunks(VIEWS_AT_ONCE) {
         let mut all = vec![Seen::default(); batch.len()];
-        let sights: Vec<_> = batch
+        let sights: Vec<Sight<'_>> = batch
             .iter()
             .map(|&at| film.sight(&views[at]))
             .collect::<Result<_>>()?;
         for frame in 0..film.len() {
-            let sums = builders.iter_mut().zip(&mut all);
-            for (sight, (builder, seen)) in sights.iter().zip(sums) {
-                let (drawn, clipped) = brush.draw(film, frame, sight)?;
+            brush.draw_views(film, frame, &sights, |number, drawn, clipped| {
+                let seen = &mut all[number];
                 seen.clipped += clipped;
                 match drawn {
-                    Some(frame) => builder.add(frame)?,
+                    Some(frame) => builders[number].add(frame)?,
                     None => seen.empty += 1,
                 }
-            }
+                Ok(())
+            })?;
         }
         for (&at, (builder, mut one)) in batch.iter().zip(builders.iter_mut().zip(all)) {
             one.template = builder.finish();

@@ -20,10 +20,10 @@ mod tests;
 use crate::body::Figure;
 #[cfg(feature = "skia")]
 use crate::budget::SKIA_WINDOW_COLUMNS;
-use crate::budget::WINDOW_COLUMNS;
+use crate::budget::{VIEWS_AT_ONCE, WINDOW_COLUMNS};
 use crate::camera::{Camera, Framing};
 use crate::silhouette::{Frame, Silhouette, Size};
-use core::fmt;
+use core::{fmt, slice};
 pub use error::DrawError;
 use framing::{Canvas, Moments, check_jitter};
 use glam::Vec2;
@@ -110,6 +110,18 @@ pub struct Drawing<'a> {
     pub clipped_share: f32,
 }
 
+/// How a figure is seen and fitted into the image: what [`Renderer::draw`] takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Where it is seen from.
+    pub camera: Camera,
+    /// How it is fitted into the image.
+    pub framing: Framing,
+    /// Where pixels are sampled: x to the right and y down, each within half a pixel of their
+    /// centres.
+    pub jitter: Vec2,
+}
+
 /// Draws figures with one rasteriser in one size, reusing its memory.
 ///
 /// Bit rows are held inline and take no heap. tiny-skia holds
@@ -163,6 +175,15 @@ impl Window {
             #[cfg(feature = "skia")]
             Self::Skia(_) => SKIA_WINDOW_COLUMNS,
             Self::Rows(_) => place::row_columns(columns),
+        }
+    }
+
+    /// Finds out what does not depend on where figures are drawn.
+    fn look(&mut self, figure: &Figure<'_>, cameras: &[Camera]) {
+        match self {
+            #[cfg(feature = "skia")]
+            Self::Skia(_) => {}
+            Self::Rows(window) => window.look(figure, cameras),
         }
     }
 
@@ -268,7 +289,51 @@ impl Renderer {
         framing: Framing,
         jitter: Vec2,
     ) -> Result<Drawing<'_>, DrawError> {
-        check_jitter(jitter)?;
+        self.sheet.window.look(figure, slice::from_ref(camera));
+        let view = View {
+            camera: *camera,
+            framing,
+            jitter,
+        };
+        self.draw_view(figure, &view, 0)
+    }
+
+    /// Draws `figure` from several views, and gives each drawing to `take` with the number of its
+    /// view: the same drawings as [`Self::draw`] makes one by one, in less time.
+    ///
+    /// # Errors
+    /// The first of `take`, which is given those of [`Self::draw`].
+    pub fn draw_views<E>(
+        &mut self,
+        figure: &Figure<'_>,
+        views: &[View],
+        mut take: impl FnMut(usize, Result<Drawing<'_>, DrawError>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        for (batch, views) in views.chunks(VIEWS_AT_ONCE).enumerate() {
+            let cameras: heapless::Vec<Camera, VIEWS_AT_ONCE> =
+                views.iter().map(|view| view.camera).collect();
+            self.sheet.window.look(figure, &cameras);
+            for (number, view) in views.iter().enumerate() {
+                let drawing = self.draw_view(figure, view, number);
+                take(batch * VIEWS_AT_ONCE + number, drawing)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Draws a figure from one of the views that it was looked at from.
+    fn draw_view(
+        &mut self,
+        figure: &Figure<'_>,
+        view: &View,
+        number: usize,
+    ) -> Result<Drawing<'_>, DrawError> {
+        let View {
+            camera,
+            framing,
+            jitter,
+        } = view;
+        check_jitter(*jitter)?;
         if figure.is_empty() {
             return Err(DrawError::Empty);
         }
@@ -279,11 +344,11 @@ impl Renderer {
             sheet: &mut self.sheet,
             seen: Seen {
                 figure,
-                camera,
+                view: number,
                 points: &self.points,
             },
         };
-        let clipped_share = framing::draw(&mut sitting, (camera, &extent), framing, jitter)?;
+        let clipped_share = framing::draw(&mut sitting, (camera, &extent), *framing, *jitter)?;
         Ok(Drawing {
             frame: &self.sheet.frame,
             clipped_share,

@@ -14,9 +14,12 @@ use super::place::{Placement, as_pixels};
 use super::seen::{Seen, dot, splat};
 use super::simd::{Ends, LANES, Lanes, Simd, Wide, compiled, dispatch};
 use crate::body::plane::{ALWAYS, Facets16};
+use crate::body::{Figure, Places};
 use crate::budget::{
-    MAX_COLUMNS, MAX_HULL_EDGES, MAX_HULL_POINTS, MAX_HULLS, MAX_ROWS, WINDOW_COLUMNS,
+    MAX_COLUMNS, MAX_HULL_EDGES, MAX_HULL_POINTS, MAX_HULLS, MAX_ROWS, VIEWS_AT_ONCE,
+    WINDOW_COLUMNS,
 };
+use crate::camera::Camera;
 use crate::silhouette::{Frame, Ninths, Silhouette, Size};
 
 /// Columns of a word.
@@ -96,8 +99,8 @@ pub(crate) struct Window {
     size: Size,
     /// Words of a row in use.
     words: usize,
-    /// The direction of the eye, or where it is, in the frames of hulls.
-    eyes: [[f32; MAX_HULLS]; 3],
+    /// Which facets of hulls are seen, a bit each, by view.
+    facing: [[u64; MAX_HULLS]; VIEWS_AT_ONCE],
     /// The outlines of hulls that are not filled yet: ends of lines in the image, metres, and
     /// the lines.
     ends: [Ends; MAX_STRIPS],
@@ -114,14 +117,20 @@ impl Window {
             sampling,
             size,
             words: 0,
-            eyes: [[0.0; MAX_HULLS]; 3],
+            facing: [[0; MAX_HULLS]; VIEWS_AT_ONCE],
             ends: [const { Ends::NONE }; _],
             strips: [const { Strip::EMPTY }; _],
             bits: [[[0; MAX_ROWS]; MAX_WORDS]; MAX_SAMPLES],
         }
     }
 
-    /// Draws a figure into the leftmost `columns` of the window, and nothing else.
+    /// Finds which facets of a figure are seen by each of at most [`VIEWS_AT_ONCE`] cameras.
+    pub fn look(&mut self, figure: &Figure<'_>, cameras: &[Camera]) {
+        dispatch!(self.simd, look(self, figure, cameras));
+    }
+
+    /// Draws a figure that was looked at into the leftmost `columns` of the window, and nothing
+    /// else.
     pub fn draw(&mut self, seen: &Seen<'_>, placement: &Placement, columns: usize) {
         self.words = columns.div_ceil(WORD).min(MAX_WORDS);
         dispatch!(self.simd, fill(self, seen, placement));
@@ -160,16 +169,74 @@ impl Window {
     }
 }
 
+compiled!(fn look(window: &mut Window, figure: &Figure<'_>, cameras: &[Camera]));
 compiled!(fn fill(window: &mut Window, seen: &Seen<'_>, placement: &Placement));
 compiled!(fn moments(window: &Window) -> Moments);
 compiled!(fn cut(window: &Window, left: isize, frame: &mut Frame) -> u64);
+
+/// The eyes of cameras in the frames of hulls: where they are, or of such as are infinitely far
+/// away their direction.
+type Eyes = [[[f32; MAX_HULLS]; 3]; VIEWS_AT_ONCE];
+
+/// Finds which facets are seen: those whose outer side an eye is on; infinitely far away only its
+/// direction counts.
+#[inline(always)]
+fn look<L: Wide>(l: L, window: &mut Window, figure: &Figure<'_>, cameras: &[Camera]) {
+    let mut eyes: Eyes = [[[0.0; MAX_HULLS]; 3]; VIEWS_AT_ONCE];
+    let cameras = cameras.get(..VIEWS_AT_ONCE).unwrap_or(cameras);
+    for (camera, eyes) in cameras.iter().zip(&mut eyes) {
+        turn_eye(l, &figure.places, camera, eyes);
+    }
+    let zero = l.splat(0.0);
+    for (number, hull) in figure.hull_parts().enumerate() {
+        let number = number % MAX_HULLS;
+        for facing in window.facing.iter_mut().take(cameras.len()) {
+            facing[number] = ALWAYS;
+        }
+        for (chunk, facets) in hull.facets.iter().enumerate() {
+            let Facets16 {
+                x, y, z, offsets, ..
+            } = facets;
+            let normals = [l.load(x), l.load(y), l.load(z)];
+            let offsets = l.load(offsets);
+            let views = cameras.iter().zip(&eyes).zip(&mut window.facing);
+            for ((camera, [x, y, z]), facing) in views {
+                let eye = [l.splat(x[number]), l.splat(y[number]), l.splat(z[number])];
+                let is_near = camera.eye().is_some();
+                let threshold = if is_near { offsets } else { zero };
+                let seen = l.bits(l.less(threshold, dot(l, eye, normals)));
+                facing[number] |= u64::from(seen) << (LANES * chunk);
+            }
+        }
+    }
+}
+
+/// Puts an eye into the frames of all hulls.
+#[inline(always)]
+fn turn_eye<L: Wide>(l: L, places: &Places, camera: &Camera, eyes: &mut [[f32; MAX_HULLS]; 3]) {
+    let toward = camera.viewpoint().toward();
+    let (eye, is_near) = match camera.eye() {
+        Some((aim, distance_m)) => (aim + toward * distance_m, true),
+        None => (toward, false),
+    };
+    for hulls in (0..MAX_HULLS).step_by(LANES) {
+        let mut eye = splat(l, eye);
+        if is_near {
+            for (eye, offsets) in eye.iter_mut().zip(&places.offsets) {
+                *eye = l.sub(*eye, part(l, offsets, hulls));
+            }
+        }
+        for (eyes, [x, y, z]) in eyes.iter_mut().zip(places.turns.as_chunks().0) {
+            let axis = [part(l, x, hulls), part(l, y, hulls), part(l, z, hulls)];
+            store(l, dot(l, axis, eye), eyes, hulls);
+        }
+    }
+}
 
 /// Finds the outlines of hulls, and fills them.
 #[inline(always)]
 fn fill<L: Wide>(l: L, window: &mut Window, seen: &Seen<'_>, placement: &Placement) {
     window.empty();
-    turn_eyes(l, window, seen);
-    let is_near = seen.camera.eye().is_some();
     let mut strips = 0;
     for (number, hull) in seen.figure.hull_parts().enumerate() {
         let start = hull.points.start;
@@ -180,14 +247,13 @@ fn fill<L: Wide>(l: L, window: &mut Window, seen: &Seen<'_>, placement: &Placeme
         let (Some(x), Some(y)) = (x, y) else {
             return;
         };
-        let eye = window.eyes.each_ref().map(|axis| axis[number % MAX_HULLS]);
-        let bits = seen_from(l, hull.facets, eye, is_near) | ALWAYS;
         if strips + MOST_STRIPS > MAX_STRIPS {
             fill_strips(l, window, strips, placement);
             strips = 0;
         }
+        let facing = window.facing[seen.view % VIEWS_AT_ONCE][number % MAX_HULLS];
         let ends = window.ends.get_mut(strips..).unwrap_or_default();
-        let count = l.ends(bits, hull.edges, [x, y], ends);
+        let count = l.ends(facing, hull.edges, [x, y], ends);
         for first in (0..count).step_by(LANES) {
             if let Some(strip) = window.strips.get_mut(strips) {
                 strip.len = (count - first).min(LANES);
@@ -199,33 +265,6 @@ fn fill<L: Wide>(l: L, window: &mut Window, seen: &Seen<'_>, placement: &Placeme
     fill_strips(l, window, strips, placement);
 }
 
-/// Puts the eye into the frames of all hulls: where it is, or of one infinitely far away its
-/// direction.
-#[inline(always)]
-fn turn_eyes<L: Wide>(l: L, window: &mut Window, seen: &Seen<'_>) {
-    let toward = seen.camera.viewpoint().toward();
-    let (eye, is_near) = match seen.camera.eye() {
-        Some((aim, distance_m)) => (aim + toward * distance_m, true),
-        None => (toward, false),
-    };
-    let places = &seen.figure.places;
-    for hulls in (0..MAX_HULLS).step_by(LANES) {
-        let mut eye = splat(l, eye);
-        if is_near {
-            for (eye, offsets) in eye.iter_mut().zip(&places.offsets) {
-                *eye = l.sub(*eye, part(l, offsets, hulls));
-            }
-        }
-        for (eyes, [x, y, z]) in window.eyes.iter_mut().zip(places.turns.as_chunks().0) {
-            let axis = [part(l, x, hulls), part(l, y, hulls), part(l, z, hulls)];
-            let turned = dot(l, axis, eye);
-            if let Some(eyes) = eyes.get_mut(hulls..).and_then(<[f32]>::first_chunk_mut) {
-                l.store(turned, eyes);
-            }
-        }
-    }
-}
-
 /// `N` of some numbers.
 #[inline(always)]
 fn part<const N: usize, L: Lanes<N>>(l: L, numbers: &[f32], first: usize) -> L::Floats {
@@ -233,28 +272,6 @@ fn part<const N: usize, L: Lanes<N>>(l: L, numbers: &[f32], first: usize) -> L::
         Some(lanes) => l.load(lanes),
         None => l.splat(0.0),
     }
-}
-
-/// The facets that are seen, a bit each: if the eye is on the outer side; infinitely far away
-/// only the direction counts.
-#[inline(always)]
-fn seen_from<L: Wide>(l: L, facets: &[Facets16], eye: [f32; 3], is_near: bool) -> u64 {
-    let eye = [l.splat(eye[0]), l.splat(eye[1]), l.splat(eye[2])];
-    let mut seen = 0;
-    for (sixteen, facets) in facets.iter().enumerate() {
-        let Facets16 {
-            x, y, z, offsets, ..
-        } = facets;
-        let facing = dot(l, eye, [l.load(x), l.load(y), l.load(z)]);
-        let threshold = if is_near {
-            l.load(offsets)
-        } else {
-            l.splat(0.0)
-        };
-        let bits = l.bits(l.less(threshold, facing));
-        seen |= u64::from(bits) << (LANES * sixteen);
-    }
-    seen
 }
 
 /// Places the ends of `N` lines in the image, and finds which rows the lines between them cross.

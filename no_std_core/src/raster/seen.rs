@@ -21,7 +21,8 @@ const POINTS: usize = MAX_POINTS + MAX_HULL_POINTS;
 #[derive(Clone, Copy, Debug)]
 pub struct Seen<'a> {
     pub figure: &'a Figure<'a>,
-    pub camera: &'a Camera,
+    /// Which of those that it was looked at through the camera is.
+    pub view: usize,
     pub points: &'a Points,
 }
 
@@ -80,9 +81,8 @@ fn project<L: Wide>(l: L, points: &mut Points, figure: &Figure<'_>, camera: &Cam
         } else {
             (dot(l, right, point), dot(l, up, point))
         };
-        // What is not finite, in any axis, differs from itself by what is no number.
-        let both = l.add(x, y);
-        wild = l.add(wild, l.sub(both, both));
+        // Not finite, whatever is added to what is not.
+        wild = l.add(wild, l.add(x, y));
         l.store(x, xs);
         l.store(y, ys);
         min = [l.min(x, min[0]), l.min(y, min[1])];
@@ -95,7 +95,8 @@ fn project<L: Wide>(l: L, points: &mut Points, figure: &Figure<'_>, camera: &Cam
             min: Vec2::new(min_x, min_y),
             max: Vec2::new(max_x, max_y),
         },
-        is_whole: l.bits(l.and(is_whole, l.not_less(wild, zero))) == (1 << LANES) - 1,
+        // It differs from itself by what is no number.
+        is_whole: l.bits(l.and(is_whole, l.not_less(l.sub(wild, wild), zero))) == (1 << LANES) - 1,
     }
 }
 

@@ -371,24 +371,17 @@ impl Avx512 {
         }
     }
 
-    /// Up to 128 numbers: the first `count`, at most 64, of some, and behind them others.
+    /// The first `count` of some numbers, and behind them others, 64 in all.
     #[inline(always)]
-    fn append(self, [first, _]: [__m512i; 2], count: u32, others: __m512i) -> [__m512i; 2] {
+    fn append(self, first: __m512i, count: u32, others: __m512i) -> __m512i {
         let behind = u64::MAX.checked_shl(count).unwrap_or(0);
-        let beyond = u64::MAX.checked_shl(64 - count.min(64)).unwrap_or(0);
-        with!([
-            _mm512_mask_expand_epi8(first, behind, others),
-            _mm512_maskz_compress_epi8(beyond, others),
-        ])
+        with!(_mm512_mask_expand_epi8(first, behind, others))
     }
 
     /// All numbers but the first sixteen.
     #[inline(always)]
-    fn without_sixteen(self, [low, high]: [__m512i; 2]) -> [__m512i; 2] {
-        with!([
-            _mm512_alignr_epi64::<2>(high, low),
-            _mm512_alignr_epi64::<2>(high, high),
-        ])
+    fn without_sixteen(self, numbers: __m512i) -> __m512i {
+        with!(_mm512_alignr_epi64::<2>(numbers, numbers))
     }
 
     /// The first eight numbers of each mask.
@@ -438,9 +431,8 @@ impl Wide for Avx512 {
         points: [&[f32; MAX_HULL_POINTS]; 2],
         ends: &mut [Ends],
     ) -> usize {
-        let mut from = [self.splat_word(0); 2];
-        let mut to = from;
-        let mut count = 0;
+        let mut from = self.splat_word(0);
+        let (mut to, mut count) = (from, 0);
         for edges in edges {
             let [left, right] = &edges.sides;
             let outline = self.look_up(bits, left) ^ self.look_up(bits, right);
@@ -448,11 +440,15 @@ impl Wide for Avx512 {
             to = self.append(to, count, self.together(outline, &edges.to));
             count += outline.count_ones();
         }
+        // More than a body has: it would have to be flat, and a spiral.
+        if count > 64 {
+            return super::ends_one_by_one(self, bits, edges, points, ends);
+        }
         let count = count as usize;
         for ends in ends.iter_mut().take(count.div_ceil(LANES)) {
             for axis in 0..2 {
-                self.store(self.pick(from[0], points[axis]), &mut ends.from[axis]);
-                self.store(self.pick(to[0], points[axis]), &mut ends.to[axis]);
+                self.store(self.pick(from, points[axis]), &mut ends.from[axis]);
+                self.store(self.pick(to, points[axis]), &mut ends.to[axis]);
             }
             (from, to) = (self.without_sixteen(from), self.without_sixteen(to));
         }

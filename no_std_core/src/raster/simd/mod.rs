@@ -324,27 +324,7 @@ pub(crate) trait Wide: Lanes<16> {
         points: [&[f32; MAX_HULL_POINTS]; 2],
         ends: &mut [Ends],
     ) -> usize {
-        let mut named = [0; 64];
-        for (byte, named) in named.chunks_exact_mut(8).enumerate() {
-            named.copy_from_slice(&self.spread(bits >> (8 * byte)).to_le_bytes());
-        }
-        let mut count = 0;
-        for edges in edges {
-            let mut outline = [0; 64];
-            let mut len = 0;
-            let sides = edges.sides[0].iter().zip(&edges.sides[1]);
-            for (edge, (&left, &right)) in (0u8..).zip(sides).take(edges.len) {
-                // Written whether it counts or not: a branch would be hard to predict.
-                outline[len % 64] = edge;
-                let [left, right] = [left, right].map(|side| named[usize::from(side) % 64]);
-                len += usize::from(left ^ right);
-            }
-            for &edge in outline.iter().take(len) {
-                Ends::set(ends, count, (edges, usize::from(edge)), points);
-                count += 1;
-            }
-        }
-        count
+        ends_one_by_one(self, bits, edges, points, ends)
     }
 
     /// The lowest eight bits, a byte each, the lowest one first.
@@ -400,6 +380,38 @@ pub(crate) trait Wide: Lanes<16> {
         let b = [self.load(&b[0]), self.load(&b[1]), self.load(&b[2])];
         cut(self, a, b, plane)
     }
+}
+
+/// [`Wide::ends`] of any processor.
+#[inline(always)]
+fn ends_one_by_one<L: Wide>(
+    l: L,
+    bits: u64,
+    edges: &[Edges],
+    points: [&[f32; MAX_HULL_POINTS]; 2],
+    ends: &mut [Ends],
+) -> usize {
+    let mut named = [0; 64];
+    for (byte, named) in named.chunks_exact_mut(8).enumerate() {
+        named.copy_from_slice(&l.spread(bits >> (8 * byte)).to_le_bytes());
+    }
+    let mut count = 0;
+    for edges in edges {
+        let mut outline = [0; 64];
+        let mut len = 0;
+        let sides = edges.sides[0].iter().zip(&edges.sides[1]);
+        for (edge, (&left, &right)) in (0u8..).zip(sides).take(edges.len) {
+            // Written whether it counts or not: a branch would be hard to predict.
+            outline[len % 64] = edge;
+            let [left, right] = [left, right].map(|side| named[usize::from(side) % 64]);
+            len += usize::from(left ^ right);
+        }
+        for &edge in outline.iter().take(len) {
+            Ends::set(ends, count, (edges, usize::from(edge)), points);
+            count += 1;
+        }
+    }
+    count
 }
 
 /// The bits of an 8 by 8 matrix, a byte a row, as columns (Warren 2013, "Hacker's Delight",
