@@ -33,6 +33,8 @@ pub(super) struct Figure<'a> {
     points: Vec<[Points; JOINTS]>,
     /// By frame, by joint: those of the points, together for sums over all frames.
     costs: Vec<[f64; JOINTS]>,
+    /// By joint: the sum of the costs of what hangs on it, if that is known.
+    sums: [Option<f64>; JOINTS],
     /// By joint: itself and what hangs on it, parents first.
     hanging: Vec<Vec<usize>>,
     /// The error that costs are shares of, metres.
@@ -137,11 +139,12 @@ impl Points {
                 y[number] - true_y[number],
                 z[number] - true_z[number],
             ];
-            let square = (off[0] * off[0] + off[1] * off[1]) + off[2] * off[2];
+            squares[number] = (off[0] * off[0] + off[1] * off[1]) + off[2] * off[2];
+        }
+        for (cost, square) in costs.iter_mut().zip(&squares) {
             let share = square / bound;
             let fourth = share * share;
-            squares[number] = square;
-            costs[number] = fourth * fourth * share;
+            *cost = fourth * fourth * share;
         }
         (self.worst, self.cost) = (0.0, 0.0);
         for (square, cost) in squares.into_iter().zip(costs) {
@@ -186,6 +189,7 @@ impl<'a> Figure<'a> {
             states: Vec::new(),
             points: Vec::new(),
             costs: Vec::new(),
+            sums: [None; JOINTS],
             hanging: (0..JOINTS).map(hanging_on).collect(),
             error_m: (MARGIN * max_error_mm * 1e-3).max(f64::MIN_POSITIVE.sqrt()),
             trial: Trial::default(),
@@ -262,6 +266,13 @@ impl<'a> Figure<'a> {
         for (value, wave) in self.values[channel].iter_mut().zip(wave) {
             *value += by * wave;
         }
+        for (other, sum) in self.sums.iter_mut().enumerate() {
+            let (upper, lower) = (joint.min(other), joint.max(other));
+            // Parents come first.
+            if self.hanging[upper].contains(&lower) {
+                *sum = None;
+            }
+        }
         let mut points = self.trial.points.iter();
         for (frame, &(turn, pivot, shift)) in self.trial.motions.iter().enumerate() {
             for (&below, moved) in self.hanging[joint].iter().zip(&mut points) {
@@ -286,14 +297,15 @@ impl<'a> Figure<'a> {
         goal: Goal,
     ) -> bool {
         let hanging = &self.hanging[joint];
-        let before = match goal {
-            Goal::Cheaper => {
+        let before = match (goal, self.sums[joint]) {
+            (Goal::Cheaper, None) => {
                 let costs = self.costs.iter();
                 let costs =
                     costs.map(|costs| -> f64 { hanging.iter().map(|&below| costs[below]).sum() });
-                costs.sum()
+                *self.sums[joint].insert(costs.sum())
             }
-            Goal::Within(_) => 0.0,
+            (Goal::Cheaper, Some(sum)) => sum,
+            (Goal::Within(_), _) => 0.0,
         };
         let mut after = 0.0;
         let mut trials = self.trial.points.iter_mut();
