@@ -9,18 +9,15 @@ pub(super) struct Counts {
 }
 
 impl Counts {
-    /// Those of rows of so many words.
-    pub(super) fn of<'a>(rows: impl Iterator<Item = &'a [u64]>, words: usize) -> Self {
-        let mut digits: Vec<u64> = Vec::with_capacity(8 * words);
-        for row in rows {
+    /// Those of at most `most` rows of so many words.
+    pub(super) fn of<'a>(rows: impl Iterator<Item = &'a [u64]>, words: usize, most: usize) -> Self {
+        let places = (usize::BITS - most.leading_zeros()) as usize;
+        let mut digits = vec![0; places * words];
+        for row in rows.take(most) {
             for (at, &bits) in row.iter().enumerate().take(words) {
-                let (mut carry, mut place) = (bits, at);
-                while carry != 0 {
-                    if place >= digits.len() {
-                        digits.resize(digits.len() + words, 0);
-                    }
-                    (digits[place], carry) = (digits[place] ^ carry, digits[place] & carry);
-                    place += words;
+                let mut carry = bits;
+                for digit in digits.iter_mut().skip(at).step_by(words) {
+                    (*digit, carry) = (*digit ^ carry, *digit & carry);
                 }
             }
         }
@@ -54,7 +51,7 @@ mod tests {
             [word(0), word(64)]
         };
         let rows: Vec<[u64; 2]> = (0..100).map(row).collect();
-        let counts = Counts::of(rows.iter().map(<[u64; 2]>::as_slice), 2);
+        let counts = Counts::of(rows.iter().map(<[u64; 2]>::as_slice), 2, 100);
         for column in 0..128_u32 {
             assert_eq!(
                 counts.of_column(column as usize),
@@ -63,6 +60,6 @@ mod tests {
             );
         }
         assert_eq!(counts.of_column(128), 0);
-        assert_eq!(Counts::of([].into_iter(), 2).of_column(5), 0);
+        assert_eq!(Counts::of([].into_iter(), 2, 0).of_column(5), 0);
     }
 }

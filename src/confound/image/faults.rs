@@ -225,7 +225,7 @@ fn border(picture: &Picture, spot: Spot) -> Option<DVec2> {
 /// The mean column of what is on from a row on.
 fn middle_column(picture: &Picture, bounds: Bounds, from: usize) -> isize {
     let rows = (from..bounds.bottom).map(|row| picture.row(row));
-    let counts = Counts::of(rows, picture.columns() / 64);
+    let counts = Counts::of(rows, picture.columns() / 64, picture.rows());
     let (mut sum, mut count) = (0, 0);
     for column in bounds.left..bounds.right {
         let on = counts.of_column(column) as usize;

@@ -174,9 +174,11 @@ impl Fine {
     /// The pixel at which a silhouette begins whose middle column has the centroid of the
     /// sampled points, and how many of them are on; none if none is.
     fn centred(&self, picture: &Picture, now: Bounds, grid: &Grid) -> Option<(i64, u64)> {
-        let rows = grid.rows.samples(self.setup.size.rows()).flatten();
+        let most = self.setup.size.rows();
+        let rows = grid.rows.samples(most).flatten();
         let rows = rows.filter(|&row| row < picture.rows());
-        let counts = Counts::of(rows.map(|row| picture.row(row)), picture.columns() / 64);
+        let rows = rows.map(|row| picture.row(row));
+        let counts = Counts::of(rows, picture.columns() / 64, most);
         let (mut area, mut doubled) = (0, 0);
         for number in grid.columns.before(now.left)..=grid.columns.before(now.right) {
             if let Some(column) = grid.columns.sample(number) {
