@@ -99,15 +99,6 @@ impl Points {
         cost: 0.0,
     };
 
-    fn new(cloud: Cloud, truth: &Cloud, error_m: f64) -> Self {
-        let mut found = Self {
-            cloud,
-            ..Self::NONE
-        };
-        found.weigh(truth, error_m);
-        found
-    }
-
     fn get(&self, number: usize) -> DVec3 {
         DVec3::from_array(self.cloud.map(|axis| axis[number]))
     }
@@ -139,12 +130,11 @@ impl Points {
                 y[number] - true_y[number],
                 z[number] - true_z[number],
             ];
-            squares[number] = (off[0] * off[0] + off[1] * off[1]) + off[2] * off[2];
-        }
-        for (cost, square) in costs.iter_mut().zip(&squares) {
+            let square = (off[0] * off[0] + off[1] * off[1]) + off[2] * off[2];
             let share = square / bound;
             let fourth = share * share;
-            *cost = fourth * fourth * share;
+            squares[number] = square;
+            costs[number] = fourth * fourth * share;
         }
         (self.worst, self.cost) = (0.0, 0.0);
         for (square, cost) in squares.into_iter().zip(costs) {
@@ -194,21 +184,17 @@ impl<'a> Figure<'a> {
             error_m: (MARGIN * max_error_mm * 1e-3).max(f64::MIN_POSITIVE.sqrt()),
             trial: Trial::default(),
         };
+        figure.points = vec![[Points::NONE; JOINTS]; target.len()];
+        figure.costs = vec![[0.0; JOINTS]; target.len()];
         for frame in 0..target.len() {
             let states = figure.posed(frame);
-            let points: [Points; JOINTS] = std::array::from_fn(|joint| {
-                let State {
-                    position,
-                    orientation,
-                } = states[joint];
-                let found = cloud(&virtual_points(position, orientation));
-                Points::new(found, &figure.truths[frame][joint], figure.error_m)
-            });
+            for (joint, state) in states.iter().enumerate() {
+                let points = &mut figure.points[frame][joint];
+                points.cloud = cloud(&virtual_points(state.position, state.orientation));
+                points.weigh(&figure.truths[frame][joint], figure.error_m);
+                figure.costs[frame][joint] = points.cost;
+            }
             figure.states.push(states);
-            figure
-                .costs
-                .push(points.each_ref().map(|points| points.cost));
-            figure.points.push(points);
         }
         figure.trial.points = vec![Points::NONE; target.len() * JOINTS];
         figure
