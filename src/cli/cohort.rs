@@ -5,7 +5,9 @@ use super::encoding::{EncodingArgs, say_choice};
 use super::outputs::{Kind, Output};
 use crate::dataset::{Header, write_bytes};
 use crate::error::Result;
+use crate::frontier::Encoded;
 use crate::scene::cohort::{self, CohortOptions, PEOPLE, SPEEDS_KMH};
+use crate::source::stored;
 use crate::summary::Summary;
 use std::path::PathBuf;
 
@@ -46,8 +48,12 @@ pub(super) fn run(args: &Args) -> Result<()> {
         people: usize::from(args.people),
         speeds_kmh: args.speeds_kmh.clone(),
     };
-    let subjects = cohort::subjects(&options)?;
-    let encoded = args.encoding.encode("walks", &subjects)?;
+    let encoded = match stored(&options).filter(|_| args.encoding.is_usual()) {
+        Some(bytes) => Encoded::usual(bytes.to_vec()),
+        None => args
+            .encoding
+            .encode("walks", &cohort::subjects(&options)?)?,
+    };
     let header = Header::new("cohort", args.common.seed)
         .with("people", options.people)
         .with("speeds_kmh", args.speeds_kmh.clone());

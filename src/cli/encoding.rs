@@ -50,6 +50,12 @@ impl EncodingArgs {
         }
     }
 
+    /// Whether walks are encoded as they are by default.
+    #[must_use]
+    pub(super) fn is_usual(&self) -> bool {
+        (self.goal(), self.hull_points) == (Goal::Usual, None)
+    }
+
     /// Encodes people with a progress bar called `what`.
     ///
     /// # Errors

@@ -26,8 +26,15 @@ pub(super) struct Figure<'a> {
     numbers: Numbers,
     /// By channel, by frame: radians or metres.
     values: Vec<Vec<f64>>,
+    /// By frame, by joint: where the virtual points ought to be.
+    truths: Vec<[Cloud; JOINTS]>,
     /// By frame, by joint.
     states: Vec<[State; JOINTS]>,
+    points: Vec<[Points; JOINTS]>,
+    /// By frame, by joint: those of the points, together for sums over all frames.
+    costs: Vec<[f64; JOINTS]>,
+    /// By joint: the sum of the costs of what hangs on it, if that is known.
+    sums: [Option<f64>; JOINTS],
     /// By joint: itself and what hangs on it, parents first.
     hanging: Vec<Vec<usize>>,
     /// The error that costs are shares of, metres.
@@ -41,13 +48,15 @@ pub(super) struct Figure<'a> {
 struct State {
     orientation: DQuat,
     position: DVec3,
-    at: Points,
 }
+
+/// Virtual points of a joint by axis, metres: the same is done to all six, two at once.
+type Cloud = [[f64; VIRTUAL_POINTS]; 3];
 
 /// A joint's virtual points and how far off they are.
 #[derive(Clone, Copy, Debug)]
 struct Points {
-    points: [DVec3; VIRTUAL_POINTS],
+    cloud: Cloud,
     /// Greatest squared distance from the true ones, square metres.
     worst: f64,
     /// The sum of (distance / stated error)^10.
@@ -59,7 +68,7 @@ struct Points {
 struct Trial {
     /// By frame: how the joint that moves turns, about where, and how far it shifts.
     motions: Vec<(DQuat, DVec3, DVec3)>,
-    /// By frame, by joint that moves.
+    /// By frame, by joint that moves; room for all joints.
     points: Vec<Points>,
 }
 
@@ -72,27 +81,65 @@ enum Goal {
     Within(f64),
 }
 
+/// Three channels in one frame.
+fn vector(values: &[Vec<f64>], part: usize, frame: usize) -> DVec3 {
+    DVec3::from_array([0, 1, 2].map(|axis| values[3 * part + axis][frame]))
+}
+
+/// Points by axis.
+fn cloud(points: &[DVec3; VIRTUAL_POINTS]) -> Cloud {
+    [0, 1, 2].map(|axis| points.map(|point| point[axis]))
+}
+
 impl Points {
-    fn new(points: [DVec3; VIRTUAL_POINTS], truth: &[DVec3; VIRTUAL_POINTS], error_m: f64) -> Self {
-        let mut found = Self {
-            points,
-            worst: 0.0,
-            cost: 0.0,
-        };
-        found.weigh(truth, error_m);
-        found
+    /// At the origin.
+    const NONE: Self = Self {
+        cloud: [[0.0; VIRTUAL_POINTS]; 3],
+        worst: 0.0,
+        cost: 0.0,
+    };
+
+    fn get(&self, number: usize) -> DVec3 {
+        DVec3::from_array(self.cloud.map(|axis| axis[number]))
+    }
+
+    /// Puts them where `turn` and then `shift` move those of a cloud.
+    #[inline]
+    fn carry(&mut self, from: &Cloud, turn: &DMat3, shift: DVec3) {
+        let columns = turn.to_cols_array_2d();
+        let [x, y, z] = from;
+        for (axis, shift) in shift.to_array().into_iter().enumerate() {
+            let [a, b, c] = columns.map(|column| column[axis]);
+            let to = &mut self.cloud[axis];
+            // In the order of a matrix's product.
+            for number in 0..VIRTUAL_POINTS {
+                to[number] = shift + ((a * x[number] + b * y[number]) + c * z[number]);
+            }
+        }
     }
 
     /// States how far the points are from where they ought to be.
     #[inline]
-    fn weigh(&mut self, truth: &[DVec3; VIRTUAL_POINTS], error_m: f64) {
-        (self.worst, self.cost) = (0.0, 0.0);
-        for (point, truth) in self.points.iter().zip(truth) {
-            let square = point.distance_squared(*truth);
-            self.worst = self.worst.max(square);
-            let share = square / (error_m * error_m);
+    fn weigh(&mut self, truth: &Cloud, error_m: f64) {
+        let ([x, y, z], [true_x, true_y, true_z]) = (&self.cloud, truth);
+        let bound = error_m * error_m;
+        let (mut squares, mut costs) = ([0.0; VIRTUAL_POINTS], [0.0; VIRTUAL_POINTS]);
+        for number in 0..VIRTUAL_POINTS {
+            let off = [
+                x[number] - true_x[number],
+                y[number] - true_y[number],
+                z[number] - true_z[number],
+            ];
+            let square = (off[0] * off[0] + off[1] * off[1]) + off[2] * off[2];
+            let share = square / bound;
             let fourth = share * share;
-            self.cost += fourth * fourth * share;
+            squares[number] = square;
+            costs[number] = fourth * fourth * share;
+        }
+        (self.worst, self.cost) = (0.0, 0.0);
+        for (square, cost) in squares.into_iter().zip(costs) {
+            self.worst = self.worst.max(square);
+            self.cost += cost;
         }
     }
 }
@@ -124,12 +171,32 @@ impl<'a> Figure<'a> {
             scale,
             values: values.collect(),
             numbers,
+            truths: target
+                .points
+                .iter()
+                .map(|all| all.each_ref().map(cloud))
+                .collect(),
             states: Vec::new(),
+            points: Vec::new(),
+            costs: Vec::new(),
+            sums: [None; JOINTS],
             hanging: (0..JOINTS).map(hanging_on).collect(),
             error_m: (MARGIN * max_error_mm * 1e-3).max(f64::MIN_POSITIVE.sqrt()),
             trial: Trial::default(),
         };
-        figure.states = (0..target.len()).map(|frame| figure.posed(frame)).collect();
+        figure.points = vec![[Points::NONE; JOINTS]; target.len()];
+        figure.costs = vec![[0.0; JOINTS]; target.len()];
+        for frame in 0..target.len() {
+            let states = figure.posed(frame);
+            for (joint, state) in states.iter().enumerate() {
+                let points = &mut figure.points[frame][joint];
+                points.cloud = cloud(&virtual_points(state.position, state.orientation));
+                points.weigh(&figure.truths[frame][joint], figure.error_m);
+                figure.costs[frame][joint] = points.cost;
+            }
+            figure.states.push(states);
+        }
+        figure.trial.points = vec![Points::NONE; target.len() * JOINTS];
         figure
     }
 
@@ -140,30 +207,22 @@ impl<'a> Figure<'a> {
 
     /// Greatest error over all points and frames, mm.
     pub(super) fn max_error_mm(&self) -> f64 {
-        let worst = self.states.iter().flatten().map(|state| state.at.worst);
+        let worst = self.points.iter().flatten().map(|points| points.worst);
         worst.fold(0.0, f64::max).sqrt() * 1e3
-    }
-
-    /// Three channels in one frame.
-    fn vector(&self, part: usize, frame: usize) -> DVec3 {
-        DVec3::from_array([0, 1, 2].map(|axis| self.values[3 * part + axis][frame]))
     }
 
     /// All joints in one frame.
     fn posed(&self, frame: usize) -> [State; JOINTS] {
-        let root = self.vector(JOINTS, frame);
+        let root = vector(&self.values, JOINTS, frame);
         let mut states = [State {
             orientation: DQuat::IDENTITY,
             position: root,
-            at: Points {
-                points: [root; VIRTUAL_POINTS],
-                worst: 0.0,
-                cost: 0.0,
-            },
         }; JOINTS];
         for joint in Joint::ALL {
             let index = joint.index();
-            let local = self.frames.rotation(index, self.vector(index, frame));
+            let local = self
+                .frames
+                .rotation(index, vector(&self.values, index, frame));
             let (position, orientation) = match joint.parent() {
                 Some(parent) => {
                     let parent = &states[parent.index()];
@@ -172,11 +231,9 @@ impl<'a> Figure<'a> {
                 }
                 None => (root, local),
             };
-            let points = virtual_points(position, orientation);
             states[index] = State {
                 orientation,
                 position,
-                at: Points::new(points, &self.target.points[frame][index], self.error_m),
             };
         }
         states
@@ -195,13 +252,21 @@ impl<'a> Figure<'a> {
         for (value, wave) in self.values[channel].iter_mut().zip(wave) {
             *value += by * wave;
         }
+        for (other, sum) in self.sums.iter_mut().enumerate() {
+            let (upper, lower) = (joint.min(other), joint.max(other));
+            // Parents come first.
+            if self.hanging[upper].contains(&lower) {
+                *sum = None;
+            }
+        }
         let mut points = self.trial.points.iter();
-        for (states, &(turn, pivot, shift)) in self.states.iter_mut().zip(&self.trial.motions) {
-            for (&below, &at) in self.hanging[joint].iter().zip(&mut points) {
-                let state = &mut states[below];
+        for (frame, &(turn, pivot, shift)) in self.trial.motions.iter().enumerate() {
+            for (&below, moved) in self.hanging[joint].iter().zip(&mut points) {
+                let state = &mut self.states[frame][below];
                 state.position = pivot + turn * (state.position - pivot) + shift;
                 state.orientation = (turn * state.orientation).normalize();
-                state.at = at;
+                self.points[frame][below] = *moved;
+                self.costs[frame][below] = moved.cost;
             }
         }
         true
@@ -218,17 +283,22 @@ impl<'a> Figure<'a> {
         goal: Goal,
     ) -> bool {
         let hanging = &self.hanging[joint];
-        let costs = self
-            .states
-            .iter()
-            .map(|states| -> f64 { hanging.iter().map(|&below| states[below].at.cost).sum() });
-        let before: f64 = costs.sum();
+        let before = match (goal, self.sums[joint]) {
+            (Goal::Cheaper, None) => {
+                let costs = self.costs.iter();
+                let costs =
+                    costs.map(|costs| -> f64 { hanging.iter().map(|&below| costs[below]).sum() });
+                *self.sums[joint].insert(costs.sum())
+            }
+            (Goal::Cheaper, Some(sum)) => sum,
+            (Goal::Within(_), _) => 0.0,
+        };
         let mut after = 0.0;
+        let mut trials = self.trial.points.iter_mut();
         self.trial.motions.clear();
-        self.trial.points.clear();
         for (frame, wave) in self.target.series.wave(index).iter().enumerate() {
             let states = &self.states[frame];
-            let mut vector = self.vector(channel / 3, frame);
+            let mut vector = vector(&self.values, channel / 3, frame);
             vector[channel % 3] += by * wave;
             let pivot = states[joint].position;
             let (turn, shift) = if channel / 3 == JOINTS {
@@ -246,15 +316,11 @@ impl<'a> Figure<'a> {
             };
             let matrix = DMat3::from_quat(turn);
             let moved = pivot + shift - matrix * pivot;
-            for &below in hanging {
-                // In place: without all optimisations, as tests are built, copies and closures
-                // take most of the time.
-                self.trial.points.push(states[below].at);
-                let at = self.trial.points.last_mut().expect("just pushed");
-                for point in &mut at.points {
-                    *point = moved + matrix * *point;
-                }
-                at.weigh(&self.target.points[frame][below], self.error_m);
+            let (points, truths) = (&self.points[frame], &self.truths[frame]);
+            for (&below, at) in hanging.iter().zip(&mut trials) {
+                // In place: a copy would take as long as all the rest.
+                at.carry(&points[below].cloud, &matrix, moved);
+                at.weigh(&truths[below], self.error_m);
                 after += at.cost;
                 let fails = match goal {
                     Goal::Cheaper => after >= before,
@@ -289,10 +355,10 @@ impl<'a> Figure<'a> {
 
     fn is_within(&self) -> bool {
         let bound = self.error_m * self.error_m;
-        self.states
+        self.points
             .iter()
             .flatten()
-            .all(|state| state.at.worst <= bound)
+            .all(|points| points.worst <= bound)
     }
 
     /// The numbers whose change by a step lowers the cost most, to first order.
@@ -305,7 +371,9 @@ impl<'a> Figure<'a> {
             for joint in Joint::ALL.iter().rev() {
                 let index = joint.index();
                 let state = &states[index];
-                for (point, truth) in state.at.points.iter().zip(self.target.points[frame][index]) {
+                let points = &self.points[frame][index];
+                for (number, truth) in self.target.points[frame][index].into_iter().enumerate() {
+                    let point = points.get(number);
                     let off = point - truth;
                     let share = off.length_squared() / (self.error_m * self.error_m);
                     let force = off * (share * share * share * share);

@@ -7,6 +7,10 @@ use std::f64::consts::TAU;
 #[derive(Clone, Debug)]
 pub(super) struct Series {
     rows: Vec<Vec<f64>>,
+    /// The same by frame.
+    columns: Vec<Vec<f64>>,
+    /// Sums of the squares of each row.
+    squares: Vec<f64>,
 }
 
 impl Series {
@@ -37,7 +41,15 @@ impl Series {
             rows.push(waves.iter().map(|(_, cos)| *cos).collect());
             rows.push(waves.iter().map(|(sin, _)| *sin).collect());
         }
-        Self { rows }
+        let column = |frame: usize| rows.iter().map(|row| row[frame]).collect();
+        Self {
+            columns: (0..frames).map(column).collect(),
+            squares: rows
+                .iter()
+                .map(|row| row.iter().map(|a| a * a).sum())
+                .collect(),
+            rows,
+        }
     }
 
     /// The values of a coefficient's wave, by frame.
@@ -47,12 +59,17 @@ impl Series {
 
     /// The coefficients of evenly spaced samples: the waves are orthogonal.
     pub(super) fn analyse(&self, values: &[f64]) -> Vec<f64> {
-        let products = self.rows.iter().map(|row| {
-            let sum: f64 = row.iter().zip(values).map(|(a, b)| a * b).sum();
-            let square: f64 = row.iter().map(|a| a * a).sum();
-            if square > 0.0 { sum / square } else { 0.0 }
-        });
-        products.collect()
+        // All sums at once, each in the order of the frames.
+        let mut sums = vec![-0.0; self.rows.len()];
+        for (column, value) in self.columns.iter().zip(values) {
+            for (sum, wave) in sums.iter_mut().zip(column) {
+                *sum += wave * value;
+            }
+        }
+        for (sum, &square) in sums.iter_mut().zip(&self.squares) {
+            *sum = if square > 0.0 { *sum / square } else { 0.0 };
+        }
+        sums
     }
 
     /// The values of coefficients at the same phases.

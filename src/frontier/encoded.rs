@@ -83,6 +83,17 @@ pub(crate) fn encoded(
 }
 
 impl Encoded {
+    /// A pack of people whose bodies were not fitted, made with [`Goal::Usual`].
+    #[must_use]
+    pub(crate) const fn usual(bytes: Vec<u8>) -> Self {
+        Self {
+            bytes,
+            max_error_mm: MAX_ERROR_MM,
+            hull_points: None,
+            choice: None,
+        }
+    }
+
     /// Warnings if walks or bodies miss the error that was asked for.
     ///
     /// # Errors

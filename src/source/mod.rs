@@ -4,11 +4,13 @@
 //! protocol chooses among sequences by who walks, in which take, and from where, and does not
 //! know how they were made.
 
+mod cohort;
 mod dataset;
 mod packs;
 mod tree;
 mod walks;
 
+pub(crate) use cohort::stored;
 pub(crate) use packs::{BUILT_IN_WALK, built_in, is_pack_or_folder};
 pub use packs::{PackSource, Selection};
 pub(crate) use tree::Recordings;

@@ -1,5 +1,6 @@
 //! Packs as files, the built-in cohort, and which walks of them are used.
 
+use super::cohort::stored;
 use crate::dataset::{InputFile, sha256_of_bytes};
 use crate::encode::{MAX_ERROR_MM, encode_subjects};
 use crate::error::{ChoiceError, Error, Place, Result};
@@ -120,13 +121,17 @@ impl PackSource {
         })
     }
 
-    /// The people of these options as a pack; `progress` is called for each walk. Those of another
-    /// number or seed than the default are not called the built-in cohort.
+    /// The people of these options as a pack, encoded unless the library has it; `progress` is
+    /// called for each walk that is. Those of another number or seed than the default are not
+    /// called the built-in cohort.
     ///
     /// # Errors
     /// As [`cohort::subjects`] and [`encode_subjects`].
     pub fn made(options: &CohortOptions, progress: &(dyn Fn() + Sync)) -> Result<Self> {
-        let subjects = cohort::subjects(options)?;
+        let bytes = match stored(options) {
+            Some(bytes) => bytes.to_vec(),
+            None => encode_subjects(&cohort::subjects(options)?, MAX_ERROR_MM, progress)?,
+        };
         let usual = CohortOptions::default();
         let name = if (options.people, options.seed) == (usual.people, usual.seed) {
             "built-in cohort".to_owned()
@@ -134,7 +139,7 @@ impl PackSource {
             format!("cohort of {}, seed {}", options.people, options.seed)
         };
         Ok(Self {
-            bytes: encode_subjects(&subjects, MAX_ERROR_MM, progress)?,
+            bytes,
             inputs: Vec::new(),
             name,
         })

@@ -100,14 +100,10 @@ impl Film<'_> {
             }
             fine => fine?,
         };
-        let (mut picture, before) = fine.draw_figure(renderer, &posed.figure)?;
-        if !extras.exposures.is_empty() {
-            let exposed = extras.exposures.iter();
-            let exposed: Vec<Picture> = exposed
-                .map(|figure| fine.draw(renderer, figure))
-                .collect::<std::result::Result<_, _>>()?;
-            picture = image::exposed(&exposed).unwrap_or(picture);
-        }
+        let (mut picture, before) = match extras.exposures.as_slice() {
+            [] => fine.draw_figure(renderer, &posed.figure)?,
+            moments => fine.draw_exposed(renderer, &posed.figure, moments)?,
+        };
         if let Some(shadow) = &shadow {
             picture.join(&in_sight(&fine, renderer, shadow)?);
         }

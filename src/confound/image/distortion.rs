@@ -47,15 +47,20 @@ pub(crate) fn distort(picture: &mut Picture, fine: &Fine, strength: f64) {
     let start = DVec2::new(bounds.left as f64, bounds.top as f64) - 1.0;
     let end = DVec2::new(bounds.right as f64, bounds.bottom as f64) + 1.0;
     let mut bent = Picture::empty(picture.rows(), picture.columns() / 64);
+    // Where the corners of blocks come from, a row of them after another.
+    let corners = |row: usize| -> Vec<DVec2> {
+        let end = columns.end + STEP;
+        let columns = (columns.start..end).step_by(STEP);
+        columns.map(|column| source(row, column)).collect()
+    };
+    let mut upper = corners(rows.start);
     for top in rows.clone().step_by(STEP) {
-        for left in columns.clone().step_by(STEP) {
-            let (bottom, right) = (top + STEP, left + STEP);
-            let corners = [
-                source(top, left),
-                source(top, right),
-                source(bottom, left),
-                source(bottom, right),
-            ];
+        let bottom = top + STEP;
+        let lower = corners(bottom);
+        let blocks = columns.clone().step_by(STEP);
+        for (left, (upper, lower)) in blocks.zip(upper.windows(2).zip(lower.windows(2))) {
+            let right = left + STEP;
+            let corners = [upper[0], upper[1], lower[0], lower[1]];
             // Blocks of background stay what they are.
             let low = corners[1..].iter().fold(corners[0], |low, at| low.min(*at));
             let high = corners[1..]
@@ -64,21 +69,54 @@ pub(crate) fn distort(picture: &mut Picture, fine: &Fine, strength: f64) {
             if low.cmpge(end).any() || high.cmplt(start).any() {
                 continue;
             }
-            for row in top..bottom.min(rows.end) {
+            let (bottom, right) = (bottom.min(rows.end), right.min(columns.end));
+            match all(picture, low, high) {
+                Some(false) => continue,
+                Some(true) => {
+                    for row in top..bottom {
+                        bent.fill(row, left.cast_signed(), right.cast_signed(), true);
+                    }
+                    continue;
+                }
+                None => {}
+            }
+            for row in top..bottom {
                 let down = (row - top) as f64 / STEP as f64;
                 let from = corners[0].lerp(corners[2], down);
                 let to = corners[1].lerp(corners[3], down);
                 let step = (to - from) / STEP as f64;
                 let bent = bent.row_mut(row);
                 let mut at = from;
-                for column in left..right.min(columns.end) {
+                for column in left..right {
                     bent[column / 64] |= u64::from(is_on(picture, at)) << (column % 64);
                     at += step;
                 }
             }
         }
+        upper = lower;
     }
     *picture = bent;
+}
+
+/// Whether all samples in a rectangle and around it are on, or off; none if some are.
+fn all(picture: &Picture, low: DVec2, high: DVec2) -> Option<bool> {
+    // A sample more on each side for what rounding adds.
+    let (low, high) = (low - 1.0, high + 2.0);
+    // A NaN fails the comparison.
+    if !low.cmpge(DVec2::ZERO).all() {
+        return None;
+    }
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "samples of a picture"
+    )]
+    let [from, to] = [low, high].map(|at| (at.x as usize, at.y as usize));
+    let width = to.0.checked_sub(from.0)?;
+    let mut rows =
+        (from.1..to.1.max(from.1 + 1)).map(|row| picture.count(row, from.0, to.0) as usize);
+    let first = rows.next().filter(|&on| on == 0 || on == width)?;
+    rows.all(|on| on == first).then_some(first > 0)
 }
 
 /// Whether the sample at a place is on.

@@ -3,6 +3,7 @@
 //! Places are drawn as shares of the figure: with the same random numbers they stay where they
 //! are on the body from frame to frame, and from strength to strength.
 
+use super::counts::Counts;
 use super::fine::Fine;
 use super::picture::{Bounds, Picture};
 use glam::DVec2;
@@ -24,10 +25,10 @@ const TURNED: f64 = 0.1;
 /// Cuts six elliptic holes, which have a quarter of the figure's area at strength 1, as far as
 /// they lie on the figure and not on each other.
 pub(crate) fn holes(picture: &mut Picture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
-    let area = picture.area();
+    let rows = Rows::of(picture);
     let spots = Spot::draw::<HOLES>(rng);
-    let radius = radius(fine, area as f64 * HOLES_AREA * strength / HOLES as f64);
-    let centres = spots.map(|spot| nth(picture, spot.place));
+    let radius = radius(fine, rows.area() * HOLES_AREA * strength / HOLES as f64);
+    let centres = spots.map(|spot| rows.nth(picture, spot.place));
     for (spot, centre) in spots.iter().zip(centres) {
         if let Some(centre) = centre {
             ellipse(picture, centre, radius * spot.shape, false);
@@ -163,20 +164,45 @@ fn radius(fine: &Fine, area: f64) -> DVec2 {
     DVec2::new(round * aspect, round / aspect)
 }
 
-/// The sample, of those that are on, behind this share of them.
-fn nth(picture: &Picture, share: f64) -> Option<DVec2> {
-    let bounds = picture.bounds()?;
-    let mut left = share * picture.area() as f64;
-    for row in bounds.top..bounds.bottom {
-        let on = f64::from(picture.count(row, bounds.left, bounds.right));
-        if left < on {
-            let mut columns = (bounds.left..bounds.right).filter(|&c| picture.is_on(row, c));
-            let column = columns.nth(at_most(left, picture.columns()))?;
-            return Some(DVec2::new(column as f64 + 0.5, row as f64 + 0.5));
-        }
-        left -= on;
+/// How many samples are on in each row and those above.
+struct Rows(Vec<u32>);
+
+impl Rows {
+    fn of(picture: &Picture) -> Self {
+        let mut all = 0;
+        let rows = (0..picture.rows()).map(|row| {
+            all += picture
+                .row(row)
+                .iter()
+                .map(|word| word.count_ones())
+                .sum::<u32>();
+            all
+        });
+        Self(rows.collect())
     }
-    None
+
+    fn area(&self) -> f64 {
+        self.0.last().copied().unwrap_or(0).into()
+    }
+
+    /// The sample, of those that are on, behind this share of them.
+    fn nth(&self, picture: &Picture, share: f64) -> Option<DVec2> {
+        let before = share * self.area();
+        let row = self.0.partition_point(|&on| f64::from(on) <= before);
+        let above = row.checked_sub(1).map_or(0, |above| self.0[above]);
+        let mut left = at_most(before - f64::from(above), picture.columns());
+        for (word, &bits) in (0..).zip(self.0.get(row).map_or(&[] as &[u64], |_| picture.row(row)))
+        {
+            let on = bits.count_ones() as usize;
+            if left < on {
+                let bits = (0..left).fold(bits, |bits, _| bits & (bits - 1));
+                let column = 64 * word + bits.trailing_zeros();
+                return Some(DVec2::new(f64::from(column) + 0.5, row as f64 + 0.5));
+            }
+            left -= on;
+        }
+        None
+    }
 }
 
 /// The sample at the figure's left or right border at a share of its height.
@@ -198,11 +224,12 @@ fn border(picture: &Picture, spot: Spot) -> Option<DVec2> {
 
 /// The mean column of what is on from a row on.
 fn middle_column(picture: &Picture, bounds: Bounds, from: usize) -> isize {
+    let rows = (from..bounds.bottom).map(|row| picture.row(row));
+    let counts = Counts::of(rows, picture.columns() / 64, picture.rows());
     let (mut sum, mut count) = (0, 0);
-    for row in from..bounds.bottom {
-        for column in (bounds.left..bounds.right).filter(|&c| picture.is_on(row, c)) {
-            (sum, count) = (sum + column, count + 1);
-        }
+    for column in bounds.left..bounds.right {
+        let on = counts.of_column(column) as usize;
+        (sum, count) = (sum + on * column, count + on);
     }
     sum.checked_div(count).unwrap_or(bounds.left).cast_signed()
 }
@@ -216,7 +243,10 @@ fn ellipse(picture: &mut Picture, centre: DVec2, radii: DVec2, on: bool) {
         let half = radii.x * libm::sqrt(1.0 - up * up);
         // A NaN above and below the ellipse fills nothing.
         #[expect(clippy::cast_possible_truncation, reason = "samples of a picture")]
-        let column = |at: f64| libm::ceil(at - 0.5) as isize;
+        let column = |at: f64| {
+            let whole = (at - 0.5) as isize;
+            whole.saturating_add(isize::from((whole as f64) < at - 0.5))
+        };
         picture.fill(row, column(centre.x - half), column(centre.x + half), on);
     }
 }

@@ -4,12 +4,14 @@
 //! the same places: the middle one of each three by three is the sample that the core would
 //! take. It is drawn in nine phases of one sample a pixel.
 
+use super::exposure::exposed;
+use super::extent::{Extent, projected};
 use super::phases::{FINE, WINDOW, interleaved, merge, phase_offset, tiles, within};
 use super::picture::{Bounds, Picture};
 use crate::error::{ChoiceError, Result};
 use edgegait_core::body::{Body, Figure};
 use edgegait_core::budget::MAX_FIGURE_COLUMNS;
-use edgegait_core::camera::{Camera, Framing, NEAR_M};
+use edgegait_core::camera::{Camera, Framing};
 use edgegait_core::raster::{DrawError, Rasterizer, Renderer};
 use edgegait_core::silhouette::{Frame, Size};
 use edgegait_core::skeleton::Joint;
@@ -207,7 +209,43 @@ impl Fine {
         renderer: &mut FineRenderer,
         figure: &Figure<'_>,
     ) -> std::result::Result<(Picture, Bounds), DrawError> {
-        let mut picture = self.draw(renderer, figure)?;
+        let mut picture = self.drawn(renderer, figure, &self.extent)?;
+        let bounds = self.settled(renderer, figure, &mut picture)?;
+        Ok((picture, bounds))
+    }
+
+    /// Draws the exposure of the figure at these moments, and tells where it is on at its own,
+    /// which is drawn once if it is among them.
+    ///
+    /// # Errors
+    /// For figures without an image; see [`DrawError`].
+    pub(crate) fn draw_exposed(
+        &self,
+        renderer: &mut FineRenderer,
+        figure: &Figure<'_>,
+        moments: &[Figure<'_>],
+    ) -> std::result::Result<(Picture, Bounds), DrawError> {
+        let drawn = self.drawn(renderer, figure, &self.extent)?;
+        let mut picture = drawn.clone();
+        let bounds = self.settled(renderer, figure, &mut picture)?;
+        let moments = moments.iter().map(|moment| {
+            if is_same(figure, moment) {
+                Ok(drawn.clone())
+            } else {
+                self.draw(renderer, moment)
+            }
+        });
+        let moments = moments.collect::<std::result::Result<Vec<Picture>, _>>()?;
+        Ok((exposed(&moments).unwrap_or(picture), bounds))
+    }
+
+    /// Makes a drawing of the figure agree with the core's; where it is on then.
+    fn settled(
+        &self,
+        renderer: &mut FineRenderer,
+        figure: &Figure<'_>,
+        picture: &mut Picture,
+    ) -> std::result::Result<Bounds, DrawError> {
         let Setup {
             camera,
             framing,
@@ -221,11 +259,11 @@ impl Fine {
         let drawing = renderer
             .silhouettes
             .draw(figure, &camera, framing, jitter)?;
-        if let Frame::Binary(silhouette) = drawing.frame {
-            self.settle(&mut picture, silhouette);
-        }
-        let bounds = picture.bounds().ok_or(DrawError::Vanished)?;
-        Ok((picture, bounds))
+        let bounds = match drawing.frame {
+            Frame::Binary(silhouette) => self.settle(picture, silhouette),
+            Frame::Ninths(_) | Frame::Grey(_) => picture.bounds(),
+        };
+        bounds.ok_or(DrawError::Vanished)
     }
 
     /// Draws another figure: a shadow, or what stands before the walker. What lies outside of
@@ -241,9 +279,19 @@ impl Fine {
         renderer: &mut FineRenderer,
         figure: &Figure<'_>,
     ) -> std::result::Result<Picture, DrawError> {
-        let mut picture = self.blank();
         let extent = Extent::of(figure, &self.setup.camera)?;
-        let (min, max) = self.pixels_of(&extent);
+        self.drawn(renderer, figure, &extent)
+    }
+
+    /// The same of a figure whose extent is known.
+    fn drawn(
+        &self,
+        renderer: &mut FineRenderer,
+        figure: &Figure<'_>,
+        extent: &Extent,
+    ) -> std::result::Result<Picture, DrawError> {
+        let mut picture = self.blank();
+        let (min, max) = self.pixels_of(extent);
         let jitter = self.setup.jitter.as_dvec2();
         let columns = tiles(
             (min.x - jitter.x, max.x - jitter.x),
@@ -305,11 +353,15 @@ impl Fine {
                     Err(error) => return Err(error),
                 }
             }
-            for row in 0..WINDOW {
-                let bits = interleaved(phases.map(|phase| phase[row]));
+            let [left, middle, right] = &phases;
+            let phases = left.iter().zip(middle).zip(right);
+            for (row, ((&left, &middle), &right)) in phases.enumerate() {
+                if left | middle | right == 0 {
+                    continue;
+                }
                 let at = first + (FINE * row + down).cast_signed();
-                let at = usize::try_from(at).ok().filter(|&at| at < picture.rows());
-                if let Some(at) = at.filter(|_| bits != [0; FINE]) {
+                if let Some(at) = usize::try_from(at).ok().filter(|&at| at < picture.rows()) {
+                    let bits = interleaved([left, middle, right]);
                     merge(picture.row_mut(at), bits, offset);
                 }
             }
@@ -394,45 +446,9 @@ impl Fine {
     }
 }
 
-/// The rectangle that a figure takes in the image, metres.
-#[derive(Clone, Copy, Debug)]
-struct Extent {
-    min: Vec2,
-    max: Vec2,
-}
-
-impl Extent {
-    fn of(figure: &Figure<'_>, camera: &Camera) -> std::result::Result<Self, DrawError> {
-        let mut points = figure.points();
-        let first = projected(camera, points.next().ok_or(DrawError::Empty)?)?;
-        let mut extent = Self {
-            min: first,
-            max: first,
-        };
-        for point in points {
-            let image = projected(camera, point)?;
-            extent.min = extent.min.min(image);
-            extent.max = extent.max.max(image);
-        }
-        Ok(extent)
-    }
-}
-
-/// Where a point appears, if it is far enough in front of the camera.
-fn projected(camera: &Camera, point: Vec3) -> std::result::Result<Vec2, DrawError> {
-    let depth_m = camera.depth_m(point);
-    if !point.is_finite() || depth_m.is_nan() {
-        return Err(DrawError::NotFinite);
-    }
-    if depth_m < NEAR_M {
-        return Err(DrawError::TooNear(depth_m));
-    }
-    let image = camera.project(point);
-    if image.is_finite() {
-        Ok(image)
-    } else {
-        Err(DrawError::NotFinite)
-    }
+/// Whether two figures of one body have the same points.
+fn is_same(one: &Figure<'_>, other: &Figure<'_>) -> bool {
+    one.len() == other.len() && one.points().eq(other.points())
 }
 
 /// Columns and rows of a silhouette.

@@ -4,8 +4,9 @@
 //! samples as the outermost ones that are on have moved. What has not changed is sampled in the
 //! middle of each three by three samples; what has is sampled at the nearest one.
 
+use super::counts::Counts;
 use super::fine::Fine;
-use super::phases::FINE;
+use super::phases::{FINE, thirds};
 use super::picture::{Bounds, Picture};
 use edgegait_core::camera::Framing;
 use edgegait_core::silhouette::Silhouette;
@@ -33,8 +34,25 @@ struct Axis {
 impl Axis {
     /// The sample that is nearest to the middle of a pixel.
     fn sample(self, number: i64) -> Option<usize> {
+        usize::try_from(self.at(number)).ok()
+    }
+
+    fn at(self, number: i64) -> i64 {
         let at = self.halves * self.pixels + (2 * number + 1) * self.span;
-        usize::try_from(at.div_euclid(2 * self.pixels)).ok()
+        at.div_euclid(2 * self.pixels)
+    }
+
+    /// Those of the first `count` pixels.
+    fn samples(self, count: usize) -> impl Iterator<Item = Option<usize>> {
+        (0..signed(count)).map(move |number| self.sample(number))
+    }
+
+    /// Where the first of samples is that are three apart; none if they are not.
+    fn start(self, number: i64) -> Option<isize> {
+        if self.span != signed(FINE) * self.pixels {
+            return None;
+        }
+        isize::try_from(self.at(number)).ok()
     }
 
     /// The last pixel whose middle is at or before the start of a sample.
@@ -91,19 +109,21 @@ impl Fine {
     }
 
     /// Makes `picture`, which was drawn in phases, agree with what the core drew at once: their
-    /// coordinates are rounded differently, which moves an edge by 1/64 pixel at most.
-    pub(super) fn settle(&self, picture: &mut Picture, drawn: &Silhouette) {
-        let Some(now) = picture.bounds() else {
-            return;
-        };
+    /// coordinates are rounded differently, which moves an edge by 1/64 pixel at most. Where it
+    /// is on then.
+    pub(super) fn settle(&self, picture: &mut Picture, drawn: &Silhouette) -> Option<Bounds> {
+        let now = picture.bounds()?;
         let mut grid = self.grid(now, now);
         if self.setup.framing == Framing::Height {
             let Some((first, _)) = self.centred(picture, now, &grid) else {
-                return;
+                return Some(now);
             };
             grid.first = first;
         }
         let found = self.sampled(picture, &grid);
+        if found == *drawn {
+            return Some(now);
+        }
         for (row, (found, drawn)) in (0..).zip(found.rows().iter().zip(drawn.rows())) {
             let mut differing = found ^ drawn;
             while differing != 0 {
@@ -117,6 +137,7 @@ impl Fine {
                 differing &= differing - 1;
             }
         }
+        picture.bounds()
     }
 
     /// Where the pixels are, those of [`Framing::Height`] counted from the figure's middle.
@@ -153,13 +174,15 @@ impl Fine {
     /// The pixel at which a silhouette begins whose middle column has the centroid of the
     /// sampled points, and how many of them are on; none if none is.
     fn centred(&self, picture: &Picture, now: Bounds, grid: &Grid) -> Option<(i64, u64)> {
-        let rows = (0..signed(self.setup.size.rows())).filter_map(|row| grid.rows.sample(row));
-        let rows: Vec<usize> = rows.collect();
+        let most = self.setup.size.rows();
+        let rows = grid.rows.samples(most).flatten();
+        let rows = rows.filter(|&row| row < picture.rows());
+        let rows = rows.map(|row| picture.row(row));
+        let counts = Counts::of(rows, picture.columns() / 64, most);
         let (mut area, mut doubled) = (0, 0);
         for number in grid.columns.before(now.left)..=grid.columns.before(now.right) {
             if let Some(column) = grid.columns.sample(number) {
-                let on = rows.iter().filter(|&&row| picture.is_on(row, column));
-                let on = signed(on.count());
+                let on = i64::from(counts.of_column(column));
                 area += on;
                 doubled += on * (2 * number + 1);
             }
@@ -181,18 +204,25 @@ impl Fine {
     /// The samples of the silhouette's pixels.
     fn sampled(&self, picture: &Picture, grid: &Grid) -> Silhouette {
         let size = self.setup.size;
-        let columns = (0..signed(size.columns()))
-            .map(|column| grid.columns.sample(grid.first + column))
-            .map(|sample| sample.unwrap_or(usize::MAX));
-        let columns: Vec<usize> = columns.collect();
-        let rows = (0..signed(size.rows())).map(|row| {
-            let row = grid.rows.sample(row).unwrap_or(usize::MAX);
-            let bits = columns.iter().enumerate();
-            bits.fold(0, |bits, (bit, &column)| {
-                bits | u64::from(picture.is_on(row, column)) << bit
-            })
-        });
-        Silhouette::from_rows(size, &rows.collect::<Vec<u64>>())
+        let rows = grid.rows.samples(size.rows());
+        let rows = rows.map(|row| row.filter(|&row| row < picture.rows()));
+        let rows = rows.map(|row| row.map_or(&[] as &[u64], |row| picture.row(row)));
+        let rows: Vec<u64> = if let Some(start) = grid.columns.start(grid.first) {
+            rows.map(|row| thirds(row, start)).collect()
+        } else {
+            let columns = (0..signed(size.columns()))
+                .map(|column| grid.columns.sample(grid.first + column))
+                .map(|sample| sample.map_or((usize::MAX, 0), |at| (at / 64, at % 64)));
+            let columns: Vec<(usize, usize)> = columns.collect();
+            let bits = |row: &[u64]| {
+                let bits = columns.iter().enumerate();
+                bits.fold(0, |bits, (bit, &(word, at))| {
+                    bits | row.get(word).map_or(0, |word| (word >> at & 1) << bit)
+                })
+            };
+            rows.map(bits).collect()
+        };
+        Silhouette::from_rows(size, &rows)
     }
 }
 

@@ -15,8 +15,10 @@
 //!
 //! What nothing has changed becomes the silhouette that the core draws directly.
 
+mod counts;
 mod distortion;
 mod exposure;
+mod extent;
 mod faults;
 mod fine;
 mod frame;
@@ -33,7 +35,6 @@ mod tests;
 pub(crate) use distortion::distort;
 #[cfg(feature = "plots")]
 pub(crate) use distortion::straightened;
-pub(crate) use exposure::exposed;
 pub(crate) use faults::{holes, merged_background, missing_part, salt_and_pepper};
 pub(crate) use fine::{Fine, FineRenderer, Setup};
 pub(crate) use frame::Framed;

@@ -40,6 +40,7 @@ fn invert(picture: &mut Picture) {
 
 /// Every sample within an ellipse about one that is on; none is on outside of the picture.
 fn dilated(picture: &Picture, radii: DVec2) -> Picture {
+    let words = picture.columns() / 64;
     let mut grown = picture.clone();
     // From the ellipse's upper end to its middle: rows grow wider, step by step.
     let mut wide = picture.clone();
@@ -51,31 +52,36 @@ fn dilated(picture: &Picture, radii: DVec2) -> Picture {
         let reach = radii.x.max(0.0) * libm::sqrt(1.0 - share * share).max(0.0);
         while f64::from(width + 1) <= reach && width < 63 {
             width += 1;
-            for row in 0..picture.rows() {
-                widen(wide.row_mut(row), picture.row(row), width);
-            }
+            widen(wide.words_mut(), picture, width);
         }
-        let up = up.unsigned_abs() as usize;
-        for row in 0..picture.rows() {
-            for to in [row.checked_sub(up), row.checked_add(up)] {
-                if let Some(to) = to.filter(|&to| to < picture.rows()) {
-                    for (grown, wide) in grown.row_mut(to).iter_mut().zip(wide.row(row)) {
-                        *grown |= wide;
-                    }
-                }
-            }
+        let up = up.unsigned_abs() as usize * words;
+        let (wide, grown) = (wide.words(), grown.words_mut());
+        // Upwards, and downwards.
+        for (grown, wide) in grown.iter_mut().zip(wide.iter().skip(up)) {
+            *grown |= wide;
+        }
+        for (grown, wide) in grown.iter_mut().skip(up).zip(wide) {
+            *grown |= wide;
         }
     }
     grown
 }
 
-/// Adds a row moved `by` columns to each side, 1 to 63.
-fn widen(wide: &mut [u64], row: &[u64], by: u32) {
-    for (at, wide) in wide.iter_mut().enumerate() {
-        let word = |at: Option<usize>| at.and_then(|at| row.get(at)).copied().unwrap_or(0);
-        let right = row[at] << by | word(at.checked_sub(1)) >> (64 - by);
-        let left = row[at] >> by | word(Some(at + 1)) << (64 - by);
-        *wide |= left | right;
+/// Adds to all rows those of a picture, moved `by` columns to each side, 1 to 63.
+fn widen(wide: &mut [u64], picture: &Picture, by: u32) {
+    let words = picture.columns() / 64;
+    let rows = picture.words().chunks_exact(words);
+    for (wide, row) in wide.chunks_exact_mut(words).zip(rows) {
+        let mut before = 0;
+        for (at, (wide, &bits)) in wide.iter_mut().zip(row).enumerate() {
+            let behind = row.get(at + 1).copied().unwrap_or(0);
+            let (right, left) = (
+                bits << by | before >> (64 - by),
+                bits >> by | behind << (64 - by),
+            );
+            *wide |= left | right;
+            before = bits;
+        }
     }
 }
 

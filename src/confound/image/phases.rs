@@ -45,42 +45,72 @@ pub(super) fn within(offset: f64) -> (isize, f32) {
 }
 
 /// Bits of three phases of a row, one after another for each pixel.
-pub(super) fn interleaved(phases: [u64; FINE]) -> [u64; FINE] {
-    let [a, b, c] = phases;
-    // 16 pixels take 48 bits.
-    let quarter = |number: u32| -> u128 {
-        let part = |phase: u64| spread(phase >> (16 * number) & 0xffff);
-        u128::from(part(a) | part(b) << 1 | part(c) << 2)
+pub(super) fn interleaved([a, b, c]: [u64; FINE]) -> [u64; FINE] {
+    // Eight pixels take 24 bits.
+    let eighth = |number: u32| -> u64 {
+        let part = |phase: u64| u64::from(SPREAD[(phase >> (8 * number) & 0xff) as usize]);
+        part(a) | part(b) << 1 | part(c) << 2
     };
-    let low = quarter(0) | quarter(1) << 48 | quarter(2) << 96;
-    let high = quarter(2) >> 32 | quarter(3) << 16;
-    #[expect(clippy::cast_possible_truncation, reason = "word by word")]
-    let words = [low as u64, (low >> 64) as u64, high as u64];
-    words
+    let [second, fifth] = [2, 5].map(eighth);
+    [
+        eighth(0) | eighth(1) << 24 | second << 48,
+        second >> 16 | eighth(3) << 8 | eighth(4) << 32 | fifth << 56,
+        fifth >> 8 | eighth(6) << 16 | eighth(7) << 40,
+    ]
 }
 
-/// Sixteen bits, each followed by two zeros (Morton 1966).
-const fn spread(bits: u64) -> u64 {
-    let bits = (bits | bits << 32) & 0x001f_0000_0000_ffff;
-    let bits = (bits | bits << 16) & 0x001f_0000_ff00_00ff;
-    let bits = (bits | bits << 8) & 0x100f_00f0_0f00_f00f;
-    let bits = (bits | bits << 4) & 0x10c3_0c30_c30c_30c3;
-    (bits | bits << 2) & 0x1249_2492_4924_9249
+/// Every byte with two zeros behind each of its bits.
+const SPREAD: [u32; 256] = {
+    let mut spread = [0; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        let mut bit = 0;
+        while bit < 8 {
+            spread[byte] |= ((byte >> bit & 1) as u32) << (FINE * bit);
+            bit += 1;
+        }
+        byte += 1;
+    }
+    spread
+};
+
+/// Every third bit of a word, from the lowest on, put together (Morton 1966, backwards).
+const fn gathered(bits: u64) -> u64 {
+    let bits = bits & 0x9249_2492_4924_9249;
+    let bits = (bits | bits >> 2) & 0x30c3_0c30_c30c_30c3;
+    let bits = (bits | bits >> 4) & 0xf00f_00f0_0f00_f00f;
+    let bits = (bits | bits >> 8) & 0x00ff_0000_ff00_00ff;
+    let bits = (bits | bits >> 16) & 0xffff_0000_0000_ffff;
+    (bits | bits >> 32) & 0x003f_ffff
+}
+
+/// Every third of 192 columns of a row from `start` on; off outside of it.
+pub(super) fn thirds(row: &[u64], start: isize) -> u64 {
+    let (first, shift) = (start.div_euclid(64), start.rem_euclid(64));
+    let word = |number: isize| {
+        let at = usize::try_from(first + number).ok();
+        at.and_then(|at| row.get(at)).copied().unwrap_or(0)
+    };
+    let from = |number: isize| word(number) >> shift | word(number + 1) << 1 << (63 - shift);
+    // Multiples of three: bits 0 to 63 hold 22 of them, and the next words 21 each.
+    gathered(from(0)) | gathered(from(1) >> 2) << 22 | gathered(from(2) >> 1) << 43
 }
 
 /// Adds words to a row from column `offset` on, as far as it goes.
-pub(super) fn merge(row: &mut [u64], words: [u64; FINE], offset: isize) {
-    let (whole, shift) = (offset.div_euclid(64), offset.rem_euclid(64));
-    for (number, bits) in words.into_iter().enumerate() {
-        let first = whole + number.cast_signed();
-        let both = u128::from(bits) << shift;
-        #[expect(clippy::cast_possible_truncation, reason = "word by word")]
-        let parts = [(first, both as u64), (first + 1, (both >> 64) as u64)];
-        for (at, part) in parts {
-            let word = usize::try_from(at).ok().and_then(|at| row.get_mut(at));
-            if let Some(word) = word {
-                *word |= part;
-            }
+pub(super) fn merge(row: &mut [u64], [a, b, c]: [u64; FINE], offset: isize) {
+    let (first, shift) = (offset.div_euclid(64), offset.rem_euclid(64));
+    // What is left of a word goes into the next one, nothing if it is not shifted.
+    let rest = |bits: u64| bits >> 1 >> (63 - shift);
+    let parts = [
+        a << shift,
+        b << shift | rest(a),
+        c << shift | rest(b),
+        rest(c),
+    ];
+    for (at, part) in (first..).zip(parts) {
+        let word = usize::try_from(at).ok().and_then(|at| row.get_mut(at));
+        if let Some(word) = word {
+            *word |= part;
         }
     }
 }
@@ -112,6 +142,19 @@ mod tests {
                     "{offset} {column}"
                 );
             }
+        }
+    }
+
+    #[test]
+    fn every_third_bit_is_gathered() {
+        for bits in [
+            u64::MAX,
+            0x8000_f00f_1234_abcd,
+            1 << 63,
+            0xffff_0000_dead_beef,
+        ] {
+            let expected = (0..22).map(|bit| (bits >> (FINE * bit) & 1) << bit);
+            assert_eq!(gathered(bits), expected.sum::<u64>(), "{bits:x}");
         }
     }
 

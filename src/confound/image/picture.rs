@@ -75,6 +75,11 @@ impl Picture {
     }
 
     /// All words, row by row.
+    pub(super) fn words(&self) -> &[u64] {
+        &self.bits
+    }
+
+    /// The same to write to.
     pub(super) fn words_mut(&mut self) -> &mut [u64] {
         &mut self.bits
     }
@@ -89,12 +94,11 @@ impl Picture {
     /// The rectangle of what is on; none if nothing is.
     #[must_use]
     pub(crate) fn bounds(&self) -> Option<Bounds> {
-        let is_used = |row: &usize| self.row(*row).iter().any(|&word| word != 0);
-        let top = (0..self.rows).find(is_used)?;
-        let bottom = (top..self.rows).rfind(is_used)? + 1;
+        let top = self.bits.iter().position(|&word| word != 0)? / self.words;
+        let bottom = self.bits.iter().rposition(|&word| word != 0)? / self.words + 1;
         let mut columns = vec![0; self.words];
-        for row in top..bottom {
-            for (all, word) in columns.iter_mut().zip(self.row(row)) {
+        for row in self.bits[top * self.words..bottom * self.words].chunks_exact(self.words) {
+            for (all, word) in columns.iter_mut().zip(row) {
                 *all |= word;
             }
         }

@@ -337,7 +337,7 @@ fn effects_have_a_cost() {
         println!("{name}: {ns} ns");
     }
     let moments: Vec<Picture> = vec![views[3].1.clone(); 9];
-    let ns = median(&mut |_| assert!(exposed(&moments).is_some()));
+    let ns = median(&mut |_| assert!(exposure::exposed(&moments).is_some()));
     println!("motion-blur, 9 drawn moments: {ns} ns");
     let figure = Figure::new(body, &poses[3]);
     let sun = Sun::from_degrees(40.0, 30.0).expect("a sun");

@@ -139,7 +139,7 @@ impl Person {
 }
 
 /// What cohort to make.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct CohortOptions {
     /// Seed of the people.
     pub seed: u64,
