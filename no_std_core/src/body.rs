@@ -104,7 +104,7 @@ impl BodyHull {
     };
 }
 
-/// The hulls of an avatar, unpacked, with their facets. 102 kB: for a host, where it is made once for
+/// The hulls of an avatar, unpacked, with their facets. 81 kB: for a host, where it is made once for
 /// all frames and viewpoints.
 #[derive(Clone, Debug)]
 pub struct Body {

@@ -41,7 +41,7 @@
 //! assert_eq!(side_view(b"not a pack"), None);
 //! ```
 //!
-//! That takes 180 kB, as a host has them; a microcontroller draws the same bytes in 10 kB with
+//! That takes 170 kB, as a host has them; a microcontroller draws the same bytes in 10 kB with
 //! [`lean`].
 //!
 //! # Conventions

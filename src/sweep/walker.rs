@@ -46,7 +46,7 @@ impl Moments {
     }
 }
 
-/// A job's body, unpacked and dressed: 102 kB, and as much again where it is not as the pack has it.
+/// A job's body, unpacked and dressed: 81 kB, and as much again where it is not as the pack has it.
 pub(super) struct Dressed {
     plan: Plan,
     body: Box<Body>,

@@ -1,7 +1,7 @@
 //! Drawing in a few kilobytes: hull by hull.
 //!
 //! [`crate::raster::Renderer`] is fast because it unpacks a body once and keeps everything
-//! that poses and viewpoints share, 180 kB in all. A microcontroller has less than that. Here
+//! that poses and viewpoints share, 170 kB in all. A microcontroller has less than that. Here
 //! nothing of a body is kept but its points, in whole steps (6 bytes a point), and which of
 //! them are the corners of which facets (2 bytes a facet); everything else is found again for
 //! each drawing. The arithmetic is the same, and so are the bytes of every silhouette

@@ -91,7 +91,7 @@ impl Strip {
     }
 }
 
-/// A window of bits to draw into. 33 kB.
+/// A window of bits to draw into. 36 kB.
 #[derive(Clone, Debug)]
 pub(crate) struct Window {
     simd: Simd,

@@ -446,9 +446,10 @@ impl Wide for Avx512 {
         }
         let count = count as usize;
         for ends in ends.iter_mut().take(count.div_ceil(LANES)) {
-            for axis in 0..2 {
-                self.store(self.pick(from, points[axis]), &mut ends.from[axis]);
-                self.store(self.pick(to, points[axis]), &mut ends.to[axis]);
+            let axes = ends.from.iter_mut().zip(&mut ends.to).zip(points);
+            for ((from_axis, to_axis), points) in axes {
+                self.store(self.pick(from, points), from_axis);
+                self.store(self.pick(to, points), to_axis);
             }
             (from, to) = (self.without_sixteen(from), self.without_sixteen(to));
         }
