@@ -9,7 +9,7 @@ use crate::avatar::{Avatar, Hull};
 use crate::body::plane::sorted;
 use crate::body::{OverBudget, Place};
 use crate::budget::{MAX_HULL_POINTS, MAX_HULLS};
-use crate::facets::Facets;
+use crate::facets::each_triangle;
 use crate::hull::mirrored;
 use crate::pose::ModelPose;
 use core::convert::Infallible;
@@ -309,16 +309,7 @@ impl Corners {
 /// which have no outline.
 #[inline(never)]
 fn each_facet<E>(hull: &Hull<'_>, mut take: impl FnMut(Corners) -> Result<(), E>) -> Result<(), E> {
-    let surface = Facets::of(&hull.read_all());
-    for facet in &surface.facets {
-        take(Corners::of(facet.corners))?;
-    }
-    if surface.facets.is_empty() {
-        for &[a, b] in &surface.edges {
-            take(Corners::of([a, b, b]))?;
-        }
-    }
-    Ok(())
+    each_triangle(&hull.read_all(), |corners| take(Corners::of(corners)))
 }
 
 /// How many there are.
