@@ -136,7 +136,7 @@ impl<'a> Loop<'a> {
     /// at the origin; it is [`Loop::drift_m`] times the phase.
     ///
     /// Any float is taken; one that is not finite counts as 0. Reads the whole
-    /// stream, and the template's: 3 to 6 microseconds on a host ([`Loop::expand`] is for
+    /// stream, and the template's: about 3 microseconds on a host ([`Loop::expand`] is for
     /// many poses of one loop).
     #[must_use]
     pub fn pose(&self, phase: f32) -> Pose {
@@ -168,7 +168,7 @@ impl<'a> Loop<'a> {
         Expanded::len_for(most)
     }
 
-    /// Unpacks the coefficients into `buffer` once, for poses that take a 17th of the
+    /// Unpacks the coefficients into `buffer` once, for poses that take a 15th of the
     /// time; `None` if it is shorter than [`Loop::expanded_len`]. Poses are the same, bit
     /// for bit.
     #[must_use]

@@ -27,6 +27,9 @@ impl Posed<'_> {
     /// without points.
     ///
     /// With parallel rays only hulls whose boxes reach beyond it are looked at more closely.
+    ///
+    /// Not inlined, so that its 700 bytes of stack are free again when the body is drawn.
+    #[inline(never)]
     pub(in crate::lean) fn extent(&self, camera: &Camera) -> Option<Extent> {
         let mut reached = [EVERYTHING; MAX_HULLS];
         // Numbers of the hulls whose boxes reach farthest.
