@@ -15,8 +15,6 @@ use glam::Vec3;
 #[derive(Clone, Copy, Debug)]
 pub struct Avatar<'a> {
     bytes: &'a [u8],
-    /// Bits of the stream that the joint offsets take.
-    offsets_bits: usize,
 }
 
 impl<'a> Avatar<'a> {
@@ -28,10 +26,7 @@ impl<'a> Avatar<'a> {
         if bytes.len() < AVATAR_HEADER_BYTES {
             return Err(FormatError::new(bytes.len(), "an avatar header of 5 bytes"));
         }
-        let mut avatar = Self {
-            bytes,
-            offsets_bits: 0,
-        };
+        let avatar = Self::over(bytes);
         if avatar.step_um() == 0 {
             return Err(FormatError::new(2, "a step above 0 micrometres"));
         }
@@ -44,7 +39,7 @@ impl<'a> Avatar<'a> {
                 "a Jaccard index of at most 10,000",
             ));
         }
-        avatar.offsets_bits = avatar.check_offsets()?;
+        avatar.check_offsets()?;
         let used = avatar.check_hulls()?;
         if used.div_ceil(8) != avatar.stream().len() {
             return Err(FormatError::new(
@@ -63,8 +58,13 @@ impl<'a> Avatar<'a> {
         Ok(avatar)
     }
 
-    /// Reads the joint offsets; the bits that they take.
-    fn check_offsets(&self) -> Result<usize, FormatError> {
+    /// The avatar of bytes that [`Self::parse`] has been through: looks at none of them.
+    pub(crate) const fn over(bytes: &'a [u8]) -> Self {
+        Self { bytes }
+    }
+
+    /// Reads the joint offsets.
+    fn check_offsets(&self) -> Result<(), FormatError> {
         let width = BitReader::new(self.stream()).unsigned(OFFSET_WIDTH_BITS);
         if width > MAX_OFFSET_WIDTH {
             return Err(FormatError::new(
@@ -72,14 +72,13 @@ impl<'a> Avatar<'a> {
                 "joint offsets of at most 16 bits",
             ));
         }
-        let (_, bits) = self.read_offsets();
-        if bits.is_overrun() {
+        if self.hull_bits().is_overrun() {
             return Err(FormatError::new(
                 self.bytes.len(),
                 "the rest of the joint offsets",
             ));
         }
-        Ok(bits.position())
+        Ok(())
     }
 
     /// Reads the hulls but for their points; the bits of the whole stream.
@@ -110,12 +109,6 @@ impl<'a> Avatar<'a> {
     /// The joint offsets.
     #[must_use]
     pub fn skeleton(&self) -> Skeleton {
-        self.read_offsets().0
-    }
-
-    /// The joint offsets, and a reader behind them.
-    fn read_offsets(&self) -> (Skeleton, BitReader<'a>) {
-        let is_symmetric = self.flags() & SYMMETRIC_SKELETON != 0;
         let mut bits = BitReader::new(self.stream());
         let width = bits.unsigned(OFFSET_WIDTH_BITS).min(MAX_OFFSET_WIDTH);
         let mut coordinate = || {
@@ -126,19 +119,31 @@ impl<'a> Avatar<'a> {
         };
         let mut offsets = [Vec3::ZERO; JOINTS];
         for joint in Joint::ALL.into_iter().skip(1) {
-            let other = joint.mirrored();
-            let offset = if is_symmetric && other < joint {
-                mirrored(offsets.get(other.index()).copied().unwrap_or_default())
-            } else {
-                let is_middle = is_symmetric && other == joint;
-                let x = if is_middle { 0.0 } else { coordinate() };
-                Vec3::new(x, coordinate(), coordinate())
+            let offset = match self.coordinates(joint) {
+                3 => Vec3::new(coordinate(), coordinate(), coordinate()),
+                2 => Vec3::new(0.0, coordinate(), coordinate()),
+                _ => {
+                    let other = offsets.get(joint.mirrored().index());
+                    mirrored(other.copied().unwrap_or_default())
+                }
             };
             if let Some(place) = offsets.get_mut(joint.index()) {
                 *place = offset;
             }
         }
-        (Skeleton { offsets }, bits)
+        Skeleton { offsets }
+    }
+
+    /// How many coordinates of a joint's offset are stored: of a symmetric skeleton neither the
+    /// right side's nor the middle's x.
+    fn coordinates(&self, joint: Joint) -> usize {
+        let other = joint.mirrored();
+        match self.flags() & SYMMETRIC_SKELETON {
+            0 => 3,
+            _ if other < joint => 0,
+            _ if other == joint => 2,
+            _ => 3,
+        }
     }
 
     /// The hulls, in file order, each mirrored one followed by its image.
@@ -186,10 +191,15 @@ impl<'a> Avatar<'a> {
         self.bytes.get(4).copied().unwrap_or_default()
     }
 
-    /// A reader before the first hull.
+    /// A reader before the first hull, behind the joint offsets.
     fn hull_bits(&self) -> BitReader<'a> {
         let mut bits = BitReader::new(self.stream());
-        bits.skip(self.offsets_bits);
+        let width = bits.unsigned(OFFSET_WIDTH_BITS).min(MAX_OFFSET_WIDTH) as usize;
+        let joints = Joint::ALL.into_iter().skip(1);
+        for _ in 0..joints.map(|joint| self.coordinates(joint)).sum() {
+            let is_stored = bits.unsigned(1) == 1;
+            bits.skip(if is_stored { width } else { 0 });
+        }
         bits
     }
 

@@ -2,6 +2,9 @@
 
 use crate::format::{ESCAPE_BITS, FormatError, MAX_RICE, RICE_ESCAPE};
 
+/// How many bits are ahead in one word at least: all of it but for those before the first.
+const AHEAD: u32 = u32::BITS - 7;
+
 /// Reads unsigned and signed integers of 0 to 25 bits, least significant bit
 /// first. Past the end it reads zeros: callers check lengths when they parse.
 #[derive(Clone, Copy, Debug)]
@@ -34,16 +37,16 @@ impl<'a> BitReader<'a> {
         self.position > self.bytes.len() * 8
     }
 
-    /// The four bytes that the next bit is the first one of.
-    fn peek(&self) -> u32 {
-        let rest = self.bytes.get(self.position / 8..).unwrap_or_default();
-        match rest.first_chunk() {
-            Some(whole) => u32::from_le_bytes(*whole),
-            None => rest
-                .iter()
-                .rev()
-                .fold(0, |word, &byte| word << 8 | u32::from(byte)),
-        }
+    /// The bits ahead, at least [`AHEAD`] of them.
+    #[inline]
+    fn ahead(&self) -> u32 {
+        let at = self.position / 8;
+        let word = self.bytes.get(at..at + 4).and_then(<[u8]>::first_chunk);
+        let word = word.map_or_else(
+            || last_word(self.bytes, at),
+            |four| u32::from_le_bytes(*four),
+        );
+        word >> (self.position % 8)
     }
 
     /// Refuses a stream that is not the bits read so far, filled up with zeros to whole
@@ -70,9 +73,10 @@ impl<'a> BitReader<'a> {
     }
 
     /// The next `width` bits as an unsigned integer; `width` is at most 25.
+    #[inline]
     pub fn unsigned(&mut self, width: u32) -> u32 {
         debug_assert!(width <= 25);
-        let value = (self.peek() >> (self.position % 8)) & ((1 << width) - 1);
+        let value = self.ahead() & ((1 << width) - 1);
         self.position += width as usize;
         value
     }
@@ -90,27 +94,69 @@ impl<'a> BitReader<'a> {
     /// 15: the zigzag number (0, 1, -1, 2, -2... as 0, 1, 2, 3, 4...) divided by 2^k as so
     /// many ones and a zero, then the remainder in `k` bits. Sixteen ones and no zero are
     /// an escape: a two's complement integer of 24 bits follows.
+    #[inline(always)]
     pub fn rice(&mut self, k: u32) -> i32 {
         debug_assert!(k <= MAX_RICE);
-        let ahead = self.peek() >> (self.position % 8);
-        let ones = ahead.trailing_ones().min(RICE_ESCAPE);
-        if ones == RICE_ESCAPE {
-            self.position += RICE_ESCAPE as usize;
-            return self.signed(ESCAPE_BITS);
+        let ahead = self.ahead();
+        let ones = ahead.trailing_ones();
+        if ones + MAX_RICE >= AHEAD {
+            // By value: a reader that is lent out is not kept in registers.
+            let (number, behind) = long_rice(*self, k);
+            self.position = behind;
+            return number;
         }
-        let shift = (self.position % 8) as u32 + ones + 1;
-        self.position += ones as usize + 1;
-        let rest = if shift + k <= u32::BITS {
-            // The word at hand has the remainder as well, as it mostly does.
-            self.position += k as usize;
-            (ahead >> ones >> 1) & ((1 << k) - 1)
-        } else {
-            self.unsigned(k)
-        };
-        let zigzag = ones << k | rest;
-        let half = (zigzag >> 1).cast_signed();
-        if zigzag & 1 == 1 { half + 1 } else { -half }
+        // The word at hand has the remainder as well.
+        self.position += (ones + 1 + k) as usize;
+        from_zigzag(ones << k | (ahead >> ones >> 1) & ((1 << k) - 1))
     }
+
+    /// Passes over such an integer.
+    #[inline]
+    pub(crate) fn skip_rice(&mut self, k: u32) {
+        let ones = self.ahead().trailing_ones();
+        self.position += if ones < RICE_ESCAPE {
+            ones + 1 + k
+        } else {
+            RICE_ESCAPE + ESCAPE_BITS
+        } as usize;
+    }
+}
+
+/// The last bytes from `at` on, of which there are fewer than four, and zeros behind them.
+#[cold]
+#[inline(never)]
+fn last_word(bytes: &[u8], at: usize) -> u32 {
+    let Some(four) = bytes.last_chunk() else {
+        let rest = bytes.get(at..).unwrap_or_default().iter();
+        return rest.rfold(0, |word, &byte| word << 8 | u32::from(byte));
+    };
+    let before = u32::try_from(at + 4 - bytes.len()).unwrap_or(u32::MAX);
+    let word = u32::from_le_bytes(*four);
+    word.checked_shr(before.saturating_mul(8)).unwrap_or(0)
+}
+
+/// The next integer, which begins with many ones, in a Rice code with parameter `k`, and the
+/// position behind it.
+#[cold]
+#[inline(never)]
+fn long_rice(mut bits: BitReader<'_>, k: u32) -> (i32, usize) {
+    let ones = bits.ahead().trailing_ones().min(RICE_ESCAPE);
+    bits.skip(ones as usize);
+    let number = if ones == RICE_ESCAPE {
+        bits.signed(ESCAPE_BITS)
+    } else {
+        bits.skip(1);
+        from_zigzag(ones << k | bits.unsigned(k))
+    };
+    (number, bits.position)
+}
+
+/// 0, 1, 2, 3, 4... as 0, 1, -1, 2, -2...
+#[inline]
+const fn from_zigzag(zigzag: u32) -> i32 {
+    // 0 or -1: the complement of a half, taken from 0, is one more than it.
+    let odd = -(zigzag & 1).cast_signed();
+    -((zigzag >> 1).cast_signed() ^ odd)
 }
 
 /// Values of so many bits each, packed, for the tests of what reads them.

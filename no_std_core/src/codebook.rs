@@ -59,19 +59,18 @@ impl<'a> Codebook<'a> {
             templates: Table::EMPTY,
         };
         let mut bits = BitReader::new(parameters);
+        let error = |bits: &BitReader<'_>, expected| {
+            FormatError::new(CODEBOOK_BYTES + bits.position() / 8, expected)
+        };
         for _ in 0..CHANNELS {
-            let Some(mut channel) = Parameters::read(&mut bits) else {
-                return Err(FormatError::new(
-                    CODEBOOK_BYTES + bits.position() / 8,
-                    "at most 32 groups in a channel",
-                ));
+            let Some(channel) = Parameters::read(&mut bits) else {
+                return Err(error(&bits, "at most 32 groups in a channel"));
             };
-            while let Some(parameter) = channel.next(&mut bits) {
-                if parameter > MAX_RICE {
-                    return Err(FormatError::new(
-                        CODEBOOK_BYTES + bits.position() / 8,
-                        "Rice parameters of 0 to 15",
-                    ));
+            let mut last = 0;
+            for group in 0..usize::from(channel.groups) {
+                last = next_code(&mut bits, group, last);
+                if last > MAX_RICE {
+                    return Err(error(&bits, "Rice parameters of 0 to 15"));
                 }
             }
         }
@@ -84,13 +83,22 @@ impl<'a> Codebook<'a> {
     ///
     /// # Errors
     /// Where the bytes are not a table of templates, at most 255.
-    pub fn with_templates(mut self, section: &'a [u8]) -> Result<Self, FormatError> {
+    pub fn with_templates(self, section: &'a [u8]) -> Result<Self, FormatError> {
+        self.with_checked(section, &CodeTable::of(&self))
+    }
+
+    /// The same with what was read of the codebook.
+    pub(crate) fn with_checked(
+        mut self,
+        section: &'a [u8],
+        codes: &CodeTable,
+    ) -> Result<Self, FormatError> {
         self.templates = Table::parse(section)?;
         if self.templates.len() > usize::from(u8::MAX) {
             return Err(FormatError::new(0, "at most 255 templates"));
         }
         for (at, entry) in self.templates.entries() {
-            Template::parse(entry, &self).map_err(|e| e.behind(at))?;
+            Template::check(entry, codes).map_err(|e| e.behind(at))?;
         }
         Ok(self)
     }
@@ -173,50 +181,129 @@ impl<'a> Codebook<'a> {
     }
 }
 
-/// The Rice parameters of one channel, read as they are needed.
+/// What the codebook states of one channel's numbers.
+#[derive(Clone, Copy)]
 pub(crate) struct Parameters {
     /// Most groups that a clip has in this channel.
-    pub groups: u32,
-    /// Usual number of groups.
-    pub usual_groups: i32,
+    pub groups: u8,
+    usual_groups: u8,
     /// Rice parameter of the difference to it.
-    pub groups_rice: u32,
-    read: u32,
-    last: u32,
+    groups_rice: u8,
 }
 
+/// The Rice parameter of each group of one channel.
+pub(crate) type Codes = [u8; MAX_GROUPS];
+
 impl Parameters {
-    /// The channel's head; `None` where it has more groups than there are harmonics.
+    /// No groups.
+    pub(crate) const NONE: Self = Self {
+        groups: 0,
+        usual_groups: 0,
+        groups_rice: 0,
+    };
+
+    /// The channel's head, behind which are its codes; `None` where it has more groups than
+    /// there are harmonics.
     pub(crate) fn read(bits: &mut BitReader<'_>) -> Option<Self> {
         let groups = bits.unsigned(GROUPS_BITS);
-        let (usual_groups, groups_rice) = if groups == 0 {
-            (0, 0)
-        } else {
-            let usual = bits.unsigned(GROUPS_BITS);
-            (usual.cast_signed(), bits.unsigned(GROUPS_RICE_BITS))
-        };
-        (groups as usize <= MAX_GROUPS).then_some(Self {
+        if groups == 0 {
+            return Some(Self::NONE);
+        }
+        let usual = bits.unsigned(GROUPS_BITS + GROUPS_RICE_BITS);
+        let [groups, usual, ..] = [groups, usual].map(|field| field.to_le_bytes()[0]);
+        (usize::from(groups) <= MAX_GROUPS).then_some(Self {
             groups,
-            usual_groups,
-            groups_rice,
-            read: 0,
-            last: 0,
+            usual_groups: usual & ((1 << GROUPS_BITS) - 1),
+            groups_rice: usual >> GROUPS_BITS,
         })
     }
 
-    /// The next group's Rice parameter: the constant's and the first harmonic's as they
-    /// are, the others' as differences to the one before.
-    pub(crate) fn next(&mut self, bits: &mut BitReader<'_>) -> Option<u32> {
-        if self.read == self.groups {
-            return None;
+    /// Reads the channel's codes, which a checked codebook has, into the first of `codes`.
+    #[inline]
+    pub(crate) fn read_codes<'c>(
+        &self,
+        bits: &mut BitReader<'_>,
+        codes: &'c mut Codes,
+    ) -> &'c [u8] {
+        let codes = codes
+            .get_mut(..usize::from(self.groups))
+            .unwrap_or_default();
+        // A copy is kept in registers.
+        let (mut here, mut last) = (*bits, 0);
+        for (group, code) in codes.iter_mut().enumerate() {
+            last = next_code(&mut here, group, last);
+            *code = last.to_le_bytes()[0];
         }
-        self.last = if self.read < 2 {
-            bits.unsigned(RICE_BITS)
-        } else {
-            self.last.wrapping_sub(bits.rice(0).cast_unsigned())
+        *bits = here;
+        codes
+    }
+
+    /// Reads how many groups a clip has in this channel; `None` where they are more than the
+    /// codebook has.
+    #[inline(always)]
+    pub(crate) fn read_groups(&self, numbers: &mut BitReader<'_>) -> Option<usize> {
+        if self.groups == 0 {
+            return Some(0);
+        }
+        let difference = numbers.rice(u32::from(self.groups_rice));
+        let groups = i32::from(self.usual_groups) + difference;
+        let groups = usize::try_from(groups).ok()?;
+        (groups <= usize::from(self.groups)).then_some(groups)
+    }
+}
+
+/// The Rice parameter of a channel's next group: the constant's and the first harmonic's as
+/// they are, the others' as differences to the one before, `last`.
+#[inline]
+fn next_code(bits: &mut BitReader<'_>, group: usize, last: u32) -> u32 {
+    if group < 2 {
+        bits.unsigned(RICE_BITS)
+    } else {
+        last.wrapping_sub(bits.rice(0).cast_unsigned())
+    }
+}
+
+/// What the codebook states of all channels, read once to check many clips. 2 kB.
+pub(crate) struct CodeTable {
+    channels: [Parameters; CHANNELS],
+    /// Those of all channels one after another.
+    codes: heapless::Vec<u8, { CHANNELS * MAX_GROUPS }>,
+}
+
+impl CodeTable {
+    #[inline]
+    pub(crate) fn of(codebook: &Codebook<'_>) -> Self {
+        let mut table = Self {
+            channels: [Parameters::NONE; CHANNELS],
+            codes: heapless::Vec::new(),
         };
-        self.read += 1;
-        Some(self.last)
+        table.read(BitReader::new(codebook.parameters));
+        table
+    }
+
+    /// Apart from [`Self::of`], which a board then needs no copy of the table for.
+    #[inline(never)]
+    fn read(&mut self, mut bits: BitReader<'_>) {
+        let mut codes = [0; MAX_GROUPS];
+        for channel in &mut self.channels {
+            // A codebook's channels have been checked.
+            *channel = Parameters::read(&mut bits).unwrap_or(Parameters::NONE);
+            let codes = channel.read_codes(&mut bits, &mut codes);
+            // As many as there are channels and groups, which the capacity allows.
+            let _ = self.codes.extend_from_slice(codes);
+        }
+    }
+
+    /// The channels from the first, each with its codes.
+    pub(crate) fn channels(&self) -> impl Iterator<Item = (&Parameters, &[u8])> {
+        let mut rest = self.codes.as_slice();
+        self.channels.iter().map(move |channel| {
+            let (codes, behind) = rest
+                .split_at_checked(usize::from(channel.groups))
+                .unwrap_or_default();
+            rest = behind;
+            (channel, codes)
+        })
     }
 }
 
@@ -239,31 +326,23 @@ impl<'a> Template<'a> {
     }
 
     /// Checks every field of `bytes`.
-    fn parse(bytes: &'a [u8], codebook: &Codebook<'_>) -> Result<Self, FormatError> {
-        let Some(template) = Self::new(bytes) else {
+    fn check(bytes: &'a [u8], codes: &CodeTable) -> Result<(), FormatError> {
+        let Some(Self { mut bits, .. }) = Self::new(bytes) else {
             return Err(FormatError::new(bytes.len(), "a template's scale"));
         };
-        let (mut bits, mut parameters) = (template.bits, codebook.parameters());
-        for _ in 0..CHANNELS {
-            let whole = Parameters::read(&mut parameters).and_then(|mut channel| {
-                let numbers = TemplateChannel::read(&mut bits, &channel)?;
-                let mut group = 0;
-                while let Some(parameter) = channel.next(&mut parameters) {
-                    numbers.group(&mut bits, group, parameter);
-                    group += 1;
-                }
-                Some(())
-            });
-            if whole.is_none() {
+        for (channel, codes) in codes.channels() {
+            let Some(numbers) = TemplateChannel::read(&mut bits, channel) else {
                 return Err(FormatError::new(
                     TEMPLATE_HEADER_BYTES + bits.position() / 8,
                     "no more groups than the codebook has for the channel",
                 ));
+            };
+            for (group, &code) in codes.iter().take(numbers.groups).enumerate() {
+                skip_group(&mut bits, group, numbers.code(code));
             }
         }
         bits.check_end()
-            .map_err(|error| error.behind(TEMPLATE_HEADER_BYTES))?;
-        Ok(template)
+            .map_err(|error| error.behind(TEMPLATE_HEADER_BYTES))
     }
 }
 
@@ -271,36 +350,63 @@ impl<'a> Template<'a> {
 #[derive(Clone, Copy, Default)]
 pub(crate) struct TemplateChannel {
     /// Groups that it has.
-    pub groups: u32,
+    pub groups: usize,
     /// How much larger its Rice parameters are than those of differences.
     larger: u32,
 }
 
 impl TemplateChannel {
     /// The channel's head; `None` where it has more groups than the codebook.
+    #[inline]
     pub(crate) fn read(bits: &mut BitReader<'_>, channel: &Parameters) -> Option<Self> {
         if channel.groups == 0 {
             return Some(Self::default());
         }
-        let groups = bits.unsigned(GROUPS_BITS);
-        let larger = bits.unsigned(RICE_BITS);
-        (groups <= channel.groups).then_some(Self { groups, larger })
+        let head = bits.unsigned(GROUPS_BITS + RICE_BITS);
+        let groups = head & ((1 << GROUPS_BITS) - 1);
+        (groups <= u32::from(channel.groups)).then_some(Self {
+            groups: groups as usize,
+            larger: head >> GROUPS_BITS,
+        })
     }
 
-    /// The numbers of a group: the constant's first is its only one.
-    pub(crate) fn group(&self, bits: &mut BitReader<'_>, group: u32, parameter: u32) -> [i32; 2] {
-        if group >= self.groups {
-            return [0, 0];
-        }
-        group_numbers(bits, group, (parameter + self.larger).min(MAX_RICE))
+    /// The Rice parameter of a group whose differences have this one.
+    #[inline]
+    pub(crate) fn code(&self, code: u8) -> u32 {
+        (u32::from(code) + self.larger).min(MAX_RICE)
     }
 }
 
-/// The numbers of a group that is there: a constant alone, or a cosine and a sine.
-pub(crate) fn group_numbers(bits: &mut BitReader<'_>, group: u32, parameter: u32) -> [i32; 2] {
-    let first = bits.rice(parameter);
-    if group == 0 {
-        return [first, 0];
+/// The numbers of a channel's groups: of the constant one and a 0, then of each harmonic the
+/// cosine's and the sine's.
+pub(crate) type Numbers = [[i32; 2]; MAX_GROUPS];
+
+/// Reads the numbers of as many groups as `codes` are given.
+#[inline]
+pub(crate) fn read_numbers<'n>(
+    bits: &mut BitReader<'_>,
+    mut codes: impl ExactSizeIterator<Item = u32>,
+    numbers: &'n mut Numbers,
+) -> &'n [[i32; 2]] {
+    let len = codes.len();
+    let [constant, harmonics @ ..] = numbers;
+    // A copy is kept in registers.
+    let mut here = *bits;
+    if let Some(code) = codes.next() {
+        *constant = [here.rice(code), 0];
     }
-    [first, bits.rice(parameter)]
+    for (code, numbers) in codes.zip(harmonics) {
+        *numbers = [here.rice(code), here.rice(code)];
+    }
+    *bits = here;
+    numbers.get(..len).unwrap_or_default()
+}
+
+/// Passes over the numbers of a group.
+#[inline]
+pub(crate) fn skip_group(bits: &mut BitReader<'_>, group: usize, code: u32) {
+    bits.skip_rice(code);
+    if group > 0 {
+        bits.skip_rice(code);
+    }
 }

@@ -47,31 +47,23 @@ impl Facets {
     /// be left out. Points that are not finite have no surface.
     ///
     /// Incremental construction (Preparata & Hong 1977; de Berg et al. 2008, chapter 11) in
-    /// integers: at most 32 x 60 determinants, about 20 us for 25 points.
+    /// integers: at most 32 x 60 determinants.
     #[must_use]
     pub fn of(points: &[Vec3]) -> Self {
         let cells = cells(points);
         let mut facets = Self::default();
-        let Some(triangle) = first_triangle(&cells) else {
-            return facets;
+        let triangles = match surface(&cells) {
+            Surface::Closed(triangles) => triangles,
+            Surface::Flat(triangle) => {
+                facets.edges = border(&cells, triangle);
+                return facets;
+            }
         };
-        let outside = (0..).zip(&cells);
-        let apex = outside
-            .map(|(apex, cell)| (apex, volume(&cells, triangle, *cell)))
-            .find(|&(_, volume)| volume != 0);
-        let Some((apex, side)) = apex else {
-            facets.edges = border(&cells, triangle);
-            return facets;
-        };
-        let [a, b, c] = if side > 0 { turned(triangle) } else { triangle };
-        let mut surface = Triangles::new();
-        surface.extend([[a, b, c], [b, a, apex], [c, b, apex], [a, c, apex]]);
-        for (point, cell) in (0..).zip(&cells) {
-            grow(&cells, &mut surface, (point, *cell));
-        }
-        for corners in surface {
+        // The number of the edge between two points, the smaller one first.
+        let mut numbers = [[u8::MAX; MAX_HULL_POINTS]; MAX_HULL_POINTS];
+        for corners in triangles {
             let [a, b, c] = corners;
-            let edges = [[a, b], [b, c], [c, a]].map(|side| facets.edge(side));
+            let edges = [[a, b], [b, c], [c, a]].map(|side| facets.edge(side, &mut numbers));
             // As many as triangles, which the capacity allows.
             let _ = facets.facets.push(Facet { corners, edges });
         }
@@ -79,16 +71,64 @@ impl Facets {
     }
 
     /// The number of an edge, which is added if it is new.
-    fn edge(&mut self, [a, b]: [u8; 2]) -> u8 {
-        let edge = [a.min(b), a.max(b)];
-        let known = self.edges.iter().position(|&known| known == edge);
-        let number = known.unwrap_or_else(|| {
+    fn edge(
+        &mut self,
+        [a, b]: [u8; 2],
+        numbers: &mut [[u8; MAX_HULL_POINTS]; MAX_HULL_POINTS],
+    ) -> u8 {
+        let [from, to] = [a.min(b), a.max(b)];
+        let row = &mut numbers[usize::from(from) % MAX_HULL_POINTS];
+        let number = &mut row[usize::from(to) % MAX_HULL_POINTS];
+        if *number == u8::MAX {
+            *number = u8::try_from(self.edges.len()).unwrap_or(u8::MAX);
             // Three for two triangles, which the capacity allows.
-            let _ = self.edges.push(edge);
-            self.edges.len() - 1
-        });
-        u8::try_from(number).unwrap_or(u8::MAX)
+            let _ = self.edges.push([from, to]);
+        }
+        *number
     }
+}
+
+/// Gives `take` the triangles of the surface of [`Facets::of`], or the sides of a flat one as
+/// triangles whose last two corners are one; none of a line or a point. In half of the memory.
+pub(crate) fn each_triangle<E>(
+    points: &[Vec3],
+    mut take: impl FnMut([u8; 3]) -> Result<(), E>,
+) -> Result<(), E> {
+    let cells = cells(points);
+    match surface(&cells) {
+        Surface::Closed(triangles) => triangles.into_iter().try_for_each(take),
+        Surface::Flat(triangle) => border(&cells, triangle)
+            .into_iter()
+            .try_for_each(|[a, b]| take([a, b, b])),
+    }
+}
+
+/// What points span.
+enum Surface {
+    /// These triangles; none if all points are on one line.
+    Closed(Triangles),
+    /// A part of the plane of this triangle.
+    Flat(Triangle),
+}
+
+fn surface(cells: &[Cell]) -> Surface {
+    let mut surface = Triangles::new();
+    let Some(triangle) = first_triangle(cells) else {
+        return Surface::Closed(surface);
+    };
+    let outside = (0..).zip(cells);
+    let apex = outside
+        .map(|(apex, cell)| (apex, volume(cells, triangle, *cell)))
+        .find(|&(_, volume)| volume != 0);
+    let Some((apex, side)) = apex else {
+        return Surface::Flat(triangle);
+    };
+    let [a, b, c] = if side > 0 { turned(triangle) } else { triangle };
+    surface.extend([[a, b, c], [b, a, apex], [c, b, apex], [a, c, apex]]);
+    for (point, cell) in (0..).zip(cells) {
+        grow(cells, &mut surface, (point, *cell));
+    }
+    Surface::Closed(surface)
 }
 
 /// The points on their grid; none if one is not finite.
@@ -107,9 +147,11 @@ fn cells(points: &[Vec3]) -> heapless::Vec<Cell, MAX_HULL_POINTS> {
         core::array::from_fn(|axis| {
             let width = f64::from(max[axis]) - f64::from(min[axis]);
             let share = (f64::from(point[axis]) - f64::from(min[axis])) / width;
+            let exact = share * GRID;
             #[expect(clippy::cast_possible_truncation, reason = "0 to GRID; 0 for no width")]
-            let cell = libm::round(share * GRID) as i32;
-            cell
+            let below = exact as i32;
+            // The difference is exact.
+            below + i32::from(exact - f64::from(below) >= 0.5)
         })
     }));
     cells
@@ -137,15 +179,20 @@ fn grow(cells: &[Cell], surface: &mut Triangles, (point, cell): (u8, Cell)) {
         }
         !is_seen
     });
+    if seen.is_empty() {
+        return;
+    }
+    // Bit `b` of word `a` is the side from `a` to `b`.
+    let mut sides_seen = [0u32; MAX_HULL_POINTS];
     let sides = |&[a, b, c]: &Triangle| [[a, b], [b, c], [c, a]];
-    for side in seen.iter().flat_map(sides) {
-        let is_inner = seen
-            .iter()
-            .flat_map(sides)
-            .any(|[from, to]| [to, from] == side);
+    for [from, to] in seen.iter().flat_map(sides) {
+        sides_seen[usize::from(from) % MAX_HULL_POINTS] |= 1 << to;
+    }
+    for [from, to] in seen.iter().flat_map(sides) {
+        let is_inner = sides_seen[usize::from(to) % MAX_HULL_POINTS] >> from & 1 == 1;
         if !is_inner {
             // A closed surface of at most 32 points has at most 60 triangles (Euler).
-            let _ = surface.push([side[0], side[1], point]);
+            let _ = surface.push([from, to, point]);
         }
     }
 }

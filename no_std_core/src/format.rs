@@ -200,11 +200,13 @@ pub fn step_size(index: u8) -> f32 {
     eighth * f32::from_bits(octave << 23)
 }
 
-/// The CRC-32 (ISO-HDLC, as in PNG and zip) of `bytes`. Bit by bit, without a
-/// table: about 10 ns a byte on a host.
+/// The CRC-32 (ISO-HDLC, as in PNG and zip) of `bytes`. Byte by byte, with a table of 1 kB:
+/// about 2 ns a byte on a host.
 #[must_use]
 pub fn crc32(bytes: &[u8]) -> u32 {
-    crc::Crc::<u32, crc::NoTable>::new(&crc::CRC_32_ISO_HDLC).checksum(bytes)
+    static CRC: crc::Crc<u32, crc::Table<1>> =
+        crc::Crc::<u32, crc::Table<1>>::new(&crc::CRC_32_ISO_HDLC);
+    CRC.checksum(bytes)
 }
 
 /// Why bytes are not a pack, or not a recognizer.

@@ -6,7 +6,7 @@
 use crate::avatar::Avatar;
 use crate::budget::{MAX_ENTRIES, MAX_PACK_BYTES};
 use crate::clip::Clip;
-use crate::codebook::Codebook;
+use crate::codebook::{CodeTable, Codebook};
 use crate::format::{
     CRC_AT, FormatError, HEADER_BYTES, LENGTH_AT, MAGIC, SECTION_ENTRY_BYTES, SECTION_ORDER,
     SECTIONS_AT, SUBJECT_BYTES, VERSION, VERSION_AT, WALK_BYTES, crc32, u16_at, u32_at,
@@ -123,9 +123,10 @@ impl<'a> Pack<'a> {
             templates_at,
             clips_at,
         ] = starts;
-        let codebook = Codebook::parse(code)
-            .map_err(|e| e.behind(code_at))?
-            .with_templates(templates)
+        let codebook = Codebook::parse(code).map_err(|e| e.behind(code_at))?;
+        let codes = CodeTable::of(&codebook);
+        let codebook = codebook
+            .with_checked(templates, &codes)
             .map_err(|e| e.behind(templates_at))?;
         let pack = Self {
             names,
@@ -143,7 +144,7 @@ impl<'a> Pack<'a> {
             Avatar::parse(entry).map_err(|e| e.behind(avatars_at + at))?;
         }
         for (at, entry) in pack.clips.entries() {
-            Clip::parse(entry, &pack.codebook).map_err(|e| e.behind(clips_at + at))?;
+            Clip::check(entry, &pack.codebook, &codes).map_err(|e| e.behind(clips_at + at))?;
         }
         Ok(pack)
     }
@@ -212,32 +213,48 @@ impl<'a> Pack<'a> {
     /// The subjects, in file order.
     pub fn subjects(&self) -> impl ExactSizeIterator<Item = Subject<'a>> + use<'a> {
         let pack = *self;
-        self.subjects
-            .chunks_exact(SUBJECT_BYTES)
-            .map(move |record| Subject {
-                name: pack.name(record).unwrap_or_default(),
-                sex: match record.get(5) {
-                    Some(1) => Some(Sex::Female),
-                    Some(2) => Some(Sex::Male),
-                    _ => None,
-                },
-                stature_mm: u16_at(record, 6),
-                mass_hg: u16_at(record, 8),
-                avatar: usize::from(u16_at(record, 10)),
-            })
+        let records = self.subjects.chunks_exact(SUBJECT_BYTES);
+        records.map(move |record| pack.subject_of(record))
     }
 
-    /// The subject with this number.
+    /// The subject with this number, wherever it stands.
     #[must_use]
     pub fn subject(&self, index: usize) -> Option<Subject<'a>> {
-        self.subjects().nth(index)
+        let mut records = self.subjects.chunks_exact(SUBJECT_BYTES);
+        records.nth(index).map(|record| self.subject_of(record))
+    }
+
+    fn subject_of(&self, record: &[u8]) -> Subject<'a> {
+        Subject {
+            name: self.name(record).unwrap_or_default(),
+            sex: match record.get(5) {
+                Some(1) => Some(Sex::Female),
+                Some(2) => Some(Sex::Male),
+                _ => None,
+            },
+            stature_mm: u16_at(record, 6),
+            mass_hg: u16_at(record, 8),
+            avatar: usize::from(u16_at(record, 10)),
+        }
     }
 
     /// The walks, in file order.
     pub fn walks(&self) -> impl ExactSizeIterator<Item = Walk<'a>> + use<'a> {
         let pack = *self;
-        self.walks.chunks_exact(WALK_BYTES).map(move |record| Walk {
-            name: pack.name(record).unwrap_or_default(),
+        let records = self.walks.chunks_exact(WALK_BYTES);
+        records.map(move |record| pack.walk_of(record))
+    }
+
+    /// The walk with this number, wherever it stands.
+    #[must_use]
+    pub fn walk(&self, index: usize) -> Option<Walk<'a>> {
+        let mut records = self.walks.chunks_exact(WALK_BYTES);
+        records.nth(index).map(|record| self.walk_of(record))
+    }
+
+    fn walk_of(&self, record: &[u8]) -> Walk<'a> {
+        Walk {
+            name: self.name(record).unwrap_or_default(),
             subject: usize::from(u16_at(record, 6)),
             cycle: u16_at(record, 8),
             gait: if record.get(5) == Some(&1) {
@@ -247,7 +264,7 @@ impl<'a> Pack<'a> {
             },
             speed_mm_per_s: u16_at(record, 10),
             clip: usize::from(u16_at(record, 12)),
-        })
+        }
     }
 
     /// How many avatars there are.
@@ -256,11 +273,12 @@ impl<'a> Pack<'a> {
         self.avatars.len()
     }
 
-    /// The avatar with this number.
+    /// The avatar with this number. Costs nothing: [`Self::parse`] has checked it.
     #[must_use]
     pub fn avatar(&self, index: usize) -> Option<Avatar<'a>> {
-        // Cannot fail for an entry: `parse` has been through all of them.
-        Avatar::parse(self.avatars.entry(index)?.1).ok()
+        self.avatars
+            .entry(index)
+            .map(|(_, entry)| Avatar::over(entry))
     }
 
     /// How many clips there are.
@@ -269,11 +287,12 @@ impl<'a> Pack<'a> {
         self.clips.len()
     }
 
-    /// The clip with this number.
+    /// The clip with this number. [`Self::parse`] has checked it: of a loop nothing is read
+    /// again, of a take the table of its channels.
     #[must_use]
     pub fn clip(&self, index: usize) -> Option<Clip<'a>> {
-        // Cannot fail for an entry: `parse` has been through all of them.
-        Clip::parse(self.clips.entry(index)?.1, &self.codebook).ok()
+        // Cannot fail for an entry, which has been checked.
+        Clip::over(self.clips.entry(index)?.1, &self.codebook).ok()
     }
 
     /// What the clips share.

@@ -382,7 +382,7 @@ fn text_art(pack: &Pack<'_>, shots: &[Shot<'_>], frames: &[Vec<Frame>]) -> Strin
     let (Some(shot), Some(frames)) = (shots.first(), frames.first()) else {
         return text;
     };
-    let walk = pack.walks().nth(shot.job.walk);
+    let walk = pack.walk(shot.job.walk);
     let (Some(walk), Some(view)) = (walk, shot.views.first()) else {
         return text;
     };
@@ -423,7 +423,7 @@ fn refuse_beyond(pack: &Pack<'_>, walk: usize, moments: Moments) -> Result<()> {
     else {
         return Ok(());
     };
-    let clip = pack.walks().nth(walk).and_then(|walk| pack.clip(walk.clip));
+    let clip = pack.walk(walk).and_then(|walk| pack.clip(walk.clip));
     let Some(take) = clip.and_then(|clip| clip.as_take()) else {
         return Ok(());
     };

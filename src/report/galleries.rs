@@ -96,7 +96,7 @@ pub(crate) fn template_gallery(
 /// What acts, and on whom if there are several walks.
 fn label(pack: &Pack<'_>, job: Job<'_>, has_several: bool) -> String {
     let condition = job.condition_name();
-    let walk = pack.walks().nth(job.walk);
+    let walk = pack.walk(job.walk);
     match walk.and_then(|walk| pack.subject(walk.subject).zip(Some(walk))) {
         Some((subject, walk)) if has_several => {
             format!("{}, {}, {condition}", subject.name, walk.name)

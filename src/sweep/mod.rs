@@ -101,14 +101,14 @@ pub fn jobs(
 /// Whether a walk is stored as a take, not as a cycle.
 #[must_use]
 pub fn is_take(pack: &Pack<'_>, walk: usize) -> bool {
-    let clip = pack.walks().nth(walk).and_then(|walk| pack.clip(walk.clip));
+    let clip = pack.walk(walk).and_then(|walk| pack.clip(walk.clip));
     clip.is_some_and(|clip| clip.as_take().is_some())
 }
 
 /// A walk's number and name, for errors.
 #[must_use]
 pub fn walk_name(pack: &Pack<'_>, walk: usize) -> String {
-    let name = pack.walks().nth(walk).map_or("", |walk| walk.name);
+    let name = pack.walk(walk).map_or("", |walk| walk.name);
     format!("walk {walk} ({name:?})")
 }
 

@@ -385,7 +385,7 @@ type Parts<'a> = (Walk<'a>, Subject<'a>, Avatar<'a>, Clip<'a>);
 
 /// What a job is made of.
 fn parts<'a>(pack: &Pack<'a>, job: Job<'_>) -> Result<Parts<'a>> {
-    let walk = pack.walks().nth(job.walk);
+    let walk = pack.walk(job.walk);
     let subject = walk.and_then(|walk| pack.subject(walk.subject));
     let parts = walk.zip(subject).and_then(|(walk, subject)| {
         let (avatar, clip) = (pack.avatar(subject.avatar)?, pack.clip(walk.clip)?);

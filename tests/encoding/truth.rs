@@ -153,7 +153,7 @@ pub fn errors_between(
 
 /// Distances between a cycle and what a pack's walk with this number decodes to.
 pub fn errors_mm(cycle: &Cycle, pack: &Pack<'_>, walk: usize) -> Errors {
-    let walk = pack.walks().nth(walk).expect("a walk");
+    let walk = pack.walk(walk).expect("a walk");
     let avatar = pack
         .subject(walk.subject)
         .and_then(|s| pack.avatar(s.avatar));

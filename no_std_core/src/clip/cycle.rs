@@ -8,9 +8,14 @@
 
 use super::expanded::Expanded;
 use crate::bits::BitReader;
-use crate::budget::{MAX_COEFFICIENTS, MAX_HARMONICS};
-use crate::codebook::{Codebook, Parameters, Template, TemplateChannel, group_numbers};
-use crate::format::{CHANNELS, CLIP_LOOP, FormatError, LOOP_HEADER_BYTES, u16_at, u32_at};
+use crate::budget::MAX_HARMONICS;
+use crate::codebook::{
+    CodeTable, Codebook, Codes, Numbers, Parameters, Template, TemplateChannel, read_numbers,
+    skip_group,
+};
+use crate::format::{
+    CHANNELS, CLIP_LOOP, FormatError, LOOP_HEADER_BYTES, MAX_GROUPS, u16_at, u32_at,
+};
 use crate::pose::Pose;
 use crate::skeleton::Joint;
 use glam::{Quat, Vec3};
@@ -24,40 +29,45 @@ pub struct Loop<'a> {
 }
 
 impl<'a> Loop<'a> {
-    /// Checks every length and field of `bytes`.
-    pub(super) fn parse(bytes: &'a [u8], codebook: &Codebook<'a>) -> Result<Self, FormatError> {
-        let (Some(header), Some(stream)) = (
-            bytes.get(..LOOP_HEADER_BYTES),
-            bytes.get(LOOP_HEADER_BYTES..),
-        ) else {
+    /// The loop of these bytes, which were checked, or will be.
+    ///
+    /// # Errors
+    /// Where they are too few for any.
+    pub(super) fn over(bytes: &'a [u8], codebook: &Codebook<'a>) -> Result<Self, FormatError> {
+        let Some((header, stream)) = bytes.split_at_checked(LOOP_HEADER_BYTES) else {
             return Err(FormatError::new(bytes.len(), "a loop's header of 19 bytes"));
         };
         debug_assert_eq!(header.first(), Some(&CLIP_LOOP), "the caller looked");
-        let cycle = Self {
+        Ok(Self {
             header,
             stream,
             codebook: *codebook,
-        };
-        if usize::from(cycle.template_number()) > codebook.template_count() {
+        })
+    }
+
+    /// Checks every length and field; `codes` are its codebook's.
+    pub(super) fn check(&self, codes: &CodeTable) -> Result<(), FormatError> {
+        if usize::from(self.template_number()) > self.codebook.template_count() {
             return Err(FormatError::new(1, "the number of a template, or 0"));
         }
-        if u32_at(header, 3) == 0 {
+        if u32_at(self.header, 3) == 0 {
             return Err(FormatError::new(3, "a period above 0 microseconds"));
         }
-        let mut reader = Reader::new(&cycle);
-        for channel in 0..CHANNELS {
-            if reader.channel(channel, |_, _| ()).is_none() {
+        let mut numbers = BitReader::new(self.stream);
+        for (channel, codes) in codes.channels() {
+            let Some(groups) = channel.read_groups(&mut numbers) else {
                 return Err(FormatError::new(
-                    LOOP_HEADER_BYTES + reader.numbers.position() / 8,
+                    LOOP_HEADER_BYTES + numbers.position() / 8,
                     "no more groups than the codebook has for the channel",
                 ));
+            };
+            for (group, &code) in codes.iter().take(groups).enumerate() {
+                skip_group(&mut numbers, group, u32::from(code));
             }
         }
-        reader
-            .numbers
+        numbers
             .check_end()
-            .map_err(|error| error.behind(LOOP_HEADER_BYTES))?;
-        Ok(cycle)
+            .map_err(|error| error.behind(LOOP_HEADER_BYTES))
     }
 
     /// Duration of the cycle, seconds, exact to a microsecond.
@@ -126,7 +136,7 @@ impl<'a> Loop<'a> {
     /// at the origin; it is [`Loop::drift_m`] times the phase.
     ///
     /// Any float is taken; one that is not finite counts as 0. Reads the whole
-    /// stream, and the template's: 3 to 6 microseconds on a host ([`Loop::expand`] is for
+    /// stream, and the template's: about 3 microseconds on a host ([`Loop::expand`] is for
     /// many poses of one loop).
     #[must_use]
     pub fn pose(&self, phase: f32) -> Pose {
@@ -134,9 +144,10 @@ impl<'a> Loop<'a> {
         let mut reader = Reader::new(self);
         let mut channels = [0.0; CHANNELS];
         for (channel, value) in channels.iter_mut().enumerate() {
-            // Cannot end early: `parse` has been through all channels.
-            let _ = reader.channel(channel, |index, coefficient| {
-                *value += coefficient * basis.values.get(index).copied().unwrap_or(0.0);
+            reader.channel(channel, |group, coefficients| {
+                let [first, second] = basis.pairs[group % MAX_GROUPS];
+                *value += coefficients[0] * first;
+                *value += coefficients[1] * second;
             });
         }
         let mut pose = Pose::REST;
@@ -157,7 +168,7 @@ impl<'a> Loop<'a> {
         Expanded::len_for(most)
     }
 
-    /// Unpacks the coefficients into `buffer` once, for poses that take a 17th of the
+    /// Unpacks the coefficients into `buffer` once, for poses that take a 15th of the
     /// time; `None` if it is shorter than [`Loop::expanded_len`]. Poses are the same, bit
     /// for bit.
     #[must_use]
@@ -176,8 +187,13 @@ impl<'a> Loop<'a> {
     fn coefficients(&self, mut each: impl FnMut(usize, usize, f32)) {
         let mut reader = Reader::new(self);
         for channel in 0..CHANNELS {
-            // Cannot end early: `parse` has been through all channels.
-            let _ = reader.channel(channel, |index, value| each(channel, index, value));
+            reader.channel(channel, |group, [first, second]| {
+                let index = (2 * group).saturating_sub(1);
+                each(channel, index, first);
+                if group > 0 {
+                    each(channel, index + 1, second);
+                }
+            });
         }
     }
 }
@@ -200,6 +216,11 @@ struct Reader<'a> {
     numbers: BitReader<'a>,
     scale: u8,
     template: Option<Template<'a>>,
+    /// Of the channel at hand: the Rice parameters of its groups, its own numbers, and those
+    /// of the template.
+    codes: Codes,
+    own: Numbers,
+    usual: Numbers,
 }
 
 impl<'a> Reader<'a> {
@@ -210,63 +231,62 @@ impl<'a> Reader<'a> {
             numbers: BitReader::new(cycle.stream),
             scale: cycle.scale(),
             template: cycle.codebook.template(cycle.template_number()),
+            codes: [0; MAX_GROUPS],
+            own: [[0; 2]; MAX_GROUPS],
+            usual: [[0; 2]; MAX_GROUPS],
         }
     }
 
-    /// Reads the next channel, which is `channel`: calls `each` with the index and value of
-    /// its coefficients up to the last that is stated. `None` where more groups are stated
-    /// than the codebook has.
-    fn channel(&mut self, channel: usize, mut each: impl FnMut(usize, f32)) -> Option<()> {
-        let mut parameters = Parameters::read(&mut self.parameters)?;
+    /// Reads the next channel, which is `channel`: calls `each` with the number of each group up
+    /// to the last that is stated, and its two coefficients, of which the constant's second is
+    /// 0. Nothing of it can be missing: the loop and its codebook were checked.
+    #[inline]
+    fn channel(&mut self, channel: usize, mut each: impl FnMut(usize, [f32; 2])) {
+        // One stream after another, so that each is read with what it takes in registers.
+        let parameters = Parameters::read(&mut self.parameters).unwrap_or(Parameters::NONE);
         if parameters.groups == 0 {
-            return Some(());
+            return;
         }
-        let difference = self.numbers.rice(parameters.groups_rice);
-        let groups = u32::try_from(parameters.usual_groups.checked_add(difference)?).ok()?;
-        if groups > parameters.groups {
-            return None;
-        }
+        let codes = parameters.read_codes(&mut self.parameters, &mut self.codes);
+        let groups = parameters.read_groups(&mut self.numbers).unwrap_or(0);
+        let own_codes = codes.get(..groups).unwrap_or_default();
+        let own_codes = own_codes.iter().map(|&code| u32::from(code));
+        let own = read_numbers(&mut self.numbers, own_codes, &mut self.own);
         let step = self.codebook.step(channel, self.scale);
-        let (mut mean, mut mean_step) = (TemplateChannel::default(), 0.0);
+        let (mut usual, mut mean_step) = (&[][..], 0.0);
         if let Some(template) = &mut self.template {
-            mean = TemplateChannel::read(&mut template.bits, &parameters)?;
+            let mean = TemplateChannel::read(&mut template.bits, &parameters).unwrap_or_default();
+            let codes = codes.get(..mean.groups).unwrap_or_default();
+            let codes = codes.iter().map(|&code| mean.code(code));
+            usual = read_numbers(&mut template.bits, codes, &mut self.usual);
             mean_step = self.codebook.step(channel, template.scale);
         }
-        let mut group = 0;
-        while let Some(parameter) = parameters.next(&mut self.parameters) {
-            let own = if group < groups {
-                group_numbers(&mut self.numbers, group, parameter)
-            } else {
-                [0, 0]
-            };
-            let usual = self.template.as_mut().map_or([0, 0], |template| {
-                mean.group(&mut template.bits, group, parameter)
-            });
-            if group < groups.max(mean.groups) {
-                #[expect(clippy::cast_precision_loss, reason = "24 bits and less")]
-                let value = |of: usize| {
-                    let (own, usual) = if of == 0 {
-                        (own[0], usual[0])
-                    } else {
-                        (own[1], usual[1])
-                    };
-                    own as f32 * step + usual as f32 * mean_step
-                };
-                let index = (2 * group as usize).saturating_sub(1);
-                each(index, value(0));
-                if group > 0 {
-                    each(index + 1, value(1));
-                }
-            }
-            group += 1;
+        for (group, (&own, &usual)) in own.iter().zip(usual).enumerate() {
+            let [first, second] =
+                [0, 1].map(|of| as_float(own[of]) * step + as_float(usual[of]) * mean_step);
+            each(group, [first, second]);
         }
-        Some(())
+        // What only one of them has is its product alone: the other's is 0.
+        let shared = own.len().min(usual.len());
+        for (numbers, step) in [(own, step), (usual, mean_step)] {
+            for (group, numbers) in numbers.iter().enumerate().skip(shared) {
+                each(group, numbers.map(|number| as_float(number) * step));
+            }
+        }
     }
 }
 
-/// Values of the Fourier basis at one phase: 1, cos 1, sin 1, cos 2, sin 2...
+#[inline]
+fn as_float(number: i32) -> f32 {
+    #[expect(clippy::cast_precision_loss, reason = "24 bits and less")]
+    let number = number as f32;
+    number
+}
+
+/// Values of the Fourier basis at one phase, a pair for each group: 1 and 0, then of each
+/// harmonic the cosine and the sine.
 pub(super) struct Basis {
-    pub(super) values: [f32; MAX_COEFFICIENTS],
+    pub(super) pairs: [[f32; 2]; MAX_GROUPS],
 }
 
 impl Basis {
@@ -274,7 +294,7 @@ impl Basis {
         Self::up_to(phase, MAX_HARMONICS)
     }
 
-    /// The same up to a harmonic, and 1 behind it.
+    /// The same up to a harmonic, and zeros behind it.
     pub(super) fn up_to(phase: f32, harmonics: usize) -> Self {
         let phase = if phase.is_finite() {
             phase - libm::floorf(phase)
@@ -282,18 +302,18 @@ impl Basis {
             0.0
         };
         let (sin, cos) = libm::sincosf(core::f32::consts::TAU * phase);
-        let mut values = [1.0; MAX_COEFFICIENTS];
+        let mut pairs = [[0.0; 2]; MAX_GROUPS];
+        let [constant, own @ ..] = &mut pairs;
+        *constant = [1.0, 0.0];
         let (mut harmonic_cos, mut harmonic_sin) = (cos, sin);
-        if let Some((_, pairs)) = values.split_first_mut() {
-            for pair in pairs.as_chunks_mut::<2>().0.iter_mut().take(harmonics) {
-                *pair = [harmonic_cos, harmonic_sin];
-                (harmonic_cos, harmonic_sin) = (
-                    harmonic_cos * cos - harmonic_sin * sin,
-                    harmonic_cos * sin + harmonic_sin * cos,
-                );
-            }
+        for pair in own.iter_mut().take(harmonics) {
+            *pair = [harmonic_cos, harmonic_sin];
+            (harmonic_cos, harmonic_sin) = (
+                harmonic_cos * cos - harmonic_sin * sin,
+                harmonic_cos * sin + harmonic_sin * cos,
+            );
         }
-        Self { values }
+        Self { pairs }
     }
 }
 
@@ -307,8 +327,8 @@ mod tests {
         for harmonic in 1..=MAX_HARMONICS {
             let angle = core::f64::consts::TAU * 0.2 * harmonic as f64;
             let (cos, sin) = (libm::cos(angle), libm::sin(angle));
-            assert!((f64::from(basis.values[2 * harmonic - 1]) - cos).abs() < 1e-5);
-            assert!((f64::from(basis.values[2 * harmonic]) - sin).abs() < 1e-5);
+            assert!((f64::from(basis.pairs[harmonic][0]) - cos).abs() < 1e-5);
+            assert!((f64::from(basis.pairs[harmonic][1]) - sin).abs() < 1e-5);
         }
     }
 

@@ -54,7 +54,10 @@ impl<'b> Expanded<'b> {
         let (rows, _) = self.coefficients.as_chunks::<CHANNELS>();
         let basis = Basis::up_to(phase, rows.len() / 2);
         let mut sums = [0.0f32; CHANNELS];
-        for (row, value) in rows.iter().zip(basis.values) {
+        // The constant's second value is of no row.
+        let (&[first, _], values) = (&basis.pairs[0], basis.pairs[1..].as_flattened());
+        let values = core::iter::once(first).chain(values.iter().copied());
+        for (row, value) in rows.iter().zip(values) {
             for (sum, coefficient) in sums.iter_mut().zip(row) {
                 *sum += coefficient * value;
             }

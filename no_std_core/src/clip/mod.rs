@@ -9,7 +9,7 @@ pub use cycle::Loop;
 pub use expanded::Expanded;
 pub use take::Take;
 
-use crate::codebook::Codebook;
+use crate::codebook::{CodeTable, Codebook};
 use crate::format::{CLIP_LOOP, CLIP_TAKE, FormatError};
 use crate::pose::Pose;
 
@@ -28,9 +28,32 @@ impl<'a> Clip<'a> {
     /// # Errors
     /// Where the bytes are not one whole clip of this version.
     pub fn parse(bytes: &'a [u8], codebook: &Codebook<'a>) -> Result<Self, FormatError> {
+        Self::check(bytes, codebook, &CodeTable::of(codebook))
+    }
+
+    /// The same with what was read of the codebook, for many clips.
+    pub(crate) fn check(
+        bytes: &'a [u8],
+        codebook: &Codebook<'a>,
+        codes: &CodeTable,
+    ) -> Result<Self, FormatError> {
+        let clip = Self::over(bytes, codebook)?;
+        match &clip {
+            Self::Loop(cycle) => cycle.check(codes)?,
+            Self::Take(take) => take.check()?,
+        }
+        Ok(clip)
+    }
+
+    /// The clip of bytes that [`Self::check`] has been through: looks only for where its parts
+    /// lie.
+    ///
+    /// # Errors
+    /// None then.
+    pub(crate) fn over(bytes: &'a [u8], codebook: &Codebook<'a>) -> Result<Self, FormatError> {
         match bytes.first() {
-            Some(&CLIP_LOOP) => Loop::parse(bytes, codebook).map(Self::Loop),
-            Some(&CLIP_TAKE) => Take::parse(bytes, codebook).map(Self::Take),
+            Some(&CLIP_LOOP) => Loop::over(bytes, codebook).map(Self::Loop),
+            Some(&CLIP_TAKE) => Take::over(bytes, codebook).map(Self::Take),
             _ => Err(FormatError::new(0, "clip kind 1 (loop) or 2 (take)")),
         }
     }

@@ -31,8 +31,11 @@ pub struct Take<'a> {
 }
 
 impl<'a> Take<'a> {
-    /// Checks every length and field of `bytes`.
-    pub(super) fn parse(bytes: &'a [u8], codebook: &Codebook<'a>) -> Result<Self, FormatError> {
+    /// The take of these bytes, whose blocks were checked, or will be.
+    ///
+    /// # Errors
+    /// Where its parts have no place.
+    pub(super) fn over(bytes: &'a [u8], codebook: &Codebook<'a>) -> Result<Self, FormatError> {
         let (Some(header), Some(rest)) = (
             bytes.get(..TAKE_HEADER_BYTES),
             bytes.get(TAKE_HEADER_BYTES..),
@@ -66,15 +69,18 @@ impl<'a> Take<'a> {
                 "as many blocks as the duration has",
             ));
         };
-        let take = Self {
+        Ok(Self {
             table,
             ends,
             blocks,
             ..take
-        };
-        take.check_blocks()
-            .map_err(|error| error.behind(TAKE_HEADER_BYTES))?;
-        Ok(take)
+        })
+    }
+
+    /// Checks every field of the blocks.
+    pub(super) fn check(&self) -> Result<(), FormatError> {
+        self.check_blocks()
+            .map_err(|error| error.behind(TAKE_HEADER_BYTES))
     }
 
     /// Reads all channels; bytes of the table, and how many blocks they need.

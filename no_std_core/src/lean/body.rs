@@ -1,30 +1,51 @@
 //! A body in a few kilobytes, and what a camera sees of it in a pose.
 
+mod extent;
+mod seen;
+
+pub use seen::{SeenHull, Sight};
+
 use crate::avatar::{Avatar, Hull};
-use crate::body::plane::{normal, sorted};
+use crate::body::plane::sorted;
 use crate::body::{OverBudget, Place};
 use crate::budget::{MAX_HULL_POINTS, MAX_HULLS};
-use crate::camera::{Camera, NEAR_M};
-use crate::facets::Facets;
+use crate::facets::each_triangle;
 use crate::hull::mirrored;
 use crate::pose::ModelPose;
-use crate::raster::place::{Extent, Placement};
 use core::convert::Infallible;
 use core::ops::Range;
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
-/// A body of at most `POINTS` points and `FACETS` facets: 6 bytes a point, 2 a facet, and 208
+/// A body of at most `POINTS` points and `FACETS` facets: 6 bytes a point, 2 a facet, and 404
 /// more. A made body has 485 points and at most 894 facets, 2 n - 4 of each of 19 hulls
 /// (Euler); [`Room::of`] counts those of any. [`super::Rows`] asks for facets; tiny-skia does
 /// not, and where there is room for none, none are looked for.
 #[derive(Clone, Debug)]
 pub struct Body<const POINTS: usize, const FACETS: usize> {
-    /// How long the steps of all points are, metres.
-    step: f32,
+    scale: Scale,
     hulls: heapless::Vec<BodyHull, MAX_HULLS>,
     /// In steps of their hull, in the frame of its joint.
     points: heapless::Vec<[i16; 3], POINTS>,
     facets: heapless::Vec<Corners, FACETS>,
+}
+
+/// How large a body is.
+#[derive(Clone, Copy, Debug)]
+struct Scale {
+    /// How long the steps of all points are, metres.
+    step: f32,
+    /// The greatest coordinate of all points, without its sign, steps.
+    reach: u16,
+    /// Steps in one of the [`BodyHull::bounds`]' units.
+    unit: u16,
+}
+
+impl Scale {
+    const NONE: Self = Self {
+        step: 0.0,
+        reach: 0,
+        unit: 1,
+    };
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -35,6 +56,8 @@ struct BodyHull {
     /// Behind its last point and its last facet.
     points_end: u16,
     facets_end: u16,
+    /// From where to where its points reach along each axis, in units of the body's.
+    bounds: [[i8; 2]; 3],
 }
 
 /// How much room an avatar needs in a [`Body`].
@@ -84,7 +107,7 @@ impl Room {
 impl<const POINTS: usize, const FACETS: usize> Body<POINTS, FACETS> {
     /// No hulls.
     pub const EMPTY: Self = Self {
-        step: 0.0,
+        scale: Scale::NONE,
         hulls: heapless::Vec::new(),
         points: heapless::Vec::new(),
         facets: heapless::Vec::new(),
@@ -102,7 +125,33 @@ impl<const POINTS: usize, const FACETS: usize> Body<POINTS, FACETS> {
         if loaded.is_err() {
             self.clear();
         }
+        self.measure();
         loaded
+    }
+
+    /// Finds how far the points reach.
+    fn measure(&mut self) {
+        let coordinates = self.points.as_flattened().iter();
+        let reach = coordinates
+            .map(|coordinate| coordinate.unsigned_abs())
+            .max();
+        self.scale.reach = reach.unwrap_or(0);
+        // All of them are within 127 units.
+        self.scale.unit = self.scale.reach / 127 + 1;
+        let (unit, mut start) = (f32::from(self.scale.unit), 0);
+        for hull in &mut self.hulls {
+            let end = usize::from(hull.points_end);
+            let points = self.points.get(start..end).unwrap_or_default();
+            start = end;
+            for (axis, bounds) in hull.bounds.iter_mut().enumerate() {
+                let along = || points.iter().map(|point| f32::from(point[axis]) / unit);
+                let (least, most) = (along().reduce(f32::min), along().reduce(f32::max));
+                let (least, most) = (least.unwrap_or_default(), most.unwrap_or_default());
+                #[expect(clippy::cast_possible_truncation, reason = "within 127")]
+                let outwards = [libm::floorf(least) as i8, libm::ceilf(most) as i8];
+                *bounds = outwards;
+            }
+        }
     }
 
     fn clear(&mut self) {
@@ -124,13 +173,14 @@ impl<const POINTS: usize, const FACETS: usize> Body<POINTS, FACETS> {
         if FACETS > 0 {
             each_facet(hull, |corners| self.facets.push(corners)).map_err(|_| OverBudget)?;
         }
-        self.step = hull.step().y;
+        self.scale.step = hull.step().y;
         let end = |len| u16::try_from(len).map_err(|_| OverBudget);
         let hull = BodyHull {
             joint: u8::try_from(hull.joint().index()).map_err(|_| OverBudget)?,
             points_end: end(self.points.len())?,
             facets_end: end(self.facets.len())?,
             is_image: hull.step().x < 0.0,
+            bounds: [[0; 2]; 3],
         };
         self.hulls.push(hull).map_err(|_| OverBudget)
     }
@@ -139,7 +189,7 @@ impl<const POINTS: usize, const FACETS: usize> Body<POINTS, FACETS> {
     #[must_use]
     pub fn posed<'b>(&'b self, pose: &'b ModelPose) -> Posed<'b> {
         Posed {
-            step: self.step,
+            scale: self.scale,
             hulls: &self.hulls,
             points: &self.points,
             facets: &self.facets,
@@ -151,7 +201,7 @@ impl<const POINTS: usize, const FACETS: usize> Body<POINTS, FACETS> {
 /// A body in a pose, in the walker's space: nothing is computed yet.
 #[derive(Clone, Copy, Debug)]
 pub struct Posed<'a> {
-    step: f32,
+    scale: Scale,
     hulls: &'a [BodyHull],
     points: &'a [[i16; 3]],
     facets: &'a [Corners],
@@ -162,246 +212,60 @@ impl<'a> Posed<'a> {
     /// All points, hull by hull, metres.
     pub fn points(&self) -> impl Iterator<Item = Vec3> {
         self.hulls().flat_map(|hull| {
-            let PosedHull {
-                place,
-                step,
-                points,
-                ..
-            } = hull;
-            let points = points.iter();
+            let (place, step) = (hull.place, hull.step);
+            let points = hull.points.iter();
             points.map(move |&point| place.carry(local(point, step)))
         })
     }
 
     /// Its hulls, one after another.
     fn hulls(&self) -> impl Iterator<Item = PosedHull<'a>> + use<'a> {
-        let Self {
-            step,
-            hulls,
-            points,
-            facets,
-            pose,
-        } = *self;
-        let steps = Vec3::splat(step);
-        let mut starts = [0; 2];
-        hulls.iter().map(move |hull| {
-            let ends = [hull.points_end, hull.facets_end].map(usize::from);
-            let own = |index: usize| -> Range<usize> { starts[index]..ends[index] };
-            let posed = PosedHull {
-                place: Place::of(usize::from(hull.joint), pose),
-                step: if hull.is_image {
-                    mirrored(steps)
-                } else {
-                    steps
-                },
-                points: points.get(own(0)).unwrap_or_default(),
-                facets: facets.get(own(1)).unwrap_or_default(),
-            };
-            starts = ends;
-            posed
-        })
+        let posed = *self;
+        (0..self.hulls.len()).filter_map(move |number| posed.hull(number))
     }
 
-    /// The rectangle that its points take in the image; none where one has no place there, or
-    /// without points.
-    pub(super) fn extent(&self, camera: &Camera) -> Option<Extent> {
-        let mut extent = Extent {
-            min: Vec2::INFINITY,
-            max: Vec2::NEG_INFINITY,
-        };
-        let mut wild = 0.0;
-        for PosedHull {
-            place,
-            step,
-            points,
-            ..
-        } in self.hulls()
-        {
-            for &point in points {
-                let point = place.carry(local(point, step));
-                if camera.depth_m(point) < NEAR_M {
-                    return None;
-                }
-                let Vec2 { x, y } = camera.project(point);
-                // Not finite, whatever is added to what is not.
-                wild += x + y;
-                extent.min.x = if x < extent.min.x { x } else { extent.min.x };
-                extent.min.y = if y < extent.min.y { y } else { extent.min.y };
-                extent.max.x = if x > extent.max.x { x } else { extent.max.x };
-                extent.max.y = if y > extent.max.y { y } else { extent.max.y };
-            }
-        }
-        (wild.is_finite() && !self.points.is_empty()).then_some(extent)
+    /// One of them.
+    #[inline]
+    fn hull(&self, number: usize) -> Option<PosedHull<'a>> {
+        let hull = self.hulls.get(number)?;
+        let before = number
+            .checked_sub(1)
+            .and_then(|before| self.hulls.get(before));
+        let (points_start, facets_start) =
+            before.map_or((0, 0), |before| (before.points_end, before.facets_end));
+        let range = |start, end| -> Range<usize> { usize::from(start)..usize::from(end) };
+        let points = range(points_start, hull.points_end);
+        let facets = range(facets_start, hull.facets_end);
+        let steps = Vec3::splat(self.scale.step);
+        Some(PosedHull {
+            place: Place::of(usize::from(hull.joint), self.pose),
+            step: if hull.is_image {
+                mirrored(steps)
+            } else {
+                steps
+            },
+            points: self.points.get(points).unwrap_or_default(),
+            facets: self.facets.get(facets).unwrap_or_default(),
+            bounds: hull.bounds,
+        })
     }
 }
 
 /// A hull, and where a pose puts it.
+#[derive(Debug)]
 pub struct PosedHull<'a> {
     place: Place,
     /// How long the steps of its points are, metres.
     step: Vec3,
     points: &'a [[i16; 3]],
     facets: &'a [Corners],
+    bounds: [[i8; 2]; 3],
 }
 
 /// A point in the frame of its joint, metres.
 #[inline]
 fn local(point: [i16; 3], step: Vec3) -> Vec3 {
     Vec3::from(point.map(f32::from)) * step
-}
-
-/// A body in a pose before a camera.
-#[derive(Clone, Copy, Debug)]
-pub struct Sight<'a> {
-    posed: &'a Posed<'a>,
-    camera: &'a Camera,
-    /// The direction of the eye, or where it stands.
-    seen_from: Vec3,
-    is_near: bool,
-}
-
-/// One hull of it in the image.
-pub struct SeenHull<'a> {
-    sight: Sight<'a>,
-    /// The direction of the eye, or where it stands, in the frame of the joint.
-    seen_from: Vec3,
-    facets: &'a [Corners],
-    len: usize,
-    corners: [Corner; MAX_HULL_POINTS],
-}
-
-/// A point of it.
-#[derive(Clone, Copy, Debug)]
-pub struct Corner {
-    /// Where it appears, pixels.
-    pub pixel: Vec2,
-    /// In the frame of its joint, metres.
-    point: Vec3,
-}
-
-impl Corner {
-    const ZERO: Self = Self {
-        pixel: Vec2::ZERO,
-        point: Vec3::ZERO,
-    };
-}
-
-/// Lines between the points of a hull: bit `b` of word `a` is the line between points `a` and
-/// `b`, of which `a` is the lower number.
-pub type Outline = [u32; MAX_HULL_POINTS];
-
-impl<'a> Sight<'a> {
-    pub fn new(posed: &'a Posed<'a>, camera: &'a Camera) -> Self {
-        let toward = camera.viewpoint().toward();
-        let (seen_from, is_near) = match camera.eye() {
-            Some((aim, distance_m)) => (aim + toward * distance_m, true),
-            None => (toward, false),
-        };
-        Self {
-            posed,
-            camera,
-            seen_from,
-            is_near,
-        }
-    }
-
-    /// Its hulls, one after another.
-    pub fn hulls(&self) -> impl Iterator<Item = PosedHull<'a>> + use<'a> {
-        self.posed.hulls()
-    }
-
-    /// Where a hull's points appear, pixels.
-    pub fn pixels(
-        &self,
-        hull: &PosedHull<'_>,
-        placement: &Placement,
-    ) -> impl Iterator<Item = Vec2> {
-        let steps = hull.points.iter();
-        steps.map(|&steps| {
-            let point = hull.place.carry(local(steps, hull.step));
-            placement.place(self.camera.project(point))
-        })
-    }
-}
-
-impl<'a> SeenHull<'a> {
-    /// None yet.
-    pub fn new(sight: &Sight<'a>) -> Self {
-        Self {
-            sight: *sight,
-            seen_from: Vec3::ZERO,
-            facets: &[],
-            len: 0,
-            corners: [Corner::ZERO; MAX_HULL_POINTS],
-        }
-    }
-
-    /// Puts a hull in the place of what there was.
-    pub fn place(&mut self, hull: &PosedHull<'a>, placement: &Placement) {
-        let sight = self.sight;
-        self.facets = hull.facets;
-        self.seen_from = if sight.is_near {
-            hull.place.point(sight.seen_from)
-        } else {
-            hull.place.direction(sight.seen_from)
-        };
-        self.len = hull.points.len();
-        for (&steps, corner) in hull.points.iter().zip(&mut self.corners) {
-            corner.point = local(steps, hull.step);
-            let image = sight.camera.project(hull.place.carry(corner.point));
-            corner.pixel = placement.place(image);
-        }
-    }
-
-    /// Its points.
-    pub fn corners(&self) -> &[Corner] {
-        self.corners.get(..self.len).unwrap_or_default()
-    }
-
-    /// One of them.
-    pub fn corner(&self, number: usize) -> &Corner {
-        &self.corners[number % MAX_HULL_POINTS]
-    }
-
-    /// The edges between facets that are seen and facets that are not: each facet that is
-    /// seen toggles its three, and what two of them toggled is off again.
-    pub fn outline(&self) -> Outline {
-        if self.sight.is_near {
-            self.outline_from::<true>()
-        } else {
-            self.outline_from::<false>()
-        }
-    }
-
-    #[inline]
-    fn outline_from<const NEAR: bool>(&self) -> Outline {
-        let mut outline = [0; MAX_HULL_POINTS];
-        for &corners in self.facets {
-            let [a, b, c] = corners.numbers();
-            // What has two corners is a side of a flat hull, and its outline from everywhere.
-            if b == c {
-                outline[a] ^= 1 << b;
-            } else if self.sees::<NEAR>(corners) {
-                outline[a] ^= 1 << b | 1 << c;
-                outline[b] ^= 1 << c;
-            }
-        }
-        outline
-    }
-
-    /// Whether the eye is on a facet's outer side; infinitely far away only the direction
-    /// counts.
-    #[inline]
-    fn sees<const NEAR: bool>(&self, corners: Corners) -> bool {
-        let points = corners.numbers().map(|number| self.corners[number].point);
-        let normal = normal(points);
-        let mut side = self.seen_from.dot(normal);
-        if NEAR {
-            side -= normal.dot(points[0]);
-        }
-        // A difference is above 0 where the first number is the greater.
-        (side.to_bits() ^ corners.turn()).cast_signed() > 0
-    }
 }
 
 /// The corners of a facet, or of a flat hull's side, by their numbers in the hull, which do not
@@ -422,6 +286,12 @@ impl Corners {
         Self(turn | a | b << Self::BITS | c << (2 * Self::BITS))
     }
 
+    /// Whether it is the side of a flat hull.
+    fn is_side(self) -> bool {
+        let [_, b, c] = self.numbers();
+        b == c
+    }
+
     #[inline]
     fn numbers(self) -> [usize; 3] {
         let bits = usize::from(self.0);
@@ -439,16 +309,7 @@ impl Corners {
 /// which have no outline.
 #[inline(never)]
 fn each_facet<E>(hull: &Hull<'_>, mut take: impl FnMut(Corners) -> Result<(), E>) -> Result<(), E> {
-    let surface = Facets::of(&hull.read_all());
-    for facet in &surface.facets {
-        take(Corners::of(facet.corners))?;
-    }
-    if surface.facets.is_empty() {
-        for &[a, b] in &surface.edges {
-            take(Corners::of([a, b, b]))?;
-        }
-    }
-    Ok(())
+    each_triangle(&hull.read_all(), |corners| take(Corners::of(corners)))
 }
 
 /// How many there are.

@@ -22,7 +22,7 @@ pub struct Budget {
     /// What is enough for each avatar.
     pub room: Room,
     /// Bytes of RAM that unpack any loop ([`crate::clip::Loop::expand`]), which nothing needs
-    /// but poses in a 17th of the time; 0 without loops.
+    /// but poses in a 15th of the time; 0 without loops.
     pub expanded_bytes: usize,
 }
 
@@ -48,7 +48,7 @@ impl Budget {
         + size_of::<template::GeiBuilder>()
         + size_of::<template::Gei>();
 
-    /// That of a pack. Finds the facets of each avatar: about 20 us a hull on a host.
+    /// That of a pack. Finds the facets of each avatar: about 4 us a hull on a host.
     #[must_use]
     pub fn of(pack: &Pack<'_>) -> Self {
         let avatars = (0..pack.avatar_count()).filter_map(|number| pack.avatar(number));

@@ -1,13 +1,12 @@
 //! A window of bit rows for one number at a time: what `raster/rows.rs` does for sixteen.
 
-use super::body::{SeenHull, Sight};
+use super::body::{PosedHull, SeenHull, Sight};
 use super::fill::Fill;
 use crate::budget::{MAX_COLUMNS, MAX_ROWS, WINDOW_COLUMNS};
 use crate::raster::framing::Moments;
 use crate::raster::place::{Placement, as_pixels, row_columns};
 use crate::silhouette::{Silhouette, Size};
 use core::ops::Range;
-use glam::Vec2;
 
 /// Columns of a word.
 const WORD: usize = 32;
@@ -67,11 +66,11 @@ impl Fill for Rows {
         self.empty();
         let mut seen = SeenHull::new(sight);
         for hull in sight.hulls() {
-            seen.place(&hull, placement);
+            let rows = self.cross(&mut seen, &hull, placement);
             if self.words == 1 {
-                self.fill::<1>(&seen);
+                self.fill::<1>(rows);
             } else {
-                self.fill::<MAX_WORDS>(&seen);
+                self.fill::<MAX_WORDS>(rows);
             }
         }
     }
@@ -126,25 +125,57 @@ impl Fill for Rows {
 }
 
 impl Rows {
+    /// Empties the words in use, which alone are read.
     fn empty(&mut self) {
-        self.bits = [[0; MAX_WORDS]; MAX_ROWS];
+        let rows = self.bits.iter_mut().take(self.size.rows());
+        if self.words == 1 {
+            rows.for_each(|row| row[0] = 0);
+        } else {
+            rows.for_each(|row| *row = [0; MAX_WORDS]);
+        }
     }
 
-    /// Fills between the lines of a hull's outline, in the first of so many words.
-    fn fill<const WORDS: usize>(&mut self, hull: &SeenHull<'_>) {
-        let outline = hull.outline();
-        let (mut start, mut end) = (self.size.rows(), 0);
-        for (a, &others) in hull.corners().iter().zip(&outline) {
-            let mut left = others;
-            while left != 0 {
-                let b = left.trailing_zeros() as usize;
-                left &= left - 1;
-                let rows = self.cross(a.pixel, hull.corner(b).pixel);
-                (start, end) = (start.min(rows.start), end.max(rows.end));
+    /// Widens the spans of the rows that the lines of a hull's outline cross, which are among
+    /// those that are returned.
+    fn cross(
+        &mut self,
+        seen: &mut SeenHull<'_>,
+        hull: &PosedHull<'_>,
+        placement: &Placement,
+    ) -> Range<usize> {
+        let most = u32::try_from(self.size.rows()).unwrap_or(0);
+        let row = |y| first_row(y).min(most);
+        let (spans, mut start, mut end) = (&mut self.spans, most, 0);
+        seen.trace(hull, placement, row, |a, b| {
+            // Most lines of a small hull cross no row.
+            if a.row == b.row {
+                return;
             }
-        }
+            let (from, to) = (a.row.min(b.row), a.row.max(b.row));
+            (start, end) = (from.min(start), to.max(end));
+            let slope = (b.pixel.x - a.pixel.x) / (b.pixel.y - a.pixel.y);
+            let mut y = as_pixels(from as usize) + MIDDLE;
+            for span in spans
+                .get_mut(from as usize..to as usize)
+                .unwrap_or_default()
+            {
+                let x = a.pixel.x + slope * (y - a.pixel.y);
+                if x < span.left {
+                    span.left = x;
+                }
+                if x > span.right {
+                    span.right = x;
+                }
+                // Exact, as halves are.
+                y += 1.0;
+            }
+        });
+        start.min(end) as usize..end as usize
+    }
+
+    /// Fills the spans of these rows, in the first of so many words.
+    fn fill<const WORDS: usize>(&mut self, rows: Range<usize>) {
         let width = WORD * self.words;
-        let rows = start..end.max(start);
         let spans = self.spans.get_mut(rows.clone()).unwrap_or_default();
         let bits = self.bits.get_mut(rows).unwrap_or_default();
         for (span, row) in spans.iter_mut().zip(bits) {
@@ -157,32 +188,10 @@ impl Rows {
             }
         }
     }
-
-    /// Widens the spans of the rows that a line from `a` to `b` crosses, which are returned.
-    fn cross(&mut self, a: Vec2, b: Vec2) -> Range<usize> {
-        let slope = (b.x - a.x) / (b.y - a.y);
-        let (top, bottom) = if a.y < b.y { (a.y, b.y) } else { (b.y, a.y) };
-        let rows = self.size.rows();
-        let from = first_row(top).min(rows);
-        let to = first_row(bottom).min(rows).max(from);
-        let mut y = sample(from);
-        for span in self.spans.get_mut(from..to).unwrap_or_default() {
-            let x = a.x + slope * (y - a.y);
-            if x < span.left {
-                span.left = x;
-            }
-            if x > span.right {
-                span.right = x;
-            }
-            // Exact, as halves are.
-            y += 1.0;
-        }
-        from..to
-    }
 }
 
 /// The first row that is sampled below `y`.
-fn first_row(y: f32) -> usize {
+fn first_row(y: f32) -> u32 {
     // Exact from 0.5 on.
     let rows = y - MIDDLE;
     if rows < 0.0 {
@@ -193,7 +202,7 @@ fn first_row(y: f32) -> usize {
         reason = "saturates, and the fraction is meant to go"
     )]
     let rows = rows as i32;
-    rows.cast_unsigned() as usize + 1
+    rows.cast_unsigned() + 1
 }
 
 /// How many bits are on; mostly there are none in the upper half.
@@ -202,11 +211,6 @@ fn ones(row: u64) -> u32 {
     let [low, high] = [row as u32, (row >> 32) as u32];
     let above = if high == 0 { 0 } else { high.count_ones() };
     low.count_ones() + above
-}
-
-/// Where a row is sampled, pixels.
-fn sample(row: usize) -> f32 {
-    as_pixels(row) + MIDDLE
 }
 
 /// The first column whose sample is right of an edge at `x`, which may be beyond the window's

@@ -9,6 +9,8 @@ use edgegait_core::silhouette::Size;
 use edgegait_core::skeleton::Joint;
 use glam::Vec3;
 
+const COHORT: &[u8] = include_bytes!("../golden/cohort.egp");
+
 /// The bytes of the dump behind this heading of `FORMAT.md`: lines of a four-digit offset and the
 /// bytes there, and zeros where lines are left out.
 fn documented(heading: &str) -> Vec<u8> {
@@ -55,6 +57,23 @@ fn the_documented_pack_holds_what_its_table_says() {
     offsets[Joint::LeftShank.index()] = Vec3::new(0.0, -0.42, 0.0);
     for (found, expected) in avatar.skeleton().offsets.iter().zip(offsets) {
         assert!((*found - expected).length() < 1e-6, "{found}");
+    }
+}
+
+#[test]
+fn subjects_and_walks_are_found_by_their_numbers() {
+    let pack = Pack::parse(COHORT).expect("a pack");
+    let (subjects, walks) = (pack.subjects(), pack.walks());
+    let counts = (subjects.len(), walks.len());
+    assert_eq!(counts, (26, 260));
+    for (index, subject) in subjects.enumerate() {
+        assert_eq!(pack.subject(index), Some(subject));
+    }
+    for (index, walk) in walks.enumerate() {
+        assert_eq!(pack.walk(index), Some(walk));
+    }
+    for behind in [260, usize::MAX] {
+        assert_eq!((pack.subject(behind), pack.walk(behind)), (None, None));
     }
 }
 

@@ -107,7 +107,8 @@ fn turning_walk() -> Vec<u8> {
 }
 
 fn parse<'a>(bytes: &'a [u8], codebook: &Codebook<'a>) -> Result<Take<'a>, FormatError> {
-    Take::parse(bytes, codebook)
+    let take = Take::over(bytes, codebook)?;
+    take.check().map(|()| take)
 }
 
 #[test]

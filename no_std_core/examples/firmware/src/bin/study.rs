@@ -38,7 +38,7 @@ const RASTERIZER: &str = if cfg!(feature = "skia") {
 };
 /// Most bytes of RAM: static, stack and heap.
 const RAM_LIMIT: usize = match (cfg!(feature = "skia"), cfg!(target_abi = "eabihf")) {
-    (false, _) => 16 * 1024,
+    (false, _) => 15_000,
     (true, true) => 24 * 1024,
     (true, false) => 26 * 1024,
 };
@@ -56,6 +56,22 @@ const SILHOUETTE_LIMIT: u64 = match (cfg!(feature = "skia"), cfg!(target_abi = "
     (false, false) => 2_600_000,
     (true, true) => 730_000,
     (true, false) => 4_000_000,
+};
+
+/// Most instructions of checking the pack, of a pose, and of a silhouette of the study by rows,
+/// with floats in hardware.
+const STAGE_LIMITS: [u64; 3] = if cfg!(target_abi = "eabihf") {
+    [
+        2_500_000,
+        46_000,
+        if cfg!(feature = "skia") {
+            u64::MAX
+        } else {
+            121_000
+        },
+    ]
+} else {
+    [u64::MAX; 3]
 };
 
 /// Instructions of a stage.
@@ -181,7 +197,13 @@ fn main() -> ! {
     stages.print();
     small.print();
     let ram = memory_used();
-    let is_well = wrong == 0 && missing == 0 && ram <= RAM_LIMIT && small.most <= SILHOUETTE_LIMIT;
+    let most = [&parse, &stages.pose, &stages.silhouette].map(|stage| stage.most);
+    let is_fast = most
+        .iter()
+        .zip(STAGE_LIMITS)
+        .all(|(&most, limit)| most <= limit)
+        && small.most <= SILHOUETTE_LIMIT;
+    let is_well = wrong == 0 && missing == 0 && ram <= RAM_LIMIT && is_fast;
     println!("study: {wrong} answers wrong, {missing} missing, {ram} of {RAM_LIMIT} bytes of RAM");
     process::exit(i32::from(!is_well));
 }

@@ -1,0 +1,128 @@
+//! The rectangle that a body takes in the image, from the few hulls that reach its sides.
+
+use super::{Posed, PosedHull, local};
+use crate::budget::MAX_HULLS;
+use crate::camera::{Camera, NEAR_M};
+use crate::raster::place::Extent;
+use glam::{Vec2, Vec3};
+
+/// How far a number that is computed in the image may be from the true one, of the numbers
+/// that it is computed from: some forty roundings.
+const ROUNDING: f32 = 1e-5;
+/// Greatest sum of the squares of an orientation, which is 3 but for rounding, and of a joint's
+/// distance from the origin in tens of metres, of hulls whose boxes are trusted. Ours: boxes of
+/// those who walked farther away would have to be larger by rounding.
+const MOST_SQUARES: f32 = 4.0;
+/// What a joint's coordinates then add up to at most, metres.
+const FARTHEST_M: f32 = 40.0;
+
+/// Between which numbers something lies: to the right, upwards, and the same turned round.
+type Bounds = [f32; 4];
+
+const NOTHING: Bounds = [f32::NEG_INFINITY; 4];
+const EVERYTHING: Bounds = [f32::INFINITY; 4];
+
+impl Posed<'_> {
+    /// The rectangle that its points take in the image; none where one has no place there, or
+    /// without points.
+    ///
+    /// With parallel rays only hulls whose boxes reach beyond it are looked at more closely.
+    ///
+    /// Not inlined, so that its 700 bytes of stack are free again when the body is drawn.
+    #[inline(never)]
+    pub(in crate::lean) fn extent(&self, camera: &Camera) -> Option<Extent> {
+        let mut reached = [EVERYTHING; MAX_HULLS];
+        // Numbers of the hulls whose boxes reach farthest.
+        let (mut farthest, mut first) = (NOTHING, [0; 4]);
+        for (number, (hull, reached)) in self.hulls().zip(&mut reached).enumerate() {
+            *reached = self.reached(&hull, camera);
+            let farthest = farthest.iter_mut().zip(&mut first);
+            for ((farthest, first), &reached) in farthest.zip(&*reached) {
+                if reached > *farthest {
+                    (*farthest, *first) = (reached, number);
+                }
+            }
+        }
+        let first = first.iter().fold(0u32, |bits, number| bits | 1 << number);
+        let mut found = Found {
+            sides: NOTHING,
+            wild: 0.0,
+        };
+        // These first, since most others then turn out to lie within.
+        for is_first in [true, false] {
+            for (number, reached) in reached.iter().enumerate().take(self.hulls.len()) {
+                let is_within = || reached.iter().zip(&found.sides).all(|(of, side)| of < side);
+                if (first >> number & 1 == 1) == is_first
+                    && (is_first || !is_within())
+                    && let Some(hull) = self.hull(number)
+                {
+                    found.add(&hull, camera)?;
+                }
+            }
+        }
+        let [right, up, left, down] = found.sides;
+        let extent = Extent {
+            min: Vec2::new(-left, -down),
+            max: Vec2::new(right, up),
+        };
+        (found.wild.is_finite() && !self.points.is_empty()).then_some(extent)
+    }
+
+    /// Within what a hull's points are, whatever is rounded; everywhere where that is not known.
+    fn reached(&self, hull: &PosedHull<'_>, camera: &Camera) -> Bounds {
+        let (turn, offset) = (hull.place.turn, hull.place.offset);
+        let squares = |axis: Vec3| axis.length_squared();
+        let turned = squares(turn.x_axis) + squares(turn.y_axis) + squares(turn.z_axis);
+        // A NaN fails the comparison.
+        let is_tame = turned + 0.01 * squares(offset) <= MOST_SQUARES;
+        if !is_tame || camera.eye().is_some() {
+            return EVERYTHING;
+        }
+        // Half of it, since middles and halves are sums and differences of two bounds.
+        let unit = 0.5 * f32::from(self.scale.unit) * hull.step;
+        let sums = hull
+            .bounds
+            .map(|[least, most]| i16::from(least) + i16::from(most));
+        let widths = hull
+            .bounds
+            .map(|[least, most]| i16::from(most) - i16::from(least));
+        let [middle, half] = [sums, widths].map(|of| unit * Vec3::from(of.map(f32::from)));
+        // Twice a point's distance, at most 1.74 times 127 units, and the joint's.
+        let rounded = ROUNDING * (1_000.0 * unit.y + FARTHEST_M);
+        let viewpoint = camera.viewpoint();
+        let [x, y] = [viewpoint.right(), viewpoint.up()].map(|axis| {
+            let along = hull.place.direction(axis);
+            let centre = along.dot(middle) + axis.dot(offset);
+            let half = (along * half).abs().element_sum() + rounded;
+            [centre + half, half - centre]
+        });
+        [x[0], y[0], x[1], y[1]]
+    }
+}
+
+/// What was found of the rectangle.
+struct Found {
+    /// Its right and upper sides, and the left and lower turned round.
+    sides: Bounds,
+    /// Not finite if a point is not.
+    wild: f32,
+}
+
+impl Found {
+    /// Adds a hull's points; none where one is too near.
+    fn add(&mut self, hull: &PosedHull<'_>, camera: &Camera) -> Option<()> {
+        for &point in hull.points {
+            let point = hull.place.carry(local(point, hull.step));
+            if camera.depth_m(point) < NEAR_M {
+                return None;
+            }
+            let Vec2 { x, y } = camera.project(point);
+            // Not finite, whatever is added to what is not.
+            self.wild += x + y;
+            for (side, reached) in self.sides.iter_mut().zip([x, y, -x, -y]) {
+                *side = if reached > *side { reached } else { *side };
+            }
+        }
+        Some(())
+    }
+}

@@ -1,0 +1,439 @@
+//! The hulls of a body before a camera: where their points appear, and which of their edges are
+//! their outline.
+//!
+//! Whether a facet is seen is the sign of a product in the frame of its joint, rounded as on a
+//! host. Seen by parallel rays that is mostly told by the order of its corners in the image, in
+//! integers and in half of the instructions: [`Scale`] says when it is, and where a sign is too
+//! near to 0 the product itself decides. Pixels are computed of the outline's corners alone.
+
+use super::{Corners, Posed, PosedHull, local};
+use crate::body::plane::normal;
+use crate::budget::MAX_HULL_POINTS;
+use crate::camera::Camera;
+use crate::raster::place::Placement;
+use glam::{Vec2, Vec3};
+
+/// A body in a pose before a camera.
+#[derive(Clone, Copy, Debug)]
+pub struct Sight<'a> {
+    posed: &'a Posed<'a>,
+    camera: &'a Camera,
+    /// The direction of the eye, or where it stands.
+    seen_from: Vec3,
+    is_near: bool,
+}
+
+/// One hull of it in the image.
+pub struct SeenHull<'a> {
+    sight: Sight<'a>,
+    scale: Scale,
+    points: Points,
+    /// Where the points of the outline appear.
+    pixels: [Vec2; MAX_HULL_POINTS],
+}
+
+/// What is known of each point of a hull.
+type Points = [Point; MAX_HULL_POINTS];
+
+/// A point of a hull. 16 bytes, and what facets ask for not in the first four: one instruction
+/// then finds a point by its number, and one more both coordinates.
+#[derive(Clone, Copy)]
+#[repr(C)]
+struct Point {
+    /// The first row that is sampled below it; of points of the outline alone.
+    row: u32,
+    /// Bit `b` is the line to point `b`, of a greater number.
+    lines: u32,
+    /// Its [`Scale`]d place in the image, to the right and up.
+    x: i32,
+    y: i32,
+}
+
+/// A point of a hull's outline in the image.
+#[derive(Clone, Copy)]
+pub struct Corner {
+    /// Where it appears, pixels.
+    pub pixel: Vec2,
+    /// The first row that is sampled below it.
+    pub row: u32,
+}
+
+impl<'a> Sight<'a> {
+    pub fn new(posed: &'a Posed<'a>, camera: &'a Camera) -> Self {
+        let toward = camera.viewpoint().toward();
+        let (seen_from, is_near) = match camera.eye() {
+            Some((aim, distance_m)) => (aim + toward * distance_m, true),
+            None => (toward, false),
+        };
+        Self {
+            posed,
+            camera,
+            seen_from,
+            is_near,
+        }
+    }
+
+    /// Its hulls, one after another.
+    pub fn hulls(&self) -> impl Iterator<Item = PosedHull<'a>> + use<'a> {
+        self.posed.hulls()
+    }
+
+    /// Where a hull's points appear, pixels.
+    pub fn pixels(
+        &self,
+        hull: &PosedHull<'_>,
+        placement: &Placement,
+    ) -> impl Iterator<Item = Vec2> {
+        let steps = hull.points.iter();
+        steps.map(|&steps| self.pixel(hull, placement, steps))
+    }
+
+    #[inline]
+    fn pixel(&self, hull: &PosedHull<'_>, placement: &Placement, steps: [i16; 3]) -> Vec2 {
+        let point = hull.place.carry(local(steps, hull.step));
+        placement.place(self.camera.project(point))
+    }
+}
+
+impl<'a> SeenHull<'a> {
+    /// None yet.
+    pub fn new(sight: &Sight<'a>) -> Self {
+        let point = Point {
+            row: 0,
+            lines: 0,
+            x: 0,
+            y: 0,
+        };
+        Self {
+            sight: *sight,
+            scale: Scale::of(sight.posed.scale.reach),
+            points: [point; MAX_HULL_POINTS],
+            pixels: [Vec2::ZERO; MAX_HULL_POINTS],
+        }
+    }
+
+    /// Gives `take` the lines of a hull's outline, whose corners `row` says the rows of.
+    #[inline]
+    pub fn trace(
+        &mut self,
+        hull: &PosedHull<'_>,
+        placement: &Placement,
+        row: impl Fn(f32) -> u32,
+        mut take: impl FnMut(Corner, Corner),
+    ) {
+        self.find_outline(hull);
+        let points = self.points.get(..hull.points.len()).unwrap_or_default();
+        let (mut begins, mut ends, mut own) = (0, 0, 1);
+        for point in points {
+            if point.lines != 0 {
+                begins |= own;
+                ends |= point.lines;
+            }
+            own <<= 1;
+        }
+        ends |= begins;
+        while ends != 0 {
+            let number = ends.trailing_zeros() as usize;
+            ends &= ends - 1;
+            let Some(&steps) = hull.points.get(number) else {
+                break;
+            };
+            let pixel = self.sight.pixel(hull, placement, steps);
+            self.pixels[number] = pixel;
+            self.points[number].row = row(pixel.y);
+        }
+        while begins != 0 {
+            let a = begins.trailing_zeros() as usize;
+            begins &= begins - 1;
+            // The next hull finds all lines off.
+            let mut lines = core::mem::take(&mut self.points[a].lines);
+            while lines != 0 {
+                let b = lines.trailing_zeros() as usize;
+                lines &= lines - 1;
+                let [a, b] = [a, b].map(|number| Corner {
+                    pixel: self.pixels[number],
+                    row: self.points[number].row,
+                });
+                take(a, b);
+            }
+        }
+    }
+
+    /// Turns the edges between facets that are seen and facets that are not on.
+    fn find_outline(&mut self, hull: &PosedHull<'_>) {
+        let sight = self.sight;
+        if let [first, ..] = hull.facets
+            && first.is_side()
+        {
+            // The sides of a flat hull are its outline from everywhere.
+            for corners in hull.facets {
+                let [a, b, _] = corners.numbers();
+                self.points[a].lines ^= 1 << b;
+            }
+        } else if sight.is_near {
+            let eye = Eye::At(hull.place.point(sight.seen_from));
+            toggle_seen(&mut self.points, hull, &eye);
+        } else {
+            let toward = hull.place.direction(sight.seen_from);
+            let eye = Eye::Toward(toward);
+            if self.draft(hull, toward) {
+                toggle_drafted(&mut self.points, (hull, self.scale.tolerance), &eye);
+            } else {
+                toggle_seen(&mut self.points, hull, &eye);
+            }
+        }
+    }
+
+    /// Finds where the points of a hull appear in whole numbers; not of one whose frame is not
+    /// turned alone.
+    #[inline]
+    fn draft(&mut self, hull: &PosedHull<'_>, toward: Vec3) -> bool {
+        let viewpoint = self.sight.camera.viewpoint();
+        let right = hull.place.direction(viewpoint.right());
+        let up = hull.place.direction(viewpoint.up());
+        let skew = (right.cross(up) - toward).length_squared();
+        // A NaN fails all comparisons.
+        let is_turned = skew <= Scale::SKEW * Scale::SKEW
+            && right.length_squared() <= Scale::LENGTH_SQUARED
+            && up.length_squared() <= Scale::LENGTH_SQUARED;
+        if !is_turned {
+            return false;
+        }
+        let scale = self.scale.units;
+        let mirror = if hull.step.x < 0.0 { -scale } else { scale };
+        let whole = |axis: Vec3| {
+            let axis = axis * Vec3::new(mirror, scale, scale);
+            #[expect(clippy::cast_possible_truncation, reason = "within 2^29")]
+            let whole = axis.to_array().map(|number| number as i32);
+            whole
+        };
+        let (right, up) = (whole(right), whole(up));
+        for (point, &[x, y, z]) in self.points.iter_mut().zip(hull.points) {
+            let [x, y, z] = [i32::from(x), i32::from(y), i32::from(z)];
+            point.x = right[0] * x + right[1] * y + right[2] * z;
+            point.y = up[0] * x + up[1] * y + up[2] * z;
+        }
+        true
+    }
+}
+
+/// Toggles the edges of each facet that is seen: what two of them toggled is off again.
+fn toggle_seen(points: &mut Points, hull: &PosedHull<'_>, eye: &Eye) {
+    for &corners in hull.facets {
+        if eye.sees(hull, corners) {
+            toggle(points, corners);
+        }
+    }
+}
+
+/// The same by the draft, beyond its tolerance.
+///
+/// Not inlined: alone it has most of what it works with in registers.
+#[inline(never)]
+fn toggle_drafted(points: &mut Points, (hull, tolerance): (&PosedHull<'_>, u32), eye: &Eye) {
+    for &corners in hull.facets {
+        let turn = turn(points, corners);
+        // Within the tolerance on either side of 0.
+        if turn.wrapping_add_unsigned(tolerance).cast_unsigned() <= 2 * tolerance {
+            if eye.sees(hull, corners) {
+                toggle(points, corners);
+            }
+        } else if (turn.cast_unsigned() ^ corners.turn()).cast_signed() >= 0 {
+            toggle(points, corners);
+        }
+    }
+}
+
+/// The high word of what a facet's corners turn counterclockwise by their numbers: twice its
+/// area in the image.
+#[inline]
+fn turn(points: &Points, corners: Corners) -> i32 {
+    let [a, b, c] = corners.numbers().map(|number| &points[number]);
+    let high = |a: i32, b: i32| ((i64::from(a) * i64::from(b)) >> 32) as i32;
+    high(b.x - a.x, c.y - a.y) - high(b.y - a.y, c.x - a.x)
+}
+
+/// Turns a facet's edges on, or off.
+#[inline]
+fn toggle(points: &mut Points, corners: Corners) {
+    let [a, b, c] = corners.numbers();
+    points[a].lines ^= 1 << b | 1 << c;
+    points[b].lines ^= 1 << c;
+}
+
+/// From where facets are seen, in the frame of their joint.
+enum Eye {
+    At(Vec3),
+    Toward(Vec3),
+}
+
+impl Eye {
+    /// Whether it is on a facet's outer side; infinitely far away only the direction counts.
+    #[inline(never)]
+    fn sees(&self, hull: &PosedHull<'_>, corners: Corners) -> bool {
+        let corners_at = corners.numbers().map(|number| hull.points.get(number));
+        let [Some(a), Some(b), Some(c)] = corners_at else {
+            return false;
+        };
+        let points = [a, b, c].map(|&steps| local(steps, hull.step));
+        let normal = normal(points);
+        let side = match self {
+            Self::At(eye) => eye.dot(normal) - normal.dot(points[0]),
+            Self::Toward(eye) => eye.dot(normal),
+        };
+        // A difference is above 0 where the first number is the greater.
+        (side.to_bits() ^ corners.turn()).cast_signed() > 0
+    }
+}
+
+/// How points that appear by parallel rays are scaled to whole numbers within 2^29: with their
+/// differences below 2^30, products of these stay below 2^61.
+///
+/// What a triangle of such points turns, and the sign that [`Eye::sees`] computes, are two
+/// roundings of one number (Binet and Cauchy: the cross product in the image is the product of
+/// the facet's normal and the image's). Beyond the sum of their errors both have its sign.
+struct Scale {
+    /// Units in a step.
+    units: f32,
+    /// The greatest that a turn may be off, in the unit of its high word.
+    tolerance: u32,
+}
+
+impl Scale {
+    /// How far right times up may be from the direction of the eye, and how long they may be,
+    /// for the errors below.
+    const SKEW: f32 = 2e-6;
+    const LENGTH_SQUARED: f32 = 1.01;
+
+    /// For points whose coordinates reach so many steps.
+    fn of(reach: u16) -> Self {
+        let reach = reach.max(1);
+        Self {
+            // A point is at most 1.74 times as far away as its coordinates are, and axes are at
+            // most 1.005 long.
+            units: (1 << 29) as f32 / (1.75 * f32::from(reach)),
+            // Axes are off by less than 1.1, points by 3.3 times the reach and differences by
+            // twice that: turns by 4 * 6.6 * reach * 2^30. Of the product in floats, and of the
+            // skew, 34 * 2^-22 and 12 * SKEW of the reach's square, which is 2^58 / 3.
+            tolerance: 8 * u32::from(reach) + 1_000,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Body;
+    use super::*;
+    use crate::body::Place;
+    use crate::camera::Viewpoint;
+    use crate::pose::ModelPose;
+    use glam::{Mat3, Quat};
+
+    /// Numbers of a fixed sequence (Roberts 2018), -1 to 1.
+    fn numbers() -> impl FnMut() -> f32 {
+        let mut sum = 0.0f32;
+        move || {
+            sum = (sum + 0.618_034).fract();
+            let mixed = (sum * 97.31).fract();
+            2.0 * mixed - 1.0
+        }
+    }
+
+    /// How many of the triangles of random points the draft tells of, all as floats do.
+    fn told(reach: f32, is_image: bool) -> [usize; 2] {
+        let (mut number, mut counts) = (numbers(), [0; 2]);
+        for round in 0..40 {
+            let mut points = [[0; 3]; MAX_HULL_POINTS];
+            for coordinate in points.as_flattened_mut() {
+                *coordinate = (reach * number()) as i16;
+            }
+            // Every third time all in a plane that is seen edge-on, but for rounding.
+            if round % 3 == 0 {
+                points.iter_mut().for_each(|point| point[0] = 0);
+            }
+            let mut body = Body::<0, 0>::EMPTY;
+            body.scale.reach = reach as u16;
+            let turn = Quat::from_xyzw(number(), number(), number(), number()).normalize();
+            let turn = if round % 3 == 0 { Quat::IDENTITY } else { turn };
+            let hull = PosedHull {
+                place: Place {
+                    turn: Mat3::from_quat(turn),
+                    offset: Vec3::new(number(), number(), number()),
+                },
+                step: Vec3::new(if is_image { -0.001 } else { 0.001 }, 0.001, 0.001),
+                points: &points,
+                facets: &[],
+                bounds: [[0; 2]; 3],
+            };
+            let azimuth = if round % 3 == 0 {
+                0.0
+            } else {
+                180.0 * number()
+            };
+            let viewpoint = Viewpoint::from_degrees(azimuth, 60.0 * number());
+            let camera = Camera::orthographic(viewpoint.expect("a viewpoint"));
+            let posed = body.posed(&ModelPose::REST);
+            let sight = Sight::new(&posed, &camera);
+            let mut seen = SeenHull::new(&sight);
+            let toward = hull.place.direction(sight.seen_from);
+            assert!(seen.draft(&hull, toward));
+            for a in 0..10u8 {
+                for (b, c) in [(11, 12), (13, 17), (21, 30), (12, 31)] {
+                    let corners = Corners::of([a, b, c]);
+                    let side = turn_of(&seen, corners);
+                    counts[usize::from(side.is_some())] += 1;
+                    if let Some(is_seen) = side {
+                        let eye = Eye::Toward(toward);
+                        assert_eq!(is_seen, eye.sees(&hull, corners), "{hull:?} {corners:?}");
+                    }
+                }
+            }
+        }
+        counts
+    }
+
+    fn turn_of(seen: &SeenHull<'_>, corners: Corners) -> Option<bool> {
+        let (turn, tolerance) = (turn(&seen.points, corners), seen.scale.tolerance);
+        let is_clear = turn.unsigned_abs() > tolerance;
+        is_clear.then_some((turn.cast_unsigned() ^ corners.turn()).cast_signed() >= 0)
+    }
+
+    #[test]
+    fn what_a_draft_tells_is_what_floats_say() {
+        for reach in [3.0, 40.0, 450.0, 5_000.0, 32_767.0] {
+            for is_image in [false, true] {
+                let [untold, told] = told(reach, is_image);
+                assert!(told > untold, "{reach}: {untold} untold, {told} told");
+            }
+        }
+    }
+
+    #[test]
+    fn a_frame_that_is_not_turned_alone_has_no_draft() {
+        let (pose, camera) = (
+            ModelPose::REST,
+            Camera::orthographic(Viewpoint::from_degrees(30.0, 20.0).expect("a viewpoint")),
+        );
+        let body = Body::<0, 0>::EMPTY;
+        let posed = body.posed(&pose);
+        let sight = Sight::new(&posed, &camera);
+        let mut seen = SeenHull::new(&sight);
+        let mut drafted = |turn: Mat3| {
+            let hull = PosedHull {
+                place: Place {
+                    turn,
+                    offset: Vec3::ZERO,
+                },
+                step: Vec3::ONE,
+                points: &[],
+                facets: &[],
+                bounds: [[0; 2]; 3],
+            };
+            seen.draft(&hull, hull.place.direction(sight.seen_from))
+        };
+        assert!(drafted(Mat3::IDENTITY));
+        assert!(!drafted(1.000_01 * Mat3::IDENTITY));
+        assert!(!drafted(Mat3::from_diagonal(Vec3::new(1.0, 1.0, -1.0))));
+        assert!(!drafted(Mat3::from_diagonal(Vec3::splat(f32::NAN))));
+    }
+}
