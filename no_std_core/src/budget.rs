@@ -64,7 +64,7 @@ pub const MAX_REACH_PIXELS: f32 = 65_536.0;
 
 /// Cameras before which [`crate::raster::Renderer::draw_views`] puts a figure at once. Ours: what is
 /// found out about all of them stays in a first-level cache.
-pub const VIEWS_AT_ONCE: usize = 16;
+pub const VIEWS_AT_ONCE: usize = 8;
 
 /// Elevations that the column rasteriser draws at once: 16 lanes and half as many more.
 pub const MAX_ELEVATIONS: usize = LANES + LANES / 2;

@@ -1,7 +1,7 @@
 //! A figure as a camera sees it: its points in the image, before anything is framed.
 
 use super::place::Extent;
-use super::simd::{LANES, Simd, Wide, compiled, dispatch};
+use super::simd::{Lanes, Simd, Wide, compiled, dispatch};
 use crate::body::Figure;
 use crate::budget::{MAX_HULL_POINTS, MAX_POINTS};
 use crate::camera::{Camera, NEAR_M};
@@ -41,16 +41,30 @@ impl Points {
     /// Projects a figure's points, of which there is at least one: the rectangle that they
     /// span; none if a point has no place in the image.
     pub fn project(&mut self, figure: &Figure<'_>, camera: &Camera, simd: Simd) -> Option<Extent> {
-        let sight = dispatch!(simd, project(self, figure, camera));
+        let sight = dispatch!(simd, see(self, figure, camera));
         sight.is_whole.then_some(sight.extent)
     }
 }
 
-compiled!(fn project(points: &mut Points, figure: &Figure<'_>, camera: &Camera) -> Sight);
+compiled!(fn see(points: &mut Points, figure: &Figure<'_>, camera: &Camera) -> Sight);
 
-/// [`Camera::project`] of all points.
 #[inline(always)]
-fn project<L: Wide>(l: L, points: &mut Points, figure: &Figure<'_>, camera: &Camera) -> Sight {
+fn see<L: Wide>(l: L, points: &mut Points, figure: &Figure<'_>, camera: &Camera) -> Sight {
+    if L::IS_ONE {
+        project(l, points, figure, camera)
+    } else {
+        project(l.half(), points, figure, camera)
+    }
+}
+
+/// [`Camera::project`] of all points, `N` at once.
+#[inline(always)]
+fn project<const N: usize, L: Lanes<N>>(
+    l: L,
+    points: &mut Points,
+    figure: &Figure<'_>,
+    camera: &Camera,
+) -> Sight {
     let viewpoint = camera.viewpoint();
     let right = splat(l, viewpoint.right());
     let up = splat(l, viewpoint.up());
@@ -60,13 +74,13 @@ fn project<L: Wide>(l: L, points: &mut Points, figure: &Figure<'_>, camera: &Cam
     let (mut min, mut max) = ([l.splat(f32::INFINITY); 2], [l.splat(f32::NEG_INFINITY); 2]);
     let mut wild = zero;
     let mut is_whole = l.not_less(zero, zero);
-    let (px, _) = figure.points.x.as_chunks::<LANES>();
-    let (py, _) = figure.points.y.as_chunks::<LANES>();
-    let (pz, _) = figure.points.z.as_chunks::<LANES>();
-    let (xs, _) = points.x.as_chunks_mut::<LANES>();
-    let (ys, _) = points.y.as_chunks_mut::<LANES>();
+    let (px, _) = figure.points.x.as_chunks::<N>();
+    let (py, _) = figure.points.y.as_chunks::<N>();
+    let (pz, _) = figure.points.z.as_chunks::<N>();
+    let (xs, _) = points.x.as_chunks_mut::<N>();
+    let (ys, _) = points.y.as_chunks_mut::<N>();
     let each = px.iter().zip(py).zip(pz).zip(xs).zip(ys);
-    for ((((px, py), pz), xs), ys) in each.take(figure.len().div_ceil(LANES)) {
+    for ((((px, py), pz), xs), ys) in each.take(figure.len().div_ceil(N)) {
         let mut point = [l.load(px), l.load(py), l.load(pz)];
         let (x, y) = if let Some((aim, distance_m)) = eye {
             let aim = splat(l, aim);
@@ -96,19 +110,23 @@ fn project<L: Wide>(l: L, points: &mut Points, figure: &Figure<'_>, camera: &Cam
             max: Vec2::new(max_x, max_y),
         },
         // It differs from itself by what is no number.
-        is_whole: l.bits(l.and(is_whole, l.not_less(l.sub(wild, wild), zero))) == (1 << LANES) - 1,
+        is_whole: l.bits(l.and(is_whole, l.not_less(l.sub(wild, wild), zero))) == (1 << N) - 1,
     }
 }
 
 /// A vector in all lanes.
 #[inline(always)]
-pub(super) fn splat<L: Wide>(l: L, vector: Vec3) -> [L::Floats; 3] {
+pub(super) fn splat<const N: usize, L: Lanes<N>>(l: L, vector: Vec3) -> [L::Floats; 3] {
     [l.splat(vector.x), l.splat(vector.y), l.splat(vector.z)]
 }
 
 /// The scalar product, in the order of [`Vec3::dot`].
 #[inline(always)]
-pub(super) fn dot<L: Wide>(l: L, a: [L::Floats; 3], b: [L::Floats; 3]) -> L::Floats {
+pub(super) fn dot<const N: usize, L: Lanes<N>>(
+    l: L,
+    a: [L::Floats; 3],
+    b: [L::Floats; 3],
+) -> L::Floats {
     l.add(
         l.add(l.mul(a[0], b[0]), l.mul(a[1], b[1])),
         l.mul(a[2], b[2]),

@@ -5,7 +5,7 @@ use crate::plain::random_angles;
 use crate::random::Random;
 use edgegait_core::body::{Body, Figure};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
-use edgegait_core::raster::{Rasterizer, Renderer, Simd};
+use edgegait_core::raster::{Rasterizer, Renderer, Simd, View};
 use edgegait_core::silhouette::Size;
 use edgegait_core::skeleton::Joint;
 use glam::{Vec2, Vec3};
@@ -141,6 +141,80 @@ fn compare(seed: u64, hulls: usize) {
     }
     println!("{drawn} figures of {had} hulls drawn and {refused} refused");
     assert!(drawn > refused, "{drawn} drawn, {refused} refused");
+}
+
+/// More than are looked at at once, of all kinds; the last ones have no image.
+fn views(random: &mut Random) -> Vec<View> {
+    let mut views: Vec<View> = (0..21)
+        .map(|turn| {
+            let [azimuth, elevation] = random_angles(random, turn).map(|angle| angle as f32);
+            let viewpoint = Viewpoint::from_degrees(azimuth, elevation).expect("a viewpoint");
+            let distance_m = 10f64.powf(random.between(0.5, 3.0)) as f32;
+            let fixed = Framing::Fixed {
+                centre: Vec3::ZERO,
+                pixels_per_metre: 16.0,
+            };
+            View {
+                camera: match turn % 2 {
+                    0 => Camera::orthographic(viewpoint),
+                    _ => Camera::perspective(viewpoint, Vec3::Y, distance_m).expect("a camera"),
+                },
+                framing: [Framing::Height, Framing::Box, fixed][turn % 3],
+                jitter: Vec2::new(random.between(-0.5, 0.5) as f32, 0.0),
+            }
+        })
+        .collect();
+    views[19].jitter.x = 0.6;
+    let viewpoint = views[20].camera.viewpoint();
+    let inside = Camera::perspective(viewpoint, Vec3::ZERO, 0.1);
+    views[20].camera = inside.expect("a camera");
+    views
+}
+
+#[test]
+fn views_at_once_are_drawn_as_one_by_one() {
+    let mut random = Random(53);
+    for round in 0..40 {
+        let mut body = Body::default();
+        for _ in 0..=random.below(24) {
+            let kind = random.below(KINDS - 2);
+            let hull = hull(&mut random, kind, Vec3::ZERO);
+            if body.push(Joint::Pelvis, hull).is_err() {
+                break;
+            }
+        }
+        let figure = Figure::at_rest(&body);
+        let views = views(&mut random);
+        for &rasterizer in Rasterizer::ALL {
+            let size = Size::ALL[round % 3];
+            let mut alone = Renderer::new(rasterizer, size);
+            let mut together = Renderer::new(rasterizer, size);
+            let (mut seen, mut refused) = (0, 0);
+            let all = together.draw_views(&figure, &views, |number, found| {
+                assert_eq!(number, seen);
+                seen += 1;
+                let View {
+                    camera,
+                    framing,
+                    jitter,
+                } = views[number];
+                let expected = alone.draw(&figure, &camera, framing, jitter);
+                assert!(found == expected, "{rasterizer}, view {number}: {found:?}");
+                refused += usize::from(found.is_err());
+                Ok::<_, ()>(())
+            });
+            assert_eq!((all, seen), (Ok(()), views.len()));
+            assert!((2..views.len()).contains(&refused), "{refused} refused");
+        }
+        // The first error of what takes them is the last thing that happens.
+        let mut renderer = Renderer::new(Rasterizer::Rows, Size::S50x30);
+        let mut seen = 0;
+        let stopped = renderer.draw_views(&figure, &views, |number, _| {
+            seen += 1;
+            if number == 9 { Err(number) } else { Ok(()) }
+        });
+        assert_eq!((stopped, seen), (Err(9), 10));
+    }
 }
 
 #[test]

@@ -86,18 +86,19 @@ impl Lanes<8> for Avx2 {
         with!(_mm256_movemask_ps(mask)).cast_unsigned()
     }
     #[inline(always)]
-    fn within(self, top: __m256, row: __m256, bottom: __m256) -> __m256 {
-        with!(_mm256_and_ps(
-            _mm256_cmp_ps::<_CMP_LT_OQ>(top, row),
-            _mm256_cmp_ps::<_CMP_LE_OQ>(row, bottom)
-        ))
-    }
-    #[inline(always)]
-    fn widen(self, (left, right): (__m256, __m256), x: __m256, mask: __m256) -> (__m256, __m256) {
-        with!((
-            _mm256_blendv_ps(left, _mm256_min_ps(x, left), mask),
-            _mm256_blendv_ps(right, _mm256_max_ps(x, right), mask),
-        ))
+    fn reach(
+        self,
+        (left, right): (__m256, __m256),
+        x: __m256,
+        [top, row, bottom]: [__m256; 3],
+    ) -> (__m256, __m256) {
+        with! {
+            let is_above = _mm256_cmp_ps::<_CMP_NLT_UQ>(top, row);
+            let is_below = _mm256_cmp_ps::<_CMP_NLE_UQ>(row, bottom);
+            // All bits are a NaN, which reaches nothing.
+            let x = _mm256_or_ps(x, _mm256_or_ps(is_above, is_below));
+            (_mm256_min_ps(x, left), _mm256_max_ps(x, right))
+        }
     }
     #[inline(always)]
     fn truncate(self, floats: __m256) -> __m256i {

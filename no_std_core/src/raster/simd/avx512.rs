@@ -100,23 +100,20 @@ impl Lanes<LANES> for Avx512 {
         with!(_mm512_cmp_ps_mask::<_CMP_GE_OQ>(a, b))
     }
     #[inline(always)]
-    fn within(self, top: __m512, row: __m512, bottom: __m512) -> __mmask16 {
-        with! {
-            let below = _mm512_cmp_ps_mask::<_CMP_LT_OQ>(top, row);
-            _mm512_mask_cmp_ps_mask::<_CMP_LE_OQ>(below, row, bottom)
-        }
-    }
-    #[inline(always)]
-    fn widen(
+    fn reach(
         self,
         (left, right): (__m512, __m512),
         x: __m512,
-        mask: __mmask16,
+        [top, row, bottom]: [__m512; 3],
     ) -> (__m512, __m512) {
-        with!((
-            _mm512_mask_min_ps(left, mask, x, left),
-            _mm512_mask_max_ps(right, mask, x, right),
-        ))
+        with! {
+            let is_below = _mm512_cmp_ps_mask::<_CMP_LT_OQ>(top, row);
+            let is_inside = _mm512_mask_cmp_ps_mask::<_CMP_LE_OQ>(is_below, row, bottom);
+            (
+                _mm512_mask_min_ps(left, is_inside, x, left),
+                _mm512_mask_max_ps(right, is_inside, x, right),
+            )
+        }
     }
     #[inline(always)]
     fn truncate(self, floats: __m512) -> __m512i {
@@ -278,18 +275,20 @@ impl Lanes<8> for Avx512Half {
         with!(_mm256_cmp_ps_mask::<_CMP_GE_OQ>(a, b))
     }
     #[inline(always)]
-    fn within(self, top: __m256, row: __m256, bottom: __m256) -> __mmask8 {
+    fn reach(
+        self,
+        (left, right): (__m256, __m256),
+        x: __m256,
+        [top, row, bottom]: [__m256; 3],
+    ) -> (__m256, __m256) {
         with! {
-            let below = _mm256_cmp_ps_mask::<_CMP_LT_OQ>(top, row);
-            _mm256_mask_cmp_ps_mask::<_CMP_LE_OQ>(below, row, bottom)
+            let is_below = _mm256_cmp_ps_mask::<_CMP_LT_OQ>(top, row);
+            let is_inside = _mm256_mask_cmp_ps_mask::<_CMP_LE_OQ>(is_below, row, bottom);
+            (
+                _mm256_mask_min_ps(left, is_inside, x, left),
+                _mm256_mask_max_ps(right, is_inside, x, right),
+            )
         }
-    }
-    #[inline(always)]
-    fn widen(self, (left, right): (__m256, __m256), x: __m256, mask: __mmask8) -> (__m256, __m256) {
-        with!((
-            _mm256_mask_min_ps(left, mask, x, left),
-            _mm256_mask_max_ps(right, mask, x, right),
-        ))
     }
     #[inline(always)]
     fn truncate(self, floats: __m256) -> __m256i {

@@ -221,14 +221,12 @@ pub(crate) trait Lanes<const N: usize>: Copy {
     fn bits(self, mask: Self::Mask) -> u32;
     /// Whether `a >= b`; not of a NaN.
     fn not_less(self, a: Self::Floats, b: Self::Floats) -> Self::Mask;
-    /// Whether `top < row <= bottom`.
-    fn within(self, top: Self::Floats, row: Self::Floats, bottom: Self::Floats) -> Self::Mask;
-    /// Makes the span from the first to the second number reach `x` where the mask is set.
-    fn widen(
+    /// Makes the span from the first to the second number reach `x` where `top < row <= bottom`.
+    fn reach(
         self,
         span: (Self::Floats, Self::Floats),
         x: Self::Floats,
-        mask: Self::Mask,
+        rows: [Self::Floats; 3],
     ) -> (Self::Floats, Self::Floats);
     /// The integer part of numbers from 0 to 2^24.
     fn truncate(self, floats: Self::Floats) -> Self::Words;
@@ -252,6 +250,11 @@ pub(crate) trait Lanes<const N: usize>: Copy {
     fn max_words(self, a: Self::Words, b: Self::Words) -> Self::Words;
     /// The bits from each number on, none from 32 on.
     fn bits_from(self, first: Self::Words) -> Self::Words;
+    /// The bits from each first number on and before the other: none from 32 on.
+    #[inline(always)]
+    fn between(self, from: Self::Words, to: Self::Words) -> Self::Words {
+        self.without(self.bits_from(from), self.bits_from(to))
+    }
     /// All bits but so many highest ones, none from 32 on.
     fn bits_but(self, highest: Self::Words) -> Self::Words;
     fn count_ones(self, words: Self::Words) -> Self::Words;
@@ -391,22 +394,22 @@ fn ends_one_by_one<L: Wide>(
     points: [&[f32; MAX_HULL_POINTS]; 2],
     ends: &mut [Ends],
 ) -> usize {
-    let mut named = [0; 64];
-    for (byte, named) in named.chunks_exact_mut(8).enumerate() {
+    // As many as a byte has values, so that none is out of bounds.
+    let mut named = [0; 256];
+    for (byte, named) in named.chunks_exact_mut(8).enumerate().take(8) {
         named.copy_from_slice(&l.spread(bits >> (8 * byte)).to_le_bytes());
     }
+    let mut outline = [0; 256];
     let mut count = 0;
     for edges in edges {
-        let mut outline = [0; 64];
-        let mut len = 0;
+        let mut len = 0u8;
         let sides = edges.sides[0].iter().zip(&edges.sides[1]);
         for (edge, (&left, &right)) in (0u8..).zip(sides).take(edges.len) {
             // Written whether it counts or not: a branch would be hard to predict.
-            outline[len % 64] = edge;
-            let [left, right] = [left, right].map(|side| named[usize::from(side) % 64]);
-            len += usize::from(left ^ right);
+            outline[usize::from(len)] = edge;
+            len = len.wrapping_add(named[usize::from(left)] ^ named[usize::from(right)]);
         }
-        for &edge in outline.iter().take(len) {
+        for &edge in outline.iter().take(usize::from(len)) {
             Ends::set(ends, count, (edges, usize::from(edge)), points);
             count += 1;
         }

@@ -92,20 +92,18 @@ impl Lanes<8> for Neon {
         both!(k => vandq_u32(a[k], b[k]))
     }
     #[inline(always)]
-    fn within(self, top: Self::Floats, row: Self::Floats, bottom: Self::Floats) -> Self::Mask {
-        both!(k => vandq_u32(vcltq_f32(top[k], row[k]), vcleq_f32(row[k], bottom[k])))
-    }
-    #[inline(always)]
-    fn widen(
+    fn reach(
         self,
         (left, right): (Self::Floats, Self::Floats),
         x: Self::Floats,
-        mask: Self::Mask,
+        [top, row, bottom]: [Self::Floats; 3],
     ) -> (Self::Floats, Self::Floats) {
-        (
-            both!(k => vbslq_f32(vandq_u32(mask[k], vcltq_f32(x[k], left[k])), x[k], left[k])),
-            both!(k => vbslq_f32(vandq_u32(mask[k], vcgtq_f32(x[k], right[k])), x[k], right[k])),
-        )
+        // All bits are a NaN, which reaches nothing.
+        let x = both!(k => {
+            let is_inside = vandq_u32(vcltq_f32(top[k], row[k]), vcleq_f32(row[k], bottom[k]));
+            vreinterpretq_f32_u32(vornq_u32(vreinterpretq_u32_f32(x[k]), is_inside))
+        });
+        (self.min(x, left), self.max(x, right))
     }
     #[inline(always)]
     fn truncate(self, floats: Self::Floats) -> Self::Words {

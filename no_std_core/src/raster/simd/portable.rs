@@ -20,12 +20,6 @@ macro_rules! each {
     }};
 }
 
-/// `a` where the mask is set, otherwise `b`.
-#[inline(always)]
-fn select<const N: usize>(mask: [u32; N], a: [f32; N], b: [f32; N]) -> [f32; N] {
-    each!(0.0; k => f32::from_bits(mask[k] & a[k].to_bits() | !mask[k] & b[k].to_bits()))
-}
-
 impl<const N: usize> Lanes<N> for Portable {
     type Floats = [f32; N];
     type Words = [u32; N];
@@ -81,19 +75,20 @@ impl<const N: usize> Lanes<N> for Portable {
         each!(0; k => if a[k] >= b[k] { u32::MAX } else { 0 })
     }
     #[inline(always)]
-    fn within(self, top: Self::Floats, row: Self::Floats, bottom: Self::Floats) -> Self::Mask {
-        each!(0; k => if (top[k] < row[k]) & (row[k] <= bottom[k]) { u32::MAX } else { 0 })
-    }
-    #[inline(always)]
-    fn widen(
+    fn reach(
         self,
         (left, right): (Self::Floats, Self::Floats),
         x: Self::Floats,
-        mask: Self::Mask,
+        [top, row, bottom]: [Self::Floats; 3],
     ) -> (Self::Floats, Self::Floats) {
+        // A NaN reaches nothing.
+        let x = each!(0.0; k => {
+            let is_outside = !((top[k] < row[k]) & (row[k] <= bottom[k]));
+            f32::from_bits(x[k].to_bits() | if is_outside { u32::MAX } else { 0 })
+        });
         (
-            select(mask, Lanes::<N>::min(self, x, left), left),
-            select(mask, Lanes::<N>::max(self, x, right), right),
+            Lanes::<N>::min(self, x, left),
+            Lanes::<N>::max(self, x, right),
         )
     }
     #[inline(always)]
@@ -145,6 +140,14 @@ impl<const N: usize> Lanes<N> for Portable {
         each!(0; k => a[k].cast_signed().max(b[k].cast_signed()).cast_unsigned())
     }
     #[inline(always)]
+    fn between(self, from: Self::Words, to: Self::Words) -> Self::Words {
+        // SSE2 has powers of two, but no shifts by lane.
+        let to = Lanes::<N>::max_words(self, from, to);
+        let power = |exponent: u32| if exponent < 32 { 1u32 << exponent } else { 0 };
+        let (from, to) = (each!(0; k => power(from[k])), each!(0; k => power(to[k])));
+        each!(0; k => to[k].wrapping_sub(from[k]))
+    }
+    #[inline(always)]
     fn count_ones(self, words: Self::Words) -> Self::Words {
         each!(0; k => words[k].count_ones())
     }
@@ -170,7 +173,7 @@ impl<const N: usize> Lanes<N> for Portable {
         let mut bits = 0;
         let mut lane = 0;
         while lane < N {
-            bits |= mask[lane] & 1 << lane;
+            bits |= u32::from(mask[lane] != 0) << lane;
             lane += 1;
         }
         bits

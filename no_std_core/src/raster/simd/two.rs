@@ -88,21 +88,18 @@ impl<H: Lanes<HALF>> Lanes<LANES> for Two<H> {
         self.0.bits(mask[0]) | self.0.bits(mask[1]) << HALF
     }
     #[inline(always)]
-    fn within(self, top: Self::Floats, row: Self::Floats, bottom: Self::Floats) -> Self::Mask {
-        [
-            self.0.within(top[0], row[0], bottom[0]),
-            self.0.within(top[1], row[1], bottom[1]),
-        ]
-    }
-    #[inline(always)]
-    fn widen(
+    fn reach(
         self,
         (left, right): (Self::Floats, Self::Floats),
         x: Self::Floats,
-        mask: Self::Mask,
+        [top, row, bottom]: [Self::Floats; 3],
     ) -> (Self::Floats, Self::Floats) {
-        let first = self.0.widen((left[0], right[0]), x[0], mask[0]);
-        let last = self.0.widen((left[1], right[1]), x[1], mask[1]);
+        let (first, last) = (
+            self.0
+                .reach((left[0], right[0]), x[0], [top[0], row[0], bottom[0]]),
+            self.0
+                .reach((left[1], right[1]), x[1], [top[1], row[1], bottom[1]]),
+        );
         ([first.0, last.0], [first.1, last.1])
     }
     #[inline(always)]

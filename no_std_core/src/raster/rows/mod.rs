@@ -1,0 +1,186 @@
+//! The bit-row rasteriser: an integer a row, exact samples, no heap, no 2-D hull.
+//!
+//! The outline of a hull is the projection of the edges between its facets that are seen and
+//! those that are not. Each row of samples is crossed by two of them or by none, and the
+//! samples between are on. What can be done without a branch is done for all hulls first: which
+//! facets are seen, sixteen at once, and lines along the outline, sixteen at once. Then rows are
+//! filled, eight at once, by the lines that cross one of them.
+//!
+//! A sample is on where `left < x <= right` and `top < y <= bottom`: tiny-skia's rule for
+//! samples that lie on an edge. Coordinates are f32 pixels, not rounded further.
+
+mod block;
+mod eyes;
+mod outline;
+mod read;
+
+use super::framing::Moments;
+use super::place::Placement;
+use super::seen::Seen;
+use super::simd::{Ends, LANES, Simd, Wide, compiled, dispatch};
+use crate::body::Figure;
+use crate::budget::{MAX_HULL_EDGES, MAX_HULL_POINTS, MAX_HULLS, MAX_ROWS, WINDOW_COLUMNS};
+use crate::camera::Camera;
+use crate::silhouette::{Frame, Size};
+use block::fill_hulls;
+use eyes::{Looks, look};
+use outline::{Strip, lay_all};
+use read::{cut, moments};
+
+/// Columns of a word.
+const WORD: usize = 32;
+const MAX_WORDS: usize = WINDOW_COLUMNS / WORD;
+/// Samples of one pixel, at most.
+const MAX_SAMPLES: usize = 9;
+/// Rows that are filled at once.
+const BLOCK: usize = LANES / 2;
+const BLOCKS: usize = MAX_ROWS / BLOCK;
+/// Strips of one hull, at most, and of all that wait to be filled.
+const MOST_STRIPS: usize = MAX_HULL_EDGES.div_ceil(LANES);
+const MAX_STRIPS: usize = MAX_HULLS + MOST_STRIPS;
+
+/// One sample in the middle of each pixel, or three by three.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Sampling {
+    Once,
+    ThreeByThree,
+}
+
+impl Sampling {
+    /// Where the samples of a pixel lie along an axis.
+    const fn places(self) -> &'static [f32] {
+        match self {
+            Self::Once => &[0.5],
+            Self::ThreeByThree => &[1.0 / 6.0, 0.5, 5.0 / 6.0],
+        }
+    }
+}
+
+/// The samples by their place in the pixel (all of the leftmost places first), by word, by row.
+/// Bit `c` is column `c` of the word.
+type Bits = [[[u32; MAX_ROWS]; MAX_WORDS]; MAX_SAMPLES];
+
+/// A window of bits to draw into. 36 kB.
+#[derive(Clone, Debug)]
+pub(crate) struct Window {
+    simd: Simd,
+    sampling: Sampling,
+    size: Size,
+    /// Words of a row in use.
+    words: usize,
+    looks: Looks,
+    /// The outlines of hulls that are not filled yet: ends of lines in the image, metres, and
+    /// the lines.
+    ends: [Ends; MAX_STRIPS],
+    strips: [Strip; MAX_STRIPS],
+    bits: Bits,
+}
+
+impl Window {
+    pub fn new(size: Size, sampling: Sampling, simd: Simd) -> Self {
+        Self {
+            simd,
+            sampling,
+            size,
+            words: 0,
+            looks: Looks::NONE,
+            ends: [const { Ends::NONE }; _],
+            strips: [const { Strip::EMPTY }; _],
+            bits: [[[0; MAX_ROWS]; MAX_WORDS]; MAX_SAMPLES],
+        }
+    }
+
+    /// Finds which facets of a figure are seen by each of at most [`VIEWS_AT_ONCE`] cameras.
+    pub fn look(&mut self, figure: &Figure<'_>, cameras: &[Camera]) {
+        dispatch!(self.simd, look(&mut self.looks, figure, cameras));
+    }
+
+    /// Draws a figure that was looked at into the leftmost `columns` of the window, and nothing
+    /// else.
+    pub fn draw(&mut self, seen: &Seen<'_>, placement: &Placement, columns: usize) {
+        self.words = columns.div_ceil(WORD).min(MAX_WORDS);
+        dispatch!(self.simd, fill(self, seen, placement));
+    }
+
+    /// Empties the window.
+    pub fn clear(&mut self) {
+        self.words = MAX_WORDS;
+        self.empty();
+    }
+
+    fn empty(&mut self) {
+        let words = self.words;
+        let samples = self.sampling.places().len().pow(2);
+        for words in self
+            .bits
+            .iter_mut()
+            .take(samples)
+            .map(|image| image.iter_mut().take(words))
+        {
+            for rows in words {
+                *rows = [0; MAX_ROWS];
+            }
+        }
+    }
+
+    /// Area and first moment of what was drawn.
+    pub fn moments(&self) -> Moments {
+        dispatch!(self.simd, moments(self))
+    }
+
+    /// Makes a frame of the columns from `left` on; their area in the unit of
+    /// [`Self::moments`].
+    pub fn cut(&self, left: isize, frame: &mut Frame) -> u64 {
+        dispatch!(self.simd, cut(self, left, frame))
+    }
+}
+
+compiled!(fn look(looks: &mut Looks, figure: &Figure<'_>, cameras: &[Camera]));
+compiled!(fn fill(window: &mut Window, seen: &Seen<'_>, placement: &Placement));
+compiled!(fn moments(window: &Window) -> Moments);
+compiled!(fn cut(window: &Window, left: isize, frame: &mut Frame) -> u64);
+
+/// Finds the outlines of hulls, and fills them.
+#[inline(always)]
+fn fill<L: Wide>(l: L, window: &mut Window, seen: &Seen<'_>, placement: &Placement) {
+    window.empty();
+    let mut strips = 0;
+    for (number, hull) in seen.figure.hull_parts().enumerate() {
+        let start = hull.points.start;
+        let [x, y] = [&seen.points.x, &seen.points.y].map(|axis| {
+            axis.get(start..)
+                .and_then(<[f32]>::first_chunk::<MAX_HULL_POINTS>)
+        });
+        let (Some(x), Some(y)) = (x, y) else {
+            return;
+        };
+        if strips + MOST_STRIPS > MAX_STRIPS {
+            fill_strips(l, window, strips, placement);
+            strips = 0;
+        }
+        let facing = window.looks.facing(seen.view, number);
+        let ends = window.ends.get_mut(strips..).unwrap_or_default();
+        let count = l.ends(facing, hull.edges, [x, y], ends);
+        for first in (0..count).step_by(LANES) {
+            if let Some(strip) = window.strips.get_mut(strips) {
+                strip.len = (count - first).min(LANES);
+                strip.is_last = count - first <= LANES;
+            }
+            strips += 1;
+        }
+    }
+    fill_strips(l, window, strips, placement);
+}
+
+/// Fills the hulls of so many strips.
+#[inline(always)]
+fn fill_strips<L: Wide>(l: L, window: &mut Window, count: usize, placement: &Placement) {
+    let drawn = (window.sampling, window.size);
+    for strip in window.strips.iter_mut().zip(&window.ends).take(count) {
+        lay_all(l, strip, placement, drawn);
+    }
+    match window.sampling {
+        Sampling::Once => fill_hulls::<L, 1>(l, window, count),
+        Sampling::ThreeByThree => fill_hulls::<L, 3>(l, window, count),
+    }
+}

@@ -1,0 +1,150 @@
+//! Lines along the outline of a hull, and which rows they cross.
+
+use super::super::place::{Placement, as_pixels};
+use super::super::simd::{Ends, LANES, Lanes, Wide};
+use super::{BLOCK, Sampling};
+use crate::silhouette::Size;
+
+/// More than what rounding adds to a row's number, and far less than a row.
+const SLACK: f32 = 2e-5;
+
+/// Up to sixteen lines of one hull's outline: `x + slope * (row - y)` for rows in
+/// `top..=bottom`, the top left out.
+#[derive(Clone, Debug)]
+pub struct Strip {
+    pub x: [f32; LANES],
+    pub y: [f32; LANES],
+    pub slope: [f32; LANES],
+    pub top: [f32; LANES],
+    pub bottom: [f32; LANES],
+    /// The lines that cross each block of rows, a byte a block: the first eight and the others.
+    /// One may be among them that crosses no sample, by [`SLACK`].
+    pub crossing: [u64; 2],
+    /// How many lines there are.
+    pub len: usize,
+    /// Whether the next strip is another hull's.
+    pub is_last: bool,
+}
+
+impl Strip {
+    pub const EMPTY: Self = Self {
+        x: [0.0; LANES],
+        y: [0.0; LANES],
+        slope: [0.0; LANES],
+        top: [0.0; LANES],
+        bottom: [0.0; LANES],
+        crossing: [0; 2],
+        len: 0,
+        is_last: true,
+    };
+
+    /// The lines that cross a block, a bit each.
+    #[inline(always)]
+    pub const fn lines(&self, block: u32) -> u64 {
+        let [first, last] = self.crossing;
+        (first >> (8 * block) & 0xff) | (last >> (8 * block) & 0xff) << 8
+    }
+}
+
+/// The lines of a strip, sixteen at once where that is one register, or eight.
+#[inline(always)]
+pub fn lay_all<L: Wide>(
+    l: L,
+    (strip, ends): (&mut Strip, &Ends),
+    placement: &Placement,
+    drawn: (Sampling, Size),
+) {
+    strip.crossing = [0; 2];
+    if L::IS_ONE {
+        lay(l, (strip, ends, 0), placement, drawn);
+    } else {
+        for first in (0..strip.len).step_by(BLOCK) {
+            lay(l.half(), (strip, ends, first), placement, drawn);
+        }
+    }
+}
+
+/// Places the ends of `N` lines in the image, and finds which rows the lines between them cross.
+#[inline(always)]
+fn lay<const N: usize, L: Lanes<N>>(
+    l: L,
+    (strip, ends, first): (&mut Strip, &Ends, usize),
+    placement: &Placement,
+    (sampling, size): (Sampling, Size),
+) {
+    let [ax, ay] = placed(l, &ends.from, first, placement);
+    let [bx, by] = placed(l, &ends.to, first, placement);
+    let (top, bottom) = (l.min(ay, by), l.max(ay, by));
+    store(l, ax, &mut strip.x, first);
+    store(l, ay, &mut strip.y, first);
+    store(
+        l,
+        l.div(l.sub(bx, ax), l.sub(by, ay)),
+        &mut strip.slope,
+        first,
+    );
+    store(l, top, &mut strip.top, first);
+    store(l, bottom, &mut strip.bottom, first);
+
+    // Rows that have a sample below the top, and rows that have one not below the bottom: half a
+    // row less, since what is rounded is rounded to the nearest.
+    let places = sampling.places();
+    let (Some(&upmost), Some(&lowest)) = (places.first(), places.last()) else {
+        return;
+    };
+    let (zero, rows) = (l.splat(0.0), l.splat(as_pixels(size.rows())));
+    let from = l.add(top, l.splat(0.5 - lowest - SLACK));
+    let from = l.min(l.max(from, zero), rows);
+    let to = l.add(bottom, l.splat(0.5 - upmost + SLACK));
+    let to = l.min(l.max(to, zero), rows);
+    let crosses = l.bits(l.less_words(l.round(from), l.round(to)));
+    // The same for blocks: (from + 1/2) / 8 and (to + 1/2 + 7) / 8, half a block less.
+    let (share, margin) = (l.splat(0.125), l.splat(0.4375));
+    let from = l.max(l.sub(l.mul(from, share), margin), zero);
+    let to = l.add(l.mul(to, share), margin);
+    let crossing = l.ranges(l.round(from), l.round(to));
+    // Lanes behind the last line hold what was there before.
+    let lines = crosses & !(u32::MAX << (strip.len - first).min(LANES));
+    for (half, (blocks, crossing)) in strip
+        .crossing
+        .iter_mut()
+        .skip(first / BLOCK)
+        .zip(crossing)
+        .enumerate()
+    {
+        *blocks = crossing & (u64::from(lines >> (BLOCK * half) & 0xff) * 0x0101_0101_0101_0101);
+    }
+}
+
+#[inline(always)]
+pub fn store<const N: usize, L: Lanes<N>>(l: L, lanes: L::Floats, to: &mut [f32], first: usize) {
+    if let Some(to) = to.get_mut(first..).and_then(<[f32]>::first_chunk_mut) {
+        l.store(lanes, to);
+    }
+}
+
+/// [`Placement::place`] of `N` points.
+#[inline(always)]
+fn placed<const N: usize, L: Lanes<N>>(
+    l: L,
+    [x, y]: &[[f32; LANES]; 2],
+    first: usize,
+    placement: &Placement,
+) -> [L::Floats; 2] {
+    let Placement { scale, origin, at } = placement;
+    let x = l.sub(part(l, x, first), l.splat(origin.x));
+    let y = l.sub(l.splat(origin.y), part(l, y, first));
+    [
+        l.add(l.mul(x, l.splat(scale.x)), l.splat(at.x)),
+        l.add(l.mul(y, l.splat(scale.y)), l.splat(at.y)),
+    ]
+}
+
+/// `N` of some numbers.
+#[inline(always)]
+pub fn part<const N: usize, L: Lanes<N>>(l: L, numbers: &[f32], first: usize) -> L::Floats {
+    match numbers.get(first..).and_then(<[f32]>::first_chunk) {
+        Some(lanes) => l.load(lanes),
+        None => l.splat(0.0),
+    }
+}

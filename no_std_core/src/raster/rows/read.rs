@@ -1,0 +1,113 @@
+//! What was drawn: its moments, and the image cut out.
+
+use super::super::framing::Moments;
+use super::super::simd::{LANES, Wide};
+use super::{MAX_SAMPLES, Sampling, WORD, Window};
+use crate::budget::{MAX_COLUMNS, MAX_ROWS};
+use crate::silhouette::{Frame, Ninths, Silhouette};
+
+/// Sums over the images in whole numbers: a sample counts `N`, so that places in a pixel do.
+#[inline(always)]
+pub fn moments<L: Wide>(l: L, window: &Window) -> Moments {
+    let n = window.sampling.places().len();
+    // What was filled below the last row, together with it, does not count.
+    let height = window.size.rows();
+    let kept = core::array::from_fn(|row| if row < height { u32::MAX } else { 0 });
+    let mut moments = Moments::default();
+    for (image, words) in window.bits.iter().take(n * n).enumerate() {
+        for (word, rows) in words.iter().take(window.words).enumerate() {
+            let (area, columns) = word_moments(l, rows, &kept);
+            // Three times twice the centre of a pixel's third is 6 columns + 1, 3 or 5.
+            let first = (2 * n * WORD * word + 2 * (image / n) + 1) as u64;
+            moments.area += n as u64 * u64::from(area);
+            moments.doubled += (2 * n) as u64 * u64::from(columns) + first * u64::from(area);
+        }
+    }
+    moments
+}
+
+/// How many bits of a word that are `kept` are on, and the sum of their columns.
+#[inline(always)]
+fn word_moments<L: Wide>(l: L, rows: &[u32; MAX_ROWS], kept: &[u32; MAX_ROWS]) -> (u32, u32) {
+    /// Columns whose number has bit 0, 1, 2, 3 or 4.
+    const COLUMNS: [u32; 5] = [
+        0xaaaa_aaaa,
+        0xcccc_cccc,
+        0xf0f0_f0f0,
+        0xff00_ff00,
+        0xffff_0000,
+    ];
+    let mut area = l.splat_word(0);
+    let mut counts = [area; COLUMNS.len()];
+    let (rows, _) = rows.as_chunks::<LANES>();
+    let (kept, _) = kept.as_chunks::<LANES>();
+    for (rows, kept) in rows.iter().zip(kept) {
+        let rows = l.and_words(l.load_words(rows), l.load_words(kept));
+        area = l.add_words(area, l.count_ones(rows));
+        for (count, columns) in counts.iter_mut().zip(COLUMNS) {
+            let some = l.and_words(rows, l.splat_word(columns));
+            *count = l.add_words(*count, l.count_ones(some));
+        }
+    }
+    let mut columns = 0;
+    for (bit, count) in counts.into_iter().enumerate() {
+        columns += l.sum(count) << bit;
+    }
+    (l.sum(area), columns)
+}
+
+/// An image's columns from `left` on, without a copy of what is not used of a frame.
+#[inline(always)]
+pub fn cut<L: Wide>(_: L, window: &Window, left: isize, frame: &mut Frame) -> u64 {
+    match window.sampling {
+        Sampling::Once => {
+            if !matches!(frame, Frame::Binary(_)) {
+                *frame = Frame::Binary(Silhouette::empty(window.size));
+            }
+            if let Frame::Binary(silhouette) = frame {
+                cut_image(window, 0, left, silhouette);
+                return u64::from(silhouette.area());
+            }
+            0
+        }
+        Sampling::ThreeByThree => {
+            let mut images = [Silhouette::empty(window.size); MAX_SAMPLES];
+            let mut area = 0;
+            for (image, silhouette) in images.iter_mut().enumerate() {
+                cut_image(window, image, left, silhouette);
+                area += 3 * u64::from(silhouette.area());
+            }
+            *frame = Frame::Ninths(Ninths::of(&images));
+            area
+        }
+    }
+}
+
+/// One image's columns from `left` on.
+#[inline(always)]
+fn cut_image(window: &Window, image: usize, left: isize, silhouette: &mut Silhouette) {
+    let mask = u64::MAX >> (MAX_COLUMNS - window.size.columns());
+    let rows = silhouette.all_rows_mut();
+    rows.fill(0);
+    let Some(image) = window.bits.get(image) else {
+        return;
+    };
+    for (word, bits) in image.iter().take(window.words).enumerate() {
+        // By how many columns the word is moved to the right.
+        let shift = (WORD * word).cast_signed() - left;
+        for (row, &bits) in rows.iter_mut().zip(bits).take(window.size.rows()) {
+            *row |= moved(u64::from(bits), shift) & mask;
+        }
+    }
+}
+
+/// Bits moved to higher columns, or to lower ones by a negative shift.
+#[inline(always)]
+fn moved(bits: u64, shift: isize) -> u64 {
+    let by = u32::try_from(shift.unsigned_abs()).unwrap_or(u32::MAX);
+    if shift < 0 {
+        bits.checked_shr(by).unwrap_or(0)
+    } else {
+        bits.checked_shl(by).unwrap_or(0)
+    }
+}
