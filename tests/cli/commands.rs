@@ -219,15 +219,15 @@ fn inspect_says_what_drawing_takes_on_a_board_and_on_a_host() {
     #[cfg(target_pointer_width = "64")]
     {
         // The memory table of the core's README: pack, avatar, clip, skeleton, poses, camera.
-        let walk = 240 + 24 + 128 + 228 + 316 + 912 + 56;
-        // Hulls, 6 bytes a point and 2 a facet, each filled up to 8; pixels.
-        let body = 224 + 2_912 + (2 * facets).next_multiple_of(8);
+        let walk = 240 + 16 + 128 + 228 + 316 + 912 + 56;
+        // Hulls and their boxes, 6 bytes a point and 2 a facet, each filled up to 8; pixels.
+        let body = 416 + 2_912 + (2 * facets).next_multiple_of(8);
         let lean = walk + body + 64 + 16 + 24 + 50 * 30;
         assert_eq!(number(&budget["body_bytes"]), body);
         assert_eq!(ram("rows"), lean + 2_072);
         // tiny-skia asks for no facets.
         assert_eq!(ram("skia"), lean - (2 * facets).next_multiple_of(8) + 624);
-        let unpacked = walk + 101_824 + 22_952 + 30_440 + 16 + 16_400 + 4_097;
+        let unpacked = walk + 80_824 + 20_104 + 47_976 + 16 + 16_400 + 4_097;
         assert_eq!(ram("unpacked"), unpacked);
     }
     let people = done(at, &["inspect", "two.egp"]);
