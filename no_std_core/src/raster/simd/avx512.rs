@@ -439,7 +439,7 @@ impl Wide for Avx512 {
             to = self.append(to, count, self.together(outline, &edges.to));
             count += outline.count_ones();
         }
-        // More than a body has: it would have to be flat, and a spiral.
+        // A convex outline has at most 32: rounding would have to part it.
         if count > 64 {
             return super::ends_one_by_one(self, bits, edges, points, ends);
         }

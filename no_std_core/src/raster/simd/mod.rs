@@ -273,8 +273,8 @@ pub(crate) trait Lanes<const N: usize>: Copy {
         (least, greatest)
     }
 
-    /// In which of the ranges `from..to` each of the numbers 0 to 7 is, a byte a number and a bit
-    /// a range: of the first eight ranges, and of the next.
+    /// Which lanes have the numbers 0 to 7 between theirs of `from` and of `to`, the latter left
+    /// out: a byte a number and a bit a lane, of the first eight lanes, and of the next.
     #[inline(always)]
     fn ranges(self, from: Self::Words, to: Self::Words) -> [u64; 2] {
         let (mut froms, mut tos) = ([0; N], [0; N]);
