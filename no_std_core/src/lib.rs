@@ -12,12 +12,12 @@
 //! ```
 //! use edgegait_core::body::{Body, Figure};
 //! use edgegait_core::camera::{Camera, Framing, Viewpoint};
+//! use edgegait_core::glam::Vec2;
 //! use edgegait_core::pack::Pack;
 //! use edgegait_core::pose::ModelPose;
 //! use edgegait_core::raster::{Rasterizer, Renderer};
 //! use edgegait_core::silhouette::Size;
 //! use edgegait_core::template::{Gei, GeiBuilder};
-//! use glam::Vec2;
 //!
 //! /// The GEI of a pack's first walk, seen from the side.
 //! fn side_view(bytes: &[u8]) -> Option<Gei> {
@@ -41,8 +41,9 @@
 //! assert_eq!(side_view(b"not a pack"), None);
 //! ```
 //!
-//! That takes 170 kB, as a host has them; a microcontroller draws the same bytes in 10 kB with
-//! [`lean`].
+//! That takes 170 kB, as a host has them. A microcontroller draws the same bytes in 10 kB: its
+//! body is a [`lean::Body`], what it draws into a [`lean::Rows`] (`Renderer::of`), and its GEI
+//! lies in bytes of its own ([`template::GeiInPlace`]). All else is the same.
 //!
 //! # Conventions
 //!
@@ -60,6 +61,8 @@
 #![no_std]
 #![deny(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::panic))]
+
+pub use glam;
 
 mod adder;
 pub mod avatar;

@@ -14,13 +14,15 @@ use edgegait_core::budget::{MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::clip::Clip;
 use edgegait_core::codebook::Codebook;
-use edgegait_core::lean::{self, Rows, Window};
+use edgegait_core::lean::{self, Rows};
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::{ModelPose, Pose};
-use edgegait_core::raster::{DrawError, Drawing, Rasterizer, Renderer};
-use edgegait_core::silhouette::Size;
+#[cfg(feature = "skia")]
+use edgegait_core::raster::Skia;
+use edgegait_core::raster::{DrawError, Drawing, Rasterizer, Renderer, Window};
+use edgegait_core::silhouette::{Silhouette, Size};
 use edgegait_core::skeleton::Joint;
-use edgegait_core::template::GeiBuilder;
+use edgegait_core::template::{GeiBuilder, GeiInPlace};
 use glam::{Vec2, Vec3};
 use random::Random;
 use small_pack::{small_pack, wild_clip};
@@ -269,15 +271,18 @@ fn rings(width_m: f64) -> Vec<u8> {
 }
 
 /// What drawing bodies hull by hull from everywhere takes, and adding the silhouettes up.
-fn taken_lean<W: Window>(size: Size) -> Taken {
+fn taken_lean<W>(size: Size, window: impl Fn(Size) -> W) -> Taken
+where
+    W: for<'a> Window<lean::Posed<'a>, Image = Silhouette>,
+{
     let mut random = Random(5);
     let mut avatars = vec![rings(0.5), rings(2.0), rings(6.0)];
     avatars.extend((0..9).map(|round| small_pack::avatar(&mut random, 8 + round)));
     let mut body = lean::Body::<768, 1536>::EMPTY;
     let mut counts = [0; 4_096];
     let (drawn, used) = taken(|| {
-        let mut renderer = lean::Renderer::<W>::new(size);
-        let mut gei = lean::GeiBuilder::new(size, &mut counts).expect("4,096 bytes");
+        let mut renderer = Renderer::of(window(size));
+        let mut gei = GeiInPlace::new(size, &mut counts).expect("4,096 bytes");
         for bytes in &avatars {
             let avatar = Avatar::parse(bytes).expect("an avatar");
             body.load(&avatar).expect("room for every avatar");
@@ -287,7 +292,7 @@ fn taken_lean<W: Window>(size: Size) -> Taken {
                 let framing = [Framing::Height, Framing::Box][usize::from(view % 2)];
                 let drawing = renderer.draw(&body.posed(&pose), &camera, framing, Vec2::ZERO);
                 if let Ok(drawing) = drawing {
-                    gei.add(drawing.silhouette).expect("room");
+                    gei.add(drawing.frame).expect("room");
                 }
             }
         }
@@ -300,8 +305,7 @@ fn taken_lean<W: Window>(size: Size) -> Taken {
 #[test]
 fn drawing_hull_by_hull_with_rows_never_touches_the_heap() {
     for size in Size::ALL {
-        assert_eq!(lean::Renderer::<Rows>::heap_bytes(size), 0);
-        assert_eq!(taken_lean::<Rows>(size), NOTHING);
+        assert_eq!(taken_lean(size, Rows::new), NOTHING);
     }
 }
 
@@ -310,9 +314,9 @@ fn drawing_hull_by_hull_with_rows_never_touches_the_heap() {
 fn drawing_hull_by_hull_with_tiny_skia_takes_the_stated_heap() {
     // 64 columns, a path, and 64 edges of 80 bytes.
     for (size, rows) in [(Size::S50x30, 50), (Size::S64x44, 64), (Size::S64x64, 64)] {
-        let used = taken_lean::<lean::Skia>(size);
+        let used = taken_lean(size, Skia::new);
         assert_eq!(used.peak, 64 * rows + 334 + 5_120);
-        assert_eq!(lean::Renderer::<lean::Skia>::heap_bytes(size), used.peak);
+        assert_eq!(<Skia>::heap_bytes(size), used.peak);
         assert_eq!(used.kept, 0);
     }
 }

@@ -3,8 +3,9 @@
 use crate::table::Column::{Left, Right};
 use crate::table::Table;
 use edgegait_core::budget::{SKIA_TRANSIENT_BYTES, skia_resident_bytes};
-use edgegait_core::lean::{Budget, Renderer, Rows, Skia, Window};
+use edgegait_core::lean::{Budget, Posed, Rows};
 use edgegait_core::pack::Pack;
+use edgegait_core::raster::{Skia, Window};
 use edgegait_core::silhouette::Size;
 use serde::Serialize;
 use std::fmt;
@@ -47,8 +48,8 @@ impl BudgetSummary {
             facets: budget.room.facets,
             body_bytes: budget.room.bytes(),
             expanded_bytes: budget.expanded_bytes,
-            rows: Taken::lean::<Rows>(&budget, size),
-            skia: Taken::lean::<Skia>(&budget, size),
+            rows: Taken::lean::<Rows>(&budget, size, 0),
+            skia: Taken::lean::<Skia>(&budget, size, <Skia>::heap_bytes(size)),
             unpacked: Taken {
                 ram_bytes: Budget::UNPACKED_BYTES,
                 heap_bytes: skia_resident_bytes(size.rows()) + SKIA_TRANSIENT_BYTES,
@@ -58,10 +59,10 @@ impl BudgetSummary {
 }
 
 impl Taken {
-    fn lean<W: Window>(budget: &Budget, size: Size) -> Self {
+    fn lean<W: for<'a> Window<Posed<'a>>>(budget: &Budget, size: Size, heap_bytes: usize) -> Self {
         Self {
             ram_bytes: budget.ram_bytes::<W>(size),
-            heap_bytes: Renderer::<W>::heap_bytes(size),
+            heap_bytes,
         }
     }
 }

@@ -7,7 +7,6 @@ use super::stage::Extras;
 use super::walker::{Dressed, Posed, Walker};
 use super::{Job, Moments, View, walk_name};
 use crate::confound::Plan;
-use crate::confound::image::Setup;
 use crate::error::{Cause, Error, Result, SweepError};
 use crate::template::Builder;
 use edgegait_core::camera::{self, Camera, Viewpoint};
@@ -192,12 +191,11 @@ impl<'a> Film<'a> {
         renderer: &'r mut Renderer,
     ) -> Result<Drawing<'r>> {
         let posed = &self.frames[index];
-        let Setup {
+        let raster::View {
             camera,
             framing,
             jitter,
-            ..
-        } = self.setup(index, sight)?;
+        } = self.seen(index, sight)?;
         renderer
             .draw(&posed.figure, &camera, framing, jitter)
             .map_err(|error| self.refusal(sight.view, error))
@@ -217,19 +215,7 @@ impl<'a> Film<'a> {
     ) -> Result<()> {
         let views: Vec<raster::View> = sights
             .iter()
-            .map(|sight| {
-                let Setup {
-                    camera,
-                    framing,
-                    jitter,
-                    ..
-                } = self.setup(index, sight)?;
-                Ok(raster::View {
-                    camera,
-                    framing,
-                    jitter,
-                })
-            })
+            .map(|sight| self.seen(index, sight))
             .collect::<Result<_>>()?;
         renderer.draw_views(&self.frames[index].figure, &views, |number, drawing| {
             let refused = |error| self.refusal(sights[number].view, error);
@@ -281,13 +267,12 @@ impl<'a> Film<'a> {
     }
 
     /// How one of the posed frames is drawn.
-    pub(super) fn setup(&self, index: usize, sight: &Sight<'_>) -> Result<Setup> {
+    pub(super) fn seen(&self, index: usize, sight: &Sight<'_>) -> Result<raster::View> {
         let (camera, framing) = self.placed(sight, &self.frames[index])?;
         let jitter = self.settings.jitter.of_frame(self.sources[index]);
-        Ok(Setup {
+        Ok(raster::View {
             camera,
             framing,
-            size: self.settings.size,
             jitter: jitter * self.settings.rasterizer.spacing(),
         })
     }

@@ -73,7 +73,7 @@ fn worn(figure: &Figure<'_>, parts: &[Part]) -> Hulls {
 impl Film<'_> {
     fn scene(&mut self, index: usize, view: &View, parts: &[Part]) -> Result<Scene> {
         let sight = self.sight(view)?;
-        let camera = self.setup(index, &sight)?.camera;
+        let camera = self.seen(index, &sight)?.camera;
         let (posed, extras) = (&self.frames[index], self.extras.get(index));
         let mut hulls = worn(&posed.figure, parts);
         let mut exposures = Vec::new();

@@ -4,13 +4,13 @@ use super::film::{Film, Sight};
 use super::recording;
 use super::walker::{Moment, Posed, Walker};
 use crate::confound::image::{
-    self, Crossing, Fine, FineRenderer, Framed, Light, Picture, Pillar, Setup, Sun,
+    self, Crossing, Fine, FineRenderer, Framed, Light, Picture, Pillar, Sun,
 };
 use crate::confound::{Dose, Kind, Plan};
 use crate::error::Result;
 use edgegait_core::body::{Body, Figure};
 use edgegait_core::pose::ModelPose;
-use edgegait_core::raster::DrawError;
+use edgegait_core::raster::{self, DrawError};
 
 /// Pictures that an exposure is made of.
 const EXPOSURES: u32 = 7;
@@ -75,8 +75,8 @@ impl Film<'_> {
         sight: &Sight<'_>,
         renderer: &mut FineRenderer,
     ) -> Result<Option<Framed>> {
-        let setup = self.setup(index, sight)?;
-        let framed = self.confounded(index, sight, setup, renderer);
+        let seen = self.seen(index, sight)?;
+        let framed = self.confounded(index, sight, seen, renderer);
         framed.map_err(|error| self.refusal(sight.view(), error))
     }
 
@@ -84,7 +84,7 @@ impl Film<'_> {
         &self,
         index: usize,
         sight: &Sight<'_>,
-        setup: Setup,
+        seen: raster::View,
         renderer: &mut FineRenderer,
     ) -> std::result::Result<Option<Framed>, DrawError> {
         let (posed, extras, plan) = (&self.frames[index], &self.extras[index], self.plan);
@@ -94,9 +94,10 @@ impl Film<'_> {
         );
         let shadow = extras.shadow();
         let others: Vec<&Figure<'_>> = shadow.iter().collect();
-        let fine = match Fine::of(&posed.figure, &others, setup) {
+        let size = self.settings.size;
+        let fine = match Fine::of(&posed.figure, &others, seen, size) {
             Err(DrawError::TooNear(_) | DrawError::TooWide(_)) => {
-                Fine::of(&posed.figure, &[], setup)?
+                Fine::of(&posed.figure, &[], seen, size)?
             }
             fine => fine?,
         };

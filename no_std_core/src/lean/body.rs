@@ -9,9 +9,11 @@ use crate::avatar::{Avatar, Hull};
 use crate::body::plane::sorted;
 use crate::body::{OverBudget, Place};
 use crate::budget::{MAX_HULL_POINTS, MAX_HULLS};
+use crate::camera::Camera;
 use crate::facets::each_triangle;
 use crate::hull::mirrored;
 use crate::pose::ModelPose;
+use crate::raster::{DrawError, Extent, Hulls, framing};
 use core::convert::Infallible;
 use core::ops::Range;
 use glam::Vec3;
@@ -211,15 +213,11 @@ pub struct Posed<'a> {
 impl<'a> Posed<'a> {
     /// All points, hull by hull, metres.
     pub fn points(&self) -> impl Iterator<Item = Vec3> {
-        self.hulls().flat_map(|hull| {
-            let (place, step) = (hull.place, hull.step);
-            let points = hull.points.iter();
-            points.map(move |&point| place.carry(local(point, step)))
-        })
+        self.hulls().flatten()
     }
 
     /// Its hulls, one after another.
-    fn hulls(&self) -> impl Iterator<Item = PosedHull<'a>> + use<'a> {
+    pub(super) fn hull_parts(&self) -> impl Iterator<Item = PosedHull<'a>> + use<'a> {
         let posed = *self;
         (0..self.hulls.len()).filter_map(move |number| posed.hull(number))
     }
@@ -248,6 +246,22 @@ impl<'a> Posed<'a> {
             facets: self.facets.get(facets).unwrap_or_default(),
             bounds: hull.bounds,
         })
+    }
+}
+
+impl Hulls for Posed<'_> {
+    fn hulls(&self) -> impl Iterator<Item = impl Iterator<Item = Vec3>> {
+        self.hull_parts().map(|hull| {
+            let (place, step) = (hull.place, hull.step);
+            let points = hull.points.iter();
+            points.map(move |&point| place.carry(local(point, step)))
+        })
+    }
+
+    fn extent(&self, camera: &Camera) -> Result<Extent, DrawError> {
+        // What is wrong with a figure is found out one point after another.
+        let extent = self.known_extent(camera);
+        extent.map_or_else(|| framing::extent(self.points(), camera), Ok)
     }
 }
 

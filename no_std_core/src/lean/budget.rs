@@ -1,14 +1,16 @@
 //! What it takes to draw the walks of a pack.
 
-use super::{Drawing, GeiBuilder, Posed, Renderer, Room, Window};
+use super::{Posed, Room};
 use crate::avatar::Avatar;
+use crate::body;
 use crate::camera::Camera;
 use crate::clip::{Clip, Expanded};
 use crate::pack::Pack;
 use crate::pose::{ModelPose, Pose};
+use crate::raster::{Drawing, Renderer, Window};
 use crate::silhouette::Size;
 use crate::skeleton::Skeleton;
-use crate::{body, raster, template};
+use crate::template::{GeiBuilder, GeiInPlace};
 
 /// What making the GEI of any walk of a pack takes, for one that is made after another.
 ///
@@ -37,16 +39,16 @@ const WALK_BYTES: usize = size_of::<Pack<'_>>()
     + size_of::<Camera>();
 
 impl Budget {
-    /// Bytes of RAM that a GEI takes with [`raster::Renderer`] and the types that it draws,
+    /// Bytes of RAM that a GEI takes with [`Renderer`] and the types that it draws,
     /// which have room for every avatar, on a host: tiny-skia's heap comes on top, of
     /// [`crate::budget::SKIA_HEAP_BYTES`].
     pub const UNPACKED_BYTES: usize = WALK_BYTES
         + size_of::<body::Body>()
         + size_of::<body::Figure<'_>>()
-        + size_of::<raster::Renderer>()
-        + size_of::<raster::Drawing<'_>>()
-        + size_of::<template::GeiBuilder>()
-        + size_of::<template::Gei>();
+        + size_of::<Renderer>()
+        + size_of::<Drawing<'_>>()
+        + size_of::<GeiBuilder>()
+        + Size::S64x64.pixels();
 
     /// That of a pack. Finds the facets of each avatar: about 4 us a hull on a host.
     #[must_use]
@@ -65,22 +67,27 @@ impl Budget {
         }
     }
 
-    /// Bytes of RAM of a GEI of this size with the types of [`crate::lean`] and a [`super::Body`] of
-    /// this room, without facets where none are asked for, be they static or on the stack. With `Skia`, the heap of
-    /// [`Renderer::heap_bytes`] comes on top.
+    /// Bytes of RAM of a GEI of this size that a window draws, with a [`super::Body`] of this
+    /// room, without facets where none are asked for, be they static or on the stack. The heap
+    /// of `raster::Skia` comes on top.
     #[must_use]
-    pub const fn ram_bytes<W: Window>(&self, size: Size) -> usize {
+    pub const fn ram_bytes<W: for<'a> Window<Posed<'a>>>(&self, size: Size) -> usize {
         let facets = if W::NEEDS_FACETS { self.room.facets } else { 0 };
         let room = Room {
             facets,
             ..self.room
         };
+        let builder = if W::IS_GREY {
+            size_of::<GeiBuilder>()
+        } else {
+            size_of::<GeiInPlace<'_>>()
+        };
         WALK_BYTES
             + room.bytes()
+            + builder
             + size_of::<Posed<'_>>()
             + size_of::<Renderer<W>>()
             + size_of::<Drawing<'_>>()
-            + size_of::<GeiBuilder<'_>>()
             + size.pixels()
     }
 }

@@ -1,10 +1,12 @@
 //! A window of bit rows for one number at a time: what `raster/rows.rs` does for sixteen.
 
+use super::Posed;
 use super::body::{PosedHull, SeenHull, Sight};
-use super::fill::Fill;
 use crate::budget::{MAX_COLUMNS, MAX_ROWS, WINDOW_COLUMNS};
+use crate::camera::Camera;
 use crate::raster::framing::Moments;
 use crate::raster::place::{Placement, as_pixels, row_columns};
+use crate::raster::{DrawError, Extent, Fill, Hulls, Pixels, Rasterizer};
 use crate::silhouette::{Silhouette, Size};
 use core::ops::Range;
 
@@ -40,32 +42,22 @@ impl Span {
     };
 }
 
-impl Fill for Rows {
-    const NEEDS_FACETS: bool = true;
-    const WIDTH: usize = WINDOW_COLUMNS;
-
-    fn new(size: Size) -> Self {
-        Self {
-            size,
-            words: 0,
-            bits: [[0; MAX_WORDS]; MAX_ROWS],
-            spans: [Span::EMPTY; MAX_ROWS],
-        }
+impl Fill<Posed<'_>> for Rows {
+    fn extent(&mut self, posed: &Posed<'_>, camera: &Camera) -> Result<Extent, DrawError> {
+        posed.extent(camera)
     }
 
-    fn heap_bytes(_: Size) -> usize {
-        0
-    }
-
-    fn columns(columns: f32) -> usize {
-        row_columns(columns)
-    }
-
-    fn draw(&mut self, sight: &Sight<'_>, placement: &Placement, columns: usize) {
+    fn draw(
+        &mut self,
+        posed: &Posed<'_>,
+        (camera, _): (&Camera, usize),
+        placement: &Placement,
+        columns: usize,
+    ) {
         self.words = columns.div_ceil(WORD).min(MAX_WORDS);
         self.empty();
-        let mut seen = SeenHull::new(sight);
-        for hull in sight.hulls() {
+        let mut seen = SeenHull::new(&Sight::new(posed, camera));
+        for hull in posed.hull_parts() {
             let rows = self.cross(&mut seen, &hull, placement);
             if self.words == 1 {
                 self.fill::<1>(rows);
@@ -73,6 +65,30 @@ impl Fill for Rows {
                 self.fill::<MAX_WORDS>(rows);
             }
         }
+    }
+}
+
+impl Pixels for Rows {
+    type Image = Silhouette;
+
+    fn blank(&self) -> Silhouette {
+        Silhouette::empty(self.size)
+    }
+
+    fn rasterizer(&self) -> Rasterizer {
+        Rasterizer::Rows
+    }
+
+    fn size(&self) -> Size {
+        self.size
+    }
+
+    fn width(&self) -> usize {
+        WINDOW_COLUMNS
+    }
+
+    fn columns(&self, columns: f32) -> usize {
+        row_columns(columns)
     }
 
     fn clear(&mut self) {
@@ -125,6 +141,17 @@ impl Fill for Rows {
 }
 
 impl Rows {
+    /// An empty window.
+    #[must_use]
+    pub const fn new(size: Size) -> Self {
+        Self {
+            size,
+            words: 0,
+            bits: [[0; MAX_WORDS]; MAX_ROWS],
+            spans: [Span::EMPTY; MAX_ROWS],
+        }
+    }
+
     /// Empties the words in use, which alone are read.
     fn empty(&mut self) {
         let rows = self.bits.iter_mut().take(self.size.rows());

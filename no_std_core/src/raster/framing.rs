@@ -2,133 +2,129 @@
 
 use super::DrawError;
 use super::place::{self, Extent, Placement, Spread, as_pixels};
+use super::window::{Fill, Pixels};
 use crate::camera::{Camera, Framing, NEAR_M};
 use crate::silhouette::Size;
 use glam::{Vec2, Vec3};
 
-/// A figure before a camera, and the window that it is drawn into.
-pub(crate) trait Canvas {
-    /// Rows and columns of the image that is kept.
-    fn size(&self) -> Size;
-
-    /// How many columns the window has.
-    fn width(&self) -> usize;
-
-    /// In how many of them a figure of so many is drawn.
-    fn columns(&self, columns: f32) -> usize;
-
-    /// Draws the figure into the leftmost `columns`, and nothing else.
-    fn draw(&mut self, placement: &Placement, columns: usize);
-
-    /// Empties the window.
-    fn clear(&mut self);
-
-    /// Area and first moment of what was drawn.
-    fn moments(&self) -> Moments;
-
-    /// Keeps the image's columns from `left` on; their area in the unit of
-    /// [`Self::moments`].
-    fn cut(&mut self, left: isize) -> u64;
+/// A figure before a camera, what it is drawn into, and the image that is kept of that.
+pub(crate) struct Sitting<'a, F, W: Pixels> {
+    pub figure: &'a F,
+    pub camera: &'a Camera,
+    /// Which of the views that the figure was looked at from it is.
+    pub view: usize,
+    pub window: &'a mut W,
+    pub image: &'a mut W::Image,
 }
 
-/// Draws a figure of this extent; the share of it that does not show.
-pub(crate) fn draw(
-    canvas: &mut impl Canvas,
-    (camera, extent): (&Camera, &Extent),
-    framing: Framing,
-    jitter: Vec2,
-) -> Result<f32, DrawError> {
-    match framing {
-        Framing::Height => by_height(canvas, extent, jitter),
-        Framing::Box => {
-            let size = canvas.size();
-            let placement = place::stretched(extent, image(size))?.moved(jitter);
-            canvas.draw(&placement, size.columns());
-            if canvas.cut(0) == 0 {
-                return Err(DrawError::Vanished);
+impl<F, W: Fill<F>> Sitting<'_, F, W> {
+    /// Draws the figure, of this extent; the share of it that does not show.
+    pub fn draw(
+        &mut self,
+        extent: &Extent,
+        framing: Framing,
+        jitter: Vec2,
+    ) -> Result<f32, DrawError> {
+        let size = self.window.size();
+        match framing {
+            Framing::Height => self.by_height(extent, jitter),
+            Framing::Box => {
+                let placement = place::stretched(extent, image(size))?.moved(jitter);
+                self.fill(&placement, size.columns());
+                if self.cut(0) == 0 {
+                    return Err(DrawError::Vanished);
+                }
+                Ok(0.0)
             }
-            Ok(0.0)
+            Framing::Fixed {
+                centre,
+                pixels_per_metre,
+            } => {
+                let centre = projected(self.camera, centre)?;
+                let placement = place::fixed(centre, pixels_per_metre, image(size))?;
+                self.at(extent, placement, jitter)
+            }
         }
-        Framing::Fixed {
-            centre,
-            pixels_per_metre,
-        } => {
-            let centre = projected(camera, centre)?;
-            let placement = place::fixed(centre, pixels_per_metre, image(canvas.size()))?;
-            at(canvas, extent, placement, jitter)
+    }
+
+    fn fill(&mut self, placement: &Placement, columns: usize) {
+        let view = (self.camera, self.view);
+        self.window.draw(self.figure, view, placement, columns);
+    }
+
+    fn cut(&mut self, left: isize) -> u64 {
+        self.window.cut(left, self.image)
+    }
+
+    /// Draws a figure that fills the rows; the share of it that is cut off.
+    fn by_height(&mut self, extent: &Extent, jitter: Vec2) -> Result<f32, DrawError> {
+        let (size, limit) = (self.window.size(), self.window.width());
+        let columns = |columns| self.window.columns(columns);
+        let (placement, windows, columns) = place::by_height(extent, size, (limit, columns))?;
+        let placement = placement.moved(jitter);
+        let mut whole = Moments::default();
+        for index in 0..windows {
+            let left = index * limit;
+            let shifted = placement.moved(Vec2::new(as_pixels(left), 0.0));
+            self.fill(&shifted, columns);
+            whole.add(self.window.moments(), left);
         }
+        if whole.area == 0 {
+            return Err(DrawError::Vanished);
+        }
+        let middle = (size.columns() / 2).cast_signed();
+        let mut left = whole.centroid_column(jitter.x) - middle;
+        if windows > 1 {
+            #[expect(clippy::cast_precision_loss, reason = "a few thousand columns")]
+            let shifted = placement.moved(Vec2::new(left as f32, 0.0));
+            self.fill(&shifted, columns);
+            left = 0;
+        }
+        let area = self.cut(left);
+        #[expect(clippy::cast_precision_loss, reason = "a share")]
+        let clipped_share = 1.0 - (area as f32 / whole.area as f32).min(1.0);
+        Ok(clipped_share)
     }
-}
 
-/// Draws a figure that fills the rows; the share of it that is cut off.
-fn by_height(canvas: &mut impl Canvas, extent: &Extent, jitter: Vec2) -> Result<f32, DrawError> {
-    let limit = canvas.width();
-    let columns = |columns| canvas.columns(columns);
-    let placed = place::by_height(extent, canvas.size(), (limit, columns));
-    let (placement, windows, columns) = placed?;
-    let placement = placement.moved(jitter);
-    let mut whole = Moments::default();
-    for index in 0..windows {
-        let left = index * limit;
-        let shifted = placement.moved(Vec2::new(as_pixels(left), 0.0));
-        canvas.draw(&shifted, columns);
-        whole.add(canvas.moments(), left);
+    /// Draws a figure where `placement` says, whatever of it that shows; the share that does not.
+    fn at(
+        &mut self,
+        extent: &Extent,
+        placement: Placement,
+        jitter: Vec2,
+    ) -> Result<f32, DrawError> {
+        let size = self.window.size();
+        let spread = place::spread(extent, &placement, image(size))?;
+        if spread == Spread::Outside {
+            self.window.clear();
+            self.cut(0);
+            return Ok(1.0);
+        }
+        self.fill(&placement.moved(jitter), size.columns());
+        self.cut(0);
+        if spread == Spread::Inside {
+            return Ok(0.0);
+        }
+        let whole = self.area(extent, &placement);
+        if whole == 0.0 {
+            return Err(DrawError::Vanished);
+        }
+        let inside = self.area(&placement.shown(extent, image(size)), &placement);
+        Ok(1.0 - (inside / whole).min(1.0))
     }
-    if whole.area == 0 {
-        return Err(DrawError::Vanished);
-    }
-    let middle = (canvas.size().columns() / 2).cast_signed();
-    let mut left = whole.centroid_column(jitter.x) - middle;
-    if windows > 1 {
-        #[expect(clippy::cast_precision_loss, reason = "a few thousand columns")]
-        let shifted = placement.moved(Vec2::new(left as f32, 0.0));
-        canvas.draw(&shifted, columns);
-        left = 0;
-    }
-    let area = canvas.cut(left);
-    #[expect(clippy::cast_precision_loss, reason = "a share")]
-    let clipped_share = 1.0 - (area as f32 / whole.area as f32).min(1.0);
-    Ok(clipped_share)
-}
 
-/// Draws a figure where `placement` says, whatever of it that shows; the share that does not.
-fn at(
-    canvas: &mut impl Canvas,
-    extent: &Extent,
-    placement: Placement,
-    jitter: Vec2,
-) -> Result<f32, DrawError> {
-    let image = image(canvas.size());
-    let spread = place::spread(extent, &placement, image)?;
-    if spread == Spread::Outside {
-        canvas.clear();
-        canvas.cut(0);
-        return Ok(1.0);
+    /// The area of a placed figure within a part of the image: the part is stretched to the
+    /// whole window, so that small ones are measured with as many samples.
+    fn area(&mut self, part: &Extent, placement: &Placement) -> f32 {
+        let columns = self.window.width();
+        let window = Vec2::new(as_pixels(columns), image(self.window.size()).y);
+        let stretched = place::enlarged(part, placement, window);
+        self.fill(&stretched, columns);
+        let growth = stretched.scale / placement.scale;
+        #[expect(clippy::cast_precision_loss, reason = "an area")]
+        let area = self.window.moments().area as f32;
+        area / growth.x / growth.y
     }
-    canvas.draw(&placement.moved(jitter), canvas.size().columns());
-    canvas.cut(0);
-    if spread == Spread::Inside {
-        return Ok(0.0);
-    }
-    let whole = area(canvas, extent, &placement);
-    if whole == 0.0 {
-        return Err(DrawError::Vanished);
-    }
-    let inside = area(canvas, &placement.shown(extent, image), &placement);
-    Ok(1.0 - (inside / whole).min(1.0))
-}
-
-/// The area of a placed figure within a part of the image: the part is stretched to the whole
-/// window, so that small ones are measured with as many samples.
-fn area(canvas: &mut impl Canvas, part: &Extent, placement: &Placement) -> f32 {
-    let columns = canvas.width();
-    let window = Vec2::new(as_pixels(columns), image(canvas.size()).y);
-    let stretched = place::enlarged(part, placement, window);
-    canvas.draw(&stretched, columns);
-    let growth = stretched.scale / placement.scale;
-    #[expect(clippy::cast_precision_loss, reason = "an area")]
-    let area = canvas.moments().area as f32;
-    area / growth.x / growth.y
 }
 
 /// Columns and rows of an image, pixels.
@@ -146,8 +142,11 @@ pub(crate) fn check_jitter(jitter: Vec2) -> Result<(), DrawError> {
     }
 }
 
-/// Where a point appears, if it is far enough in front of the camera.
-pub(crate) fn projected(camera: &Camera, point: Vec3) -> Result<Vec2, DrawError> {
+/// Where a point appears in the image, metres to the right and up.
+///
+/// # Errors
+/// When it is not finite, or too near to the camera.
+pub fn projected(camera: &Camera, point: Vec3) -> Result<Vec2, DrawError> {
     let depth_m = camera.depth_m(point);
     if !point.is_finite() || depth_m.is_nan() {
         return Err(DrawError::NotFinite);

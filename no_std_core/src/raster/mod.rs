@@ -1,10 +1,16 @@
 //! From posed hulls to a silhouette: framing, outlines, rasteriser.
 //!
 //! Framing is part of the projection: the figure is drawn once, at the size of
-//! the silhouette, and nothing is resampled. What is framing here knows nothing of how
-//! pixels are filled: a rasteriser has a window that draws hulls with a placement, tells
-//! their moments, and cuts columns out.
+//! the silhouette, and nothing is resampled. A [`Renderer`] frames figures, whatever they are
+//! drawn into: a [`Window`] fills pixels with hulls, tells their moments, and cuts columns out.
+//!
+//! | window | figures | draws | RAM |
+//! |---|---|---|--:|
+//! | [`AnyWindow`] | [`crate::body::Figure`] | any [`Rasterizer`], chosen at run time | 43 kB |
+//! | [`Skia`] | both | tiny-skia | 100 B, and a heap |
+//! | [`crate::lean::Rows`] | [`crate::lean::Posed`] | bit rows | 1.5 kB |
 
+mod any;
 pub mod columns;
 mod error;
 pub(crate) mod framing;
@@ -13,24 +19,26 @@ mod rows;
 mod seen;
 pub(crate) mod simd;
 #[cfg(feature = "skia")]
-pub(crate) mod skia;
+mod skia;
 #[cfg(test)]
 mod tests;
+mod window;
 
-use crate::body::Figure;
-#[cfg(feature = "skia")]
-use crate::budget::SKIA_WINDOW_COLUMNS;
-use crate::budget::{VIEWS_AT_ONCE, WINDOW_COLUMNS};
+use crate::budget::VIEWS_AT_ONCE;
 use crate::camera::{Camera, Framing};
-use crate::silhouette::{Frame, Silhouette, Size};
+use crate::silhouette::{Frame, Size};
+pub use any::AnyWindow;
 use core::{fmt, slice};
 pub use error::DrawError;
-use framing::{Canvas, Moments, check_jitter};
+pub use framing::projected;
+use framing::{Sitting, check_jitter};
 use glam::Vec2;
-use place::Placement;
-use rows::Sampling;
-use seen::{Points, Seen};
+pub use place::Extent;
 pub use simd::Simd;
+#[cfg(feature = "skia")]
+pub use skia::Skia;
+pub use window::Hulls;
+pub(crate) use window::{Fill, Pixels};
 
 /// How pixels are decided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -97,9 +105,9 @@ impl fmt::Display for Rasterizer {
 
 /// A drawn figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drawing<'a> {
-    /// The silhouette, which its renderer keeps until it draws the next one.
-    pub frame: &'a Frame,
+pub struct Drawing<'a, I = Frame> {
+    /// What was drawn, which its renderer keeps until it draws the next one.
+    pub frame: &'a I,
     /// The share of the figure's area that lies outside of the image, 0..=1.
     ///
     /// Of [`Framing::Height`] it is counted in samples; of [`Framing::Box`] it is 0. Of
@@ -122,6 +130,11 @@ pub struct View {
     pub jitter: Vec2,
 }
 
+/// What figures of the type `F` are drawn into: [`AnyWindow`], [`Skia`] or [`crate::lean::Rows`].
+pub trait Window<F>: Fill<F> {}
+
+impl<F, W: Fill<F>> Window<F> for W {}
+
 /// Draws figures with one rasteriser in one size, reusing its memory.
 ///
 /// Bit rows are held inline and take no heap. tiny-skia holds
@@ -129,105 +142,14 @@ pub struct View {
 /// 64 bytes a row from the start), and takes and gives back at most
 /// [`crate::budget::SKIA_TRANSIENT_BYTES`] while it draws.
 #[derive(Debug)]
-pub struct Renderer {
-    rasterizer: Rasterizer,
-    simd: Simd,
-    points: Points,
-    sheet: Sheet,
-}
-
-/// What is drawn on.
-#[derive(Debug)]
-struct Sheet {
-    size: Size,
-    window: Window,
-    frame: Frame,
-}
-
-/// What fills pixels.
-#[derive(Debug)]
-#[cfg_attr(
-    feature = "skia",
-    expect(
-        clippy::large_enum_variant,
-        reason = "37 kB once for a renderer; a box would need a heap"
-    )
-)]
-enum Window {
-    #[cfg(feature = "skia")]
-    Skia(skia::Window),
-    Rows(rows::Window),
-}
-
-impl Window {
-    /// How many columns it has.
-    fn width(&self) -> usize {
-        match self {
-            #[cfg(feature = "skia")]
-            Self::Skia(_) => SKIA_WINDOW_COLUMNS,
-            Self::Rows(_) => WINDOW_COLUMNS,
-        }
-    }
-
-    /// In how many of its columns a figure of so many is drawn.
-    fn columns(&self, columns: f32) -> usize {
-        match self {
-            #[cfg(feature = "skia")]
-            Self::Skia(_) => SKIA_WINDOW_COLUMNS,
-            Self::Rows(_) => place::row_columns(columns),
-        }
-    }
-
-    /// Finds out what does not depend on where figures are drawn.
-    fn look(&mut self, figure: &Figure<'_>, cameras: &[Camera]) {
-        match self {
-            #[cfg(feature = "skia")]
-            Self::Skia(_) => {}
-            Self::Rows(window) => window.look(figure, cameras),
-        }
-    }
-
-    /// Draws a figure into the leftmost `columns`, and nothing else.
-    fn draw(&mut self, seen: &Seen<'_>, placement: &Placement, columns: usize) {
-        match self {
-            #[cfg(feature = "skia")]
-            Self::Skia(window) => window.draw(seen, placement),
-            Self::Rows(window) => window.draw(seen, placement, columns),
-        }
-    }
-
-    /// Empties the window.
-    fn clear(&mut self) {
-        match self {
-            #[cfg(feature = "skia")]
-            Self::Skia(window) => window.clear(),
-            Self::Rows(window) => window.clear(),
-        }
-    }
-
-    /// Area and first moment of what was drawn.
-    fn moments(&self) -> Moments {
-        match self {
-            #[cfg(feature = "skia")]
-            Self::Skia(window) => window.moments(),
-            Self::Rows(window) => window.moments(),
-        }
-    }
-
-    /// Makes a frame of the image's columns from `left` on; their area in the unit of
-    /// [`Self::moments`].
-    fn cut(&self, left: isize, frame: &mut Frame) -> u64 {
-        match self {
-            #[cfg(feature = "skia")]
-            Self::Skia(window) => window.cut(left, frame),
-            Self::Rows(window) => window.cut(left, frame),
-        }
-    }
+pub struct Renderer<W: Pixels = AnyWindow> {
+    window: W,
+    image: W::Image,
 }
 
 impl Renderer {
-    /// A renderer; tiny-skia allocates its window. Bit rows use the widest registers that the
-    /// processor has.
+    /// A renderer of figures of bodies that are unpacked; tiny-skia allocates its window. Bit
+    /// rows use the widest registers that the processor has.
     #[must_use]
     pub fn new(rasterizer: Rasterizer, size: Size) -> Self {
         Self::with_simd(rasterizer, size, Simd::widest())
@@ -236,37 +158,28 @@ impl Renderer {
     /// A renderer whose bit rows use these registers. Pictures do not depend on it.
     #[must_use]
     pub fn with_simd(rasterizer: Rasterizer, size: Size, simd: Simd) -> Self {
-        let rows = |sampling| Window::Rows(rows::Window::new(size, sampling, simd));
-        let window = match rasterizer {
-            #[cfg(feature = "skia")]
-            Rasterizer::Skia => Window::Skia(skia::Window::new(size, false)),
-            #[cfg(feature = "skia")]
-            Rasterizer::SkiaAa => Window::Skia(skia::Window::new(size, true)),
-            Rasterizer::Rows => rows(Sampling::Once),
-            Rasterizer::Rows3x3 => rows(Sampling::ThreeByThree),
-        };
-        Self {
-            rasterizer,
-            simd,
-            points: Points::ZERO,
-            sheet: Sheet {
-                size,
-                window,
-                frame: Frame::Binary(Silhouette::empty(size)),
-            },
-        }
+        Self::of(AnyWindow::new(rasterizer, size, simd))
+    }
+}
+
+impl<W: Pixels> Renderer<W> {
+    /// A renderer that draws into this window.
+    #[must_use]
+    pub fn of(window: W) -> Self {
+        let image = window.blank();
+        Self { window, image }
     }
 
     /// The rasteriser in use.
     #[must_use]
-    pub const fn rasterizer(&self) -> Rasterizer {
-        self.rasterizer
+    pub fn rasterizer(&self) -> Rasterizer {
+        self.window.rasterizer()
     }
 
     /// Rows and columns of what is drawn.
     #[must_use]
-    pub const fn size(&self) -> Size {
-        self.sheet.size
+    pub fn size(&self) -> Size {
+        self.window.size()
     }
 
     /// Draws `figure` as `camera` sees it, fitted into the image by `framing`.
@@ -282,19 +195,22 @@ impl Renderer {
     ///
     /// # Errors
     /// For figures without an image; see [`DrawError`].
-    pub fn draw(
+    pub fn draw<F>(
         &mut self,
-        figure: &Figure<'_>,
+        figure: &F,
         camera: &Camera,
         framing: Framing,
         jitter: Vec2,
-    ) -> Result<Drawing<'_>, DrawError> {
-        self.sheet.window.look(figure, slice::from_ref(camera));
+    ) -> Result<Drawing<'_, W::Image>, DrawError>
+    where
+        W: Window<F>,
+    {
         let view = View {
             camera: *camera,
             framing,
             jitter,
         };
+        self.window.look(figure, slice::from_ref(&view));
         self.draw_view(figure, &view, 0)
     }
 
@@ -303,16 +219,17 @@ impl Renderer {
     ///
     /// # Errors
     /// The first of `take`, which is given those of [`Self::draw`].
-    pub fn draw_views<E>(
+    pub fn draw_views<F, E>(
         &mut self,
-        figure: &Figure<'_>,
+        figure: &F,
         views: &[View],
-        mut take: impl FnMut(usize, Result<Drawing<'_>, DrawError>) -> Result<(), E>,
-    ) -> Result<(), E> {
+        mut take: impl FnMut(usize, Result<Drawing<'_, W::Image>, DrawError>) -> Result<(), E>,
+    ) -> Result<(), E>
+    where
+        W: Window<F>,
+    {
         for (batch, views) in views.chunks(VIEWS_AT_ONCE).enumerate() {
-            let cameras: heapless::Vec<Camera, VIEWS_AT_ONCE> =
-                views.iter().map(|view| view.camera).collect();
-            self.sheet.window.look(figure, &cameras);
+            self.window.look(figure, views);
             for (number, view) in views.iter().enumerate() {
                 let drawing = self.draw_view(figure, view, number);
                 take(batch * VIEWS_AT_ONCE + number, drawing)?;
@@ -322,67 +239,34 @@ impl Renderer {
     }
 
     /// Draws a figure from one of the views that it was looked at from.
-    fn draw_view(
+    fn draw_view<F>(
         &mut self,
-        figure: &Figure<'_>,
+        figure: &F,
         view: &View,
         number: usize,
-    ) -> Result<Drawing<'_>, DrawError> {
+    ) -> Result<Drawing<'_, W::Image>, DrawError>
+    where
+        W: Window<F>,
+    {
         let View {
             camera,
             framing,
             jitter,
         } = view;
         check_jitter(*jitter)?;
-        if figure.is_empty() {
-            return Err(DrawError::Empty);
-        }
-        // What is wrong with a figure is found out one point after another.
-        let extent = self.points.project(figure, camera, self.simd);
-        let extent = extent.map_or_else(|| framing::extent(figure.points(), camera), Ok)?;
+        let extent = self.window.extent(figure, camera)?;
         let mut sitting = Sitting {
-            sheet: &mut self.sheet,
-            seen: Seen {
-                figure,
-                view: number,
-                points: &self.points,
-            },
+            figure,
+            camera,
+            view: number,
+            window: &mut self.window,
+            image: &mut self.image,
         };
-        let clipped_share = framing::draw(&mut sitting, (camera, &extent), *framing, *jitter)?;
+        let clipped_share = sitting.draw(&extent, *framing, *jitter)?;
         Ok(Drawing {
-            frame: &self.sheet.frame,
+            frame: &self.image,
             clipped_share,
         })
-    }
-}
-
-/// A figure before a camera, with what it is drawn on.
-struct Sitting<'a> {
-    sheet: &'a mut Sheet,
-    seen: Seen<'a>,
-}
-
-impl Canvas for Sitting<'_> {
-    fn size(&self) -> Size {
-        self.sheet.size
-    }
-    fn width(&self) -> usize {
-        self.sheet.window.width()
-    }
-    fn columns(&self, columns: f32) -> usize {
-        self.sheet.window.columns(columns)
-    }
-    fn draw(&mut self, placement: &Placement, columns: usize) {
-        self.sheet.window.draw(&self.seen, placement, columns);
-    }
-    fn clear(&mut self) {
-        self.sheet.window.clear();
-    }
-    fn moments(&self) -> Moments {
-        self.sheet.window.moments()
-    }
-    fn cut(&mut self, left: isize) -> u64 {
-        self.sheet.window.cut(left, &mut self.sheet.frame)
     }
 }
 

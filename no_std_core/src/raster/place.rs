@@ -52,7 +52,7 @@ impl Placement {
     }
 }
 
-/// The rectangle that a figure takes in the image, metres.
+/// The rectangle that a figure takes in the image, metres to the right and up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extent {
     /// Leftmost and lowest.
@@ -63,11 +63,13 @@ pub struct Extent {
 
 impl Extent {
     /// Width, metres.
+    #[must_use]
     pub fn width(&self) -> f32 {
         self.max.x - self.min.x
     }
 
     /// Height, metres.
+    #[must_use]
     pub fn height(&self) -> f32 {
         self.max.y - self.min.y
     }

@@ -1,11 +1,24 @@
 //! A figure as a camera sees it: its points in the image, before anything is framed.
 
+use super::DrawError;
+use super::framing::extent;
 use super::place::Extent;
 use super::simd::{Lanes, Simd, Wide, compiled, dispatch};
+use super::window::Hulls;
 use crate::body::Figure;
 use crate::budget::{MAX_HULL_POINTS, MAX_POINTS};
 use crate::camera::{Camera, NEAR_M};
 use glam::{Vec2, Vec3};
+
+impl Hulls for Figure<'_> {
+    fn hulls(&self) -> impl Iterator<Item = impl Iterator<Item = Vec3>> {
+        Figure::hulls(self)
+    }
+    fn extent(&self, camera: &Camera) -> Result<Extent, DrawError> {
+        let mut points = Points::ZERO;
+        points.project(self, camera, Simd::widest())
+    }
+}
 
 /// Points in the image, metres to the right and up, and behind them what is read together with
 /// a hull's last one. 6 kB.
@@ -16,15 +29,6 @@ pub struct Points {
 }
 
 const POINTS: usize = MAX_POINTS + MAX_HULL_POINTS;
-
-/// A figure and where its points appear.
-#[derive(Clone, Copy, Debug)]
-pub struct Seen<'a> {
-    pub figure: &'a Figure<'a>,
-    /// Which of those that it was looked at through the camera is.
-    pub view: usize,
-    pub points: &'a Points,
-}
 
 /// What points span in the image, and whether all of them can be seen there.
 struct Sight {
@@ -38,11 +42,22 @@ impl Points {
         y: [0.0; POINTS],
     };
 
-    /// Projects a figure's points, of which there is at least one: the rectangle that they
-    /// span; none if a point has no place in the image.
-    pub fn project(&mut self, figure: &Figure<'_>, camera: &Camera, simd: Simd) -> Option<Extent> {
+    /// Projects a figure's points: the rectangle that they span.
+    pub fn project(
+        &mut self,
+        figure: &Figure<'_>,
+        camera: &Camera,
+        simd: Simd,
+    ) -> Result<Extent, DrawError> {
+        if figure.is_empty() {
+            return Err(DrawError::Empty);
+        }
         let sight = dispatch!(simd, see(self, figure, camera));
-        sight.is_whole.then_some(sight.extent)
+        if sight.is_whole {
+            return Ok(sight.extent);
+        }
+        // What is wrong with a figure is found out one point after another.
+        extent(figure.points(), camera)
     }
 }
 

@@ -4,28 +4,48 @@
 //! constant; [`crate::budget::SKIA_TRANSIENT_BYTES`] sums it.
 
 use super::framing::Moments;
-use super::place::{Placement, as_pixels};
-use super::seen::Seen;
-use crate::budget::{MAX_OUTLINE, SKIA_WINDOW_COLUMNS};
+use super::place::{Extent, Placement, as_pixels};
+use super::window::{Fill, Hulls, Pixels};
+use super::{DrawError, Rasterizer};
+use crate::budget::{
+    MAX_OUTLINE, SKIA_EDGES_BYTES, SKIA_TRANSIENT_BYTES, SKIA_WINDOW_COLUMNS, skia_resident_bytes,
+};
+use crate::camera::Camera;
 use crate::outline::{Outline, clipped, convex};
-use crate::silhouette::{Coverage, Frame, Silhouette, Size};
+use crate::silhouette::{Coverage, Silhouette, Size};
+use core::marker::PhantomData;
 use glam::Vec2;
 use tiny_skia::{FillRule, Mask, PathBuilder, Transform};
 
-/// A window of 64 columns to draw into.
+/// tiny-skia's window, of 64 columns: without anti-aliasing, or with it where the image is a
+/// [`Coverage`]; see [`Rasterizer`]. Figures may be unpacked or lean.
 #[derive(Debug)]
-pub struct Window {
+pub struct Skia<I = Silhouette> {
     mask: Mask,
     size: Size,
     /// Kept between fills, so that paths reuse one buffer.
     path: Option<PathBuilder>,
-    anti_alias: bool,
+    image: PhantomData<I>,
 }
 
-impl Window {
-    /// An empty window with the rows of `size`; `anti_alias` takes 4x4 samples a pixel
-    /// instead of one.
-    pub fn new(size: Size, anti_alias: bool) -> Self {
+impl Skia {
+    /// An empty window of one sample a pixel; allocates 64 bytes a row.
+    #[must_use]
+    pub fn new(size: Size) -> Self {
+        Self::empty(size)
+    }
+}
+
+impl Skia<Coverage> {
+    /// An empty window of 4x4 samples a pixel; allocates 64 bytes a row.
+    #[must_use]
+    pub fn anti_aliased(size: Size) -> Self {
+        Self::empty(size)
+    }
+}
+
+impl<I: Cut> Skia<I> {
+    fn empty(size: Size) -> Self {
         #[expect(clippy::cast_possible_truncation, reason = "64 by at most 64")]
         let mask = Mask::new(SKIA_WINDOW_COLUMNS as u32, size.rows() as u32);
         Self {
@@ -33,30 +53,20 @@ impl Window {
             mask: mask.expect("64 by at most 64 pixels"),
             size,
             path: None,
-            anti_alias,
+            image: PhantomData,
         }
     }
 
-    /// Empties the window.
-    pub fn clear(&mut self) {
-        self.mask.data_mut().fill(0);
-    }
-
-    /// Draws a figure's hulls, and nothing else.
-    pub fn draw(&mut self, seen: &Seen<'_>, placement: &Placement) {
-        self.clear();
-        for hull in seen.figure.hull_parts() {
-            let x = seen.points.x.get(hull.points.clone()).unwrap_or_default();
-            let y = seen.points.y.get(hull.points).unwrap_or_default();
-            let points = x.iter().zip(y).map(|(&x, &y)| Vec2::new(x, y));
-            self.fill_hull(points.map(|point| placement.place(point)));
-        }
-    }
-
-    /// Draws one hull over what there is: its points, pixels.
-    pub fn fill_hull(&mut self, pixels: impl Iterator<Item = Vec2>) {
-        let outline = self.outline(pixels);
-        self.fill(&outline);
+    /// Most bytes that it has on the heap at once, while one hull is filled; an allocator's own
+    /// come on top.
+    #[must_use]
+    pub const fn heap_bytes(size: Size) -> usize {
+        let transient = if I::IS_GREY {
+            SKIA_TRANSIENT_BYTES
+        } else {
+            SKIA_EDGES_BYTES
+        };
+        skia_resident_bytes(size.rows()) + transient
     }
 
     /// The outline of a hull, as far as the window shows it. Apart, so that its work gives back
@@ -70,66 +80,6 @@ impl Window {
             as_pixels(self.size.rows() + 1),
         );
         clipped(&convex(pixels), min, max)
-    }
-
-    /// Area and first moment of what was drawn.
-    pub fn moments(&self) -> Moments {
-        // Sums of columns first: additions of whole rows vectorise.
-        let mut columns = [0u32; SKIA_WINDOW_COLUMNS];
-        for row in self.mask.data().chunks_exact(SKIA_WINDOW_COLUMNS) {
-            for (sum, &pixel) in columns.iter_mut().zip(row) {
-                *sum += u32::from(pixel);
-            }
-        }
-        let mut moments = Moments::default();
-        for (column, &sum) in columns.iter().enumerate() {
-            moments.area += u64::from(sum);
-            moments.doubled += u64::from(sum) * (2 * column + 1) as u64;
-        }
-        moments
-    }
-
-    /// Makes a frame of the columns from `left` on, those outside of the window being empty;
-    /// their area in the unit of [`Self::moments`].
-    pub fn cut(&self, left: isize, frame: &mut Frame) -> u64 {
-        if self.anti_alias {
-            let mut coverage = Coverage::empty(self.size);
-            let area = self.cut_coverage(left, &mut coverage);
-            *frame = Frame::Grey(coverage);
-            return area;
-        }
-        let mut silhouette = Silhouette::empty(self.size);
-        let area = self.cut_silhouette(left, &mut silhouette);
-        *frame = Frame::Binary(silhouette);
-        area
-    }
-
-    fn cut_coverage(&self, left: isize, coverage: &mut Coverage) -> u64 {
-        let columns = self.size.columns();
-        let mut area = 0;
-        let out = coverage.pixels_mut().chunks_exact_mut(columns);
-        for (row, out) in self.mask.data().chunks_exact(SKIA_WINDOW_COLUMNS).zip(out) {
-            for (column, pixel) in out.iter_mut().enumerate() {
-                *pixel = shown(row, left, column);
-                area += u64::from(*pixel);
-            }
-        }
-        area
-    }
-
-    /// [`Self::cut`] of pixels that are on or off.
-    pub fn cut_silhouette(&self, left: isize, silhouette: &mut Silhouette) -> u64 {
-        let mut area = 0;
-        let out = silhouette.all_rows_mut().iter_mut();
-        for (row, out) in self.mask.data().chunks_exact(SKIA_WINDOW_COLUMNS).zip(out) {
-            *out = 0;
-            for column in 0..self.size.columns() {
-                let pixel = shown(row, left, column);
-                *out |= u64::from(pixel >= 128) << column;
-                area += u64::from(pixel);
-            }
-        }
-        area
     }
 
     /// Adds a convex outline in pixel coordinates, which must lie within a pixel of
@@ -151,14 +101,130 @@ impl Window {
         }
         builder.close();
         if let Some(path) = builder.finish() {
-            self.mask.fill_path(
-                &path,
-                FillRule::Winding,
-                self.anti_alias,
-                Transform::identity(),
-            );
+            self.mask
+                .fill_path(&path, FillRule::Winding, I::IS_GREY, Transform::identity());
             self.path = Some(path.clear());
         }
+    }
+}
+
+impl<I: Cut> Pixels for Skia<I> {
+    type Image = I;
+    const NEEDS_FACETS: bool = false;
+    const IS_GREY: bool = I::IS_GREY;
+
+    fn blank(&self) -> I {
+        I::empty(self.size)
+    }
+
+    fn rasterizer(&self) -> Rasterizer {
+        I::RASTERIZER
+    }
+
+    fn size(&self) -> Size {
+        self.size
+    }
+
+    fn width(&self) -> usize {
+        SKIA_WINDOW_COLUMNS
+    }
+
+    fn columns(&self, _: f32) -> usize {
+        SKIA_WINDOW_COLUMNS
+    }
+
+    fn clear(&mut self) {
+        self.mask.data_mut().fill(0);
+    }
+
+    fn moments(&self) -> Moments {
+        // Sums of columns first: additions of whole rows vectorise.
+        let mut columns = [0u32; SKIA_WINDOW_COLUMNS];
+        for row in self.mask.data().chunks_exact(SKIA_WINDOW_COLUMNS) {
+            for (sum, &pixel) in columns.iter_mut().zip(row) {
+                *sum += u32::from(pixel);
+            }
+        }
+        let mut moments = Moments::default();
+        for (column, &sum) in columns.iter().enumerate() {
+            moments.area += u64::from(sum);
+            moments.doubled += u64::from(sum) * (2 * column + 1) as u64;
+        }
+        moments
+    }
+
+    /// Columns outside of the window are empty.
+    fn cut(&self, left: isize, image: &mut I) -> u64 {
+        let rows = self.mask.data().chunks_exact(SKIA_WINDOW_COLUMNS);
+        image.cut(rows, left)
+    }
+}
+
+impl<F: Hulls, I: Cut> Fill<F> for Skia<I> {
+    fn extent(&mut self, figure: &F, camera: &Camera) -> Result<Extent, DrawError> {
+        figure.extent(camera)
+    }
+
+    fn draw(&mut self, figure: &F, (camera, _): (&Camera, usize), placement: &Placement, _: usize) {
+        self.clear();
+        for hull in figure.hulls() {
+            let pixels = hull.map(|point| placement.place(camera.project(point)));
+            let outline = self.outline(pixels);
+            self.fill(&outline);
+        }
+    }
+}
+
+/// An image that is cut out of tiny-skia's window.
+pub trait Cut {
+    const RASTERIZER: Rasterizer;
+    const IS_GREY: bool;
+
+    fn empty(size: Size) -> Self;
+
+    /// Takes the columns from `left` on of the window's rows; the sum of their pixels.
+    fn cut<'a>(&mut self, rows: impl Iterator<Item = &'a [u8]>, left: isize) -> u64;
+}
+
+impl Cut for Silhouette {
+    const RASTERIZER: Rasterizer = Rasterizer::Skia;
+    const IS_GREY: bool = false;
+
+    fn empty(size: Size) -> Self {
+        Self::empty(size)
+    }
+
+    fn cut<'a>(&mut self, rows: impl Iterator<Item = &'a [u8]>, left: isize) -> u64 {
+        let (columns, mut area) = (self.size().columns(), 0);
+        for (row, out) in rows.zip(self.all_rows_mut()) {
+            *out = 0;
+            for column in 0..columns {
+                let pixel = shown(row, left, column);
+                *out |= u64::from(pixel >= 128) << column;
+                area += u64::from(pixel);
+            }
+        }
+        area
+    }
+}
+
+impl Cut for Coverage {
+    const RASTERIZER: Rasterizer = Rasterizer::SkiaAa;
+    const IS_GREY: bool = true;
+
+    fn empty(size: Size) -> Self {
+        Self::empty(size)
+    }
+
+    fn cut<'a>(&mut self, rows: impl Iterator<Item = &'a [u8]>, left: isize) -> u64 {
+        let (columns, mut area) = (self.size().columns(), 0);
+        for (row, out) in rows.zip(self.pixels_mut().chunks_exact_mut(columns)) {
+            for (column, pixel) in out.iter_mut().enumerate() {
+                *pixel = shown(row, left, column);
+                area += u64::from(*pixel);
+            }
+        }
+        area
     }
 }
 

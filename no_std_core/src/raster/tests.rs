@@ -1,7 +1,8 @@
 //! Framings and lenses on boxes whose pixels can be counted by hand.
 
+use super::framing::Moments;
 use super::*;
-use crate::body::Body;
+use crate::body::{Body, Figure};
 use crate::camera::Viewpoint;
 use crate::silhouette::Silhouette;
 use crate::skeleton::Joint;

@@ -6,6 +6,7 @@ use super::entropy::entropies;
 use super::frequency::Frequencies;
 use super::history::{Event, History};
 use super::sums::Sums;
+use crate::raster::Simd;
 use crate::silhouette::{Frame, Size};
 
 /// Builds a template of any kind, frame by frame. 82 kB, as the frequencies take; of the others
@@ -58,6 +59,12 @@ impl TemplateBuilder {
     /// one cycle. Motion is remembered over all of them, and a silhouette fades by 1 a frame.
     #[must_use]
     pub fn new(kind: Kind, size: Size, frames: u32) -> Self {
+        Self::with_simd(kind, size, frames, Simd::widest())
+    }
+
+    /// The same, with these registers. Templates do not depend on it.
+    #[must_use]
+    pub fn with_simd(kind: Kind, size: Size, frames: u32, simd: Simd) -> Self {
         let frames = frames.clamp(1, Self::MAX_FRAMES);
         Self {
             kind,
@@ -66,12 +73,12 @@ impl TemplateBuilder {
             tau: frames - 1,
             decrement: 1,
             made_from: match kind {
-                Kind::Gei | Kind::Geni => Source::Sums(Sums::new(size)),
+                Kind::Gei | Kind::Geni => Source::Sums(Sums::new(size, simd)),
                 Kind::Mei | Kind::Mhi | Kind::Ghi => {
                     Source::History(History::new(Event::Change, size))
                 }
                 Kind::Msi => Source::History(History::new(Event::End, size)),
-                Kind::Frequency => Source::Frequencies(Frequencies::new(size, frames)),
+                Kind::Frequency => Source::Frequencies(Frequencies::new(size, simd, frames)),
             },
         }
     }

@@ -3,6 +3,7 @@
 use super::FrameError;
 use super::sums::Sums;
 use crate::budget::{FREQUENCIES, MAX_PIXELS};
+use crate::raster::Simd;
 use crate::silhouette::{Frame, Size};
 use core::f64::consts::TAU;
 
@@ -18,9 +19,9 @@ pub(super) struct Frequencies {
 }
 
 impl Frequencies {
-    pub const fn new(size: Size, period: u32) -> Self {
+    pub const fn new(size: Size, simd: Simd, period: u32) -> Self {
         Self {
-            sums: Sums::new(size),
+            sums: Sums::new(size, simd),
             period,
             waves: [[[0.0; MAX_PIXELS]; 2]; FREQUENCIES - 1],
         }

@@ -3,6 +3,7 @@
 use super::FrameError;
 use super::sums::Sums;
 use crate::budget::MAX_PIXELS;
+use crate::raster::Simd;
 use crate::silhouette::{Frame, Size};
 
 /// A Gait Energy Image (Han & Bhanu 2006, equation 1): the share of frames in
@@ -45,9 +46,15 @@ impl GeiBuilder {
 
     /// No frame yet.
     #[must_use]
-    pub const fn new(size: Size) -> Self {
+    pub fn new(size: Size) -> Self {
+        Self::with_simd(size, Simd::widest())
+    }
+
+    /// The same, with these registers. GEIs do not depend on it.
+    #[must_use]
+    pub const fn with_simd(size: Size, simd: Simd) -> Self {
         Self {
-            sums: Sums::new(size),
+            sums: Sums::new(size, simd),
         }
     }
 

@@ -1,4 +1,13 @@
 //! Templates: one image that stands for a gait cycle, built frame by frame.
+//!
+//! Builders take frames with `add`, and give bytes row by row from the top:
+//!
+//! | builder | builds | of | RAM |
+//! |---|---|---|--:|
+//! | [`GeiBuilder`] | the GEI | any frames | 16 kB |
+//! | [`TemplateBuilder`] | any [`Kind`] | any frames | 82 kB |
+//! | [`GeiInPlace`] | the GEI | 255 silhouettes | a byte a pixel |
+//! | [`GeiTally`] | GEIs at many elevations | `raster::columns` | 258 kB |
 
 mod builder;
 mod entropy;
@@ -6,12 +15,14 @@ mod error;
 mod frequency;
 mod gei;
 mod history;
+mod in_place;
 mod sums;
 mod tally;
 
 pub use builder::TemplateBuilder;
 pub use error::FrameError;
 pub use gei::{Gei, GeiBuilder};
+pub use in_place::{BufferTooSmall, GeiInPlace};
 pub use tally::GeiTally;
 
 use crate::budget::FREQUENCIES;

@@ -22,6 +22,7 @@ const BATCH: usize = 8;
 #[derive(Clone, Debug)]
 pub(crate) struct Sums {
     size: Size,
+    simd: Simd,
     frames: u32,
     kind: Kind,
 }
@@ -46,9 +47,10 @@ impl Sums {
     /// Most frames: what the planes count of ninths.
     pub const MAX_FRAMES: u32 = 0xffff / 9;
 
-    pub const fn new(size: Size) -> Self {
+    pub const fn new(size: Size, simd: Simd) -> Self {
         Self {
             size,
+            simd,
             frames: 0,
             kind: Kind::None,
         }
@@ -77,12 +79,15 @@ impl Sums {
                 Frame::Grey(_) => Kind::Grey([0; MAX_PIXELS]),
             };
         }
+        let simd = self.simd;
         match (&mut self.kind, frame) {
             (Kind::None, _) => {}
-            (Kind::Bits(counter), Frame::Binary(silhouette)) => counter.add(silhouette.all_rows()),
-            (Kind::Bits(counter), frame) => counter.add(frame.silhouette().all_rows()),
+            (Kind::Bits(counter), Frame::Binary(silhouette)) => {
+                counter.add(silhouette.all_rows(), simd);
+            }
+            (Kind::Bits(counter), frame) => counter.add(frame.silhouette().all_rows(), simd),
             (Kind::Ninths(counter), Frame::Ninths(ninths)) => {
-                dispatch!(Simd::widest(), count_ninths(counter, ninths.planes()));
+                dispatch!(simd, count_ninths(counter, ninths.planes()));
             }
             (Kind::Ninths(counter), frame) => {
                 // Nine samples of it: one and eight.
@@ -204,14 +209,14 @@ impl Counter {
     };
 
     /// Counts the bits of a frame.
-    fn add(&mut self, rows: &Plane) {
+    fn add(&mut self, rows: &Plane, simd: Simd) {
         if let Some(place) = self.waiting.get_mut(self.waits) {
             *place = *rows;
         }
         self.waits += 1;
         if self.waits == BATCH {
             self.waits = 0;
-            dispatch!(Simd::widest(), count(self));
+            dispatch!(simd, count(self));
         }
     }
 
@@ -305,7 +310,7 @@ mod tests {
     #[test]
     fn counts_are_those_of_single_pixels_whatever_the_number_of_frames() {
         for frames in [1, 7, 8, 9, 31, 64, 300] {
-            let mut sums = Sums::new(SIZE);
+            let mut sums = Sums::new(SIZE, Simd::widest());
             let mut plain = [0u32; 1_500];
             for number in 0..frames {
                 let frame = frame(number);
@@ -326,8 +331,8 @@ mod tests {
     fn ninths_are_counted_by_their_worth() {
         let images: [Silhouette; 9] = core::array::from_fn(|image| frame(image as u64));
         let ninths = Frame::Ninths(Ninths::of(&images));
-        let mut sums = Sums::new(SIZE);
-        let mut parts = Sums::new(SIZE);
+        let mut sums = Sums::new(SIZE, Simd::widest());
+        let mut parts = Sums::new(SIZE, Simd::widest());
         for _ in 0..3 {
             sums.add(&ninths).expect("room");
             for image in &images {
@@ -345,7 +350,7 @@ mod tests {
 
     #[test]
     fn a_frame_of_another_size_is_refused() {
-        let mut sums = Sums::new(SIZE);
+        let mut sums = Sums::new(SIZE, Simd::widest());
         let refused = sums.add(&Frame::Grey(Coverage::empty(Size::S64x44)));
         let (expected, found) = (SIZE, Size::S64x44);
         assert_eq!(refused, Err(FrameError::Size { expected, found }));
@@ -355,7 +360,7 @@ mod tests {
 
     #[test]
     fn a_frame_after_7281_is_refused_and_changes_nothing() {
-        let mut sums = Sums::new(SIZE);
+        let mut sums = Sums::new(SIZE, Simd::widest());
         let white = Frame::Binary(Silhouette::from_rows(SIZE, &[1]));
         for _ in 0..Sums::MAX_FRAMES {
             sums.add(&white).expect("room");

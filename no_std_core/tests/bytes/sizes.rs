@@ -11,10 +11,12 @@ use edgegait_core::linear::LinearRecognizer;
 use edgegait_core::outline::Outline;
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::{ModelPose, Pose};
+#[cfg(feature = "skia")]
+use edgegait_core::raster::Skia;
 use edgegait_core::raster::{Drawing, Renderer, columns};
 use edgegait_core::silhouette::{Coverage, Frame, Ninths, Silhouette};
 use edgegait_core::skeleton::Skeleton;
-use edgegait_core::template::{Gei, GeiBuilder, GeiTally, TemplateBuilder};
+use edgegait_core::template::{Gei, GeiBuilder, GeiInPlace, GeiTally, TemplateBuilder};
 
 const README: &str = include_str!("../../README.md");
 
@@ -50,10 +52,10 @@ fn types_take_what_the_readme_says() {
     assert_size::<Camera>("Camera");
     assert_size::<lean::Body<488, 896>>("lean::Body<488, 896>");
     assert_size::<lean::Posed<'_>>("lean::Posed");
-    assert_size::<lean::Renderer<Rows>>("lean::Renderer<Rows>");
+    assert_size::<Renderer<Rows>>("Renderer<Rows>");
     #[cfg(feature = "skia")]
-    assert_size::<lean::Renderer<lean::Skia>>("lean::Renderer<Skia>");
-    assert_size::<lean::GeiBuilder<'_>>("lean::GeiBuilder");
+    assert_size::<Renderer<Skia>>("Renderer<Skia>");
+    assert_size::<GeiInPlace<'_>>("GeiInPlace");
     assert_size::<LinearRecognizer<'_>>("LinearRecognizer");
     assert_size::<Silhouette>("Silhouette");
     assert_size::<Body>("Body");
@@ -101,7 +103,7 @@ fn the_heap_of_tiny_skia_is_bounded() {
     use edgegait_core::budget::{SKIA_HEAP_BYTES, SKIA_RESIDENT_BYTES, SKIA_TRANSIENT_BYTES};
     use edgegait_core::silhouette::Size;
 
-    let lean = lean::Renderer::<lean::Skia>::heap_bytes;
+    let lean = <Skia>::heap_bytes;
     for (name, bytes, most) in [
         ("resident", SKIA_RESIDENT_BYTES, 4_430),
         ("transient", SKIA_TRANSIENT_BYTES, 5_315),

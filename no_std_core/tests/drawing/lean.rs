@@ -8,13 +8,14 @@ use edgegait_core::avatar::Avatar;
 use edgegait_core::body::{self, Figure, OverBudget};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::clip::Expanded;
-use edgegait_core::lean::{Budget, BufferTooSmall, GeiBuilder, Renderer, Room, Rows, Window};
+use edgegait_core::lean::{self, Budget, Posed, Room, Rows};
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::{ModelPose, Pose};
-use edgegait_core::raster::{self, DrawError, Rasterizer};
+#[cfg(feature = "skia")]
+use edgegait_core::raster::Skia;
+use edgegait_core::raster::{DrawError, Rasterizer, Renderer, Window};
 use edgegait_core::silhouette::{Silhouette, Size};
-use edgegait_core::template::FrameError;
-use edgegait_core::{lean, template};
+use edgegait_core::template::{BufferTooSmall, FrameError, GeiBuilder, GeiInPlace};
 use glam::{Quat, Vec2, Vec3};
 
 /// Room for every avatar.
@@ -86,7 +87,10 @@ fn told(drawn: Result<(Silhouette, f32), DrawError>) -> String {
 }
 
 /// Draws random bodies in random poses both ways; how many pictures there were.
-fn compare<W: Window>(rasterizer: Rasterizer) -> [usize; 2] {
+fn compare<W>(rasterizer: Rasterizer, window: impl Fn(Size) -> W) -> [usize; 2]
+where
+    W: for<'a> Window<Posed<'a>, Image = Silhouette>,
+{
     let mut random = Random(11);
     let (mut drawn, mut refused) = (0, 0);
     for round in 0..12 {
@@ -96,16 +100,16 @@ fn compare<W: Window>(rasterizer: Rasterizer) -> [usize; 2] {
         let pose = ModelPose::new(&avatar.skeleton(), &random_pose(&mut random));
         let figure = Figure::new(&whole, &pose);
         let size = Size::ALL[round % 3];
-        let mut renderer = raster::Renderer::new(rasterizer, size);
-        let mut window = Renderer::<W>::new(size);
+        let mut renderer = Renderer::new(rasterizer, size);
+        let mut lean = Renderer::of(window(size));
         for camera in cameras(&mut random) {
             for framing in framings(&mut random) {
                 let jitter = Vec2::new(random.between(-0.5, 0.5) as f32, 0.25);
                 let jitter = if round % 2 == 0 { Vec2::ZERO } else { jitter };
                 let expected = renderer.draw(&figure, &camera, framing, jitter);
                 let expected = expected.map(|d| (d.frame.silhouette(), d.clipped_share));
-                let found = window.draw(&small.posed(&pose), &camera, framing, jitter);
-                let found = found.map(|d| (*d.silhouette, d.clipped_share));
+                let found = lean.draw(&small.posed(&pose), &camera, framing, jitter);
+                let found = found.map(|d| (*d.frame, d.clipped_share));
                 let count = if found.is_ok() {
                     &mut drawn
                 } else {
@@ -125,7 +129,7 @@ fn compare<W: Window>(rasterizer: Rasterizer) -> [usize; 2] {
 
 #[test]
 fn rows_are_the_same_bits() {
-    let [drawn, refused] = compare::<Rows>(Rasterizer::Rows);
+    let [drawn, refused] = compare(Rasterizer::Rows, Rows::new);
     assert!(
         drawn > 500 && refused > 4,
         "{drawn} drawn, {refused} refused"
@@ -135,7 +139,7 @@ fn rows_are_the_same_bits() {
 #[cfg(feature = "skia")]
 #[test]
 fn tiny_skia_draws_the_same_bits() {
-    let [drawn, refused] = compare::<lean::Skia>(Rasterizer::Skia);
+    let [drawn, refused] = compare(Rasterizer::Skia, Skia::new);
     assert!(
         drawn > 500 && refused > 4,
         "{drawn} drawn, {refused} refused"
@@ -154,11 +158,11 @@ fn a_gei_in_a_buffer_is_the_gei() {
         let cycle = cycle.expect("a loop");
         let skeleton = avatar.skeleton();
         let (whole, small) = (body::Body::new(&avatar), loaded(&avatar));
-        let mut renderer = raster::Renderer::new(Rasterizer::Rows, Size::S64x44);
-        let mut lean = Renderer::<Rows>::new(Size::S64x44);
-        let mut expected = template::GeiBuilder::new(Size::S64x44);
+        let mut renderer = Renderer::new(Rasterizer::Rows, Size::S64x44);
+        let mut lean = Renderer::of(Rows::new(Size::S64x44));
+        let mut expected = GeiBuilder::new(Size::S64x44);
         let mut buffer = [7; 3_000];
-        let mut gei = GeiBuilder::new(Size::S64x44, &mut buffer).expect("room");
+        let mut gei = GeiInPlace::new(Size::S64x44, &mut buffer).expect("room");
         for frame in 0..23u8 {
             let pose = ModelPose::new(&skeleton, &cycle.pose(f32::from(frame) / 23.0));
             let figure = Figure::new(&whole, &pose);
@@ -167,7 +171,7 @@ fn a_gei_in_a_buffer_is_the_gei() {
             expected.add(frame).expect("room");
             let posed = small.posed(&pose);
             let drawing = lean.draw(&posed, &camera, Framing::Height, Vec2::ZERO);
-            let silhouette = drawing.expect("a figure").silhouette;
+            let silhouette = drawing.expect("a figure").frame;
             gei.add(silhouette).expect("room");
         }
         assert_eq!(gei.frames(), 23);
@@ -178,17 +182,17 @@ fn a_gei_in_a_buffer_is_the_gei() {
 
 #[test]
 fn a_gei_in_a_buffer_counts_255_frames_of_its_size_and_refuses_others() {
-    let error = GeiBuilder::new(Size::S50x30, &mut [0; 1_499]).expect_err("no room");
+    let error = GeiInPlace::new(Size::S50x30, &mut [0; 1_499]).expect_err("no room");
     let (expected, found) = (1_500, 1_499);
     assert_eq!(error, BufferTooSmall { expected, found });
     let mut buffer = [9; 1_500];
-    let mut gei = GeiBuilder::new(Size::S50x30, &mut buffer).expect("room");
+    let mut gei = GeiInPlace::new(Size::S50x30, &mut buffer).expect("room");
     let refused = gei.add(&Silhouette::from_rows(Size::S64x44, &[1]));
     let (expected, found) = (Size::S50x30, Size::S64x44);
     assert_eq!(refused, Err(FrameError::Size { expected, found }));
     assert_eq!(gei.frames(), 0);
     assert_eq!(gei.finish(), [0; 1_500]);
-    let mut gei = GeiBuilder::new(Size::S50x30, &mut buffer).expect("room");
+    let mut gei = GeiInPlace::new(Size::S50x30, &mut buffer).expect("room");
     // On in 1, 2 and 255 frames.
     for frame in 0..255 {
         let bits = 0b100 | u64::from(frame < 2) << 1 | u64::from(frame < 1);
@@ -295,16 +299,16 @@ fn without_facets_rows_have_nothing_to_draw_and_tiny_skia_draws_the_same() {
     bare.load(&avatar).expect("points alone");
     let pose = ModelPose::new(&avatar.skeleton(), &Pose::REST);
     let camera = Camera::orthographic(Viewpoint::from_degrees(30.0, 10.0).expect("a viewpoint"));
-    let mut rows = Renderer::<Rows>::new(Size::S50x30);
+    let mut rows = Renderer::of(Rows::new(Size::S50x30));
     let drawn = rows.draw(&bare.posed(&pose), &camera, Framing::Height, Vec2::ZERO);
     assert_eq!(drawn.expect_err("no outline"), DrawError::Vanished);
     #[cfg(feature = "skia")]
     {
         let whole = loaded(&avatar);
-        let silhouette = |posed: &lean::Posed<'_>| {
-            let mut skia = Renderer::<lean::Skia>::new(Size::S50x30);
+        let silhouette = |posed: &Posed<'_>| {
+            let mut skia = Renderer::of(Skia::new(Size::S50x30));
             let drawn = skia.draw(posed, &camera, Framing::Height, Vec2::ZERO);
-            *drawn.expect("a figure").silhouette
+            *drawn.expect("a figure").frame
         };
         assert_eq!(
             silhouette(&bare.posed(&pose)),

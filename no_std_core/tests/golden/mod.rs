@@ -12,7 +12,9 @@ use edgegait_core::clip::{Clip, Loop};
 use edgegait_core::lean;
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::{ModelPose, Pose};
-use edgegait_core::raster::{Rasterizer, Renderer};
+#[cfg(feature = "skia")]
+use edgegait_core::raster::Skia;
+use edgegait_core::raster::{Rasterizer, Renderer, Window};
 use edgegait_core::silhouette::{Frame, Silhouette, Size};
 use edgegait_core::template::{Kind, TemplateBuilder};
 use fnv::Fnv;
@@ -84,9 +86,15 @@ pub fn list(line: Line<'_>) {
             silhouettes((subject, &avatar), (&body, &cycle), rasterizer, line);
             templates((subject, &avatar), (&body, &cycle), rasterizer, line);
         }
-        lean_silhouettes::<lean::Rows>(("lean-rows", subject), &avatar, &cycle, line);
+        lean_silhouettes(
+            lean::Rows::new,
+            ("lean-rows", subject),
+            &avatar,
+            &cycle,
+            line,
+        );
         #[cfg(feature = "skia")]
-        lean_silhouettes::<lean::Skia>(("lean-skia", subject), &avatar, &cycle, line);
+        lean_silhouettes(Skia::new, ("lean-skia", subject), &avatar, &cycle, line);
     }
 }
 
@@ -202,18 +210,21 @@ fn add_frame(hash: &mut Fnv, frame: &Frame) {
 }
 
 /// The same by what draws hull by hull.
-fn lean_silhouettes<W: lean::Window>(
-    (window, subject): (&str, usize),
+fn lean_silhouettes<W>(
+    window: impl Fn(Size) -> W,
+    (name, subject): (&str, usize),
     avatar: &Avatar<'_>,
     cycle: &Loop<'_>,
     line: Line<'_>,
-) {
+) where
+    W: for<'a> Window<lean::Posed<'a>, Image = Silhouette>,
+{
     let skeleton = avatar.skeleton();
     let mut body = lean::Body::<512, 1024>::EMPTY;
     body.load(avatar).expect("room");
     for size in Size::ALL {
-        let mut renderer = lean::Renderer::<W>::new(size);
-        for (name, framing) in FRAMINGS {
+        let mut renderer = Renderer::of(window(size));
+        for (framed, framing) in FRAMINGS {
             let mut hash = Fnv::NEW;
             for phase in [0.0, 0.3] {
                 let pose = ModelPose::new(&skeleton, &cycle.pose(phase));
@@ -221,7 +232,7 @@ fn lean_silhouettes<W: lean::Window>(
                 for (_, camera) in cameras() {
                     match renderer.draw(&posed, &camera, framing, Vec2::ZERO) {
                         Ok(drawing) => {
-                            hash.silhouette(drawing.silhouette);
+                            hash.silhouette(drawing.frame);
                             hash.floats([drawing.clipped_share]);
                         }
                         Err(_) => hash.add(b"refused"),
@@ -229,7 +240,7 @@ fn lean_silhouettes<W: lean::Window>(
                 }
             }
             line(
-                format_args!("{window}/{size}/{name}/subject-{subject}"),
+                format_args!("{name}/{size}/{framed}/subject-{subject}"),
                 hash,
             );
         }

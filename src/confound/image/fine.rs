@@ -5,14 +5,13 @@
 //! take. It is drawn in nine phases of one sample a pixel.
 
 use super::exposure::exposed;
-use super::extent::{Extent, projected};
 use super::phases::{FINE, WINDOW, interleaved, merge, phase_offset, tiles, within};
 use super::picture::{Bounds, Picture};
 use crate::error::{ChoiceError, Result};
 use edgegait_core::body::{Body, Figure};
 use edgegait_core::budget::MAX_FIGURE_COLUMNS;
-use edgegait_core::camera::{Camera, Framing};
-use edgegait_core::raster::{DrawError, Rasterizer, Renderer};
+use edgegait_core::camera::Framing;
+use edgegait_core::raster::{DrawError, Extent, Hulls, Rasterizer, Renderer, View, projected};
 use edgegait_core::silhouette::{Frame, Size};
 use edgegait_core::skeleton::Joint;
 use glam::{DVec2, Vec2, Vec3};
@@ -25,20 +24,6 @@ const BESIDE: usize = 14;
 /// Most pixels along an axis from the image's corner to something drawn, as the core has it of
 /// columns.
 const MAX_REACH: f64 = MAX_FIGURE_COLUMNS as f64;
-
-/// How a figure is seen and fitted into its silhouette.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Setup {
-    /// Where it is seen from.
-    pub camera: Camera,
-    /// How it is fitted into the image.
-    pub framing: Framing,
-    /// Rows and columns of the silhouette.
-    pub size: Size,
-    /// How far from the pixels' centres samples are, pixels to the right and down, each within
-    /// half a pixel.
-    pub jitter: Vec2,
-}
 
 /// A rectangle of a fine picture, samples; y runs down.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,7 +64,9 @@ impl FineRenderer {
 /// Where a fine picture lies, and what of it the silhouette shows.
 #[derive(Clone, Debug)]
 pub(crate) struct Fine {
-    pub(super) setup: Setup,
+    pub(super) view: View,
+    /// Rows and columns of the silhouette.
+    pub(super) size: Size,
     /// The rectangle of the figure's projected points, metres in the image.
     extent: Extent,
     /// Image pixels a metre, to the right and down: three samples each.
@@ -107,18 +94,19 @@ impl Fine {
     pub(crate) fn of(
         figure: &Figure<'_>,
         others: &[&Figure<'_>],
-        setup: Setup,
+        view: View,
+        size: Size,
     ) -> std::result::Result<Self, DrawError> {
         // A NaN fails the comparison.
-        if !setup.jitter.abs().cmple(Vec2::splat(0.5)).all() {
-            return Err(DrawError::Jitter(setup.jitter));
+        if !view.jitter.abs().cmple(Vec2::splat(0.5)).all() {
+            return Err(DrawError::Jitter(view.jitter));
         }
         let reference = figure.points().next().ok_or(DrawError::Empty)?;
-        let extent = Extent::of(figure, &setup.camera)?;
-        let image = pixels(setup.size);
+        let extent = figure.extent(&view.camera)?;
+        let image = pixels(size);
         // Scales in the core's arithmetic.
         let full = (image.as_vec2() / (extent.max - extent.min)).as_dvec2();
-        let (scale, anchor, at) = match setup.framing {
+        let (scale, anchor, at) = match view.framing {
             Framing::Height => {
                 let middle = 0.5 * (extent.min.x + extent.max.x);
                 let anchor = Vec2::new(middle, extent.max.y).as_dvec2();
@@ -136,7 +124,7 @@ impl Fine {
                 if !(pixels_per_metre > 0.0 && pixels_per_metre.is_finite()) {
                     return Err(DrawError::Scale(pixels_per_metre));
                 }
-                let anchor = projected(&setup.camera, centre)?.as_dvec2();
+                let anchor = projected(&view.camera, centre)?.as_dvec2();
                 (DVec2::splat(pixels_per_metre.into()), anchor, 0.5 * image)
             }
         };
@@ -144,7 +132,8 @@ impl Fine {
             return Err(DrawError::Flat);
         }
         let mut fine = Self {
-            setup,
+            view,
+            size,
             extent,
             scale,
             anchor,
@@ -157,10 +146,10 @@ impl Fine {
         };
         let (mut min, mut max) = fine.pixels_of(&extent);
         for other in others {
-            let (from, to) = fine.pixels_of(&Extent::of(other, &setup.camera)?);
+            let (from, to) = fine.pixels_of(&other.extent(&view.camera)?);
             (min, max) = (min.min(from), max.max(to));
         }
-        if setup.framing != Framing::Height {
+        if view.framing != Framing::Height {
             (min, max) = (min.min(DVec2::ZERO), max.max(image));
         }
         let reach = min.abs().max(max.abs()).max_element();
@@ -246,12 +235,14 @@ impl Fine {
         figure: &Figure<'_>,
         picture: &mut Picture,
     ) -> std::result::Result<Bounds, DrawError> {
-        let Setup {
-            camera,
-            framing,
+        let (
+            View {
+                camera,
+                framing,
+                jitter,
+            },
             size,
-            jitter,
-        } = self.setup;
+        ) = (self.view, self.size);
         if renderer.silhouettes.size() != size {
             let rasterizer = renderer.silhouettes.rasterizer();
             renderer.silhouettes = Renderer::new(rasterizer, size);
@@ -279,7 +270,7 @@ impl Fine {
         renderer: &mut FineRenderer,
         figure: &Figure<'_>,
     ) -> std::result::Result<Picture, DrawError> {
-        let extent = Extent::of(figure, &self.setup.camera)?;
+        let extent = figure.extent(&self.view.camera)?;
         self.drawn(renderer, figure, &extent)
     }
 
@@ -292,7 +283,7 @@ impl Fine {
     ) -> std::result::Result<Picture, DrawError> {
         let mut picture = self.blank();
         let (min, max) = self.pixels_of(extent);
-        let jitter = self.setup.jitter.as_dvec2();
+        let jitter = self.view.jitter.as_dvec2();
         let columns = tiles(
             (min.x - jitter.x, max.x - jitter.x),
             self.left,
@@ -335,14 +326,14 @@ impl Fine {
         for down in 0..FINE {
             let mut phases = [[0; WINDOW]; FINE];
             for (across, phase) in phases.iter_mut().enumerate() {
-                let (x, jitter_x) = within(phase_offset(across) + f64::from(self.setup.jitter.x));
-                let (y, jitter_y) = within(phase_offset(down) + f64::from(self.setup.jitter.y));
+                let (x, jitter_x) = within(phase_offset(across) + f64::from(self.view.jitter.x));
+                let (y, jitter_y) = within(phase_offset(down) + f64::from(self.view.jitter.y));
                 let middle = DVec2::new((column + x) as f64, (row + y) as f64)
                     + DVec2::splat(0.5 * WINDOW as f64);
                 let framing = self.window(middle);
                 let jitter = Vec2::new(jitter_x, jitter_y);
                 let windows = &mut renderer.windows;
-                match windows.draw(figure, &self.setup.camera, framing, jitter) {
+                match windows.draw(figure, &self.view.camera, framing, jitter) {
                     Ok(drawing) => {
                         if let Frame::Binary(silhouette) = drawing.frame {
                             phase.copy_from_slice(silhouette.rows());
@@ -384,7 +375,7 @@ impl Fine {
 
     /// A point that appears at an image point, at the depth of the reference point.
     fn seen_at(&self, target: DVec2) -> Vec3 {
-        let camera = &self.setup.camera;
+        let camera = &self.view.camera;
         let right = camera.viewpoint().right();
         let up = camera.viewpoint().up();
         let growth = self.growth(self.reference);
@@ -400,7 +391,7 @@ impl Fine {
 
     /// Image metres for a metre at the depth of a point: 1 with parallel rays.
     fn growth(&self, point: Vec3) -> f64 {
-        let camera = &self.setup.camera;
+        let camera = &self.view.camera;
         let right = camera.viewpoint().right();
         f64::from(camera.project(point + right).x) - f64::from(camera.project(point).x)
     }
@@ -418,7 +409,7 @@ impl Fine {
         figure: &Figure<'_>,
         stretch: f64,
     ) -> std::result::Result<Box<Body>, DrawError> {
-        let camera = &self.setup.camera;
+        let camera = &self.view.camera;
         let right = camera.viewpoint().right().as_dvec3();
         let mut body = Box::<Body>::default();
         for hull in figure.hulls() {

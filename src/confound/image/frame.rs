@@ -78,7 +78,7 @@ impl Fine {
     pub(crate) fn frame(&self, picture: &Picture, before: Bounds) -> Option<Framed> {
         let now = picture.bounds()?;
         let grid = self.grid(now, before);
-        match self.setup.framing {
+        match self.view.framing {
             Framing::Height => {
                 let (first, area) = self.centred(picture, now, &grid)?;
                 let silhouette = self.sampled(picture, &Grid { first, ..grid });
@@ -95,7 +95,7 @@ impl Fine {
                 })
             }
             Framing::Fixed { .. } => {
-                let size = self.setup.size;
+                let size = self.size;
                 let shown = (FINE * self.above..FINE * (self.above + size.rows())).map(|row| {
                     let (from, to) = (FINE * self.left, FINE * (self.left + size.columns()));
                     u64::from(picture.count(row, from, to))
@@ -114,7 +114,7 @@ impl Fine {
     pub(super) fn settle(&self, picture: &mut Picture, drawn: &Silhouette) -> Option<Bounds> {
         let now = picture.bounds()?;
         let mut grid = self.grid(now, now);
-        if self.setup.framing == Framing::Height {
+        if self.view.framing == Framing::Height {
             let Some((first, _)) = self.centred(picture, now, &grid) else {
                 return Some(now);
             };
@@ -142,7 +142,7 @@ impl Fine {
 
     /// Where the pixels are, those of [`Framing::Height`] counted from the figure's middle.
     fn grid(&self, now: Bounds, before: Bounds) -> Grid {
-        let size = self.setup.size;
+        let size = self.size;
         let [top, left] = [self.above, self.left].map(|pixels| 2 * signed(FINE * pixels));
         let axis = |halves, pixels, from: i64, to: i64| Axis {
             halves: halves + 2 * from,
@@ -153,7 +153,7 @@ impl Fine {
         let down = moved(now.bottom, before.bottom);
         let (west, east) = (moved(now.left, before.left), moved(now.right, before.right));
         let rows = axis(top, size.rows(), up, down);
-        let (rows, columns) = match self.setup.framing {
+        let (rows, columns) = match self.view.framing {
             Framing::Height => {
                 let halves = left + west + east;
                 (rows, Axis { halves, ..rows })
@@ -174,7 +174,7 @@ impl Fine {
     /// The pixel at which a silhouette begins whose middle column has the centroid of the
     /// sampled points, and how many of them are on; none if none is.
     fn centred(&self, picture: &Picture, now: Bounds, grid: &Grid) -> Option<(i64, u64)> {
-        let most = self.setup.size.rows();
+        let most = self.size.rows();
         let rows = grid.rows.samples(most).flatten();
         let rows = rows.filter(|&row| row < picture.rows());
         let rows = rows.map(|row| picture.row(row));
@@ -193,17 +193,17 @@ impl Fine {
         // As the core has it: both are whole numbers, so that a tie is exact.
         #[expect(clippy::cast_precision_loss, reason = "exact below 2^53")]
         let (whole, sum) = (area as f64, doubled as f64);
-        let jitter = f64::from(self.setup.jitter.x);
+        let jitter = f64::from(self.view.jitter.x);
         let centroid = libm::floor((sum + whole * (1.0 + 2.0 * jitter)) / (2.0 * whole));
         #[expect(clippy::cast_possible_truncation, reason = "a few thousand columns")]
         let centroid = centroid as i64;
-        let middle = signed(self.setup.size.columns() / 2);
+        let middle = signed(self.size.columns() / 2);
         Some((centroid - middle, area.unsigned_abs()))
     }
 
     /// The samples of the silhouette's pixels.
     fn sampled(&self, picture: &Picture, grid: &Grid) -> Silhouette {
-        let size = self.setup.size;
+        let size = self.size;
         let rows = grid.rows.samples(size.rows());
         let rows = rows.map(|row| row.filter(|&row| row < picture.rows()));
         let rows = rows.map(|row| row.map_or(&[] as &[u64], |row| picture.row(row)));

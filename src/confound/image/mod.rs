@@ -5,7 +5,7 @@
 //! effects act on it, and then it is framed:
 //!
 //! ```text
-//! let fine = Fine::of(&figure, &[&shadow], setup)?;
+//! let fine = Fine::of(&figure, &[&shadow], view, size)?;
 //! let (mut picture, before) = fine.draw_figure(&mut renderer, &figure)?;
 //! picture.join(&fine.draw(&mut renderer, &shadow)?);
 //! picture.remove(&fine.draw(&mut renderer, &occluder)?);
@@ -18,7 +18,6 @@
 mod counts;
 mod distortion;
 mod exposure;
-mod extent;
 mod faults;
 mod fine;
 mod frame;
@@ -36,7 +35,7 @@ pub(crate) use distortion::distort;
 #[cfg(feature = "plots")]
 pub(crate) use distortion::straightened;
 pub(crate) use faults::{holes, merged_background, missing_part, salt_and_pepper};
-pub(crate) use fine::{Fine, FineRenderer, Setup};
+pub(crate) use fine::{Fine, FineRenderer};
 pub(crate) use frame::Framed;
 pub(crate) use light::Light;
 pub(crate) use morphology::{dilate, erode};

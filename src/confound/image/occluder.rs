@@ -134,7 +134,7 @@ fn level_axes(viewpoint: Viewpoint) -> (Vec3, Vec3) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{camera, hulls, people, setup, side_view};
+    use super::super::tests::{camera, hulls, people, seen, side_view};
     use super::super::{Fine, FineRenderer};
     use super::*;
     use edgegait_core::body::Figure;
@@ -241,8 +241,8 @@ mod tests {
         for (azimuth, is_perspective) in [(90.0, false), (90.0, true), (0.0, false), (30.0, true)] {
             let figure = Figure::new(body, &poses[0]);
             let camera = camera((azimuth, 0.0), is_perspective);
-            let setup = setup(camera, Framing::Height, Size::S50x30);
-            let fine = Fine::of(&figure, &[], setup).expect("a picture");
+            let (view, size) = (seen(camera, Framing::Height), Size::S50x30);
+            let fine = Fine::of(&figure, &[], view, size).expect("a picture");
             let (picture, _) = fine.draw_figure(&mut renderer, &figure).expect("a drawing");
             let mut hidden = |strength: f64| {
                 let mut rng = ChaCha8Rng::seed_from_u64(2);

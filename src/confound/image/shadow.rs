@@ -104,7 +104,7 @@ pub(crate) fn shadow_body(
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{camera, people, setup};
+    use super::super::tests::{camera, people, seen};
     use super::super::{Fine, FineRenderer};
     use super::*;
     use edgegait_core::camera::Framing;
@@ -202,8 +202,8 @@ mod tests {
                 ((300.0, 80.0), &both, 0.92),
             ] {
                 let camera = camera(angles, false);
-                let setup = setup(camera, Framing::Height, size);
-                let fine = Fine::of(&figure, &[&shadow], setup).expect("a picture");
+                let (view, size) = (seen(camera, Framing::Height), size);
+                let fine = Fine::of(&figure, &[&shadow], view, size).expect("a picture");
                 let mut renderer = FineRenderer::new(Rasterizer::Rows, size).expect("binary");
                 let drawn = fine.draw_figure(&mut renderer, &figure);
                 let (mut picture, before) = drawn.expect("a figure");

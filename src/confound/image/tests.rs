@@ -8,7 +8,7 @@ use edgegait_core::body::{Body, Figure};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::ModelPose;
-use edgegait_core::raster::{Rasterizer, Renderer};
+use edgegait_core::raster::{Rasterizer, Renderer, View};
 use edgegait_core::silhouette::{Frame, Silhouette, Size};
 use edgegait_core::skeleton::Joint;
 use glam::{Vec2, Vec3};
@@ -71,11 +71,10 @@ pub(super) fn camera((azimuth, elevation): (f32, f32), is_perspective: bool) -> 
     }
 }
 
-pub(super) fn setup(camera: Camera, framing: Framing, size: Size) -> Setup {
-    Setup {
+pub(super) fn seen(camera: Camera, framing: Framing) -> View {
+    View {
         camera,
         framing,
-        size,
         jitter: Vec2::ZERO,
     }
 }
@@ -84,8 +83,11 @@ pub(super) fn setup(camera: Camera, framing: Framing, size: Size) -> Setup {
 pub(super) fn side_view(frame: usize) -> (Fine, Picture, Bounds) {
     let (body, poses) = &people()[frame % 2];
     let figure = Figure::new(body, &poses[frame % 16]);
-    let setup = setup(camera((90.0, 0.0), false), Framing::Height, Size::S50x30);
-    let fine = Fine::of(&figure, &[], setup).expect("a picture");
+    let (view, size) = (
+        seen(camera((90.0, 0.0), false), Framing::Height),
+        Size::S50x30,
+    );
+    let fine = Fine::of(&figure, &[], view, size).expect("a picture");
     let mut renderer = FineRenderer::new(Rasterizer::Rows, Size::S50x30).expect("binary");
     let drawn = fine.draw_figure(&mut renderer, &figure);
     let (picture, bounds) = drawn.expect("a drawing");
@@ -93,8 +95,13 @@ pub(super) fn side_view(frame: usize) -> (Fine, Picture, Bounds) {
 }
 
 /// What comes out when nothing happens to a figure.
-fn unchanged(renderer: &mut FineRenderer, figure: &Figure<'_>, setup: Setup) -> Option<Framed> {
-    let fine = Fine::of(figure, &[], setup).expect("a picture");
+fn unchanged(
+    renderer: &mut FineRenderer,
+    figure: &Figure<'_>,
+    view: View,
+    size: Size,
+) -> Option<Framed> {
+    let fine = Fine::of(figure, &[], view, size).expect("a picture");
     let (picture, before) = fine.draw_figure(renderer, figure).expect("a drawing");
     fine.frame(&picture, before)
 }
@@ -123,18 +130,18 @@ fn what_nothing_changed_is_the_silhouette_that_the_core_draws() {
             for (number, (body, poses)) in people().iter().enumerate() {
                 for (frame, pose) in poses.iter().enumerate().step_by(3) {
                     let figure = Figure::new(body, pose);
-                    for view in 0..12u8 {
-                        let angles = (f32::from(view) * 33.0, f32::from(view % 6) * 18.0);
-                        let camera = camera(angles, (view + frame as u8).is_multiple_of(2));
-                        let size = Size::ALL[(frame + usize::from(view) + number) % 3];
-                        let jitter = if view % 3 == 0 {
+                    for turn in 0..12u8 {
+                        let angles = (f32::from(turn) * 33.0, f32::from(turn % 6) * 18.0);
+                        let camera = camera(angles, (turn + frame as u8).is_multiple_of(2));
+                        let size = Size::ALL[(frame + usize::from(turn) + number) % 3];
+                        let jitter = if turn % 3 == 0 {
                             Vec2::new(0.37, -0.48)
                         } else {
                             Vec2::ZERO
                         };
-                        let setup = Setup {
+                        let view = View {
                             jitter,
-                            ..setup(camera, framing, size)
+                            ..seen(camera, framing)
                         };
                         let mut direct = Renderer::new(rasterizer, size);
                         let direct = direct
@@ -143,7 +150,8 @@ fn what_nothing_changed_is_the_silhouette_that_the_core_draws() {
                         let Frame::Binary(expected) = direct.frame else {
                             panic!("expected bits");
                         };
-                        let found = unchanged(&mut fine, &figure, setup).expect("a silhouette");
+                        let found =
+                            unchanged(&mut fine, &figure, view, size).expect("a silhouette");
                         let wrong = differing(&found.silhouette, expected);
                         silhouettes += 1;
                         differ += u32::from(wrong > 0);
@@ -170,8 +178,8 @@ fn each_fine_sample_is_the_cores_with_its_samples_moved_by_thirds() {
     let figure = Figure::new(body, &poses[5]);
     for (angles, is_perspective) in [((70.0, 0.0), false), ((200.0, 40.0), true)] {
         let camera = camera(angles, is_perspective);
-        let setup = setup(camera, FIXED, Size::S64x44);
-        let fine = Fine::of(&figure, &[], setup).expect("a picture");
+        let (view, size) = (seen(camera, FIXED), Size::S64x44);
+        let fine = Fine::of(&figure, &[], view, size).expect("a picture");
         let picture = fine.draw(&mut renderer, &figure).expect("a drawing");
         let (mut on, mut wrong) = (0, 0);
         for (down, across) in (0..3_u8).flat_map(|down| (0..3_u8).map(move |c| (down, c))) {
@@ -200,8 +208,8 @@ fn what_is_left_of_a_figure_fills_the_rows_again() {
     ] {
         let (body, poses) = &people()[0];
         let figure = Figure::new(body, &poses[2]);
-        let setup = setup(camera((90.0, 0.0), false), framing, size);
-        let fine = Fine::of(&figure, &[], setup).expect("a picture");
+        let (view, size) = (seen(camera((90.0, 0.0), false), framing), size);
+        let fine = Fine::of(&figure, &[], view, size).expect("a picture");
         let mut renderer = FineRenderer::new(Rasterizer::Rows, size).expect("binary");
         let drawn = fine.draw_figure(&mut renderer, &figure);
         let (mut picture, before) = drawn.expect("a drawing");
@@ -309,10 +317,10 @@ fn effects_have_a_cost() {
         for framing in [Framing::Height, Framing::Box] {
             for size in [Size::S50x30, Size::S64x64] {
                 let mut renderer = FineRenderer::new(rasterizer, size).expect("binary");
-                let setup = setup(camera((90.0, 0.0), false), framing, size);
+                let (view, size) = (seen(camera((90.0, 0.0), false), framing), size);
                 let ns = median(&mut |round| {
                     let figure = Figure::new(body, &poses[round % 16]);
-                    let fine = Fine::of(&figure, &[], setup).expect("a picture");
+                    let fine = Fine::of(&figure, &[], view, size).expect("a picture");
                     let drawn = fine.draw_figure(&mut renderer, &figure);
                     let (picture, before) = drawn.expect("a drawing");
                     assert!(fine.frame(&picture, before).is_some());

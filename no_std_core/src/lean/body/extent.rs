@@ -30,11 +30,11 @@ impl Posed<'_> {
     ///
     /// Not inlined, so that its 700 bytes of stack are free again when the body is drawn.
     #[inline(never)]
-    pub(in crate::lean) fn extent(&self, camera: &Camera) -> Option<Extent> {
+    pub(super) fn known_extent(&self, camera: &Camera) -> Option<Extent> {
         let mut reached = [EVERYTHING; MAX_HULLS];
         // Numbers of the hulls whose boxes reach farthest.
         let (mut farthest, mut first) = (NOTHING, [0; 4]);
-        for (number, (hull, reached)) in self.hulls().zip(&mut reached).enumerate() {
+        for (number, (hull, reached)) in self.hull_parts().zip(&mut reached).enumerate() {
             *reached = self.reached(&hull, camera);
             let farthest = farthest.iter_mut().zip(&mut first);
             for ((farthest, first), &reached) in farthest.zip(&*reached) {

@@ -73,21 +73,6 @@ impl<'a> Sight<'a> {
         }
     }
 
-    /// Its hulls, one after another.
-    pub fn hulls(&self) -> impl Iterator<Item = PosedHull<'a>> + use<'a> {
-        self.posed.hulls()
-    }
-
-    /// Where a hull's points appear, pixels.
-    pub fn pixels(
-        &self,
-        hull: &PosedHull<'_>,
-        placement: &Placement,
-    ) -> impl Iterator<Item = Vec2> {
-        let steps = hull.points.iter();
-        steps.map(|&steps| self.pixel(hull, placement, steps))
-    }
-
     #[inline]
     fn pixel(&self, hull: &PosedHull<'_>, placement: &Placement, steps: [i16; 3]) -> Vec2 {
         let point = hull.place.carry(local(steps, hull.step));

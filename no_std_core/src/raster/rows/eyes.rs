@@ -1,5 +1,6 @@
 //! Which facets of a figure are seen, of all hulls and by many cameras at once.
 
+use super::super::View;
 use super::super::seen::{dot, splat};
 use super::super::simd::{LANES, Lanes, Wide};
 use super::outline::{part, store};
@@ -34,22 +35,22 @@ impl Looks {
 /// Finds which facets are seen: those whose outer side an eye is on; infinitely far away only its
 /// direction counts.
 #[inline(always)]
-pub fn look<L: Wide>(l: L, looks: &mut Looks, figure: &Figure<'_>, cameras: &[Camera]) {
+pub fn look<L: Wide>(l: L, looks: &mut Looks, figure: &Figure<'_>, views: &[View]) {
     let Looks { eyes, facing } = looks;
-    let cameras = cameras.get(..VIEWS_AT_ONCE).unwrap_or(cameras);
-    for (camera, eyes) in cameras.iter().zip(&mut *eyes) {
-        turn_eye(l, &figure.places, camera, eyes);
+    let views = views.get(..VIEWS_AT_ONCE).unwrap_or(views);
+    for (view, eyes) in views.iter().zip(&mut *eyes) {
+        turn_eye(l, &figure.places, &view.camera, eyes);
     }
     for (number, hull) in figure.hull_parts().enumerate() {
         let number = number % MAX_HULLS;
-        for facing in facing.iter_mut().take(cameras.len()) {
+        for facing in facing.iter_mut().take(views.len()) {
             facing[number] = ALWAYS;
         }
         for (chunk, facets) in hull.facets.iter().enumerate() {
-            let views = cameras.iter().zip(&*eyes).zip(&mut *facing);
-            for ((camera, [x, y, z]), facing) in views {
+            let seen = views.iter().zip(&*eyes).zip(&mut *facing);
+            for ((view, [x, y, z]), facing) in seen {
                 let eye = [x[number], y[number], z[number]];
-                let is_near = camera.eye().is_some();
+                let is_near = view.camera.eye().is_some();
                 let seen = if L::IS_ONE {
                     seen_by(l, facets, 0, eye, is_near)
                 } else {

@@ -15,13 +15,15 @@ mod outline;
 mod read;
 
 use super::framing::Moments;
-use super::place::Placement;
-use super::seen::Seen;
+use super::place::{Extent, Placement, row_columns};
+use super::seen::Points;
 use super::simd::{Ends, LANES, Simd, Wide, compiled, dispatch};
+use super::window::{Fill, Pixels};
+use super::{DrawError, Rasterizer, View};
 use crate::body::Figure;
 use crate::budget::{MAX_HULL_EDGES, MAX_HULL_POINTS, MAX_HULLS, MAX_ROWS, WINDOW_COLUMNS};
 use crate::camera::Camera;
-use crate::silhouette::{Frame, Size};
+use crate::silhouette::{Frame, Silhouette, Size};
 use block::fill_hulls;
 use eyes::{Looks, look};
 use outline::{Strip, lay_all};
@@ -60,7 +62,7 @@ impl Sampling {
 /// Bit `c` is column `c` of the word.
 type Bits = [[[u32; MAX_ROWS]; MAX_WORDS]; MAX_SAMPLES];
 
-/// A window of bits to draw into. 36 kB.
+/// A window of bits to draw into. 43 kB.
 #[derive(Clone, Debug)]
 pub(crate) struct Window {
     simd: Simd,
@@ -69,6 +71,7 @@ pub(crate) struct Window {
     /// Words of a row in use.
     words: usize,
     looks: Looks,
+    points: Points,
     /// The outlines of hulls that are not filled yet: ends of lines in the image, metres, and
     /// the lines.
     ends: [Ends; MAX_STRIPS],
@@ -84,28 +87,11 @@ impl Window {
             size,
             words: 0,
             looks: Looks::NONE,
+            points: Points::ZERO,
             ends: [const { Ends::NONE }; _],
             strips: [const { Strip::EMPTY }; _],
             bits: [[[0; MAX_ROWS]; MAX_WORDS]; MAX_SAMPLES],
         }
-    }
-
-    /// Finds which facets of a figure are seen by each of at most [`VIEWS_AT_ONCE`] cameras.
-    pub fn look(&mut self, figure: &Figure<'_>, cameras: &[Camera]) {
-        dispatch!(self.simd, look(&mut self.looks, figure, cameras));
-    }
-
-    /// Draws a figure that was looked at into the leftmost `columns` of the window, and nothing
-    /// else.
-    pub fn draw(&mut self, seen: &Seen<'_>, placement: &Placement, columns: usize) {
-        self.words = columns.div_ceil(WORD).min(MAX_WORDS);
-        dispatch!(self.simd, fill(self, seen, placement));
-    }
-
-    /// Empties the window.
-    pub fn clear(&mut self) {
-        self.words = MAX_WORDS;
-        self.empty();
     }
 
     fn empty(&mut self) {
@@ -122,43 +108,99 @@ impl Window {
             }
         }
     }
+}
 
-    /// Area and first moment of what was drawn.
-    pub fn moments(&self) -> Moments {
+impl Pixels for Window {
+    type Image = Frame;
+
+    fn blank(&self) -> Frame {
+        Frame::Binary(Silhouette::empty(self.size))
+    }
+
+    fn rasterizer(&self) -> Rasterizer {
+        match self.sampling {
+            Sampling::Once => Rasterizer::Rows,
+            Sampling::ThreeByThree => Rasterizer::Rows3x3,
+        }
+    }
+
+    fn size(&self) -> Size {
+        self.size
+    }
+
+    fn width(&self) -> usize {
+        WINDOW_COLUMNS
+    }
+
+    fn columns(&self, columns: f32) -> usize {
+        row_columns(columns)
+    }
+
+    fn clear(&mut self) {
+        self.words = MAX_WORDS;
+        self.empty();
+    }
+
+    fn moments(&self) -> Moments {
         dispatch!(self.simd, moments(self))
     }
 
-    /// Makes a frame of the columns from `left` on; their area in the unit of
-    /// [`Self::moments`].
-    pub fn cut(&self, left: isize, frame: &mut Frame) -> u64 {
+    fn cut(&self, left: isize, frame: &mut Frame) -> u64 {
         dispatch!(self.simd, cut(self, left, frame))
     }
 }
 
-compiled!(fn look(looks: &mut Looks, figure: &Figure<'_>, cameras: &[Camera]));
-compiled!(fn fill(window: &mut Window, seen: &Seen<'_>, placement: &Placement));
+impl<'a> Fill<Figure<'a>> for Window {
+    fn look(&mut self, figure: &Figure<'a>, views: &[View]) {
+        dispatch!(self.simd, look(&mut self.looks, figure, views));
+    }
+
+    fn extent(&mut self, figure: &Figure<'a>, camera: &Camera) -> Result<Extent, DrawError> {
+        self.points.project(figure, camera, self.simd)
+    }
+
+    fn draw(
+        &mut self,
+        figure: &Figure<'a>,
+        (_, view): (&Camera, usize),
+        placement: &Placement,
+        columns: usize,
+    ) {
+        self.words = columns.div_ceil(WORD).min(MAX_WORDS);
+        dispatch!(self.simd, fill(self, figure, view, placement));
+    }
+}
+
+compiled!(fn look(looks: &mut Looks, figure: &Figure<'_>, views: &[View]));
+compiled!(fn fill(window: &mut Window, figure: &Figure<'_>, view: usize, placement: &Placement));
 compiled!(fn moments(window: &Window) -> Moments);
 compiled!(fn cut(window: &Window, left: isize, frame: &mut Frame) -> u64);
 
 /// Finds the outlines of hulls, and fills them.
 #[inline(always)]
-fn fill<L: Wide>(l: L, window: &mut Window, seen: &Seen<'_>, placement: &Placement) {
+fn fill<L: Wide>(
+    l: L,
+    window: &mut Window,
+    figure: &Figure<'_>,
+    view: usize,
+    placement: &Placement,
+) {
     window.empty();
     let mut strips = 0;
-    for (number, hull) in seen.figure.hull_parts().enumerate() {
+    for (number, hull) in figure.hull_parts().enumerate() {
+        if strips + MOST_STRIPS > MAX_STRIPS {
+            fill_strips(l, window, strips, placement);
+            strips = 0;
+        }
         let start = hull.points.start;
-        let [x, y] = [&seen.points.x, &seen.points.y].map(|axis| {
+        let [x, y] = [&window.points.x, &window.points.y].map(|axis| {
             axis.get(start..)
                 .and_then(<[f32]>::first_chunk::<MAX_HULL_POINTS>)
         });
         let (Some(x), Some(y)) = (x, y) else {
             return;
         };
-        if strips + MOST_STRIPS > MAX_STRIPS {
-            fill_strips(l, window, strips, placement);
-            strips = 0;
-        }
-        let facing = window.looks.facing(seen.view, number);
+        let facing = window.looks.facing(view, number);
         let ends = window.ends.get_mut(strips..).unwrap_or_default();
         let count = l.ends(facing, hull.edges, [x, y], ends);
         for first in (0..count).step_by(LANES) {

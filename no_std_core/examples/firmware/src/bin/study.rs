@@ -13,11 +13,13 @@ use core::fmt::Write;
 use cortex_m::{Peripherals, singleton};
 use cortex_m_rt::entry;
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
-use edgegait_core::lean::{Body, GeiBuilder, Renderer};
+use edgegait_core::lean::Body;
 use edgegait_core::linear::LinearRecognizer;
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::ModelPose;
+use edgegait_core::raster::Renderer;
 use edgegait_core::silhouette::Size;
+use edgegait_core::template::GeiInPlace;
 use edgegait_firmware::line::Line;
 use edgegait_firmware::memory;
 use edgegait_firmware::meter::Meter;
@@ -28,7 +30,7 @@ use study::{ANSWERS, COHORT, FRAMES, Fnv, JOBS, RECOGNIZER, job};
 #[cfg(not(feature = "skia"))]
 type Window = edgegait_core::lean::Rows;
 #[cfg(feature = "skia")]
-type Window = edgegait_core::lean::Skia;
+type Window = edgegait_core::raster::Skia;
 
 /// Its name in the list of answers.
 const RASTERIZER: &str = if cfg!(feature = "skia") {
@@ -143,7 +145,7 @@ impl Tools {
     /// In static memory, once. Apart from `main`, whose stack is never given back.
     #[inline(never)]
     fn take() -> Self {
-        let renderer = singleton!(: Renderer<Window> = Renderer::new(Size::S50x30));
+        let renderer = singleton!(: Renderer<Window> = Renderer::of(Window::new(Size::S50x30)));
         Self {
             body: singleton!(: Room = Body::EMPTY).expect("taken once"),
             renderer: renderer.expect("taken once"),
@@ -242,7 +244,7 @@ fn recognize(
     let skeleton = job.avatar.skeleton();
     let loaded = stages.facets.of(meter, || tools.body.load(&job.avatar));
     loaded.expect("room");
-    let mut gei = GeiBuilder::new(Size::S50x30, tools.pixels).expect("room");
+    let mut gei = GeiInPlace::new(Size::S50x30, tools.pixels).expect("room");
     for frame in 0..FRAMES {
         let phase = f32::from(frame) / f32::from(FRAMES);
         stages.pose.of(meter, || {
@@ -257,7 +259,7 @@ fn recognize(
         let Ok(drawing) = drawing else {
             panic!("a figure without an image");
         };
-        let added = stages.count.of(meter, || gei.add(drawing.silhouette));
+        let added = stages.count.of(meter, || gei.add(drawing.frame));
         assert!(added.is_ok(), "a frame that the GEI has no room for");
     }
     let pixels = stages.finish.of(meter, || gei.finish());

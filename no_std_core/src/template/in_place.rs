@@ -1,13 +1,13 @@
 //! A Gait Energy Image counted in the bytes that it ends in.
 
+use super::FrameError;
 use crate::silhouette::{Silhouette, Size};
-use crate::template::FrameError;
 use core::fmt;
 
-/// Counts silhouettes into a GEI (Han & Bhanu 2006, equation 1) in bytes of the caller's: as
-/// many as the size has pixels, and no others.
+/// [`super::GeiBuilder`] in bytes of the caller's, for silhouettes of one sample a pixel: as many
+/// bytes as the size has pixels, and no others.
 #[derive(Debug)]
-pub struct GeiBuilder<'a> {
+pub struct GeiInPlace<'a> {
     size: Size,
     frames: u8,
     /// In how many frames each pixel is on, row by row from the top.
@@ -35,7 +35,7 @@ impl fmt::Display for BufferTooSmall {
 
 impl core::error::Error for BufferTooSmall {}
 
-impl<'a> GeiBuilder<'a> {
+impl<'a> GeiInPlace<'a> {
     /// Most frames of one GEI: what a byte counts.
     pub const MAX_FRAMES: u8 = u8::MAX;
 

@@ -1,0 +1,134 @@
+//! A window whose rasteriser is chosen when the program runs.
+
+use super::framing::Moments;
+use super::place::{Extent, Placement};
+use super::rows::{self, Sampling};
+use super::simd::Simd;
+#[cfg(feature = "skia")]
+use super::skia::Skia;
+use super::window::{Fill, Pixels};
+use super::{DrawError, Rasterizer, View};
+use crate::body::Figure;
+use crate::camera::Camera;
+#[cfg(feature = "skia")]
+use crate::silhouette::Coverage;
+use crate::silhouette::{Frame, Silhouette, Size};
+
+/// The window of any rasteriser, for figures of bodies that are unpacked. 43 kB.
+#[derive(Debug)]
+pub struct AnyWindow(Kind);
+
+#[derive(Debug)]
+#[cfg_attr(
+    feature = "skia",
+    expect(
+        clippy::large_enum_variant,
+        reason = "43 kB once for a renderer; a box would need a heap"
+    )
+)]
+enum Kind {
+    #[cfg(feature = "skia")]
+    Skia(Skia),
+    #[cfg(feature = "skia")]
+    SkiaAa(Skia<Coverage>),
+    Rows(rows::Window),
+}
+
+impl AnyWindow {
+    pub(super) fn new(rasterizer: Rasterizer, size: Size, simd: Simd) -> Self {
+        let rows = |sampling| Kind::Rows(rows::Window::new(size, sampling, simd));
+        Self(match rasterizer {
+            #[cfg(feature = "skia")]
+            Rasterizer::Skia => Kind::Skia(Skia::new(size)),
+            #[cfg(feature = "skia")]
+            Rasterizer::SkiaAa => Kind::SkiaAa(Skia::anti_aliased(size)),
+            Rasterizer::Rows => rows(Sampling::Once),
+            Rasterizer::Rows3x3 => rows(Sampling::ThreeByThree),
+        })
+    }
+}
+
+/// What the window at hand does, whichever it is.
+macro_rules! each {
+    ($self:ident, $window:ident => $does:expr) => {
+        match &$self.0 {
+            #[cfg(feature = "skia")]
+            Kind::Skia($window) => $does,
+            #[cfg(feature = "skia")]
+            Kind::SkiaAa($window) => $does,
+            Kind::Rows($window) => $does,
+        }
+    };
+    (mut $self:ident, $window:ident => $does:expr) => {
+        match &mut $self.0 {
+            #[cfg(feature = "skia")]
+            Kind::Skia($window) => $does,
+            #[cfg(feature = "skia")]
+            Kind::SkiaAa($window) => $does,
+            Kind::Rows($window) => $does,
+        }
+    };
+}
+
+impl Pixels for AnyWindow {
+    type Image = Frame;
+
+    fn blank(&self) -> Frame {
+        Frame::Binary(Silhouette::empty(self.size()))
+    }
+    fn rasterizer(&self) -> Rasterizer {
+        each!(self, window => window.rasterizer())
+    }
+    fn size(&self) -> Size {
+        each!(self, window => window.size())
+    }
+    fn width(&self) -> usize {
+        each!(self, window => window.width())
+    }
+    fn columns(&self, columns: f32) -> usize {
+        each!(self, window => window.columns(columns))
+    }
+    fn clear(&mut self) {
+        each!(mut self, window => window.clear());
+    }
+    fn moments(&self) -> Moments {
+        each!(self, window => window.moments())
+    }
+    fn cut(&self, left: isize, frame: &mut Frame) -> u64 {
+        match &self.0 {
+            #[cfg(feature = "skia")]
+            Kind::Skia(window) => {
+                let mut silhouette = window.blank();
+                let area = window.cut(left, &mut silhouette);
+                *frame = Frame::Binary(silhouette);
+                area
+            }
+            #[cfg(feature = "skia")]
+            Kind::SkiaAa(window) => {
+                let mut coverage = window.blank();
+                let area = window.cut(left, &mut coverage);
+                *frame = Frame::Grey(coverage);
+                area
+            }
+            Kind::Rows(window) => window.cut(left, frame),
+        }
+    }
+}
+
+impl<'a> Fill<Figure<'a>> for AnyWindow {
+    fn look(&mut self, figure: &Figure<'a>, views: &[View]) {
+        each!(mut self, window => window.look(figure, views));
+    }
+    fn extent(&mut self, figure: &Figure<'a>, camera: &Camera) -> Result<Extent, DrawError> {
+        each!(mut self, window => Fill::extent(window, figure, camera))
+    }
+    fn draw(
+        &mut self,
+        figure: &Figure<'a>,
+        view: (&Camera, usize),
+        placement: &Placement,
+        columns: usize,
+    ) {
+        each!(mut self, window => Fill::draw(window, figure, view, placement, columns));
+    }
+}
