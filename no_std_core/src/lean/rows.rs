@@ -5,27 +5,27 @@ use super::body::{PosedHull, SeenHull, Sight};
 use crate::budget::{MAX_COLUMNS, MAX_ROWS, WINDOW_COLUMNS};
 use crate::camera::Camera;
 use crate::raster::framing::Moments;
-use crate::raster::place::{Placement, as_pixels, row_columns};
+use crate::raster::place::{Placement, as_pixels, places, row_columns};
 use crate::raster::{DrawError, Extent, Fill, Hulls, Pixels, Rasterizer};
-use crate::silhouette::{Silhouette, Size};
+use crate::silhouette::{Ninths, Silhouette, Size};
 use core::ops::Range;
 
 /// Columns of a word.
 const WORD: usize = 32;
 const MAX_WORDS: usize = WINDOW_COLUMNS / WORD;
-/// Where a row is sampled, and each of its pixels.
-const MIDDLE: f32 = 0.5;
+/// The samples of one place in their pixels by row, by word. Bit `c` is column `c` of the word.
+type Bits = [[u32; MAX_WORDS]; MAX_ROWS];
 
-/// Bit rows: one sample at the pixel's centre, exactly; no heap. 1,536 bytes.
+/// Bit rows of `N` by `N` samples a pixel, 1 or 3; no heap. 1,552 bytes, or 8,464.
 #[derive(Clone, Debug)]
-pub struct Rows {
+pub struct Rows<const N: usize = 1> {
     size: Size,
     /// Words of a row in use.
     words: usize,
-    /// The samples by row, by word. Bit `c` is column `c` of the word.
-    bits: [[u32; MAX_WORDS]; MAX_ROWS],
-    /// Between which columns the hull at hand covers each row.
-    spans: [Span; MAX_ROWS],
+    /// By place in the pixel, to the right and then down.
+    bits: [[Bits; N]; N],
+    /// Between which columns the hull at hand covers each row of samples.
+    spans: [[Span; N]; MAX_ROWS],
 }
 
 /// What lies between two columns, pixels.
@@ -42,7 +42,10 @@ impl Span {
     };
 }
 
-impl Fill<Posed<'_>> for Rows {
+impl<const N: usize> Fill<Posed<'_>> for Rows<N>
+where
+    Self: Pixels,
+{
     fn extent(&mut self, posed: &Posed<'_>, camera: &Camera) -> Result<Extent, DrawError> {
         posed.extent(camera)
     }
@@ -68,15 +71,59 @@ impl Fill<Posed<'_>> for Rows {
     }
 }
 
-impl Pixels for Rows {
+/// What is drawn, of which samples.
+pub trait Sampled {
+    type Image;
+    const RASTERIZER: Rasterizer;
+
+    fn blank(&self) -> Self::Image;
+    fn cut_image(&self, left: isize, image: &mut Self::Image) -> u64;
+}
+
+impl Sampled for Rows {
     type Image = Silhouette;
+    const RASTERIZER: Rasterizer = Rasterizer::Rows;
 
     fn blank(&self) -> Silhouette {
         Silhouette::empty(self.size)
     }
 
+    fn cut_image(&self, left: isize, silhouette: &mut Silhouette) -> u64 {
+        self.cut_samples(&self.bits[0][0], left, silhouette)
+    }
+}
+
+impl Sampled for Rows<3> {
+    type Image = Ninths;
+    const RASTERIZER: Rasterizer = Rasterizer::Rows3x3;
+
+    fn blank(&self) -> Ninths {
+        Ninths::of(&[Silhouette::empty(self.size); 9])
+    }
+
+    fn cut_image(&self, left: isize, ninths: &mut Ninths) -> u64 {
+        let (mut images, mut area) = ([Silhouette::empty(self.size); 9], 0);
+        for (image, bits) in images.iter_mut().zip(self.bits.as_flattened()) {
+            area += 3 * self.cut_samples(bits, left, image);
+        }
+        *ninths = Ninths::of(&images);
+        area
+    }
+}
+
+impl<const N: usize> Pixels for Rows<N>
+where
+    Self: Sampled,
+{
+    type Image = <Self as Sampled>::Image;
+    const IS_GREY: bool = N > 1;
+
+    fn blank(&self) -> Self::Image {
+        Sampled::blank(self)
+    }
+
     fn rasterizer(&self) -> Rasterizer {
-        Rasterizer::Rows
+        Self::RASTERIZER
     }
 
     fn size(&self) -> Size {
@@ -96,29 +143,84 @@ impl Pixels for Rows {
         self.empty();
     }
 
+    /// A sample counts `N`, so that places in a pixel do.
     fn moments(&self) -> Moments {
+        let mut moments = Moments::default();
+        for (across, images) in self.bits.iter().enumerate() {
+            for bits in images {
+                let (area, doubled) = self.moments_of(bits);
+                // N times twice the centre of a pixel's N-th is 2 N c + 2 across + 1.
+                moments.area += N as u64 * area;
+                moments.doubled += N as u64 * (doubled - area) + (2 * across + 1) as u64 * area;
+            }
+        }
+        moments
+    }
+
+    fn cut(&self, left: isize, image: &mut Self::Image) -> u64 {
+        self.cut_image(left, image)
+    }
+}
+
+impl Rows {
+    /// An empty window of one sample a pixel, at its centre.
+    #[must_use]
+    pub const fn new(size: Size) -> Self {
+        Self::empty_of(size)
+    }
+}
+
+impl Rows<3> {
+    /// An empty window of three by three samples a pixel, a third of a pixel apart.
+    #[must_use]
+    pub const fn three_by_three(size: Size) -> Self {
+        Self::empty_of(size)
+    }
+}
+
+impl<const N: usize> Rows<N> {
+    const fn empty_of(size: Size) -> Self {
+        Self {
+            size,
+            words: 0,
+            bits: [[[[0; MAX_WORDS]; MAX_ROWS]; N]; N],
+            spans: [[Span::EMPTY; N]; MAX_ROWS],
+        }
+    }
+
+    /// Empties the words in use, which alone are read.
+    fn empty(&mut self) {
+        for bits in self.bits.as_flattened_mut() {
+            let rows = bits.iter_mut().take(self.size.rows());
+            if self.words == 1 {
+                rows.for_each(|row| row[0] = 0);
+            } else {
+                rows.for_each(|row| *row = [0; MAX_WORDS]);
+            }
+        }
+    }
+
+    /// How many samples are on, and the sum of 2 c + 1 over their columns.
+    fn moments_of(&self, bits: &Bits) -> (u64, u64) {
         let (mut area, mut doubled) = (0, 0);
-        for row in self.bits.iter().take(self.size.rows()) {
+        for row in bits.iter().take(self.size.rows()) {
             for (word, &bits) in (0..).zip(row.iter().take(self.words)) {
                 let mut bits = bits;
                 while bits != 0 {
                     let from = bits.trailing_zeros();
                     let run = (bits >> from).trailing_ones();
                     area += run;
-                    // The sum of 2 c + 1 over the run's columns.
                     doubled += run * (2 * (32 * word + from) + run);
                     // A carry runs through the run and ends behind it.
                     bits &= bits.wrapping_add(1 << from);
                 }
             }
         }
-        Moments {
-            area: u64::from(area),
-            doubled: u64::from(doubled),
-        }
+        (u64::from(area), u64::from(doubled))
     }
 
-    fn cut(&self, left: isize, silhouette: &mut Silhouette) -> u64 {
+    /// The columns from `left` on; how many of them are on.
+    fn cut_samples(&self, bits: &Bits, left: isize, silhouette: &mut Silhouette) -> u64 {
         let mask = u64::MAX >> (MAX_COLUMNS - self.size.columns());
         let rows = silhouette.all_rows_mut();
         rows.fill(0);
@@ -126,7 +228,7 @@ impl Pixels for Rows {
             // By how many columns the word is moved to the right, or to the left.
             let shift = (WORD * word).cast_signed() - left;
             let by = u32::try_from(shift.unsigned_abs()).unwrap_or(u32::MAX);
-            let rows = rows.iter_mut().zip(&self.bits).take(self.size.rows());
+            let rows = rows.iter_mut().zip(bits).take(self.size.rows());
             let moves = rows.map(|(out, row)| (out, row.get(word).copied().unwrap_or_default()));
             // Otherwise nothing of it is left.
             if shift < 0 && by < u32::BITS {
@@ -138,41 +240,18 @@ impl Pixels for Rows {
         let area: u32 = silhouette.rows().iter().map(|&row| ones(row)).sum();
         u64::from(area)
     }
-}
 
-impl Rows {
-    /// An empty window.
-    #[must_use]
-    pub const fn new(size: Size) -> Self {
-        Self {
-            size,
-            words: 0,
-            bits: [[0; MAX_WORDS]; MAX_ROWS],
-            spans: [Span::EMPTY; MAX_ROWS],
-        }
-    }
-
-    /// Empties the words in use, which alone are read.
-    fn empty(&mut self) {
-        let rows = self.bits.iter_mut().take(self.size.rows());
-        if self.words == 1 {
-            rows.for_each(|row| row[0] = 0);
-        } else {
-            rows.for_each(|row| *row = [0; MAX_WORDS]);
-        }
-    }
-
-    /// Widens the spans of the rows that the lines of a hull's outline cross, which are among
-    /// those that are returned.
+    /// Widens the spans of the rows of samples that the lines of a hull's outline cross, which
+    /// are among those that are returned.
     fn cross(
         &mut self,
         seen: &mut SeenHull<'_>,
         hull: &PosedHull<'_>,
         placement: &Placement,
     ) -> Range<usize> {
-        let most = u32::try_from(self.size.rows()).unwrap_or(0);
-        let row = |y| first_row(y).min(most);
-        let (spans, mut start, mut end) = (&mut self.spans, most, 0);
+        let most = u32::try_from(N * self.size.rows()).unwrap_or(0);
+        let row = |y| first_row::<N>(y).min(most);
+        let (spans, mut start, mut end) = (self.spans.as_flattened_mut(), most, 0);
         seen.trace(hull, placement, row, |a, b| {
             // Most lines of a small hull cross no row.
             if a.row == b.row {
@@ -181,11 +260,13 @@ impl Rows {
             let (from, to) = (a.row.min(b.row), a.row.max(b.row));
             (start, end) = (from.min(start), to.max(end));
             let slope = (b.pixel.x - a.pixel.x) / (b.pixel.y - a.pixel.y);
-            let mut y = as_pixels(from as usize) + MIDDLE;
-            for span in spans
-                .get_mut(from as usize..to as usize)
-                .unwrap_or_default()
-            {
+            let range = from as usize..to as usize;
+            let mut next = as_pixels(from as usize) + 0.5;
+            let crossed = spans.get_mut(range.clone()).unwrap_or_default();
+            for (row, span) in range.zip(crossed) {
+                let y = if N == 1 { next } else { sample::<N>(row) };
+                // Exact, as halves are.
+                next += 1.0;
                 let x = a.pixel.x + slope * (y - a.pixel.y);
                 if x < span.left {
                     span.left = x;
@@ -193,43 +274,52 @@ impl Rows {
                 if x > span.right {
                     span.right = x;
                 }
-                // Exact, as halves are.
-                y += 1.0;
             }
         });
         start.min(end) as usize..end as usize
     }
 
-    /// Fills the spans of these rows, in the first of so many words.
+    /// Fills the spans of these rows of samples, in the first of so many words.
     fn fill<const WORDS: usize>(&mut self, rows: Range<usize>) {
         let width = WORD * self.words;
-        let spans = self.spans.get_mut(rows.clone()).unwrap_or_default();
-        let bits = self.bits.get_mut(rows).unwrap_or_default();
-        for (span, row) in spans.iter_mut().zip(bits) {
+        let spans = self.spans.as_flattened_mut().get_mut(rows.clone());
+        for (number, span) in rows.zip(spans.unwrap_or_default()) {
             let Span { left, right } = core::mem::replace(span, Span::EMPTY);
-            let from = first_column(left, width);
-            let to = first_column(right, width).max(from);
-            for (word, bits) in row.iter_mut().enumerate().take(WORDS) {
-                let [from, to] = [from, to].map(|column| column.saturating_sub(WORD * word));
-                *bits |= bits_below(to) & !bits_below(from);
+            for (images, place) in self.bits.iter_mut().zip(const { places::<N>() }) {
+                let row = &mut images[number % N][number / N % MAX_ROWS];
+                let from = first_column(left, place, width);
+                let to = first_column(right, place, width).max(from);
+                for (word, bits) in row.iter_mut().enumerate().take(WORDS) {
+                    let [from, to] = [from, to].map(|column| column.saturating_sub(WORD * word));
+                    *bits |= bits_below(to) & !bits_below(from);
+                }
             }
         }
     }
 }
 
-/// The first row that is sampled below `y`.
-fn first_row(y: f32) -> u32 {
-    // Exact from 0.5 on.
-    let rows = y - MIDDLE;
-    if rows < 0.0 {
-        return 0;
-    }
+/// The first row of samples that lies below `y`, `N` a pixel.
+fn first_row<const N: usize>(y: f32) -> u32 {
     #[expect(
         clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
         reason = "saturates, and the fraction is meant to go"
     )]
-    let rows = rows as i32;
-    rows.cast_unsigned() + 1
+    let whole = |rows: f32| rows as usize;
+    let row = if N == 1 {
+        // Exact from 0.5 on.
+        if y < 0.5 { 0 } else { whole(y - 0.5) + 1 }
+    } else {
+        let first = N * whole(y).min(MAX_ROWS);
+        let passed = (first..first + N).filter(|&row| sample::<N>(row) <= y);
+        first + passed.count()
+    };
+    u32::try_from(row).unwrap_or(u32::MAX)
+}
+
+/// Where a row of samples lies, pixels.
+fn sample<const N: usize>(row: usize) -> f32 {
+    as_pixels(row / N) + const { places::<N>() }[row % N]
 }
 
 /// How many bits are on; mostly there are none in the upper half.
@@ -240,15 +330,15 @@ fn ones(row: u64) -> u32 {
     low.count_ones() + above
 }
 
-/// The first column whose sample is right of an edge at `x`, which may be beyond the window's
-/// sides.
-fn first_column(x: f32, width: usize) -> usize {
+/// The first column whose sample at this place is right of an edge at `x`, which may be beyond the
+/// window's sides.
+fn first_column(x: f32, place: f32, width: usize) -> usize {
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "saturates, and the fraction is meant to go"
     )]
-    let column = (x + MIDDLE) as usize;
+    let column = (x + (1.0 - place)) as usize;
     column.min(width)
 }
 

@@ -182,6 +182,16 @@ pub fn row_columns(columns: f32) -> usize {
     }
 }
 
+/// Where the `N` samples of a pixel lie along an axis.
+pub const fn places<const N: usize>() -> [f32; N] {
+    let (mut places, mut number) = ([0.0; N], 0);
+    while number < N {
+        places[number] = as_pixels(2 * number + 1) / as_pixels(2 * N);
+        number += 1;
+    }
+    places
+}
+
 /// A small count as pixels.
 pub const fn as_pixels(count: usize) -> f32 {
     #[expect(clippy::cast_precision_loss, reason = "at most a few thousand")]

@@ -14,7 +14,7 @@ use edgegait_core::pose::{ModelPose, Pose};
 #[cfg(feature = "skia")]
 use edgegait_core::raster::Skia;
 use edgegait_core::raster::{DrawError, Rasterizer, Renderer, Window};
-use edgegait_core::silhouette::{Silhouette, Size};
+use edgegait_core::silhouette::{Frame, Silhouette, Size};
 use edgegait_core::template::{BufferTooSmall, FrameError, GeiBuilder, GeiInPlace};
 use glam::{Quat, Vec2, Vec3};
 
@@ -78,18 +78,23 @@ fn framings(random: &mut Random) -> [Framing; 4] {
     [Framing::Height, Framing::Box, near, fixed(2_000.0)]
 }
 
-/// Either silhouette and share, or the error, as text: of NaN as well.
-fn told(drawn: Result<(Silhouette, f32), DrawError>) -> String {
+/// Either frame and share, or the error, as text: of NaN as well.
+fn told(drawn: Result<(Frame, f32), DrawError>) -> String {
     match drawn {
-        Ok((silhouette, share)) => format!("{:08x}\n{silhouette}", share.to_bits()),
+        Ok((Frame::Binary(silhouette), share)) => format!("{:08x}\n{silhouette}", share.to_bits()),
+        Ok((grey, share)) => format!("{:08x}\n{grey:?}", share.to_bits()),
         Err(error) => format!("{error:?}"),
     }
 }
 
 /// Draws random bodies in random poses both ways; how many pictures there were.
-fn compare<W>(rasterizer: Rasterizer, window: impl Fn(Size) -> W) -> [usize; 2]
+fn compare<W, I: Copy>(
+    rasterizer: Rasterizer,
+    window: impl Fn(Size) -> W,
+    frame: impl Fn(I) -> Frame,
+) -> [usize; 2]
 where
-    W: for<'a> Window<Posed<'a>, Image = Silhouette>,
+    W: for<'a> Window<Posed<'a>, Image = I>,
 {
     let mut random = Random(11);
     let (mut drawn, mut refused) = (0, 0);
@@ -107,9 +112,9 @@ where
                 let jitter = Vec2::new(random.between(-0.5, 0.5) as f32, 0.25);
                 let jitter = if round % 2 == 0 { Vec2::ZERO } else { jitter };
                 let expected = renderer.draw(&figure, &camera, framing, jitter);
-                let expected = expected.map(|d| (d.frame.silhouette(), d.clipped_share));
+                let expected = expected.map(|d| (*d.frame, d.clipped_share));
                 let found = lean.draw(&small.posed(&pose), &camera, framing, jitter);
-                let found = found.map(|d| (*d.frame, d.clipped_share));
+                let found = found.map(|d| (frame(*d.frame), d.clipped_share));
                 let count = if found.is_ok() {
                     &mut drawn
                 } else {
@@ -127,23 +132,25 @@ where
     [drawn, refused]
 }
 
-#[test]
-fn rows_are_the_same_bits() {
-    let [drawn, refused] = compare(Rasterizer::Rows, Rows::new);
+fn assert_many([drawn, refused]: [usize; 2]) {
     assert!(
         drawn > 500 && refused > 4,
         "{drawn} drawn, {refused} refused"
     );
 }
 
+#[test]
+fn rows_are_the_same_bits() {
+    assert_many(compare(Rasterizer::Rows, Rows::new, Frame::Binary));
+    let three = Rows::three_by_three;
+    assert_many(compare(Rasterizer::Rows3x3, three, Frame::Ninths));
+}
+
 #[cfg(feature = "skia")]
 #[test]
 fn tiny_skia_draws_the_same_bits() {
-    let [drawn, refused] = compare(Rasterizer::Skia, Skia::new);
-    assert!(
-        drawn > 500 && refused > 4,
-        "{drawn} drawn, {refused} refused"
-    );
+    assert_many(compare(Rasterizer::Skia, Skia::new, Frame::Binary));
+    assert_many(compare(Rasterizer::SkiaAa, Skia::anti_aliased, Frame::Grey));
 }
 
 #[test]

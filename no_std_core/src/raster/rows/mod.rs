@@ -15,7 +15,7 @@ mod outline;
 mod read;
 
 use super::framing::Moments;
-use super::place::{Extent, Placement, row_columns};
+use super::place::{Extent, Placement, places, row_columns};
 use super::seen::Points;
 use super::simd::{Ends, LANES, Simd, Wide, compiled, dispatch};
 use super::window::{Fill, Pixels};
@@ -52,8 +52,8 @@ impl Sampling {
     /// Where the samples of a pixel lie along an axis.
     const fn places(self) -> &'static [f32] {
         match self {
-            Self::Once => &[0.5],
-            Self::ThreeByThree => &[1.0 / 6.0, 0.5, 5.0 / 6.0],
+            Self::Once => const { &places::<1>() },
+            Self::ThreeByThree => const { &places::<3>() },
         }
     }
 }
