@@ -7,6 +7,7 @@
 //! | window | figures | draws | RAM |
 //! |---|---|---|--:|
 //! | [`AnyWindow`] | [`crate::body::Figure`] | any [`Rasterizer`], chosen at run time | 43 kB |
+//! | [`Samples`] | [`crate::body::Figure`] | `rows-3x3`, the samples kept apart | 43 kB |
 //! | [`Skia`] | both | tiny-skia | 100 B, and a heap |
 //! | [`crate::lean::Rows`] | [`crate::lean::Posed`] | bit rows | 1.5 kB |
 
@@ -34,6 +35,7 @@ pub use framing::projected;
 use framing::{Sitting, check_jitter};
 use glam::Vec2;
 pub use place::Extent;
+pub use rows::Samples;
 pub use simd::Simd;
 #[cfg(feature = "skia")]
 pub use skia::Skia;

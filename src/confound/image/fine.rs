@@ -2,16 +2,18 @@
 //!
 //! A fine picture has three by three samples for each pixel that the silhouette would have, at
 //! the same places: the middle one of each three by three is the sample that the core would
-//! take. It is drawn in nine phases of one sample a pixel.
+//! take.
 
 use super::exposure::exposed;
-use super::phases::{FINE, WINDOW, interleaved, merge, phase_offset, tiles, within};
+use super::phases::{FINE, WINDOW, interleaved, merge, tiles};
 use super::picture::{Bounds, Picture};
 use crate::error::{ChoiceError, Result};
 use edgegait_core::body::{Body, Figure};
 use edgegait_core::budget::MAX_FIGURE_COLUMNS;
 use edgegait_core::camera::Framing;
-use edgegait_core::raster::{DrawError, Extent, Hulls, Rasterizer, Renderer, View, projected};
+use edgegait_core::raster::{
+    DrawError, Extent, Hulls, Rasterizer, Renderer, Samples, View, projected,
+};
 use edgegait_core::silhouette::{Frame, Size};
 use edgegait_core::skeleton::Joint;
 use glam::{DVec2, Vec2, Vec3};
@@ -39,8 +41,8 @@ pub(crate) struct Rectangle {
 pub(crate) struct FineRenderer {
     /// Draws whole silhouettes.
     silhouettes: Renderer,
-    /// Draws phases.
-    windows: Renderer,
+    /// Draws what effects act on, exactly.
+    samples: Renderer<Samples>,
 }
 
 impl FineRenderer {
@@ -52,7 +54,7 @@ impl FineRenderer {
         match rasterizer {
             Rasterizer::Skia | Rasterizer::Rows => Ok(Self {
                 silhouettes: Renderer::new(rasterizer, size),
-                windows: Renderer::new(rasterizer, Size::S64x64),
+                samples: Renderer::of(Samples::new(Size::S64x64)),
             }),
             Rasterizer::SkiaAa | Rasterizer::Rows3x3 => {
                 Err(ChoiceError::GreyRaster(rasterizer).into())
@@ -323,30 +325,19 @@ impl Fine {
     ) -> std::result::Result<(), DrawError> {
         let offset = FINE.cast_signed() * (column + self.left.cast_signed());
         let first = FINE.cast_signed() * (row + self.above.cast_signed());
-        for down in 0..FINE {
-            let mut phases = [[0; WINDOW]; FINE];
-            for (across, phase) in phases.iter_mut().enumerate() {
-                let (x, jitter_x) = within(phase_offset(across) + f64::from(self.view.jitter.x));
-                let (y, jitter_y) = within(phase_offset(down) + f64::from(self.view.jitter.y));
-                let middle = DVec2::new((column + x) as f64, (row + y) as f64)
-                    + DVec2::splat(0.5 * WINDOW as f64);
-                let framing = self.window(middle);
-                let jitter = Vec2::new(jitter_x, jitter_y);
-                let windows = &mut renderer.windows;
-                match windows.draw(figure, &self.view.camera, framing, jitter) {
-                    Ok(drawing) => {
-                        if let Frame::Binary(silhouette) = drawing.frame {
-                            phase.copy_from_slice(silhouette.rows());
-                        }
-                    }
-                    // A shadow that is seen edge on has no area.
-                    Err(DrawError::Vanished) => (),
-                    Err(error) => return Err(error),
-                }
-            }
-            let [left, middle, right] = &phases;
-            let phases = left.iter().zip(middle).zip(right);
-            for (row, ((&left, &middle), &right)) in phases.enumerate() {
+        let middle = DVec2::new(column as f64, row as f64) + DVec2::splat(0.5 * WINDOW as f64);
+        let View { camera, jitter, .. } = &self.view;
+        let framing = self.window(middle);
+        let images = match renderer.samples.draw(figure, camera, framing, *jitter) {
+            Ok(drawing) => drawing.frame,
+            // A shadow that is seen edge on has no area.
+            Err(DrawError::Vanished) => return Ok(()),
+            Err(error) => return Err(error),
+        };
+        for row in 0..WINDOW {
+            for down in 0..FINE {
+                let [left, middle, right] =
+                    [down, FINE + down, 2 * FINE + down].map(|image| images[image].rows()[row]);
                 if left | middle | right == 0 {
                     continue;
                 }

@@ -1,4 +1,4 @@
-//! Nine drawings of one sample a pixel as one picture of three by three.
+//! Nine images of one sample a pixel as one picture of three by three.
 
 /// Samples of a pixel along an axis.
 pub(super) const FINE: usize = 3;
@@ -27,24 +27,7 @@ pub(super) fn tiles((min, max): (f64, f64), before: usize, count: usize) -> Vec<
         .collect()
 }
 
-/// How far a phase's samples are from the pixels' centres, pixels.
-pub(super) fn phase_offset(phase: usize) -> f64 {
-    (phase as f64 - 1.0) / FINE as f64
-}
-
-/// An offset of samples as whole pixels, and a rest within half a pixel.
-pub(super) fn within(offset: f64) -> (isize, f32) {
-    let pixels = match offset {
-        right if right > 0.5 => 1,
-        left if left < -0.5 => -1,
-        _ => 0,
-    };
-    #[expect(clippy::cast_possible_truncation, reason = "at most half a pixel")]
-    let rest = (offset - pixels as f64) as f32;
-    (pixels, rest.clamp(-0.5, 0.5))
-}
-
-/// Bits of three phases of a row, one after another for each pixel.
+/// Bits of three images of a row, one after another for each pixel.
 pub(super) fn interleaved([a, b, c]: [u64; FINE]) -> [u64; FINE] {
     // Eight pixels take 24 bits.
     let eighth = |number: u32| -> u64 {

@@ -13,6 +13,7 @@ mod block;
 mod eyes;
 mod outline;
 mod read;
+mod samples;
 
 use super::framing::Moments;
 use super::place::{Extent, Placement, places, row_columns};
@@ -28,6 +29,7 @@ use block::fill_hulls;
 use eyes::{Looks, look};
 use outline::{Strip, lay_all};
 use read::{cut, moments};
+pub use samples::Samples;
 
 /// Columns of a word.
 const WORD: usize = 32;

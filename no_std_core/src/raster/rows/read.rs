@@ -72,15 +72,22 @@ pub fn cut<L: Wide>(_: L, window: &Window, left: isize, frame: &mut Frame) -> u6
         }
         Sampling::ThreeByThree => {
             let mut images = [Silhouette::empty(window.size); MAX_SAMPLES];
-            let mut area = 0;
-            for (image, silhouette) in images.iter_mut().enumerate() {
-                cut_image(window, image, left, silhouette);
-                area += 3 * u64::from(silhouette.area());
-            }
+            let area = cut_images(window, left, &mut images);
             *frame = Frame::Ninths(Ninths::of(&images));
             area
         }
     }
+}
+
+/// The columns from `left` on of the images of nine samples a pixel.
+#[inline(always)]
+pub fn cut_images(window: &Window, left: isize, images: &mut [Silhouette; MAX_SAMPLES]) -> u64 {
+    let mut area = 0;
+    for (image, silhouette) in images.iter_mut().enumerate() {
+        cut_image(window, image, left, silhouette);
+        area += 3 * u64::from(silhouette.area());
+    }
+    area
 }
 
 /// One image's columns from `left` on.

@@ -1,0 +1,75 @@
+//! Three by three samples a pixel as they are, without their sum.
+
+use super::super::framing::Moments;
+use super::super::place::{Extent, Placement};
+use super::super::window::{Fill, Pixels};
+use super::super::{DrawError, Rasterizer, Simd, View};
+use super::read::cut_images;
+use super::{MAX_SAMPLES, Sampling, Window};
+use crate::body::Figure;
+use crate::camera::Camera;
+use crate::silhouette::{Silhouette, Size};
+
+/// The window of [`Rasterizer::Rows3x3`] whose images are kept apart: nine, of the samples at each
+/// place in their pixels, those on the left from the top down first. 43 kB.
+///
+/// Together they are a picture of three times as many rows and columns, which effects on images can
+/// act on.
+#[derive(Clone, Debug)]
+pub struct Samples(Window);
+
+impl Samples {
+    /// An empty window, with the widest registers that the processor has.
+    #[must_use]
+    pub fn new(size: Size) -> Self {
+        Self(Window::new(size, Sampling::ThreeByThree, Simd::widest()))
+    }
+}
+
+impl Pixels for Samples {
+    type Image = [Silhouette; MAX_SAMPLES];
+    const IS_GREY: bool = true;
+
+    fn blank(&self) -> Self::Image {
+        [Silhouette::empty(self.0.size); MAX_SAMPLES]
+    }
+    fn rasterizer(&self) -> Rasterizer {
+        self.0.rasterizer()
+    }
+    fn size(&self) -> Size {
+        self.0.size
+    }
+    fn width(&self) -> usize {
+        self.0.width()
+    }
+    fn columns(&self, columns: f32) -> usize {
+        self.0.columns(columns)
+    }
+    fn clear(&mut self) {
+        self.0.clear();
+    }
+    fn moments(&self) -> Moments {
+        self.0.moments()
+    }
+    fn cut(&self, left: isize, images: &mut Self::Image) -> u64 {
+        cut_images(&self.0, left, images)
+    }
+}
+
+impl<'a> Fill<Figure<'a>> for Samples {
+    fn look(&mut self, figure: &Figure<'a>, views: &[View]) {
+        self.0.look(figure, views);
+    }
+    fn extent(&mut self, figure: &Figure<'a>, camera: &Camera) -> Result<Extent, DrawError> {
+        Fill::extent(&mut self.0, figure, camera)
+    }
+    fn draw(
+        &mut self,
+        figure: &Figure<'a>,
+        view: (&Camera, usize),
+        placement: &Placement,
+        columns: usize,
+    ) {
+        self.0.draw(figure, view, placement, columns);
+    }
+}
