@@ -117,6 +117,20 @@ impl Silhouette {
         &mut self.rows
     }
 
+    /// Turns the pixels of 32 columns of each row on, the first of them at column `left`; what
+    /// lies outside is dropped.
+    #[inline(always)]
+    pub(crate) fn add_columns(&mut self, bits: impl Iterator<Item = u32>, left: isize) {
+        let mask = u64::MAX >> (MAX_COLUMNS - self.size.columns());
+        let by = u32::try_from(left.unsigned_abs()).unwrap_or(u32::MAX);
+        let rows = self.rows.iter_mut().zip(bits).take(self.size.rows());
+        if left < 0 && by < u32::BITS {
+            rows.for_each(|(row, bits)| *row |= u64::from(bits >> by) & mask);
+        } else if left >= 0 && by < u64::BITS {
+            rows.for_each(|(row, bits)| *row |= u64::from(bits) << by & mask);
+        }
+    }
+
     /// Whether the pixel is on; off outside of the silhouette.
     #[must_use]
     pub fn is_on(&self, row: usize, column: usize) -> bool {
@@ -267,6 +281,15 @@ impl Ninths {
     #[must_use]
     pub const fn size(&self) -> Size {
         self.size
+    }
+
+    /// How many samples of all pixels are on.
+    pub(crate) fn samples(&self) -> u32 {
+        let on = |plane: &[u64; MAX_ROWS]| plane.iter().map(|row| row.count_ones()).sum::<u32>();
+        (0..)
+            .zip(&self.planes)
+            .map(|(worth, plane)| on(plane) << worth)
+            .sum()
     }
 
     /// Rows of the bits of worth 1, 2, 4 and 8.

@@ -2,7 +2,7 @@
 
 use super::Posed;
 use super::body::{PosedHull, SeenHull, Sight};
-use crate::budget::{MAX_COLUMNS, MAX_ROWS, WINDOW_COLUMNS};
+use crate::budget::{MAX_ROWS, WINDOW_COLUMNS};
 use crate::camera::Camera;
 use crate::raster::framing::Moments;
 use crate::raster::place::{Placement, as_pixels, places, row_columns};
@@ -102,12 +102,12 @@ impl Sampled for Rows<3> {
     }
 
     fn cut_image(&self, left: isize, ninths: &mut Ninths) -> u64 {
-        let (mut images, mut area) = ([Silhouette::empty(self.size); 9], 0);
+        let mut images = [Silhouette::empty(self.size); 9];
         for (image, bits) in images.iter_mut().zip(self.bits.as_flattened()) {
-            area += 3 * self.cut_samples(bits, left, image);
+            self.cut_samples(bits, left, image);
         }
         *ninths = Ninths::of(&images);
-        area
+        3 * u64::from(ninths.samples())
     }
 }
 
@@ -221,21 +221,11 @@ impl<const N: usize> Rows<N> {
 
     /// The columns from `left` on; how many of them are on.
     fn cut_samples(&self, bits: &Bits, left: isize, silhouette: &mut Silhouette) -> u64 {
-        let mask = u64::MAX >> (MAX_COLUMNS - self.size.columns());
-        let rows = silhouette.all_rows_mut();
-        rows.fill(0);
+        *silhouette = Silhouette::empty(self.size);
         for word in 0..self.words {
-            // By how many columns the word is moved to the right, or to the left.
-            let shift = (WORD * word).cast_signed() - left;
-            let by = u32::try_from(shift.unsigned_abs()).unwrap_or(u32::MAX);
-            let rows = rows.iter_mut().zip(bits).take(self.size.rows());
-            let moves = rows.map(|(out, row)| (out, row.get(word).copied().unwrap_or_default()));
-            // Otherwise nothing of it is left.
-            if shift < 0 && by < u32::BITS {
-                moves.for_each(|(out, bits)| *out |= u64::from(bits >> by) & mask);
-            } else if shift >= 0 && by < u64::BITS {
-                moves.for_each(|(out, bits)| *out |= u64::from(bits) << by & mask);
-            }
+            let first = (WORD * word).cast_signed() - left;
+            let bits = bits.iter().map(|row| row.get(word).copied().unwrap_or(0));
+            silhouette.add_columns(bits, first);
         }
         let area: u32 = silhouette.rows().iter().map(|&row| ones(row)).sum();
         u64::from(area)

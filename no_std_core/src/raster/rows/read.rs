@@ -3,7 +3,7 @@
 use super::super::framing::Moments;
 use super::super::simd::{LANES, Wide};
 use super::{MAX_SAMPLES, Sampling, WORD, Window};
-use crate::budget::{MAX_COLUMNS, MAX_ROWS};
+use crate::budget::MAX_ROWS;
 use crate::silhouette::{Frame, Ninths, Silhouette};
 
 /// Sums over the images in whole numbers: a sample counts `N`, so that places in a pixel do.
@@ -72,49 +72,30 @@ pub fn cut<L: Wide>(_: L, window: &Window, left: isize, frame: &mut Frame) -> u6
         }
         Sampling::ThreeByThree => {
             let mut images = [Silhouette::empty(window.size); MAX_SAMPLES];
-            let area = cut_images(window, left, &mut images);
-            *frame = Frame::Ninths(Ninths::of(&images));
-            area
+            cut_images(window, left, &mut images);
+            let ninths = Ninths::of(&images);
+            *frame = Frame::Ninths(ninths);
+            3 * u64::from(ninths.samples())
         }
     }
 }
 
 /// The columns from `left` on of the images of nine samples a pixel.
 #[inline(always)]
-pub fn cut_images(window: &Window, left: isize, images: &mut [Silhouette; MAX_SAMPLES]) -> u64 {
-    let mut area = 0;
+pub fn cut_images(window: &Window, left: isize, images: &mut [Silhouette; MAX_SAMPLES]) {
     for (image, silhouette) in images.iter_mut().enumerate() {
         cut_image(window, image, left, silhouette);
-        area += 3 * u64::from(silhouette.area());
     }
-    area
 }
 
 /// One image's columns from `left` on.
 #[inline(always)]
 fn cut_image(window: &Window, image: usize, left: isize, silhouette: &mut Silhouette) {
-    let mask = u64::MAX >> (MAX_COLUMNS - window.size.columns());
-    let rows = silhouette.all_rows_mut();
-    rows.fill(0);
-    let Some(image) = window.bits.get(image) else {
-        return;
-    };
-    for (word, bits) in image.iter().take(window.words).enumerate() {
-        // By how many columns the word is moved to the right.
-        let shift = (WORD * word).cast_signed() - left;
-        for (row, &bits) in rows.iter_mut().zip(bits).take(window.size.rows()) {
-            *row |= moved(u64::from(bits), shift) & mask;
+    *silhouette = Silhouette::empty(window.size);
+    if let Some(image) = window.bits.get(image) {
+        for (word, bits) in image.iter().take(window.words).enumerate() {
+            let first = (WORD * word).cast_signed() - left;
+            silhouette.add_columns(bits.iter().copied(), first);
         }
-    }
-}
-
-/// Bits moved to higher columns, or to lower ones by a negative shift.
-#[inline(always)]
-fn moved(bits: u64, shift: isize) -> u64 {
-    let by = u32::try_from(shift.unsigned_abs()).unwrap_or(u32::MAX);
-    if shift < 0 {
-        bits.checked_shr(by).unwrap_or(0)
-    } else {
-        bits.checked_shl(by).unwrap_or(0)
     }
 }

@@ -52,7 +52,11 @@ impl Pixels for Samples {
         self.0.moments()
     }
     fn cut(&self, left: isize, images: &mut Self::Image) -> u64 {
-        cut_images(&self.0, left, images)
+        cut_images(&self.0, left, images);
+        3 * images
+            .iter()
+            .map(|image| u64::from(image.area()))
+            .sum::<u64>()
     }
 }
 
