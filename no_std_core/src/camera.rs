@@ -18,6 +18,7 @@ pub struct Viewpoint {
 
 /// Why two angles are not a viewpoint.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum ViewpointError {
     /// The azimuth is not a finite number of degrees within a million turns.
     Azimuth(f32),
@@ -144,6 +145,7 @@ pub struct Camera {
 
 /// Why there is no such camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum CameraError {
     /// The distance is not within 0.1..=1,000,000 m.
     Distance(f32),

@@ -7,6 +7,7 @@ use core::fmt;
 /// Rows and columns of a silhouette or template. Each is drawn natively: nothing is
 /// resampled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Size {
     /// 50 rows by 30 columns: Charalambous & Bharath (BMVC 2016).
     #[default]

@@ -7,6 +7,7 @@ use glam::Vec2;
 
 /// Why a figure cannot be drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum DrawError {
     /// The figure has no points.
     Empty,

@@ -8,7 +8,7 @@
 //! |---|---|---|--:|
 //! | [`AnyWindow`] | [`crate::body::Figure`] | any [`Rasterizer`], chosen at run time | 43 kB |
 //! | [`Samples`] | [`crate::body::Figure`] | `rows-3x3`, the samples kept apart | 43 kB |
-//! | [`Skia`] | both | tiny-skia | 100 B, and a heap |
+//! | `Skia` | both | tiny-skia | 100 B, and a heap |
 //! | [`crate::lean::Rows`] | [`crate::lean::Posed`] | bit rows | 1.5 kB |
 
 mod any;
@@ -44,6 +44,7 @@ pub(crate) use window::{Fill, Pixels};
 
 /// How pixels are decided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Rasterizer {
     /// tiny-skia without anti-aliasing: one sample at the pixel's centre, after
     /// coordinates were cut to 1/64 pixel (0.6-0.8 % of on-pixels differ from exact
@@ -132,7 +133,7 @@ pub struct View {
     pub jitter: Vec2,
 }
 
-/// What figures of the type `F` are drawn into: [`AnyWindow`], [`Skia`] or [`crate::lean::Rows`].
+/// What figures of the type `F` are drawn into: [`AnyWindow`], `Skia` or [`crate::lean::Rows`].
 pub trait Window<F>: Fill<F> {}
 
 impl<F, W: Fill<F>> Window<F> for W {}

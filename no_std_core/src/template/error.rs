@@ -5,6 +5,7 @@ use core::fmt;
 
 /// Why a builder refuses a frame; what it had before is as it was.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum FrameError {
     /// The frame has another size than the template.
     Size {

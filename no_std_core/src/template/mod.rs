@@ -31,6 +31,7 @@ use crate::silhouette::Size;
 /// Which template. Those called "-style" follow an idea whose publication leaves details
 /// open, which are ours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Kind {
     /// Gait Energy Image, the mean: Han & Bhanu 2006, "Individual recognition using gait energy
     /// image", equation 1.

@@ -140,6 +140,7 @@ impl Found {
             Rasterizer::SkiaAa => 0.045,
             Rasterizer::Rows => 2e-5,
             Rasterizer::Rows3x3 => 0.02,
+            other => panic!("no tolerance for {other}"),
         }
     }
 }

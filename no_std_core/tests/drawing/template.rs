@@ -158,6 +158,7 @@ fn expected(kind: Kind, frames: &[Frame], (tau, decrement): (u32, u8)) -> Vec<f6
             }
             re.hypot(im) / count as f64
         }
+        other => panic!("no oracle of {}", other.name()),
     };
     let planes = (0..kind.planes()).flat_map(|plane| (0..size.pixels()).map(move |at| (at, plane)));
     let mut values: Vec<f64> = planes.map(|(pixel, plane)| of(pixel, plane)).collect();

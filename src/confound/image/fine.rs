@@ -56,9 +56,7 @@ impl FineRenderer {
                 silhouettes: Renderer::new(rasterizer, size),
                 samples: Renderer::of(Samples::new(Size::S64x64)),
             }),
-            Rasterizer::SkiaAa | Rasterizer::Rows3x3 => {
-                Err(ChoiceError::GreyRaster(rasterizer).into())
-            }
+            grey => Err(ChoiceError::GreyRaster(grey).into()),
         }
     }
 }

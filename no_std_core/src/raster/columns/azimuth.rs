@@ -22,6 +22,7 @@ pub struct Azimuth {
 
 /// Why viewpoints cannot be drawn at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum AzimuthError {
     /// There are this many.
     Elevations(usize),
