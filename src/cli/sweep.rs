@@ -8,21 +8,23 @@ use super::outputs::{Kind, Output};
 use super::progress::Progress;
 use super::source::SourceArgs;
 pub(super) use crate::bench::peak_rss_bytes;
-use crate::dataset::{DatasetWriter, Existing, Header, IndexRow};
+use crate::dataset::{DatasetWriter, Existing, Header, IndexRow, hex};
 use crate::error::{Error, Result};
 use crate::frontier::choose;
-use crate::sweep::{Job, alternative, jobs, sweep};
+use crate::sweep::{Job, Settings, Swept, View, alternative, jobs, sweep};
 use crate::template::Template;
-use crate::template::augment::varied;
+use crate::template::augment::{Variant, varied};
 use edgegait_core::pack::Pack;
 use serde::Serialize;
+use sha2::{Digest as _, Sha256};
+use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Instant;
 
 /// Sweep walks over viewpoints into a dataset of GEIs or other templates
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait sweep --out dataset                 # 26 people at 5 km/h, 703 viewpoints\n  edgegait sweep cohort.egp --views side --cycles 8 --out side --json -\n  edgegait sweep --views side --template mhi --augment flip,crop --out mhi"
+    after_help = "Examples:\n  edgegait sweep --out dataset                 # 26 people at 5 km/h, 703 viewpoints\n  edgegait sweep cohort.egp --views side --cycles 8 --out side --json -\n  edgegait sweep --views side --template mhi --augment flip,crop --out mhi\n  edgegait sweep cohort.egp --cycles 250 --raster columns --framing cycle --digest"
 )]
 pub(super) struct Args {
     #[command(flatten)]
@@ -30,6 +32,10 @@ pub(super) struct Args {
     /// Folder to write (geis.npy or, of another template, NAME.npy; index.csv, manifest.json)
     #[arg(long, value_name = "PATH", default_value = "dataset")]
     out: PathBuf,
+    /// Store nothing, and print one hash of all templates: SHA-256 of the SHA-256 of each cycle's,
+    /// in the order of a dataset
+    #[arg(long, conflicts_with = "out")]
+    digest: bool,
     /// Cycles of each walk: the stored one, then seeded variations of it
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
     cycles: u32,
@@ -55,6 +61,9 @@ pub(super) struct Args {
     pub common: Common,
 }
 
+/// Cycles that are listed at once: enough for all cores, and a list of 48 kB.
+const CYCLES_AT_ONCE: usize = 2_048;
+
 /// The results of a sweep.
 #[derive(Serialize)]
 struct Results {
@@ -69,6 +78,8 @@ struct Results {
     framing: &'static str,
     peak_rss_bytes: Option<u64>,
     clipped_share: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    digest: Option<String>,
 }
 
 impl Args {
@@ -81,7 +92,11 @@ impl Args {
         let inputs = pack.into_iter().chain(conditions).chain(self.views.file());
         Files {
             inputs: inputs.collect(),
-            outputs: vec![Output::new("--out", &self.out, Kind::Dataset)],
+            outputs: if self.digest {
+                Vec::new()
+            } else {
+                vec![Output::new("--out", &self.out, Kind::Dataset)]
+            },
         }
     }
 }
@@ -114,9 +129,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let source = args.source.load()?;
     let pack = Pack::parse(&source.bytes)?;
     let walks = args.source.choose(&pack)?;
-    let last = args.first_cycle + args.cycles;
-    let jobs = jobs(&pack, &walks, args.first_cycle..last)?;
-    let jobs = Job::under(&jobs, &conditions);
+    let cycles = args.first_cycle..args.first_cycle + args.cycles;
+    let firsts = jobs(&pack, &walks, cycles.start..cycles.start + 1)?;
+    let firsts = Job::under(&firsts, &conditions);
     let choice = match args.max_gei_rmse {
         Some(most) => {
             let choice = choose::drawing(&pack, (&walks, &views.list), settings, most)?;
@@ -126,57 +141,26 @@ pub(super) fn run(args: &Args) -> Result<()> {
         }
         None => None,
     };
-    let existing = Existing::of(args.common.overwrite);
-    let drawn = jobs.len() * views.list.len();
+    let work = Work {
+        pack: &pack,
+        firsts: &firsts,
+        variations: cycles,
+        views: &views.list,
+        settings,
+        variants: &variants,
+    };
+    let drawn = work.cycles() * views.list.len();
     let geis = drawn * variants.len();
-    let mut writer = DatasetWriter::create(&args.out, (template, size), geis, existing)?;
-    let mut clipped = 0.0;
-    let walk_list: Vec<_> = pack.walks().collect();
-    let subjects: Vec<_> = pack.subjects().collect();
+    let existing = Existing::of(args.common.overwrite);
+    let create = || DatasetWriter::create(&args.out, (template, size), geis, existing);
+    let mut writer = (!args.digest).then(create).transpose()?;
     let started = Instant::now();
-    {
-        let progress = Progress::new("cycles", jobs.len());
-        sweep(
-            &pack,
-            &jobs,
-            &views.list,
-            settings,
-            |_, swept| {
-                progress.step();
-                Ok(swept)
-            },
-            |job, swept| {
-                clipped += swept.clipped;
-                let walk = walk_list[job.walk];
-                let subject = subjects[walk.subject].name;
-                let alternative = alternative(job, subject, settings.seed);
-                for (view, bytes) in views.list.iter().zip(&swept.templates) {
-                    let row = IndexRow {
-                        subject: subject.into(),
-                        walk: walk.name.into(),
-                        cycle: u32::from(walk.cycle),
-                        variation: job.variation,
-                        speed_kmh: kmh(walk.speed_mm_per_s),
-                        azimuth_deg: f64::from(view.azimuth_deg),
-                        elevation_deg: f64::from(view.elevation_deg),
-                        condition: job.condition_name().into(),
-                        alternative: alternative.clone(),
-                        frames: settings.frames_per_cycle,
-                        seed: settings.seed,
-                    };
-                    writer.push(bytes, &row)?;
-                    for &variant in variants.iter().skip(1) {
-                        let row = IndexRow {
-                            condition: variant.condition(&row.condition),
-                            ..row.clone()
-                        };
-                        writer.push(&varied(bytes, size, variant), &row)?;
-                    }
-                }
-                Ok(())
-            },
-        )?;
-    }
+    let (clipped, digest) = match &mut writer {
+        Some(writer) => (work.store(writer)?, None),
+        None => work
+            .digest()
+            .map(|(clipped, digest)| (clipped, Some(digest)))?,
+    };
     let seconds = started.elapsed().as_secs_f64();
     let silhouettes = drawn as u64 * u64::from(settings.frames_per_cycle);
     let mut header = header
@@ -192,7 +176,13 @@ pub(super) fn run(args: &Args) -> Result<()> {
     }
     header = header.augmented(augmentation);
     header.inputs.extend(source.inputs);
-    writer.finish(header.clone())?;
+    if let Some(writer) = writer {
+        writer.finish(header.clone())?;
+    }
+    let made = match &digest {
+        Some(digest) => format!("sha256 {digest}"),
+        None => format!("wrote {}", args.out.display()),
+    };
     let results = Results {
         header,
         silhouettes,
@@ -204,10 +194,10 @@ pub(super) fn run(args: &Args) -> Result<()> {
         framing: settings.framing.name(),
         peak_rss_bytes: peak_rss_bytes(),
         clipped_share: clipped / silhouettes as f64,
+        digest,
     };
     args.common.say(format_args!(
-        "wrote {}: {} {} of {} silhouettes in {:.1} s, {:.0} silhouettes a second on {} threads; {:.2} % of the figures lay outside of the image",
-        args.out.display(),
+        "{made}: {} {} of {} silhouettes in {:.1} s, {:.0} silhouettes a second on {} threads; {:.2} % of the figures lay outside of the image",
         results.geis,
         template.plural(),
         results.silhouettes,
@@ -217,6 +207,116 @@ pub(super) fn run(args: &Args) -> Result<()> {
         100.0 * results.clipped_share
     ));
     args.common.write_json(&results)
+}
+
+/// What is swept.
+struct Work<'w> {
+    pack: &'w Pack<'w>,
+    /// The first cycle of each walk under each condition.
+    firsts: &'w [Job<'w>],
+    /// Which cycles of each.
+    variations: Range<u32>,
+    views: &'w [View],
+    settings: Settings,
+    /// What is made of each image, first of all itself.
+    variants: &'w [Variant],
+}
+
+impl<'w> Work<'w> {
+    /// How many there are.
+    fn cycles(&self) -> usize {
+        self.firsts.len() * self.variations.len()
+    }
+
+    /// Sweeps all cycles, in the order of a dataset; memory does not grow with their number.
+    fn each<R: Send>(
+        &self,
+        map: impl Fn(Swept) -> R + Sync,
+        mut sink: impl FnMut(Job<'w>, R) -> Result<()>,
+    ) -> Result<()> {
+        let progress = Progress::new("cycles", self.cycles());
+        let mut all = self.firsts.iter().flat_map(|&first| {
+            let cycles = self.variations.clone();
+            cycles.map(move |variation| Job { variation, ..first })
+        });
+        loop {
+            let jobs: Vec<_> = all.by_ref().take(CYCLES_AT_ONCE).collect();
+            if jobs.is_empty() {
+                return Ok(());
+            }
+            let map = |_, swept| {
+                progress.step();
+                Ok(map(swept))
+            };
+            sweep(self.pack, &jobs, self.views, self.settings, map, &mut sink)?;
+        }
+    }
+
+    /// Hashes all templates. Sum over all silhouettes of the share that lay outside of the image,
+    /// and SHA-256 of the cycles' SHA-256: cycles are hashed where they are made, on all cores.
+    fn digest(&self) -> Result<(f64, String)> {
+        let (mut clipped, mut digest) = (0.0, Sha256::new());
+        self.each(
+            |swept| {
+                let mut cycle = Sha256::new();
+                for bytes in &swept.templates {
+                    cycle.update(bytes);
+                    for &variant in self.variants.iter().skip(1) {
+                        cycle.update(varied(bytes, self.settings.size, variant));
+                    }
+                }
+                (swept.clipped, cycle.finalize())
+            },
+            |_, (share, cycle)| {
+                clipped += share;
+                digest.update(cycle);
+                Ok(())
+            },
+        )?;
+        Ok((clipped, hex(&digest.finalize())))
+    }
+
+    /// Writes all templates. Sum over all silhouettes of the share that lay outside of the image.
+    fn store(&self, writer: &mut DatasetWriter) -> Result<f64> {
+        let walks: Vec<_> = self.pack.walks().collect();
+        let subjects: Vec<_> = self.pack.subjects().collect();
+        let settings = self.settings;
+        let mut clipped = 0.0;
+        self.each(
+            |swept| swept,
+            |job, swept| {
+                clipped += swept.clipped;
+                let walk = walks[job.walk];
+                let subject = subjects[walk.subject].name;
+                let alternative = alternative(job, subject, settings.seed);
+                for (view, bytes) in self.views.iter().zip(&swept.templates) {
+                    let row = IndexRow {
+                        subject: subject.into(),
+                        walk: walk.name.into(),
+                        cycle: u32::from(walk.cycle),
+                        variation: job.variation,
+                        speed_kmh: kmh(walk.speed_mm_per_s),
+                        azimuth_deg: f64::from(view.azimuth_deg),
+                        elevation_deg: f64::from(view.elevation_deg),
+                        condition: job.condition_name().into(),
+                        alternative: alternative.clone(),
+                        frames: settings.frames_per_cycle,
+                        seed: settings.seed,
+                    };
+                    writer.push(bytes, &row)?;
+                    for &variant in self.variants.iter().skip(1) {
+                        let row = IndexRow {
+                            condition: variant.condition(&row.condition),
+                            ..row.clone()
+                        };
+                        writer.push(&varied(bytes, settings.size, variant), &row)?;
+                    }
+                }
+                Ok(())
+            },
+        )?;
+        Ok(clipped)
+    }
 }
 
 /// A speed in km/h, to 0.01, from mm/s.

@@ -78,7 +78,9 @@ pub fn write_atomically(
     together(|| fs::rename(&unfinished, &target)).map_err(io)
 }
 
-fn hex(bytes: &[u8]) -> String {
+/// Bytes as lower-case hexadecimal digits.
+#[must_use]
+pub fn hex(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 16] = b"0123456789abcdef";
     bytes
         .iter()

@@ -19,7 +19,7 @@ mod stated;
 mod tree;
 mod writer;
 
-pub use file::{sha256_of_bytes, sha256_of_file, write_atomically, write_bytes};
+pub use file::{hex, sha256_of_bytes, sha256_of_file, write_atomically, write_bytes};
 pub use header::{Header, InputFile, SCHEMA};
 pub use index::IndexRow;
 pub use npy::write_npy;
