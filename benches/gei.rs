@@ -60,5 +60,5 @@ fn gei_of(
         let drawing = renderer.draw(&figure, camera, Framing::Height, Vec2::ZERO);
         gei.add(drawing.expect("a walker").frame).expect("room");
     }
-    gei.finish()
+    gei.gei()
 }

@@ -36,7 +36,7 @@
 //!         let drawing = renderer.draw(&figure, &camera, Framing::Height, Vec2::ZERO).ok()?;
 //!         gei.add(drawing.frame).ok()?;
 //!     }
-//!     Some(gei.finish())
+//!     Some(gei.gei())
 //! }
 //! assert_eq!(side_view(b"not a pack"), None);
 //! ```

@@ -374,7 +374,7 @@ fn building_a_gei_takes_nothing() {
             for _ in 0..100 {
                 builder.add(frame).expect("room");
             }
-            builder.finish()
+            builder.gei()
         });
         assert_eq!(gei.pixels(), frame.to_coverage().pixels());
         assert_eq!(used, NOTHING);

@@ -29,7 +29,7 @@ fn gei(job: &Job<'_>, rasterizer: Rasterizer, recognizer: &LinearRecognizer<'_>)
         let drawing = renderer.draw(&figure, &job.camera, recognizer.framing(), Vec2::ZERO);
         gei.add(drawing.expect("a figure").frame).expect("room");
     }
-    gei.finish()
+    gei.gei()
 }
 
 /// The list by one rasteriser.

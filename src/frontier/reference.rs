@@ -141,7 +141,7 @@ impl Reference {
                         builder.add(frame)?;
                         jaccard += f64::from(frame.silhouette().jaccard(expected));
                     }
-                    let gei = builder.finish();
+                    let gei = builder.gei();
                     let pixels = gei.pixels().iter().copied().map(f64::from);
                     squares += mean_square(pixels, &seen.gei);
                 }

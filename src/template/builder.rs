@@ -27,7 +27,7 @@ enum Source {
 
 impl Builder {
     /// Most frames of one template.
-    pub const MAX_FRAMES: u32 = TemplateBuilder::MAX_FRAMES;
+    pub const MAX_FRAMES: u32 = <TemplateBuilder>::MAX_FRAMES;
 
     /// No frame yet; `frames` are to come for each template, at most [`Self::MAX_FRAMES`]: one
     /// cycle. Motion is remembered over all of it, and a silhouette fades by 1 a frame.
@@ -100,7 +100,7 @@ impl Builder {
 }
 
 fn images(kind: Kind, size: Size, frames: u32) -> Source {
-    Source::Images(Box::new(TemplateBuilder::new(kind, size, frames)))
+    Source::Images(Box::new(TemplateBuilder::of(kind, size, frames)))
 }
 
 #[cfg(test)]

@@ -60,7 +60,7 @@ fn the_board_takes_people_for_whom_the_onnx_model_does() {
             let drawing = renderer.draw(&figure, &job.camera, quantized.framing(), Vec2::ZERO);
             gei.add(drawing.expect("a figure").frame).expect("room");
         }
-        let gei = gei.finish();
+        let gei = gei.gei();
         let input: Vec<f32> = gei
             .pixels()
             .iter()

@@ -136,7 +136,7 @@ fn a_sweeps_geis_are_the_means_of_the_frames_that_are_rendered() {
                 for frame in frames {
                     builder.add(&frame).expect("room");
                 }
-                assert_eq!(builder.finish().pixels(), *gei, "{size} {framing:?}");
+                assert_eq!(builder.gei().pixels(), *gei, "{size} {framing:?}");
                 assert!(gei.iter().any(|&mean| mean > 0));
             }
         }

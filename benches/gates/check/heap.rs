@@ -63,7 +63,7 @@ pub fn rows_heap_bytes() -> Result<usize> {
                 let frame = drawing.map_err(|error| failed(&error))?.frame;
                 gei.add(frame).map_err(|error| failed(&error))?;
             }
-            black_box(gei.finish());
+            black_box(gei.gei());
         }
     }
     Ok(ASKED_BYTES.get() - before)

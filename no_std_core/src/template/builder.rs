@@ -1,11 +1,9 @@
 //! One builder for every template.
 
-use super::FrameError;
-use super::Kind;
-use super::entropy::entropies;
 use super::frequency::Frequencies;
 use super::history::{Event, History};
 use super::sums::Sums;
+use super::{FrameError, Gei, Kind};
 use crate::raster::Simd;
 use crate::silhouette::{Frame, Size};
 
@@ -20,7 +18,7 @@ use crate::silhouette::{Frame, Size};
 /// let size = Size::S50x30;
 /// let mut bytes = [0; MAX_TEMPLATE_BYTES];
 /// for kind in Kind::ALL {
-///     let mut builder = TemplateBuilder::new(kind, size, 2);
+///     let mut builder = TemplateBuilder::of(kind, size, 2);
 ///     builder.add(&Frame::Binary(Silhouette::from_rows(size, &[0b01])))?;
 ///     builder.add(&Frame::Binary(Silhouette::from_rows(size, &[0b11])))?;
 ///     let template = &mut bytes[..kind.bytes(size)];
@@ -31,55 +29,90 @@ use crate::silhouette::{Frame, Size};
 /// # Ok::<(), edgegait_core::template::FrameError>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct TemplateBuilder {
+pub struct TemplateBuilder<M = AnyMemory> {
     kind: Kind,
     size: Size,
     frames: u32,
     tau: u32,
     decrement: u8,
-    made_from: Source,
+    memory: M,
 }
 
+/// Builds a GEI, or a GEnI. 16 kB.
+pub type GeiBuilder = TemplateBuilder<Sums>;
+
+/// What a builder keeps of the frames.
+pub trait Memory {
+    fn add(&mut self, frame: &Frame) -> Result<(), FrameError>;
+    fn frames(&self) -> u32;
+    fn clear(&mut self);
+
+    /// Writes the template `kind` with this tau and decrement.
+    fn write(&mut self, kind: Kind, tau: u32, decrement: u8, bytes: &mut [u8]);
+}
+
+/// That of any kind.
 #[derive(Clone, Debug)]
 #[expect(
     clippy::large_enum_variant,
     reason = "82 kB for a cycle; a box would need a heap"
 )]
-enum Source {
+pub enum AnyMemory {
     Sums(Sums),
     History(History),
     Frequencies(Frequencies),
 }
 
-impl TemplateBuilder {
-    /// Most frames of one template.
-    pub const MAX_FRAMES: u32 = Sums::MAX_FRAMES;
+impl GeiBuilder {
+    /// No frame yet, of a [`Kind::Gei`]; at most [`Self::MAX_FRAMES`] are to come.
+    #[must_use]
+    pub fn new(size: Size) -> Self {
+        Self::with_simd(size, Simd::widest())
+    }
 
+    /// The same, with these registers. GEIs do not depend on it.
+    #[must_use]
+    pub const fn with_simd(size: Size, simd: Simd) -> Self {
+        Self::keeping(Kind::Gei, size, Self::MAX_FRAMES, Sums::new(size, simd))
+    }
+
+    /// The mean of the frames so far, rounded half up; black without any. More may be added.
+    #[must_use]
+    pub fn gei(&mut self) -> Gei {
+        Gei::from_means(self.size, self.memory.means())
+    }
+}
+
+impl TemplateBuilder {
     /// No frame yet; `frames` are to come, at least 1 and at most [`Self::MAX_FRAMES`]: all of
     /// one cycle. Motion is remembered over all of them, and a silhouette fades by 1 a frame.
     #[must_use]
-    pub fn new(kind: Kind, size: Size, frames: u32) -> Self {
-        Self::with_simd(kind, size, frames, Simd::widest())
+    pub fn of(kind: Kind, size: Size, frames: u32) -> Self {
+        let (frames, simd) = (frames.clamp(1, Self::MAX_FRAMES), Simd::widest());
+        let memory = match kind {
+            Kind::Gei | Kind::Geni => AnyMemory::Sums(Sums::new(size, simd)),
+            Kind::Mei | Kind::Mhi | Kind::Ghi => {
+                AnyMemory::History(History::new(Event::Change, size))
+            }
+            Kind::Msi => AnyMemory::History(History::new(Event::End, size)),
+            Kind::Frequency => AnyMemory::Frequencies(Frequencies::new(size, simd, frames)),
+        };
+        Self::keeping(kind, size, frames, memory)
     }
+}
 
-    /// The same, with these registers. Templates do not depend on it.
-    #[must_use]
-    pub fn with_simd(kind: Kind, size: Size, frames: u32, simd: Simd) -> Self {
-        let frames = frames.clamp(1, Self::MAX_FRAMES);
+impl<M> TemplateBuilder<M> {
+    /// Most frames of one template: what counters hold, four minutes at 30 Hz.
+    pub const MAX_FRAMES: u32 = Sums::MAX_FRAMES;
+
+    const fn keeping(kind: Kind, size: Size, frames: u32, memory: M) -> Self {
         Self {
             kind,
             size,
             frames,
             tau: frames - 1,
             decrement: 1,
-            made_from: match kind {
-                Kind::Gei | Kind::Geni => Source::Sums(Sums::new(size, simd)),
-                Kind::Mei | Kind::Mhi | Kind::Ghi => {
-                    Source::History(History::new(Event::Change, size))
-                }
-                Kind::Msi => Source::History(History::new(Event::End, size)),
-                Kind::Frequency => Source::Frequencies(Frequencies::new(size, simd, frames)),
-            },
+            memory,
         }
     }
 
@@ -103,29 +136,24 @@ impl TemplateBuilder {
     pub const fn kind(&self) -> Kind {
         self.kind
     }
+}
 
+impl<M: Memory> TemplateBuilder<M> {
     /// Adds a frame. Of grey frames motion, silhouettes and history take the pixels that are at
-    /// least half covered, energy, entropy and frequencies the coverage.
+    /// least half covered, energy, entropy and frequencies the coverage: frames should be of one
+    /// rasteriser, as the first one decides how finely is counted.
     ///
     /// # Errors
     /// If it is of another size, or one more than were to come.
     pub fn add(&mut self, frame: &Frame) -> Result<(), FrameError> {
         FrameError::check([self.size, frame.size()], self.frames(), self.frames)?;
-        match &mut self.made_from {
-            Source::Sums(sums) => sums.add(frame),
-            Source::History(history) => history.add(&frame.silhouette()),
-            Source::Frequencies(frequencies) => frequencies.add(frame),
-        }
+        self.memory.add(frame)
     }
 
     /// How many frames were added.
     #[must_use]
     pub fn frames(&self) -> u32 {
-        match &self.made_from {
-            Source::Sums(sums) => sums.frames(),
-            Source::History(history) => u32::from(history.frames()),
-            Source::Frequencies(frequencies) => frequencies.frames(),
-        }
+        self.memory.frames()
     }
 
     /// Writes the template of the frames so far, 0..=255, rounded half up, row by row from the
@@ -134,30 +162,39 @@ impl TemplateBuilder {
     pub fn finish(&mut self, bytes: &mut [u8]) {
         let room = bytes.len().min(self.kind.bytes(self.size));
         let bytes = bytes.get_mut(..room).unwrap_or_default();
-        match (self.kind, &mut self.made_from) {
-            (Kind::Geni, Source::Sums(sums)) => copy(&entropies(sums), bytes),
-            (_, Source::Sums(sums)) => copy(&sums.means(), bytes),
-            (Kind::Mei, Source::History(history)) => history.moved(self.tau, bytes),
-            (Kind::Msi, Source::History(history)) => history.presence(self.decrement, bytes),
-            (Kind::Ghi, Source::History(history)) => history.lasting(bytes),
-            (_, Source::History(history)) => history.motion(self.tau, bytes),
-            (_, Source::Frequencies(frequencies)) => frequencies.write(bytes),
-        }
+        self.memory
+            .write(self.kind, self.tau, self.decrement, bytes);
     }
 
     /// Forgets all frames, for the next cycle.
     pub fn clear(&mut self) {
-        match &mut self.made_from {
-            Source::Sums(sums) => sums.clear(),
-            Source::History(history) => history.clear(),
-            Source::Frequencies(frequencies) => frequencies.clear(),
-        }
+        self.memory.clear();
     }
 }
 
-fn copy(from: &[u8], into: &mut [u8]) {
-    for (into, from) in into.iter_mut().zip(from) {
-        *into = *from;
+/// What the memory at hand does, whichever it is.
+macro_rules! each {
+    ($self:ident, $memory:ident => $does:expr) => {
+        match $self {
+            AnyMemory::Sums($memory) => $does,
+            AnyMemory::History($memory) => $does,
+            AnyMemory::Frequencies($memory) => $does,
+        }
+    };
+}
+
+impl Memory for AnyMemory {
+    fn add(&mut self, frame: &Frame) -> Result<(), FrameError> {
+        each!(self, memory => Memory::add(memory, frame))
+    }
+    fn frames(&self) -> u32 {
+        each!(self, memory => Memory::frames(memory))
+    }
+    fn clear(&mut self) {
+        each!(self, memory => Memory::clear(memory));
+    }
+    fn write(&mut self, kind: Kind, tau: u32, decrement: u8, bytes: &mut [u8]) {
+        each!(self, memory => Memory::write(memory, kind, tau, decrement, bytes));
     }
 }
 

@@ -1,7 +1,8 @@
 //! Frequency-domain features: how much each pixel swings once and twice a cycle.
 
-use super::FrameError;
+use super::builder::Memory;
 use super::sums::Sums;
+use super::{FrameError, Kind};
 use crate::budget::{FREQUENCIES, MAX_PIXELS};
 use crate::raster::Simd;
 use crate::silhouette::{Frame, Size};
@@ -9,7 +10,7 @@ use core::f64::consts::TAU;
 
 /// Sums of waves for each pixel. 82 kB.
 #[derive(Clone, Debug)]
-pub(super) struct Frequencies {
+pub struct Frequencies {
     /// Frequency 0.
     sums: Sums,
     /// Frames of the cycle.
@@ -26,23 +27,20 @@ impl Frequencies {
             waves: [[[0.0; MAX_PIXELS]; 2]; FREQUENCIES - 1],
         }
     }
+}
 
-    pub const fn frames(&self) -> u32 {
+impl Memory for Frequencies {
+    fn frames(&self) -> u32 {
         self.sums.frames()
     }
 
-    /// Forgets all frames.
-    pub fn clear(&mut self) {
+    fn clear(&mut self) {
         self.sums.clear();
         let waves = self.waves.as_flattened_mut();
         waves.as_flattened_mut().fill(0.0);
     }
 
-    /// Adds a frame.
-    ///
-    /// # Errors
-    /// As [`Sums::add`].
-    pub fn add(&mut self, frame: &Frame) -> Result<(), FrameError> {
+    fn add(&mut self, frame: &Frame) -> Result<(), FrameError> {
         let (frame_number, period) = (self.frames(), self.period);
         self.sums.add(frame)?;
         let coverage = frame.to_coverage();
@@ -62,7 +60,7 @@ impl Frequencies {
 
     /// The amplitudes of one frequency after the other (Makihara et al. 2006), rounded half up:
     /// A_k(x, y) = |sum over n of g(x, y, n) e^(-2 pi i k n / N)| / N.
-    pub fn write(&mut self, bytes: &mut [u8]) {
+    fn write(&mut self, _: Kind, _: u32, _: u8, bytes: &mut [u8]) {
         let pixels = self.sums.size().pixels();
         let mut planes = bytes.chunks_mut(pixels);
         if let Some(plane) = planes.next() {

@@ -1,10 +1,7 @@
 //! The Gait Energy Image: the mean silhouette of a gait cycle.
 
-use super::FrameError;
-use super::sums::Sums;
 use crate::budget::MAX_PIXELS;
-use crate::raster::Simd;
-use crate::silhouette::{Frame, Size};
+use crate::silhouette::Size;
 
 /// A Gait Energy Image (Han & Bhanu 2006, equation 1): the share of frames in
 /// which each pixel is on, 0..=255.
@@ -34,56 +31,11 @@ impl Gei {
     }
 }
 
-/// Sums frames into a [`Gei`]. 16 kB.
-#[derive(Clone, Debug)]
-pub struct GeiBuilder {
-    sums: Sums,
-}
-
-impl GeiBuilder {
-    /// Most frames of one GEI: what its counters hold, four minutes at 30 Hz.
-    pub const MAX_FRAMES: u32 = Sums::MAX_FRAMES;
-
-    /// No frame yet.
-    #[must_use]
-    pub fn new(size: Size) -> Self {
-        Self::with_simd(size, Simd::widest())
-    }
-
-    /// The same, with these registers. GEIs do not depend on it.
-    #[must_use]
-    pub const fn with_simd(size: Size, simd: Simd) -> Self {
-        Self {
-            sums: Sums::new(size, simd),
-        }
-    }
-
-    /// Adds a frame. All should be of one rasteriser: the first one decides how finely is
-    /// counted.
-    ///
-    /// # Errors
-    /// If it is of another size, or comes after [`Self::MAX_FRAMES`].
-    pub fn add(&mut self, frame: &Frame) -> Result<(), FrameError> {
-        self.sums.add(frame)
-    }
-
-    /// How many frames were added.
-    #[must_use]
-    pub const fn frames(&self) -> u32 {
-        self.sums.frames()
-    }
-
-    /// The mean of the frames so far, rounded half up; black without any. More may be added.
-    #[must_use]
-    pub fn finish(&mut self) -> Gei {
-        Gei::from_means(self.sums.size(), self.sums.means())
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::silhouette::Silhouette;
+    use crate::silhouette::{Frame, Silhouette};
+    use crate::template::{FrameError, GeiBuilder};
 
     fn frame(size: Size, rows: [u64; 2]) -> Frame {
         Frame::Binary(Silhouette::from_rows(size, &rows))
@@ -98,7 +50,7 @@ mod tests {
             for rows in [[0b01, 0b10], [0b11, 0b00], [0b01, 0b10], [0b11, 0b10]] {
                 builder.add(&frame(size, rows)).expect("room");
             }
-            let gei = builder.finish();
+            let gei = builder.gei();
             assert_eq!((builder.frames(), gei.size()), (4, size));
             assert_eq!(gei.pixels().len(), size.pixels());
             assert_eq!(gei.pixels()[..3], [255, 128, 0]); // 127.5 rounds up
@@ -113,6 +65,6 @@ mod tests {
         let (expected, found) = (Size::S64x44, Size::S64x64);
         assert_eq!(refused, Err(FrameError::Size { expected, found }));
         assert_eq!(builder.frames(), 0);
-        assert_eq!(builder.finish().pixels(), [0; 64 * 44]);
+        assert_eq!(builder.gei().pixels(), [0; 64 * 44]);
     }
 }

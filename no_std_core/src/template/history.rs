@@ -3,9 +3,10 @@
 //! Motion is the difference of consecutive silhouettes, so that only the pixels at a figure's
 //! edge are touched from frame to frame, and ages are told when the template is asked for.
 
-use super::FrameError;
+use super::builder::Memory;
+use super::{FrameError, Kind};
 use crate::budget::{MAX_PIXELS, MAX_ROWS};
-use crate::silhouette::{Silhouette, Size};
+use crate::silhouette::{Frame, Silhouette, Size};
 
 /// Which pixels get the number of the step before a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,7 +19,7 @@ pub(super) enum Event {
 
 /// The last event of each pixel. 9 kB.
 #[derive(Clone, Debug)]
-pub(super) struct History {
+pub struct History {
     event: Event,
     frames: u16,
     /// The last frame.
@@ -30,7 +31,7 @@ pub(super) struct History {
 }
 
 impl History {
-    pub const fn new(event: Event, size: Size) -> Self {
+    pub(super) const fn new(event: Event, size: Size) -> Self {
         Self {
             event,
             frames: 0,
@@ -40,51 +41,9 @@ impl History {
         }
     }
 
-    pub const fn frames(&self) -> u16 {
-        self.frames
-    }
-
-    /// Forgets all frames.
-    pub fn clear(&mut self) {
-        self.frames = 0;
-        self.always = [u64::MAX; MAX_ROWS];
-        self.numbers.fill(0);
-    }
-
-    /// Adds a frame.
-    ///
-    /// # Errors
-    /// If it is of another size, or comes after 65,535.
-    pub fn add(&mut self, frame: &Silhouette) -> Result<(), FrameError> {
-        let sizes = [self.last.size(), frame.size()];
-        FrameError::check(sizes, u32::from(self.frames), u32::from(u16::MAX))?;
-        let columns = self.last.size().columns();
-        let before = self.last.all_rows().iter().zip(frame.all_rows());
-        for (row, (&before, &now)) in before.enumerate() {
-            let mut events = match self.event {
-                _ if self.frames == 0 => 0,
-                Event::Change => before ^ now,
-                Event::End => before & !now,
-            };
-            while events != 0 {
-                let pixel = row * columns + events.trailing_zeros() as usize;
-                if let Some(number) = self.numbers.get_mut(pixel) {
-                    *number = self.frames;
-                }
-                events &= events - 1;
-            }
-        }
-        for (always, now) in self.always.iter_mut().zip(frame.all_rows()) {
-            *always &= now;
-        }
-        self.last = *frame;
-        self.frames += 1;
-        Ok(())
-    }
-
     /// How bright each pixel is with motion in the last `tau` steps (at least 1): white in the
     /// last one, and a tau-th less for each step before.
-    pub fn motion(&self, tau: u32, bytes: &mut [u8]) {
+    fn motion(&self, tau: u32, bytes: &mut [u8]) {
         let tau = tau.max(1);
         let steps = u32::from(self.frames.saturating_sub(1));
         for (byte, &number) in bytes.iter_mut().zip(&self.numbers) {
@@ -99,7 +58,7 @@ impl History {
     }
 
     /// White where it is not black with motion in the last `tau` steps.
-    pub fn moved(&self, tau: u32, bytes: &mut [u8]) {
+    fn moved(&self, tau: u32, bytes: &mut [u8]) {
         let steps = u32::from(self.frames.saturating_sub(1));
         for (byte, &number) in bytes.iter_mut().zip(&self.numbers) {
             let has = number > 0 && steps - u32::from(number) < tau.max(1);
@@ -108,7 +67,7 @@ impl History {
     }
 
     /// White where the last frame is on, and `decrement` less for each frame since it was.
-    pub fn presence(&self, decrement: u8, bytes: &mut [u8]) {
+    fn presence(&self, decrement: u8, bytes: &mut [u8]) {
         let is_on = Self::pixels(self.last.size(), self.last.all_rows());
         for ((byte, &number), is_on) in bytes.iter_mut().zip(&self.numbers).zip(is_on) {
             let since = u32::from(self.frames - number) * u32::from(decrement);
@@ -122,7 +81,7 @@ impl History {
 
     /// White where all frames are on, and of P steps t/P (1 - 1/P) where step t was the last
     /// that changed the pixel.
-    pub fn lasting(&self, bytes: &mut [u8]) {
+    fn lasting(&self, bytes: &mut [u8]) {
         let always = if self.frames == 0 {
             &[0; MAX_ROWS]
         } else {
@@ -146,6 +105,55 @@ impl History {
             (0..size.columns()).map(move |column| row >> column & 1 == 1)
         };
         rows.iter().take(size.rows()).flat_map(columns)
+    }
+}
+
+impl Memory for History {
+    fn add(&mut self, frame: &Frame) -> Result<(), FrameError> {
+        let frame = frame.silhouette();
+        let sizes = [self.last.size(), frame.size()];
+        FrameError::check(sizes, u32::from(self.frames), u32::from(u16::MAX))?;
+        let columns = self.last.size().columns();
+        let before = self.last.all_rows().iter().zip(frame.all_rows());
+        for (row, (&before, &now)) in before.enumerate() {
+            let mut events = match self.event {
+                _ if self.frames == 0 => 0,
+                Event::Change => before ^ now,
+                Event::End => before & !now,
+            };
+            while events != 0 {
+                let pixel = row * columns + events.trailing_zeros() as usize;
+                if let Some(number) = self.numbers.get_mut(pixel) {
+                    *number = self.frames;
+                }
+                events &= events - 1;
+            }
+        }
+        for (always, now) in self.always.iter_mut().zip(frame.all_rows()) {
+            *always &= now;
+        }
+        self.last = frame;
+        self.frames += 1;
+        Ok(())
+    }
+
+    fn frames(&self) -> u32 {
+        u32::from(self.frames)
+    }
+
+    fn clear(&mut self) {
+        self.frames = 0;
+        self.always = [u64::MAX; MAX_ROWS];
+        self.numbers.fill(0);
+    }
+
+    fn write(&mut self, kind: Kind, tau: u32, decrement: u8, bytes: &mut [u8]) {
+        match kind {
+            Kind::Mei => self.moved(tau, bytes),
+            Kind::Msi => self.presence(decrement, bytes),
+            Kind::Ghi => self.lasting(bytes),
+            _ => self.motion(tau, bytes),
+        }
     }
 }
 

@@ -4,8 +4,8 @@
 //!
 //! | builder | builds | of | RAM |
 //! |---|---|---|--:|
-//! | [`GeiBuilder`] | the GEI | any frames | 16 kB |
 //! | [`TemplateBuilder`] | any [`Kind`] | any frames | 82 kB |
+//! | [`GeiBuilder`], the same | the GEI | any frames | 16 kB |
 //! | [`GeiInPlace`] | the GEI | 255 silhouettes | a byte a pixel |
 //! | [`GeiTally`] | GEIs at many elevations | `raster::columns` | 258 kB |
 
@@ -19,9 +19,9 @@ mod in_place;
 mod sums;
 mod tally;
 
-pub use builder::TemplateBuilder;
+pub use builder::{GeiBuilder, TemplateBuilder};
 pub use error::FrameError;
-pub use gei::{Gei, GeiBuilder};
+pub use gei::Gei;
 pub use in_place::{BufferTooSmall, GeiInPlace};
 pub use tally::GeiTally;
 

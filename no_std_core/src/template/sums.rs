@@ -5,6 +5,8 @@
 //! adders (Harley & Seal; Warren 2013, "Hacker's Delight", section 5-1).
 
 use super::FrameError;
+use super::builder::Memory;
+use super::entropy::entropies;
 use crate::adder::add_eight;
 use crate::budget::{MAX_PIXELS, MAX_ROWS};
 use crate::raster::simd::{Simd, Wide, compiled, dispatch};
@@ -20,7 +22,7 @@ const BATCH: usize = 8;
 
 /// For each pixel, the sum of the frames added. 16 kB.
 #[derive(Clone, Debug)]
-pub(crate) struct Sums {
+pub struct Sums {
     size: Size,
     simd: Simd,
     frames: u32,
@@ -58,56 +60,6 @@ impl Sums {
 
     pub const fn size(&self) -> Size {
         self.size
-    }
-
-    pub const fn frames(&self) -> u32 {
-        self.frames
-    }
-
-    /// Adds a frame. The first one decides what is summed: later ones of another kind are
-    /// turned into it.
-    ///
-    /// # Errors
-    /// If it is of another size, or comes after [`Self::MAX_FRAMES`].
-    pub fn add(&mut self, frame: &Frame) -> Result<(), FrameError> {
-        FrameError::check([self.size, frame.size()], self.frames, Self::MAX_FRAMES)?;
-        self.frames += 1;
-        if matches!(self.kind, Kind::None) {
-            self.kind = match frame {
-                Frame::Binary(_) => Kind::Bits(Counter::EMPTY),
-                Frame::Ninths(_) => Kind::Ninths(Counter::EMPTY),
-                Frame::Grey(_) => Kind::Grey([0; MAX_PIXELS]),
-            };
-        }
-        let simd = self.simd;
-        match (&mut self.kind, frame) {
-            (Kind::None, _) => {}
-            (Kind::Bits(counter), Frame::Binary(silhouette)) => {
-                counter.add(silhouette.all_rows(), simd);
-            }
-            (Kind::Bits(counter), frame) => counter.add(frame.silhouette().all_rows(), simd),
-            (Kind::Ninths(counter), Frame::Ninths(ninths)) => {
-                dispatch!(simd, count_ninths(counter, ninths.planes()));
-            }
-            (Kind::Ninths(counter), frame) => {
-                // Nine samples of it: one and eight.
-                let silhouette = frame.silhouette();
-                counter.ripple(silhouette.all_rows(), 0);
-                counter.ripple(silhouette.all_rows(), 3);
-            }
-            (Kind::Grey(sums), frame) => {
-                for (sum, &pixel) in sums.iter_mut().zip(frame.to_coverage().pixels()) {
-                    *sum += u32::from(pixel);
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Forgets all frames.
-    pub fn clear(&mut self) {
-        self.frames = 0;
-        self.kind = Kind::None;
     }
 
     /// The mean of each pixel over the frames so far, 0..=255, rounded half up; 0 without any.
@@ -160,6 +112,63 @@ impl Sums {
             }
         }
         mapped
+    }
+}
+
+impl Memory for Sums {
+    /// The first frame decides what is summed: later ones of another kind are turned into it.
+    fn add(&mut self, frame: &Frame) -> Result<(), FrameError> {
+        FrameError::check([self.size, frame.size()], self.frames, Self::MAX_FRAMES)?;
+        self.frames += 1;
+        if matches!(self.kind, Kind::None) {
+            self.kind = match frame {
+                Frame::Binary(_) => Kind::Bits(Counter::EMPTY),
+                Frame::Ninths(_) => Kind::Ninths(Counter::EMPTY),
+                Frame::Grey(_) => Kind::Grey([0; MAX_PIXELS]),
+            };
+        }
+        let simd = self.simd;
+        match (&mut self.kind, frame) {
+            (Kind::None, _) => {}
+            (Kind::Bits(counter), Frame::Binary(silhouette)) => {
+                counter.add(silhouette.all_rows(), simd);
+            }
+            (Kind::Bits(counter), frame) => counter.add(frame.silhouette().all_rows(), simd),
+            (Kind::Ninths(counter), Frame::Ninths(ninths)) => {
+                dispatch!(simd, count_ninths(counter, ninths.planes()));
+            }
+            (Kind::Ninths(counter), frame) => {
+                // Nine samples of it: one and eight.
+                let silhouette = frame.silhouette();
+                counter.ripple(silhouette.all_rows(), 0);
+                counter.ripple(silhouette.all_rows(), 3);
+            }
+            (Kind::Grey(sums), frame) => {
+                for (sum, &pixel) in sums.iter_mut().zip(frame.to_coverage().pixels()) {
+                    *sum += u32::from(pixel);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn frames(&self) -> u32 {
+        self.frames
+    }
+
+    fn clear(&mut self) {
+        self.frames = 0;
+        self.kind = Kind::None;
+    }
+
+    fn write(&mut self, template: super::Kind, _: u32, _: u8, bytes: &mut [u8]) {
+        let pixels = match template {
+            super::Kind::Geni => entropies(self),
+            _ => self.means(),
+        };
+        for (byte, pixel) in bytes.iter_mut().zip(pixels) {
+            *byte = pixel;
+        }
     }
 }
 

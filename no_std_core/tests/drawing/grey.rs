@@ -117,7 +117,7 @@ fn geis_are_as_close_to_exact_coverage_as_the_readme_says() {
                     let drawing = renderer.draw(&figure, &camera, framing, jitter);
                     builder.add(drawing.expect("a body").frame).expect("room");
                 }
-                let gei = builder.finish();
+                let gei = builder.gei();
                 for (&found, exact) in gei.pixels().iter().zip(exact) {
                     *sum += (f64::from(found) - 255.0 * exact / FRAMES as f64).powi(2);
                 }

@@ -182,7 +182,7 @@ fn a_gei_in_a_buffer_is_the_gei() {
             gei.add(silhouette).expect("room");
         }
         assert_eq!(gei.frames(), 23);
-        assert_eq!(gei.finish(), expected.finish().pixels());
+        assert_eq!(gei.finish(), expected.gei().pixels());
         assert_eq!(buffer[64 * 44..], [7; 3_000 - 64 * 44]);
     }
 }

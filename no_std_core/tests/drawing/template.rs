@@ -64,7 +64,7 @@ fn a_gei_is_the_mean_in_f64_rounded_half_up() {
                 };
             }
         }
-        let found = builder.finish();
+        let found = builder.gei();
         for (&pixel, sum) in found.pixels().iter().zip(sums) {
             // Sums of ninths carry f64's rounding; a half is a multiple of 1 / (18 frames).
             let mean = sum / f64::from(frames) + 1e-9;
@@ -203,7 +203,7 @@ fn every_template_is_what_its_definition_gives_of_all_frames_at_once() {
                 .for_each(|frame| *frame = first);
         }
         for kind in Kind::ALL {
-            let mut builder = TemplateBuilder::new(kind, size, count)
+            let mut builder = TemplateBuilder::of(kind, size, count)
                 .with_tau(tau)
                 .with_decrement(decrement);
             for frame in &frames {

@@ -261,7 +261,7 @@ fn templates(
     for kind in Kind::ALL {
         let mut hash = Fnv::NEW;
         for (_, camera) in cameras().skip(6).take(3) {
-            let mut builder = TemplateBuilder::new(kind, Size::S50x30, 8);
+            let mut builder = TemplateBuilder::of(kind, Size::S50x30, 8);
             for frame in 0..8u8 {
                 let pose = cycle.pose(f32::from(frame) / 8.0);
                 figure.update(&ModelPose::new(&skeleton, &pose));

@@ -29,7 +29,7 @@ fn corners(mut builder: TemplateBuilder, frames: &[[u64; 2]]) -> heapless::Vec<[
 }
 
 fn of_four(kind: Kind) -> heapless::Vec<[u8; 4], 3> {
-    let found = Size::ALL.map(|size| corners(TemplateBuilder::new(kind, size, 4), &FOUR));
+    let found = Size::ALL.map(|size| corners(TemplateBuilder::of(kind, size, 4), &FOUR));
     assert!(found.iter().all(|other| *other == found[0]));
     found[0].clone()
 }
@@ -55,7 +55,7 @@ fn four_frames_of_two_by_two_pixels_are_what_can_be_worked_out_by_hand() {
 #[test]
 fn motion_is_forgotten_after_tau_steps() {
     let of = |kind, tau| {
-        let builder = TemplateBuilder::new(kind, Size::S50x30, 4).with_tau(tau);
+        let builder = TemplateBuilder::of(kind, Size::S50x30, 4).with_tau(tau);
         corners(builder, &FOUR)[0]
     };
     assert_eq!(of(Kind::Mei, 1), [0, 255, 0, 0]);
@@ -70,7 +70,7 @@ fn motion_is_forgotten_after_tau_steps() {
 #[test]
 fn a_silhouette_fades_from_the_last_frame_that_it_is_in() {
     let of = |decrement, frames: &[[u64; 2]]| {
-        let builder = TemplateBuilder::new(Kind::Msi, Size::S50x30, 4).with_decrement(decrement);
+        let builder = TemplateBuilder::of(Kind::Msi, Size::S50x30, 4).with_decrement(decrement);
         corners(builder, frames)[0]
     };
     let gone = [[0b11, 0], [0b01, 0], [0b01, 0], [0, 0]];
@@ -90,17 +90,17 @@ fn what_never_changes_has_no_motion_and_no_entropy() {
         (Kind::Ghi, 255),
         (Kind::Geni, 0),
     ] {
-        let builder = TemplateBuilder::new(kind, Size::S64x44, 4);
+        let builder = TemplateBuilder::of(kind, Size::S64x44, 4);
         assert_eq!(corners(builder, &still), [[expected; 4]], "{kind:?}");
     }
-    let builder = TemplateBuilder::new(Kind::Frequency, Size::S64x44, 4);
+    let builder = TemplateBuilder::of(Kind::Frequency, Size::S64x44, 4);
     assert_eq!(corners(builder, &still), [[255; 4], [0; 4], [0; 4]]);
 }
 
 #[test]
 fn frames_of_another_size_and_more_than_were_to_come_are_refused() {
     for kind in Kind::ALL {
-        let mut builder = TemplateBuilder::new(kind, Size::S50x30, 2);
+        let mut builder = TemplateBuilder::of(kind, Size::S50x30, 2);
         let refused = builder.add(&Frame::Binary(Silhouette::empty(Size::S64x64)));
         let (expected, found) = (Size::S50x30, Size::S64x64);
         assert_eq!(refused, Err(FrameError::Size { expected, found }));
@@ -121,14 +121,14 @@ fn frames_of_another_size_and_more_than_were_to_come_are_refused() {
 #[test]
 fn a_cleared_builder_is_as_a_new_one() {
     for kind in Kind::ALL {
-        let mut used = TemplateBuilder::new(kind, Size::S50x30, 4);
+        let mut used = TemplateBuilder::of(kind, Size::S50x30, 4);
         for rows in FOUR {
             let frame = Silhouette::from_rows(Size::S50x30, &[!rows[0], !0, rows[1]]);
             used.add(&Frame::Binary(frame)).expect("room");
         }
         used.clear();
         assert_eq!(used.frames(), 0);
-        let new = TemplateBuilder::new(kind, Size::S50x30, 4);
+        let new = TemplateBuilder::of(kind, Size::S50x30, 4);
         assert_eq!(corners(used, &FOUR), corners(new, &FOUR), "{kind:?}");
     }
 }
