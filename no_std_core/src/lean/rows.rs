@@ -16,7 +16,7 @@ const MAX_WORDS: usize = WINDOW_COLUMNS / WORD;
 /// The samples of one place in their pixels by row, by word. Bit `c` is column `c` of the word.
 type Bits = [[u32; MAX_WORDS]; MAX_ROWS];
 
-/// Bit rows of `N` by `N` samples a pixel, 1 or 3; no heap. 1,552 bytes, or 8,464.
+/// Bit rows of `N` by `N` samples a pixel, 1 or 3; no heap. 1,552 bytes, or 10,768.
 #[derive(Clone, Debug)]
 pub struct Rows<const N: usize = 1> {
     size: Size,

@@ -10,6 +10,7 @@ mod avx512;
 #[cfg(target_arch = "aarch64")]
 mod neon;
 mod portable;
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 mod two;
 
 #[cfg(target_arch = "x86_64")]
@@ -19,6 +20,7 @@ pub(crate) use avx512::Avx512;
 #[cfg(target_arch = "aarch64")]
 pub(crate) use neon::Neon;
 pub(crate) use portable::Portable;
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 pub(crate) use two::Two;
 
 pub(crate) use crate::budget::LANES;
