@@ -127,6 +127,9 @@ impl Silhouette {
         let rows = self.rows.iter_mut().zip(bits).take(self.size.rows());
         if left < 0 && by < u32::BITS {
             rows.for_each(|(row, bits)| *row |= u64::from(bits >> by) & mask);
+        } else if left >= 0 && by < u32::BITS && self.size.columns() <= 32 {
+            // As the next, in one register of a microcontroller.
+            rows.for_each(|(row, bits)| *row |= u64::from(bits << by) & mask);
         } else if left >= 0 && by < u64::BITS {
             rows.for_each(|(row, bits)| *row |= u64::from(bits) << by & mask);
         }

@@ -312,6 +312,12 @@ impl Corners {
         [0, Self::BITS, 2 * Self::BITS].map(|shift| bits >> shift & (MAX_HULL_POINTS - 1))
     }
 
+    /// All bits, if they turn clockwise.
+    #[inline]
+    const fn turned(self) -> i32 {
+        (self.0.cast_signed() >> (3 * Self::BITS)) as i32
+    }
+
     /// The sign of an [`f32`], if they turn clockwise.
     #[inline]
     const fn turn(self) -> u32 {

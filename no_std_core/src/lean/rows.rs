@@ -24,22 +24,56 @@ pub struct Rows<const N: usize = 1> {
     words: usize,
     /// By place in the pixel, to the right and then down.
     bits: [[Bits; N]; N],
-    /// Between which columns the hull at hand covers each row of samples.
+    /// What the hull at hand covers of each row of samples.
     spans: [[Span; N]; MAX_ROWS],
 }
 
-/// What lies between two columns, pixels.
+/// What a hull covers of a row of samples: from where to where, pixels, as the bits of two
+/// [`f32`]. In a `NARROW` window, of one word and one sample a pixel, instead the bits from the
+/// first column on, and those from behind the last one on: a quarter of the instructions.
 #[derive(Clone, Copy, Debug)]
-struct Span {
-    left: f32,
-    right: f32,
-}
+struct Span([u32; 2]);
 
 impl Span {
-    const EMPTY: Self = Self {
-        left: f32::INFINITY,
-        right: f32::NEG_INFINITY,
-    };
+    const fn empty(narrow: bool) -> Self {
+        if narrow {
+            Self([0, u32::MAX])
+        } else {
+            Self([f32::INFINITY.to_bits(), f32::NEG_INFINITY.to_bits()])
+        }
+    }
+
+    /// Widens it to reach `x`.
+    #[inline]
+    fn widen<const NARROW: bool>(&mut self, x: f32) {
+        let Self([left, right]) = self;
+        if NARROW {
+            let bits = bits_from(first_column(x, 0.5));
+            *left |= bits;
+            *right &= bits;
+            return;
+        }
+        if x < f32::from_bits(*left) {
+            *left = x.to_bits();
+        }
+        if x > f32::from_bits(*right) {
+            *right = x.to_bits();
+        }
+    }
+
+    /// What it covers of a word, of samples at this place in their pixels.
+    #[inline]
+    fn bits<const NARROW: bool>(self, place: f32, word: usize) -> u32 {
+        let Self([left, right]) = self;
+        if NARROW {
+            return left & !right;
+        }
+        let [left, right] = [left, right].map(|x| {
+            let column = first_column(f32::from_bits(x), place);
+            bits_from(column.saturating_sub(WORD * word))
+        });
+        left & !right
+    }
 }
 
 impl<const N: usize> Fill<Posed<'_>> for Rows<N>
@@ -57,16 +91,12 @@ where
         placement: &Placement,
         columns: usize,
     ) {
-        self.words = columns.div_ceil(WORD).min(MAX_WORDS);
-        self.empty();
-        let mut seen = SeenHull::new(&Sight::new(posed, camera));
-        for hull in posed.hull_parts() {
-            let rows = self.cross(&mut seen, &hull, placement);
-            if self.words == 1 {
-                self.fill::<1>(rows);
-            } else {
-                self.fill::<MAX_WORDS>(rows);
-            }
+        self.empty(columns.div_ceil(WORD).min(MAX_WORDS));
+        let sight = Sight::new(posed, camera);
+        if self.is_narrow() {
+            self.draw_hulls::<true>(&sight, posed, placement);
+        } else {
+            self.draw_hulls::<false>(&sight, posed, placement);
         }
     }
 }
@@ -139,8 +169,7 @@ where
     }
 
     fn clear(&mut self) {
-        self.words = MAX_WORDS;
-        self.empty();
+        self.empty(MAX_WORDS);
     }
 
     /// A sample counts `N`, so that places in a pixel do.
@@ -184,12 +213,20 @@ impl<const N: usize> Rows<N> {
             size,
             words: 0,
             bits: [[[[0; MAX_WORDS]; MAX_ROWS]; N]; N],
-            spans: [[Span::EMPTY; N]; MAX_ROWS],
+            spans: [[Span::empty(false); N]; MAX_ROWS],
         }
     }
 
-    /// Empties the words in use, which alone are read.
-    fn empty(&mut self) {
+    const fn is_narrow(&self) -> bool {
+        N == 1 && self.words == 1
+    }
+
+    /// Takes so many words into use, which alone are read, and empties them.
+    fn empty(&mut self, words: usize) {
+        if words != self.words {
+            self.words = words;
+            self.spans = [[Span::empty(self.is_narrow()); N]; MAX_ROWS];
+        }
         for bits in self.bits.as_flattened_mut() {
             let rows = bits.iter_mut().take(self.size.rows());
             if self.words == 1 {
@@ -203,8 +240,9 @@ impl<const N: usize> Rows<N> {
     /// How many samples are on, and the sum of 2 c + 1 over their columns.
     fn moments_of(&self, bits: &Bits) -> (u64, u64) {
         let (mut area, mut doubled) = (0, 0);
+        let words = self.words.min(MAX_WORDS);
         for row in bits.iter().take(self.size.rows()) {
-            for (word, &bits) in (0..).zip(row.iter().take(self.words)) {
+            for (word, &bits) in (0..).zip(&row[..words]) {
                 let mut bits = bits;
                 while bits != 0 {
                     let from = bits.trailing_zeros();
@@ -224,16 +262,35 @@ impl<const N: usize> Rows<N> {
         *silhouette = Silhouette::empty(self.size);
         for word in 0..self.words {
             let first = (WORD * word).cast_signed() - left;
-            let bits = bits.iter().map(|row| row.get(word).copied().unwrap_or(0));
-            silhouette.add_columns(bits, first);
+            silhouette.add_columns(bits.iter().map(|row| row[word % MAX_WORDS]), first);
         }
-        let area: u32 = silhouette.rows().iter().map(|&row| ones(row)).sum();
+        let rows = silhouette.rows().iter();
+        let area: u32 = if self.size.columns() <= WORD {
+            // The upper halves are empty.
+            #[expect(clippy::cast_possible_truncation, reason = "the lower half")]
+            rows.map(|&row| (row as u32).count_ones()).sum()
+        } else {
+            rows.map(|row| row.count_ones()).sum()
+        };
         u64::from(area)
+    }
+
+    fn draw_hulls<const NARROW: bool>(
+        &mut self,
+        sight: &Sight<'_>,
+        posed: &Posed<'_>,
+        placement: &Placement,
+    ) {
+        let mut seen = SeenHull::new(sight);
+        for hull in posed.hull_parts() {
+            let rows = self.cross::<NARROW>(&mut seen, &hull, placement);
+            self.fill::<NARROW>(rows);
+        }
     }
 
     /// Widens the spans of the rows of samples that the lines of a hull's outline cross, which
     /// are among those that are returned.
-    fn cross(
+    fn cross<const NARROW: bool>(
         &mut self,
         seen: &mut SeenHull<'_>,
         hull: &PosedHull<'_>,
@@ -250,38 +307,33 @@ impl<const N: usize> Rows<N> {
             let (from, to) = (a.row.min(b.row), a.row.max(b.row));
             (start, end) = (from.min(start), to.max(end));
             let slope = (b.pixel.x - a.pixel.x) / (b.pixel.y - a.pixel.y);
-            let range = from as usize..to as usize;
+            let Some(crossed) = spans.get_mut(from as usize..to as usize) else {
+                return;
+            };
             let mut next = as_pixels(from as usize) + 0.5;
-            let crossed = spans.get_mut(range.clone()).unwrap_or_default();
-            for (row, span) in range.zip(crossed) {
+            for (row, span) in (from as usize..).zip(crossed) {
                 let y = if N == 1 { next } else { sample::<N>(row) };
                 // Exact, as halves are.
                 next += 1.0;
-                let x = a.pixel.x + slope * (y - a.pixel.y);
-                if x < span.left {
-                    span.left = x;
-                }
-                if x > span.right {
-                    span.right = x;
-                }
+                span.widen::<NARROW>(a.pixel.x + slope * (y - a.pixel.y));
             }
         });
         start.min(end) as usize..end as usize
     }
 
-    /// Fills the spans of these rows of samples, in the first of so many words.
-    fn fill<const WORDS: usize>(&mut self, rows: Range<usize>) {
-        let width = WORD * self.words;
-        let spans = self.spans.as_flattened_mut().get_mut(rows.clone());
-        for (number, span) in rows.zip(spans.unwrap_or_default()) {
-            let Span { left, right } = core::mem::replace(span, Span::EMPTY);
+    /// Fills the spans of these rows of samples, and empties them.
+    fn fill<const NARROW: bool>(&mut self, rows: Range<usize>) {
+        let words = if NARROW { 1 } else { MAX_WORDS };
+        let start = rows.start;
+        let Some(spans) = self.spans.as_flattened_mut().get_mut(rows) else {
+            return;
+        };
+        for (number, span) in (start..).zip(spans) {
+            let span = core::mem::replace(span, Span::empty(NARROW));
             for (images, place) in self.bits.iter_mut().zip(const { places::<N>() }) {
                 let row = &mut images[number % N][number / N % MAX_ROWS];
-                let from = first_column(left, place, width);
-                let to = first_column(right, place, width).max(from);
-                for (word, bits) in row.iter_mut().enumerate().take(WORDS) {
-                    let [from, to] = [from, to].map(|column| column.saturating_sub(WORD * word));
-                    *bits |= bits_below(to) & !bits_below(from);
+                for (word, bits) in row.iter_mut().enumerate().take(words) {
+                    *bits |= span.bits::<NARROW>(place, word);
                 }
             }
         }
@@ -297,8 +349,8 @@ fn first_row<const N: usize>(y: f32) -> u32 {
     )]
     let whole = |rows: f32| rows as usize;
     let row = if N == 1 {
-        // Exact from 0.5 on.
-        if y < 0.5 { 0 } else { whole(y - 0.5) + 1 }
+        // The sum with the greatest number below a half is a whole one from halves on.
+        whole(y + 0.5f32.next_down())
     } else {
         let first = N * whole(y).min(MAX_ROWS);
         let passed = (first..first + N).filter(|&row| sample::<N>(row) <= y);
@@ -312,28 +364,71 @@ fn sample<const N: usize>(row: usize) -> f32 {
     as_pixels(row / N) + const { places::<N>() }[row % N]
 }
 
-/// How many bits are on; mostly there are none in the upper half.
-fn ones(row: u64) -> u32 {
-    #[expect(clippy::cast_possible_truncation, reason = "half by half")]
-    let [low, high] = [row as u32, (row >> 32) as u32];
-    let above = if high == 0 { 0 } else { high.count_ones() };
-    low.count_ones() + above
-}
-
 /// The first column whose sample at this place is right of an edge at `x`, which may be beyond the
 /// window's sides.
-fn first_column(x: f32, place: f32, width: usize) -> usize {
+fn first_column(x: f32, place: f32) -> usize {
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "saturates, and the fraction is meant to go"
     )]
     let column = (x + (1.0 - place)) as usize;
-    column.min(width)
+    column
 }
 
-/// So many of a word's lowest bits.
-fn bits_below(column: usize) -> u32 {
+/// The bits of a word from this column on.
+fn bits_from(column: usize) -> u32 {
     let column = u32::try_from(column).unwrap_or(u32::MAX);
-    1u32.checked_shl(column).map_or(u32::MAX, |bit| bit - 1)
+    u32::MAX.checked_shl(column).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_row_is_that_of_the_first_middle_that_is_not_above() {
+        // Around each half and each whole number, every float for some way, and a few between.
+        for quarters in 0..=4 * MAX_ROWS {
+            let at = quarters as f32 / 4.0;
+            let (mut below, mut above) = (at, at);
+            for _ in 0..100 {
+                for y in [below, above] {
+                    let exact = libm::floor(f64::from(y) + 0.5).max(0.0);
+                    assert_eq!(f64::from(first_row::<1>(y)), exact, "{y}");
+                }
+                (below, above) = (below.next_down(), above.next_up());
+            }
+        }
+        assert_eq!(first_row::<1>(-1e30), 0);
+        assert_eq!(first_row::<1>(0.5f32.next_down()), 0);
+    }
+
+    #[test]
+    fn a_narrow_span_covers_the_columns_of_a_wide_one() {
+        let xs = [-1e9, -0.5, 0.0, 0.5, 3.49, 3.5, 17.2, 31.4, 31.5, 32.0, 1e9];
+        for a in xs {
+            for b in xs {
+                let (mut narrow, mut wide) = (Span::empty(true), Span::empty(false));
+                for x in [a, b] {
+                    narrow.widen::<true>(x);
+                    wide.widen::<false>(x);
+                }
+                let found = narrow.bits::<true>(0.5, 0);
+                assert_eq!(found, wide.bits::<false>(0.5, 0), "{a} {b}");
+                let is_on = |column: u32| {
+                    let middle = f64::from(column) + 0.5;
+                    f64::from(a.min(b)) < middle && middle <= f64::from(a.max(b))
+                };
+                let expected = (0..32).filter(|&column| is_on(column));
+                assert_eq!(
+                    found,
+                    expected.fold(0, |bits, column| bits | 1 << column),
+                    "{a} {b}"
+                );
+            }
+        }
+        assert_eq!(Span::empty(true).bits::<true>(0.5, 0), 0);
+        assert_eq!(Span::empty(false).bits::<false>(0.5, 0), 0);
+    }
 }

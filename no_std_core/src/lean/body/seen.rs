@@ -11,6 +11,7 @@ use crate::body::plane::normal;
 use crate::budget::MAX_HULL_POINTS;
 use crate::camera::Camera;
 use crate::raster::place::Placement;
+use core::slice;
 use glam::{Vec2, Vec3};
 
 /// A body in a pose before a camera.
@@ -28,8 +29,8 @@ pub struct SeenHull<'a> {
     sight: Sight<'a>,
     scale: Scale,
     points: Points,
-    /// Where the points of the outline appear.
-    pixels: [Vec2; MAX_HULL_POINTS],
+    /// Those of the outline.
+    corners: [Corner; MAX_HULL_POINTS],
 }
 
 /// What is known of each point of a hull.
@@ -40,8 +41,8 @@ type Points = [Point; MAX_HULL_POINTS];
 #[derive(Clone, Copy)]
 #[repr(C)]
 struct Point {
-    /// The first row that is sampled below it; of points of the outline alone.
-    row: u32,
+    /// That of its number.
+    bit: u32,
     /// Bit `b` is the line to point `b`, of a greater number.
     lines: u32,
     /// Its [`Scale`]d place in the image, to the right and up.
@@ -72,28 +73,29 @@ impl<'a> Sight<'a> {
             is_near,
         }
     }
-
-    #[inline]
-    fn pixel(&self, hull: &PosedHull<'_>, placement: &Placement, steps: [i16; 3]) -> Vec2 {
-        let point = hull.place.carry(local(steps, hull.step));
-        placement.place(self.camera.project(point))
-    }
 }
 
 impl<'a> SeenHull<'a> {
     /// None yet.
     pub fn new(sight: &Sight<'a>) -> Self {
-        let point = Point {
-            row: 0,
+        let mut points = [Point {
+            bit: 1,
             lines: 0,
             x: 0,
             y: 0,
+        }; MAX_HULL_POINTS];
+        for (number, point) in points.iter_mut().enumerate() {
+            point.bit <<= number;
+        }
+        let corner = Corner {
+            pixel: Vec2::ZERO,
+            row: 0,
         };
         Self {
             sight: *sight,
             scale: Scale::of(sight.posed.scale.reach),
-            points: [point; MAX_HULL_POINTS],
-            pixels: [Vec2::ZERO; MAX_HULL_POINTS],
+            points,
+            corners: [corner; MAX_HULL_POINTS],
         }
     }
 
@@ -107,7 +109,9 @@ impl<'a> SeenHull<'a> {
         mut take: impl FnMut(Corner, Corner),
     ) {
         self.find_outline(hull);
-        let points = self.points.get(..hull.points.len()).unwrap_or_default();
+        let Some(points) = self.points.get(..hull.points.len()) else {
+            return;
+        };
         let (mut begins, mut ends, mut own) = (0, 0, 1);
         for point in points {
             if point.lines != 0 {
@@ -117,16 +121,7 @@ impl<'a> SeenHull<'a> {
             own <<= 1;
         }
         ends |= begins;
-        while ends != 0 {
-            let number = ends.trailing_zeros() as usize;
-            ends &= ends - 1;
-            let Some(&steps) = hull.points.get(number) else {
-                break;
-            };
-            let pixel = self.sight.pixel(hull, placement, steps);
-            self.pixels[number] = pixel;
-            self.points[number].row = row(pixel.y);
-        }
+        self.place(hull, placement, ends, row);
         while begins != 0 {
             let a = begins.trailing_zeros() as usize;
             begins &= begins - 1;
@@ -135,12 +130,35 @@ impl<'a> SeenHull<'a> {
             while lines != 0 {
                 let b = lines.trailing_zeros() as usize;
                 lines &= lines - 1;
-                let [a, b] = [a, b].map(|number| Corner {
-                    pixel: self.pixels[number],
-                    row: self.points[number].row,
-                });
-                take(a, b);
+                take(self.corners[a], self.corners[b]);
             }
+        }
+    }
+
+    /// Finds the pixels and rows of the points whose bits are set.
+    ///
+    /// Not inlined: alone it has most of what it works with in registers, and there the camera
+    /// is asked once what its rays are like.
+    #[inline(never)]
+    fn place(
+        &mut self,
+        hull: &PosedHull<'_>,
+        placement: &Placement,
+        mut numbers: u32,
+        row: impl Fn(f32) -> u32,
+    ) {
+        let (camera, placement) = (*self.sight.camera, *placement);
+        let (place, step) = (hull.place, hull.step);
+        while numbers != 0 {
+            let number = numbers.trailing_zeros() as usize;
+            numbers &= numbers - 1;
+            let Some(&steps) = hull.points.get(number) else {
+                break;
+            };
+            let point = place.carry(local(steps, step));
+            let pixel = placement.place(camera.project(point));
+            let row = row(pixel.y);
+            self.corners[number] = Corner { pixel, row };
         }
     }
 
@@ -193,12 +211,20 @@ impl<'a> SeenHull<'a> {
             whole
         };
         let (right, up) = (whole(right), whole(up));
-        for (point, &[x, y, z]) in self.points.iter_mut().zip(hull.points) {
-            let [x, y, z] = [i32::from(x), i32::from(y), i32::from(z)];
-            point.x = right[0] * x + right[1] * y + right[2] * z;
-            point.y = up[0] * x + up[1] * y + up[2] * z;
-        }
+        draft(&mut self.points, hull.points, [right, up]);
         true
+    }
+}
+
+/// Finds where points appear along two axes.
+///
+/// Not inlined: alone it has what it works with in registers.
+#[inline(never)]
+fn draft(points: &mut Points, steps: &[[i16; 3]], [right, up]: [[i32; 3]; 2]) {
+    for (point, &[x, y, z]) in points.iter_mut().zip(steps) {
+        let [x, y, z] = [i32::from(x), i32::from(y), i32::from(z)];
+        point.x = right[0] * x + right[1] * y + right[2] * z;
+        point.y = up[0] * x + up[1] * y + up[2] * z;
     }
 }
 
@@ -212,21 +238,39 @@ fn toggle_seen(points: &mut Points, hull: &PosedHull<'_>, eye: &Eye) {
 }
 
 /// The same by the draft, beyond its tolerance.
-///
-/// Not inlined: alone it has most of what it works with in registers.
-#[inline(never)]
-fn toggle_drafted(points: &mut Points, (hull, tolerance): (&PosedHull<'_>, u32), eye: &Eye) {
-    for &corners in hull.facets {
-        let turn = turn(points, corners);
-        // Within the tolerance on either side of 0.
-        if turn.wrapping_add_unsigned(tolerance).cast_unsigned() <= 2 * tolerance {
-            if eye.sees(hull, corners) {
-                toggle(points, corners);
-            }
-        } else if (turn.cast_unsigned() ^ corners.turn()).cast_signed() >= 0 {
-            toggle(points, corners);
+fn toggle_drafted(points: &mut Points, (hull, tolerance): (&PosedHull<'_>, i32), eye: &Eye) {
+    let mut facets = hull.facets.iter();
+    while let Some(untold) = toggle_told(points, &mut facets, tolerance) {
+        if eye.sees(hull, untold) {
+            toggle(points, untold);
         }
     }
+}
+
+/// The same up to the first facet that the draft does not tell of: that one.
+///
+/// Not inlined, and calls nothing: alone it has all that it works with in registers.
+#[inline(never)]
+fn toggle_told(
+    points: &mut Points,
+    facets: &mut slice::Iter<'_, Corners>,
+    tolerance: i32,
+) -> Option<Corners> {
+    let mut rest = facets.clone();
+    let untold = loop {
+        let Some(&corners) = rest.next() else {
+            break None;
+        };
+        // A sign turned round, and one less: the tolerance has room for that.
+        let side = turn(points, corners) ^ corners.turned();
+        if side > tolerance {
+            toggle(points, corners);
+        } else if side + tolerance >= 0 {
+            break Some(corners);
+        }
+    };
+    *facets = rest;
+    untold
 }
 
 /// The high word of what a facet's corners turn counterclockwise by their numbers: twice its
@@ -242,8 +286,9 @@ fn turn(points: &Points, corners: Corners) -> i32 {
 #[inline]
 fn toggle(points: &mut Points, corners: Corners) {
     let [a, b, c] = corners.numbers();
-    points[a].lines ^= 1 << b | 1 << c;
-    points[b].lines ^= 1 << c;
+    let [b_bit, c_bit] = [b, c].map(|number| points[number].bit);
+    points[a].lines ^= b_bit | c_bit;
+    points[b].lines ^= c_bit;
 }
 
 /// From where facets are seen, in the frame of their joint.
@@ -281,7 +326,7 @@ struct Scale {
     /// Units in a step.
     units: f32,
     /// The greatest that a turn may be off, in the unit of its high word.
-    tolerance: u32,
+    tolerance: i32,
 }
 
 impl Scale {
@@ -300,7 +345,7 @@ impl Scale {
             // Axes are off by less than 1.1, points by 3.3 times the reach and differences by
             // twice that: turns by 4 * 6.6 * reach * 2^30. Of the product in floats, and of the
             // skew, 34 * 2^-22 and 12 * SKEW of the reach's square, which is 2^58 / 3.
-            tolerance: 8 * u32::from(reach) + 1_000,
+            tolerance: 8 * i32::from(reach) + 1_000,
         }
     }
 }
@@ -379,7 +424,7 @@ mod tests {
 
     fn turn_of(seen: &SeenHull<'_>, corners: Corners) -> Option<bool> {
         let (turn, tolerance) = (turn(&seen.points, corners), seen.scale.tolerance);
-        let is_clear = turn.unsigned_abs() > tolerance;
+        let is_clear = turn.abs() > tolerance;
         is_clear.then_some((turn.cast_unsigned() ^ corners.turn()).cast_signed() >= 0)
     }
 

@@ -69,7 +69,7 @@ const STAGE_LIMITS: [u64; 3] = if cfg!(target_abi = "eabihf") {
         if cfg!(feature = "skia") {
             u64::MAX
         } else {
-            121_000
+            110_000
         },
     ]
 } else {
