@@ -5,12 +5,12 @@
 //! Seal; Mula, Kurz & Lemire 2018).
 
 use super::Gei;
-use super::sums::Scale;
 use crate::adder;
-use crate::budget::{LANES, MAX_COLUMNS, MAX_PIXELS, TALLY_DIGITS};
+use crate::budget::{LANES, MAX_COLUMNS, MAX_PIXELS, MAX_ROWS, TALLY_DIGITS};
 use crate::raster::columns::{Column, Images};
 use crate::raster::simd::{Simd, Wide, compiled, dispatch};
 use crate::silhouette::Size;
+use core::ops::Range;
 
 /// Frames that are counted at once.
 const BATCH: usize = 8;
@@ -26,6 +26,7 @@ pub struct GeiTally {
     digits: [[Column; TALLY_DIGITS]; MAX_COLUMNS],
     waiting: [Images; BATCH],
     waits: usize,
+    means: Means,
 }
 
 impl GeiTally {
@@ -48,6 +49,7 @@ impl GeiTally {
             digits: [[Column::EMPTY; TALLY_DIGITS]; MAX_COLUMNS],
             waiting: [Images::empty(size); BATCH],
             waits: 0,
+            means: Means::NONE,
         }
     }
 
@@ -85,8 +87,10 @@ impl GeiTally {
     #[must_use]
     pub fn gei(&mut self, elevation: usize) -> Gei {
         self.settle();
-        let means = dispatch!(self.simd, means(self, elevation));
-        Gei::from_means(self.size, means)
+        self.means.make(self.frames);
+        let mut pixels = [0; MAX_PIXELS];
+        dispatch!(self.simd, means(self, elevation, &mut pixels));
+        Gei::from_means(self.size, pixels)
     }
 
     /// Counts the frames that wait.
@@ -105,35 +109,111 @@ impl GeiTally {
 }
 
 compiled!(fn count(tally: &mut GeiTally));
-compiled!(fn means(tally: &GeiTally, elevation: usize) -> [u8; MAX_PIXELS]);
+compiled!(fn means(tally: &GeiTally, elevation: usize, pixels: &mut [u8; MAX_PIXELS]));
 
-/// The means of all pixels, of frames that are all counted.
-#[inline(always)]
-fn means<L: Wide>(l: L, tally: &GeiTally, elevation: usize) -> [u8; MAX_PIXELS] {
-    let mut means = [0; MAX_PIXELS];
-    let scale = Scale::new(tally.frames.max(1));
-    let (used, width) = (tally.used(), tally.size.columns());
-    for (column, digits) in tally.digits.iter().enumerate().take(width) {
-        let mut rows = [0; TALLY_DIGITS];
-        for (rows, digit) in rows.iter_mut().zip(digits).take(used) {
-            *rows = digit.rows(elevation);
-        }
-        for byte in 0..tally.size.rows().div_ceil(8) {
-            // Eight counts, the lower byte of each and the higher one.
-            let mut counts = [0; 2];
-            for (worth, rows) in rows.iter().enumerate().take(used) {
-                counts[worth / 8] |= l.spread(rows >> (8 * byte)) << (worth % 8);
-            }
-            let [low, high] = counts.map(u64::to_le_bytes);
-            // Rows below the last one are black, and stay so.
-            let first = 8 * byte * width + column;
-            for row in 0..8 {
-                let count = u32::from(low[row]) + 256 * u32::from(high[row]);
-                means[(first + row * width) % MAX_PIXELS] = scale.mean(count);
+/// Columns that are turned into rows at once, and as many rows.
+const SQUARE: usize = 32;
+/// Digits of a count that fit into a byte.
+const BYTE: usize = 8;
+
+/// The means of counts, those of the usual ones by table.
+#[derive(Clone, Debug)]
+struct Means {
+    frames: u32,
+    known: [u8; 512],
+}
+
+impl Means {
+    const NONE: Self = Self {
+        frames: 0,
+        known: [0; 512],
+    };
+
+    /// Makes the table for so many frames.
+    fn make(&mut self, frames: u32) {
+        if self.frames != frames {
+            self.frames = frames;
+            for (mean, count) in self.known.iter_mut().zip(0..=frames) {
+                *mean = mean_of(count, frames);
             }
         }
     }
-    means
+
+    fn of(&self, count: u32) -> u8 {
+        let known = self.known.get(count as usize).copied();
+        known.unwrap_or_else(|| mean_of(count, self.frames))
+    }
+}
+
+/// Of frames in which a pixel is 255 or 0, rounded half up.
+fn mean_of(count: u32, frames: u32) -> u8 {
+    let frames = frames.max(1);
+    u8::try_from((255 * count + frames / 2) / frames).unwrap_or(u8::MAX)
+}
+
+/// The means of all pixels, of frames that are all counted.
+#[inline(always)]
+fn means<L: Wide>(l: L, tally: &GeiTally, elevation: usize, pixels: &mut [u8; MAX_PIXELS]) {
+    let (used, width, rows) = (tally.used(), tally.size.columns(), tally.size.rows());
+    let (table, _) = tally
+        .means
+        .known
+        .split_first_chunk()
+        .unwrap_or((&[0; 128], &[]));
+    // The columns on the right first: what stands behind a row's last one is black, and is
+    // overwritten by the next row.
+    for left in (0..width).step_by(SQUARE).rev() {
+        let low = planes(l, tally, (elevation, left), 0..used.min(BYTE));
+        let high = planes(l, tally, (elevation, left), BYTE..used);
+        for (pair, row) in (0..rows).step_by(2).enumerate() {
+            let mut means = l.numbers(&low[pair][..used.min(BYTE)]);
+            if used < BYTE {
+                l.find(table, &mut means);
+            } else {
+                let high = l.numbers(&high[pair]);
+                for (low, high) in means.iter_mut().zip(high) {
+                    *low = tally.means.of(u32::from(*low) + 256 * u32::from(high));
+                }
+            }
+            for (row, means) in (row..).zip(means.as_chunks::<SQUARE>().0) {
+                let at = row * width + left;
+                if let Some(pixels) = pixels.get_mut(at..at + SQUARE) {
+                    pixels.copy_from_slice(means);
+                }
+            }
+        }
+    }
+}
+
+/// Digits of the counts in a square's columns, for each pair of rows: of the upper one's pixels,
+/// and of the lower one's.
+#[inline(always)]
+fn planes<L: Wide>(
+    l: L,
+    tally: &GeiTally,
+    (elevation, left): (usize, usize),
+    digits: Range<usize>,
+) -> [[u64; BYTE]; MAX_ROWS / 2] {
+    let mut planes = [[0; BYTE]; MAX_ROWS / 2];
+    for (worth, digit) in digits.enumerate() {
+        let [mut upper, mut lower] = [[0; SQUARE]; 2];
+        let columns = tally.digits.as_chunks::<SQUARE>().0;
+        let columns = &columns[left / SQUARE % columns.len()];
+        // Two at a time: a processor that gathers many words at once takes longer.
+        for at in (0..SQUARE).step_by(2) {
+            let [a, b] = [at, at + 1].map(|at| columns[at][digit % TALLY_DIGITS].halves(elevation));
+            [upper[at], upper[at + 1]] = [a[0], b[0]];
+            [lower[at], lower[at + 1]] = [a[1], b[1]];
+        }
+        let rows = [l.turn(&upper), l.turn(&lower)];
+        for (planes, rows) in planes
+            .iter_mut()
+            .zip(rows.as_flattened().as_chunks::<2>().0)
+        {
+            planes[worth % BYTE] = u64::from(rows[0]) | u64::from(rows[1]) << SQUARE;
+        }
+    }
+    planes
 }
 
 /// Adds eight frames to the counts.

@@ -28,14 +28,17 @@ impl Column {
 
     /// The rows at one elevation; bit `r` is row `r`.
     pub fn rows(&self, elevation: usize) -> u64 {
-        let of = |words: &[u32]| words.get(elevation % LANES).copied().map_or(0, u64::from);
-        let (low_rest, high_rest) = self.rest.split_at(HALF);
-        let (low, high) = if elevation < LANES {
-            (of(&self.low), of(&self.high))
+        let [low, high] = self.halves(elevation);
+        u64::from(low) | u64::from(high) << 32
+    }
+
+    /// The rows at one elevation; bit `r` of the first word is row `r`, of the other 32 + `r`.
+    pub fn halves(&self, elevation: usize) -> [u32; 2] {
+        if elevation < LANES {
+            [self.low[elevation], self.high[elevation]]
         } else {
-            (of(low_rest), of(high_rest))
-        };
-        low | high << 32
+            [elevation, HALF + elevation].map(|lane| self.rest[lane % LANES])
+        }
     }
 }
 

@@ -21,11 +21,8 @@ pub struct Seen {
     /// Upwards of the image's centre, and towards the camera, at elevation 0.
     y: [f32; POINTS],
     w: [f32; POINTS],
-    /// Half columns left of each point, the last one rounded off: two a column.
-    halves: [u32; POINTS],
-    /// For each number of column centres that points of one hull have passed, the edges that
-    /// end at those points an odd number of times. All are 0 between hulls.
-    turning: [[u64; 2]; MAX_COLUMNS + 1],
+    /// How many columns' centres each point has passed.
+    passed: [u32; POINTS],
     /// Cut and not yet drawn.
     queue: [Corners; QUEUE],
 }
@@ -59,8 +56,7 @@ impl Seen {
         u: [0.0; POINTS],
         y: [0.0; POINTS],
         w: [0.0; POINTS],
-        halves: [0; POINTS],
-        turning: [[0; 2]; MAX_COLUMNS + 1],
+        passed: [0; POINTS],
         queue: [Corners {
             y: [0.0; LANES],
             w: [0.0; LANES],
@@ -93,9 +89,9 @@ impl Seen {
         let to = self.u.as_chunks_mut::<LANES>().0.iter_mut();
         let to = to.zip(self.y.as_chunks_mut::<LANES>().0);
         let to = to.zip(self.w.as_chunks_mut::<LANES>().0);
-        let to = to.zip(self.halves.as_chunks_mut::<LANES>().0);
+        let to = to.zip(self.passed.as_chunks_mut::<LANES>().0);
         let chunks = figure.len().div_ceil(LANES);
-        for (((x, y), z), (((us, ys), ws), halves)) in from.zip(to).take(chunks) {
+        for (((x, y), z), (((us, ys), ws), passed)) in from.zip(to).take(chunks) {
             let x = l.sub(l.load(x), centre[0]);
             let z = l.sub(l.load(z), centre[2]);
             let u = l.add(l.mul(x, right[0]), l.mul(z, right[2]));
@@ -112,7 +108,9 @@ impl Seen {
             l.store(u, us);
             l.store(y, ys);
             l.store(w, ws);
-            l.store_words(l.truncate(l.add(shown, shown)), halves);
+            // Of 2 u halves and u whole columns left of it, the last ones rounded off.
+            let halves = l.truncate(l.add(shown, shown));
+            l.store_words(l.sub_words(halves, l.truncate(shown)), passed);
         }
         let (_, across) = l.bounds(zero, across);
         let (_, along) = l.bounds(zero, along);
@@ -132,58 +130,43 @@ impl Seen {
         view: &View<'_>,
         columns: &mut [Column; MAX_COLUMNS],
     ) {
-        let start = hull.points.start;
-        let points = [&self.u, &self.y, &self.w]
-            .map(|axis| axis.get(start..).and_then(<[f32]>::first_chunk));
-        let ([Some(u), Some(y), Some(w)], Some(halves)) =
-            (points, self.halves.get(hull.points.clone()))
-        else {
+        let [above, below] = outermost(l, hull, directions, view.azimuth);
+        let passed = self.passed.get(hull.points.start..);
+        let Some(passed) = passed.and_then(<[u32]>::first_chunk) else {
             return;
         };
-        // Left of a plane, an edge with both ends counts twice and one that is cut once: the
-        // exclusive or of these up to the plane are the edges that it cuts.
-        let (mut first, mut end) = (MAX_COLUMNS, 0);
-        for (&halves, spokes) in halves.iter().zip(hull.spokes) {
-            let passed = (halves as usize).div_ceil(2) % (MAX_COLUMNS + 1);
-            let turning = &mut self.turning[passed];
-            *turning = [turning[0] ^ spokes[0], turning[1] ^ spokes[1]];
+        let (mut first, mut end) = (u32::MAX, 0);
+        for &passed in passed.iter().take(hull.points.len()) {
             (first, end) = (first.min(passed), end.max(passed));
         }
-        if hull.edges.is_empty() {
-            end = first;
-        }
-        let [above, below] = outermost(l, hull, directions, view.azimuth);
-        let mut cut = [0; 2];
+        let mut cuts = l.cuts((hull.edges, hull.spokes), [above, below], passed);
+        let points = [&self.u, &self.y, &self.w]
+            .map(|axis| axis.get(hull.points.start..).and_then(<[f32]>::first_chunk));
+        let [Some(u), Some(y), Some(w)] = points else {
+            return;
+        };
         let mut queued = 0;
-        for column in first..end {
-            let turned = core::mem::take(&mut self.turning[column]);
-            cut = [cut[0] ^ turned[0], cut[1] ^ turned[1]];
+        for column in first as usize..end as usize {
             let plane = as_pixels(column) + 0.5;
-            for (half, edges) in hull.edges.iter().enumerate() {
-                let mut masks = [cut[half] & above[half], cut[half] & below[half]];
-                loop {
-                    let count = masks.map(u64::count_ones);
-                    let count = count[0].max(count[1]) as usize;
-                    let [y, w] = l.corners(edges, [u, y, w], masks, plane);
-                    let corners = &mut self.queue[queued % QUEUE];
-                    l.store(y, &mut corners.y);
-                    l.store(w, &mut corners.w);
-                    (corners.count, corners.column) = (count, None);
-                    queued += 1;
-                    if count <= LANES / 2 {
-                        break;
-                    }
-                    masks = masks.map(without_eight);
+            let mut masks = l.crossed(&mut cuts, column);
+            loop {
+                let ([y, w], count) = l.corners((&cuts, hull.edges), &mut masks, [u, y, w], plane);
+                let corners = &mut self.queue[queued % QUEUE];
+                l.store(y, &mut corners.y);
+                l.store(w, &mut corners.w);
+                (corners.count, corners.column) = (count, None);
+                queued += 1;
+                if masks == [[0; 2]; 2] {
+                    corners.column = Some(column);
+                    break;
                 }
             }
-            self.queue[(queued - 1) % QUEUE].column = Some(column);
             if queued > QUEUE - MOST {
                 draw(l, &self.queue[..queued], view, columns);
                 queued = 0;
             }
         }
         draw(l, &self.queue[..queued], view, columns);
-        self.turning[end] = [0; 2];
     }
 }
 
@@ -203,11 +186,6 @@ fn draw<L: Wide>(l: L, queue: &[Corners], view: &View<'_>, columns: &mut [Column
 /// The horizontal direction to the camera.
 pub const fn toward(right: Vec3) -> Vec3 {
     Vec3::new(-right.z, 0.0, right.x)
-}
-
-/// Without the lowest eight bits that are set.
-fn without_eight(mask: u64) -> u64 {
-    (0..8).fold(mask, |mask, _| mask & mask.wrapping_sub(1))
 }
 
 /// The edges that can be uppermost, and those that can be lowest, from any elevation.

@@ -190,6 +190,35 @@ impl Lanes<8> for Avx2 {
 impl Wide for Two<Avx2> {
     type Half = Avx2;
 
+    super::cuts::edge_by_edge!();
+
+    #[inline(always)]
+    fn numbers(self, digits: &[u64]) -> [u8; 64] {
+        let mut numbers = [0; 64];
+        for (half, numbers) in numbers.as_chunks_mut::<32>().0.iter_mut().enumerate() {
+            with! {
+                let byte = _mm256_setr_epi64x(
+                    0,
+                    0x0101_0101_0101_0101,
+                    0x0202_0202_0202_0202,
+                    0x0303_0303_0303_0303,
+                );
+                let bit = _mm256_set1_epi64x(0x8040_2010_0804_0201u64.cast_signed());
+                let (mut sum, mut worth) = (_mm256_setzero_si256(), _mm256_set1_epi8(1));
+                for &digit in digits {
+                    #[expect(clippy::cast_possible_truncation, reason = "half by half")]
+                    let digit = _mm256_set1_epi32((digit >> (32 * half)) as i32);
+                    let bits = _mm256_and_si256(_mm256_shuffle_epi8(digit, byte), bit);
+                    let is_set = _mm256_cmpeq_epi8(bits, bit);
+                    sum = _mm256_or_si256(sum, _mm256_and_si256(is_set, worth));
+                    worth = _mm256_add_epi8(worth, worth);
+                }
+                _mm256_storeu_si256(numbers.as_mut_ptr().cast(), sum);
+            }
+        }
+        numbers
+    }
+
     #[inline(always)]
     fn half(self) -> Avx2 {
         self.0

@@ -19,6 +19,7 @@ cpufeatures::new!(
     "avx512dq",
     "avx512vl",
     "avx512vpopcntdq",
+    "avx512vbmi",
     "avx512vbmi2",
     "avx512bitalg",
     "gfni"
@@ -45,6 +46,11 @@ macro_rules! with {
         unsafe { $($call)* }
     };
 }
+
+mod cuts;
+mod planes;
+
+use cuts::Cuts;
 
 impl Lanes<LANES> for Avx512 {
     type Floats = __m512;
@@ -385,10 +391,10 @@ impl Avx512 {
 
     /// The first eight numbers of each mask.
     #[inline(always)]
-    fn eights(self, numbers: &[u8; 64], [upper, lower]: [u64; 2]) -> __m512i {
+    fn eights(self, numbers: [__m512i; 2], masks: [u64; 2]) -> __m512i {
         with!(_mm512_castsi128_si512(_mm_unpacklo_epi64(
-            _mm512_castsi512_si128(self.together(upper, numbers)),
-            _mm512_castsi512_si128(self.together(lower, numbers)),
+            _mm512_castsi512_si128(_mm512_maskz_compress_epi8(masks[0], numbers[0])),
+            _mm512_castsi512_si128(_mm512_maskz_compress_epi8(masks[1], numbers[1])),
         )))
     }
 
@@ -405,6 +411,7 @@ impl Avx512 {
 
 impl Wide for Avx512 {
     type Half = Avx512Half;
+    type Cuts = Cuts;
 
     const IS_ONE: bool = true;
 
@@ -467,23 +474,40 @@ impl Wide for Avx512 {
         with!(_mm512_permutexvar_ps(index, floats))
     }
 
-    /// All edges of a mask are moved together.
+    #[inline(always)]
+    fn cuts(
+        self,
+        (edges, _): (&[Edges], &[[u64; 2]]),
+        masks: [[u64; 2]; 2],
+        passed: &[u32; MAX_HULL_POINTS],
+    ) -> Cuts {
+        cuts::cuts(self, edges, masks, passed)
+    }
+    #[inline(always)]
+    fn crossed(self, cuts: &mut Cuts, column: usize) -> [[u64; 2]; 2] {
+        cuts::crossed(self, cuts, column)
+    }
     #[inline(always)]
     fn corners(
         self,
-        edges: &Edges,
+        (cuts, _): (&Cuts, &[Edges]),
+        masks: &mut [[u64; 2]; 2],
         points: [&[f32; MAX_HULL_POINTS]; 3],
-        [upper, lower]: [u64; 2],
         plane: f32,
-    ) -> [__m512; 2] {
-        let mut a = [self.splat(0.0); 3];
-        let mut b = a;
-        let from = self.eights(&edges.from, [upper, lower]);
-        let to = self.eights(&edges.to, [upper, lower]);
-        for axis in 0..3 {
-            a[axis] = self.pick(from, points[axis]);
-            b[axis] = self.pick(to, points[axis]);
-        }
-        super::cut(self, a, b, plane)
+    ) -> ([__m512; 2], usize) {
+        cuts::corners(self, cuts, masks, points, plane)
+    }
+
+    #[inline(always)]
+    fn turn(self, columns: &[u32; 32]) -> [u32; 32] {
+        planes::turn(self, columns)
+    }
+    #[inline(always)]
+    fn numbers(self, digits: &[u64]) -> [u8; 64] {
+        planes::numbers(self, digits)
+    }
+    #[inline(always)]
+    fn find(self, table: &[u8; 128], numbers: &mut [u8; 64]) {
+        planes::find(self, table, numbers);
     }
 }

@@ -7,6 +7,7 @@
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+mod cuts;
 #[cfg(target_arch = "aarch64")]
 mod neon;
 mod portable;
@@ -162,7 +163,7 @@ macro_rules! compiled {
             }
 
             #[target_feature(
-                enable = "avx2,bmi1,bmi2,popcnt,avx512f,avx512bw,avx512dq,avx512vl,avx512vpopcntdq,avx512vbmi2,avx512bitalg,gfni"
+                enable = "avx2,bmi1,bmi2,popcnt,avx512f,avx512bw,avx512dq,avx512vl,avx512vpopcntdq,avx512vbmi,avx512vbmi2,avx512bitalg,gfni"
             )]
             pub fn avx512(
                 lanes: crate::raster::simd::Avx512,
@@ -303,6 +304,8 @@ pub(crate) trait Lanes<const N: usize>: Copy {
 /// once.
 pub(crate) trait Wide: Lanes<16> {
     type Half: Lanes<8>;
+    /// Edges that columns cut.
+    type Cuts: Copy;
 
     /// Whether sixteen are one register.
     const IS_ONE: bool = false;
@@ -343,6 +346,48 @@ pub(crate) trait Wide: Lanes<16> {
         ((spread + 0x7f * ONES) >> 7) & ONES
     }
 
+    /// A square of bits as columns: bit `c` of word `r` is bit `r` of word `c` (Warren 2013,
+    /// "Hacker's Delight", section 7-3).
+    #[inline(always)]
+    fn turn(self, columns: &[u32; 32]) -> [u32; 32] {
+        let mut words = *columns;
+        let (mut apart, mut low) = (16, 0x0000_ffff);
+        while apart > 0 {
+            for both in words.chunks_exact_mut(2 * apart) {
+                let (first, second) = both.split_at_mut(apart);
+                for (a, b) in first.iter_mut().zip(second) {
+                    let turn = (*a >> apart ^ *b) & low;
+                    (*a, *b) = (*a ^ turn << apart, *b ^ turn);
+                }
+            }
+            apart /= 2;
+            low ^= low << apart;
+        }
+        words
+    }
+
+    /// Numbers of up to eight binary digits, the lowest one first: a bit a number.
+    #[inline(always)]
+    fn numbers(self, digits: &[u64]) -> [u8; 64] {
+        let mut numbers = [0; 64];
+        for (at, eight) in numbers.as_chunks_mut::<8>().0.iter_mut().enumerate() {
+            let mut sum = 0;
+            for (worth, digit) in digits.iter().enumerate() {
+                sum |= self.spread(digit >> (8 * at)) << worth;
+            }
+            *eight = u64::to_le_bytes(sum);
+        }
+        numbers
+    }
+
+    /// What a table has at these numbers below 128.
+    #[inline(always)]
+    fn find(self, table: &[u8; 128], numbers: &mut [u8; 64]) {
+        for number in numbers {
+            *number = table[usize::from(*number) % 128];
+        }
+    }
+
     /// Lane `lane`, below 8, in the first half of the lanes, and lane 8 + `lane` in the other.
     #[inline(always)]
     fn pair(self, floats: Self::Floats, lane: usize) -> Self::Floats {
@@ -355,36 +400,30 @@ pub(crate) trait Wide: Lanes<16> {
         self.load(&lanes)
     }
 
-    /// Where a plane to the right of it cuts the first eight edges of each mask, all of which it
-    /// crosses, of a hull of these points (to the right, upwards, and towards the camera): upwards
-    /// and towards the camera, in eight lanes for each mask. What lanes are left are NaN.
-    #[inline(always)]
+    /// The edges that each of two pairs of masks names, of a hull whose points have passed so many
+    /// columns' centres; `spokes` are the edges of each point.
+    fn cuts(
+        self,
+        hull: (&[Edges], &[[u64; 2]]),
+        masks: [[u64; 2]; 2],
+        passed: &[u32; MAX_HULL_POINTS],
+    ) -> Self::Cuts;
+
+    /// Which of the edges a column's plane crosses. Columns are asked for one after another, from
+    /// the first one that crosses the hull.
+    fn crossed(self, cuts: &mut Self::Cuts, column: usize) -> [[u64; 2]; 2];
+
+    /// Where a plane to the right of it cuts edges that it crosses, of a hull of these points (to
+    /// the right, upwards, and towards the camera): upwards and towards the camera, in eight lanes
+    /// for each pair of masks, and how many there are in one of these at most. What lanes are left
+    /// are NaN. Takes these edges out of the masks.
     fn corners(
         self,
-        edges: &Edges,
+        cuts: (&Self::Cuts, &[Edges]),
+        masks: &mut [[u64; 2]; 2],
         points: [&[f32; MAX_HULL_POINTS]; 3],
-        masks: [u64; 2],
         plane: f32,
-    ) -> [Self::Floats; 2] {
-        let (mut a, mut b) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
-        for (half, mask) in masks.into_iter().enumerate() {
-            let mut left = mask;
-            for lane in LANES / 2 * half..LANES / 2 * (half + 1) {
-                let edge = left.trailing_zeros() as usize;
-                let (Some(&from), Some(&to)) = (edges.from.get(edge), edges.to.get(edge)) else {
-                    break;
-                };
-                left &= left - 1;
-                for (axis, points) in points.into_iter().enumerate() {
-                    a[axis][lane] = points[usize::from(from) % MAX_HULL_POINTS];
-                    b[axis][lane] = points[usize::from(to) % MAX_HULL_POINTS];
-                }
-            }
-        }
-        let a = [self.load(&a[0]), self.load(&a[1]), self.load(&a[2])];
-        let b = [self.load(&b[0]), self.load(&b[1]), self.load(&b[2])];
-        cut(self, a, b, plane)
-    }
+    ) -> ([Self::Floats; 2], usize);
 }
 
 /// [`Wide::ends`] of any processor.
@@ -429,14 +468,4 @@ const fn transposed(bits: u64) -> u64 {
     let bits = bits ^ turn ^ turn << 14;
     let turn = (bits ^ bits >> 28) & 0x0000_0000_f0f0_f0f0;
     bits ^ turn ^ turn << 28
-}
-
-/// The points of lines from `a` to `b` in a plane to the right: upwards and towards the camera.
-#[inline(always)]
-fn cut<L: Wide>(l: L, a: [L::Floats; 3], b: [L::Floats; 3], plane: f32) -> [L::Floats; 2] {
-    let share = l.div(l.sub(l.splat(plane), a[0]), l.sub(b[0], a[0]));
-    [
-        l.add(a[1], l.mul(share, l.sub(b[1], a[1]))),
-        l.add(a[2], l.mul(share, l.sub(b[2], a[2]))),
-    ]
 }

@@ -190,6 +190,8 @@ impl Lanes<8> for Neon {
 impl Wide for Two<Neon> {
     type Half = Neon;
 
+    super::cuts::edge_by_edge!();
+
     #[inline(always)]
     fn half(self) -> Neon {
         self.0

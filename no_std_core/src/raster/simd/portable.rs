@@ -183,6 +183,8 @@ impl<const N: usize> Lanes<N> for Portable {
 impl Wide for Portable {
     type Half = Self;
 
+    super::cuts::edge_by_edge!();
+
     #[inline(always)]
     fn half(self) -> Self {
         self
