@@ -7,7 +7,7 @@ use crate::body::{Figure, FigureHull};
 use crate::budget::{LANES, MAX_COLUMNS, MAX_HULL_POINTS, MAX_POINTS};
 use crate::raster::place::as_pixels;
 use crate::raster::seen::{dot, splat};
-use crate::raster::simd::{Edges, Wide};
+use crate::raster::simd::Wide;
 use glam::Vec3;
 
 /// Points of a figure, and behind them what is read together with a hull's last one.
@@ -29,6 +29,7 @@ pub struct Seen {
 
 /// Corners of a cross-section, as [`Section::reach`] takes them.
 #[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
 struct Corners {
     y: [f32; LANES],
     w: [f32; LANES],
@@ -222,21 +223,8 @@ fn outermost<L: Wide>(
         near |= u64::from(l.bits(l.less(opposite, depth))) << first;
         far |= u64::from(l.bits(l.less(depth, tolerance))) << first;
     }
-    let mut outermost = [[0; 2]; 2];
-    for (half, edges) in hull.edges.iter().enumerate().take(2) {
-        let (mut upper, mut lower) = (beside(l, up, edges), beside(l, down, edges));
-        if azimuth.is_above {
-            upper &= beside(l, far, edges);
-            lower &= beside(l, near, edges);
-        }
-        outermost[0][half] = upper;
-        outermost[1][half] = lower;
+    if !azimuth.is_above {
+        (near, far) = (u64::MAX, u64::MAX);
     }
-    outermost
-}
-
-/// The edges that have one of these facets on a side.
-#[inline(always)]
-fn beside<L: Wide>(l: L, facets: u64, edges: &Edges) -> u64 {
-    l.look_up(facets, &edges.sides[0]) | l.look_up(facets, &edges.sides[1])
+    l.beside([[up, far], [down, near]], hull.edges)
 }

@@ -291,6 +291,11 @@ impl Wide for Avx512 {
         ))
     }
 
+    #[inline(always)]
+    fn beside(self, pairs: [[u64; 2]; 2], edges: &[Edges]) -> [[u64; 2]; 2] {
+        cuts::beside(self, pairs, edges)
+    }
+
     /// The numbers of the points at the ends are moved together.
     #[inline(always)]
     fn ends(

@@ -322,6 +322,22 @@ pub(crate) trait Wide: Lanes<16> {
         found
     }
 
+    /// The edges that have on their sides a facet of each of two sets, of 64 facets at most: for
+    /// two pairs of sets.
+    #[inline(always)]
+    fn beside(self, pairs: [[u64; 2]; 2], edges: &[Edges]) -> [[u64; 2]; 2] {
+        let mut beside = [[0; 2]; 2];
+        for (half, edges) in edges.iter().enumerate().take(2) {
+            let [left, right] = &edges.sides;
+            for (beside, [first, second]) in beside.iter_mut().zip(pairs) {
+                let first = self.look_up(first, left) | self.look_up(first, right);
+                let second = self.look_up(second, left) | self.look_up(second, right);
+                beside[half] = first & second;
+            }
+        }
+        beside
+    }
+
     /// Writes the ends of the edges that have just one of the facets named by `bits` on their
     /// sides, as many as there is room for; how many these edges are.
     #[inline(always)]

@@ -4,6 +4,31 @@ use super::{Avx512, Edges, LANES, Lanes};
 use crate::budget::MAX_HULL_POINTS;
 use core::arch::x86_64::*;
 
+/// A bit tells for each facet that it is not in a set, so that those of both sides together tell
+/// that none is.
+#[inline(always)]
+pub fn beside(l: Avx512, pairs: [[u64; 2]; 2], edges: &[Edges]) -> [[u64; 2]; 2] {
+    let [[a, b], [c, d]] = pairs;
+    let mut beside = [[0; 2]; 2];
+    with! {
+        let missing = _mm512_maskz_mov_epi8(!a, l.splat_byte(1));
+        let missing = _mm512_mask_add_epi8(missing, !b, missing, l.splat_byte(2));
+        let missing = _mm512_mask_add_epi8(missing, !c, missing, l.splat_byte(4));
+        let missing = _mm512_mask_add_epi8(missing, !d, missing, l.splat_byte(8));
+        for (half, edges) in edges.iter().enumerate().take(2) {
+            let left = _mm512_loadu_si512(edges.sides[0].as_ptr().cast());
+            let right = _mm512_loadu_si512(edges.sides[1].as_ptr().cast());
+            let both = _mm512_and_si512(
+                _mm512_permutexvar_epi8(left, missing),
+                _mm512_permutexvar_epi8(right, missing),
+            );
+            beside[0][half] = _mm512_testn_epi8_mask(both, l.splat_byte(1 | 2));
+            beside[1][half] = _mm512_testn_epi8_mask(both, l.splat_byte(4 | 8));
+        }
+    }
+    beside
+}
+
 #[inline(always)]
 pub fn cuts(
     l: Avx512,
