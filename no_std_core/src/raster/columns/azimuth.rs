@@ -12,9 +12,11 @@ pub struct Azimuth {
     /// Of the first sixteen elevations, a lane each.
     pub(super) cos: [f32; LANES],
     pub(super) sin: [f32; LANES],
-    /// Of the others, and once more with the opposite sign.
+    /// Of the others, twice if they are few, and once more with the opposite sign.
     pub(super) cos_rest: [f32; LANES],
     pub(super) sin_rest: [f32; LANES],
+    /// Whether the others are four at most.
+    pub(super) is_few: bool,
     /// Whether none is below the horizon.
     pub(super) is_above: bool,
     count: usize,
@@ -78,6 +80,7 @@ impl Azimuth {
             sin: [0.0; LANES],
             cos_rest: [1.0; LANES],
             sin_rest: [0.0; LANES],
+            is_few: count <= LANES + LANES / 4,
             is_above: viewpoints.iter().all(|it| it.toward().y >= 0.0),
             count,
         };
@@ -87,6 +90,9 @@ impl Azimuth {
             (*cos, *sin) = (viewpoint.up().y, viewpoint.toward().y);
         }
         for rest in [&mut azimuth.cos_rest, &mut azimuth.sin_rest] {
+            if azimuth.is_few {
+                rest.copy_within(..LANES / 4, LANES / 4);
+            }
             let (rest, opposite) = rest.split_at_mut(LANES / 2);
             for (opposite, rest) in opposite.iter_mut().zip(rest) {
                 *opposite = -*rest;

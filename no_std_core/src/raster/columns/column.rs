@@ -77,18 +77,35 @@ impl<L: Wide> Section<L> {
         for at in 4..count.min(HALF) {
             self.reach_pair(l, azimuth, [y, w], at);
         }
+        let [y, w] = [l.load(y), l.load(w)];
+        if azimuth.is_few {
+            for at in (0..4).step_by(2) {
+                self.reach_rest(l, azimuth, [l.quads(y, at), l.quads(w, at)]);
+            }
+            for at in (4..count.min(HALF)).step_by(2) {
+                self.reach_rest(l, azimuth, [l.quads(y, at), l.quads(w, at)]);
+            }
+        } else {
+            for at in 0..count.min(HALF) {
+                self.reach_rest(l, azimuth, [l.pair(y, at), l.pair(w, at)]);
+            }
+        }
     }
 
-    /// Reaches one of each.
+    /// Reaches one of each, at the first sixteen elevations.
     #[inline(always)]
     fn reach_pair(&mut self, l: L, azimuth: &Azimuth, [y, w]: [&[f32; LANES]; 2], at: usize) {
         let first = (&azimuth.cos, &azimuth.sin);
-        let rest = (&azimuth.cos_rest, &azimuth.sin_rest);
         let upper = height(l, (l.splat(y[at]), l.splat(w[at])), first);
         let lower = height(l, (l.splat(y[HALF + at]), l.splat(w[HALF + at])), first);
-        let others = height(l, (l.pair(l.load(y), at), l.pair(l.load(w), at)), rest);
         self.top = l.max(upper, self.top);
         self.bottom = l.min(lower, self.bottom);
+    }
+
+    /// Reaches one of each at the other elevations, or two of each at few.
+    #[inline(always)]
+    fn reach_rest(&mut self, l: L, azimuth: &Azimuth, [y, w]: [L::Floats; 2]) {
+        let others = height(l, (y, w), (&azimuth.cos_rest, &azimuth.sin_rest));
         self.rest = l.max(others, self.rest);
     }
 
@@ -96,7 +113,7 @@ impl<L: Wide> Section<L> {
     /// itself excluded: from the first centre below the top to the last that is not below the
     /// bottom. A point at height v has passed floor(`offset` - v) centres.
     #[inline(always)]
-    pub fn paint(&self, l: L, (offset, rows): (f32, usize), column: &mut Column) {
+    pub fn paint(&self, l: L, is_few: bool, (offset, rows): (f32, usize), column: &mut Column) {
         let (offset, rows) = (l.splat(offset), l.splat(as_pixels(rows)));
         let all = l.splat_word(64);
         let from = passed(l, l.sub(offset, self.top), rows);
@@ -112,7 +129,11 @@ impl<L: Wide> Section<L> {
             l.without(l.bits_but(to), l.bits_but(from)),
             &mut column.high,
         );
-        let rest = l.mul(self.rest, l.load(&OPPOSITE));
+        let mut rest = self.rest;
+        if is_few {
+            rest = l.max(rest, l.swapped(rest));
+        }
+        let rest = l.mul(rest, l.load(&OPPOSITE));
         let both = passed(l, l.sub(offset, rest), rows);
         let (mut low, mut high) = ([0; LANES], [0; LANES]);
         l.store_words(l.bits_from(both), &mut low);

@@ -178,7 +178,12 @@ fn draw<L: Wide>(l: L, queue: &[Corners], view: &View<'_>, columns: &mut [Column
     for corners in queue {
         section.reach(l, view.azimuth, [&corners.y, &corners.w], corners.count);
         if let Some(column) = corners.column {
-            section.paint(l, (view.offset, view.rows), &mut columns[column]);
+            section.paint(
+                l,
+                view.azimuth.is_few,
+                (view.offset, view.rows),
+                &mut columns[column],
+            );
             section = Section::empty(l);
         }
     }

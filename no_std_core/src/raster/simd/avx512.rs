@@ -343,6 +343,18 @@ impl Wide for Avx512 {
     }
 
     #[inline(always)]
+    fn quads(self, floats: __m512, lane: usize) -> __m512 {
+        const FIRST: [u32; LANES] = [0, 0, 0, 0, 1, 1, 1, 1, 8, 8, 8, 8, 9, 9, 9, 9];
+        #[expect(clippy::cast_possible_truncation, reason = "below 8")]
+        let index = self.add_words(self.load_words(&FIRST), self.splat_word(lane as u32));
+        with!(_mm512_permutexvar_ps(index, floats))
+    }
+    #[inline(always)]
+    fn swapped(self, floats: __m512) -> __m512 {
+        with!(_mm512_shuffle_f32x4::<0b10_11_00_01>(floats, floats))
+    }
+
+    #[inline(always)]
     fn cuts(
         self,
         (edges, _): (&[Edges], &[[u64; 2]]),

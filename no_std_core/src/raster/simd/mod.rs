@@ -416,6 +416,29 @@ pub(crate) trait Wide: Lanes<16> {
         self.load(&lanes)
     }
 
+    /// Of each half of the lanes lane `lane`, below 7, four times, and the one behind it four times.
+    #[inline(always)]
+    fn quads(self, floats: Self::Floats, lane: usize) -> Self::Floats {
+        let mut lanes = [0.0; LANES];
+        self.store(floats, &mut lanes);
+        let of = lanes;
+        for (at, place) in lanes.iter_mut().enumerate() {
+            *place = of[(at / 8 * 8 + lane + at / 4 % 2) % LANES];
+        }
+        self.load(&lanes)
+    }
+
+    /// The second four lanes of each half before the first four.
+    #[inline(always)]
+    fn swapped(self, floats: Self::Floats) -> Self::Floats {
+        let mut lanes = [0.0; LANES];
+        self.store(floats, &mut lanes);
+        for eight in lanes.chunks_exact_mut(8) {
+            eight.rotate_left(4);
+        }
+        self.load(&lanes)
+    }
+
     /// The edges that each of two pairs of masks names, of a hull whose points have passed so many
     /// columns' centres; `spokes` are the edges of each point.
     fn cuts(
