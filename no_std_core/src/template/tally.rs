@@ -163,15 +163,16 @@ fn means<L: Wide>(l: L, tally: &GeiTally, elevation: usize, pixels: &mut [u8; MA
     // The columns on the right first: what stands behind a row's last one is black, and is
     // overwritten by the next row.
     for left in (0..width).step_by(SQUARE).rev() {
-        let low = planes(l, tally, (elevation, left), 0..used.min(BYTE));
-        let high = planes(l, tally, (elevation, left), BYTE..used);
-        for (pair, row) in (0..rows).step_by(2).enumerate() {
-            let mut means = l.numbers(&low[pair][..used.min(BYTE)]);
+        let (mut low, mut high) = ([[0; BYTE]; MAX_ROWS / 2], [[0; BYTE]; MAX_ROWS / 2]);
+        planes(l, tally, (elevation, left), 0..used.min(BYTE), &mut low);
+        planes(l, tally, (elevation, left), BYTE..used, &mut high);
+        let pairs = low.iter().zip(&high).zip((0..rows).step_by(2));
+        for ((low, high), row) in pairs {
+            let mut means = l.numbers(&low[..used.min(BYTE)]);
             if used < BYTE {
                 l.find(table, &mut means);
             } else {
-                let high = l.numbers(&high[pair]);
-                for (low, high) in means.iter_mut().zip(high) {
+                for (low, high) in means.iter_mut().zip(l.numbers(high)) {
                     *low = tally.means.of(u32::from(*low) + 256 * u32::from(high));
                 }
             }
@@ -185,16 +186,16 @@ fn means<L: Wide>(l: L, tally: &GeiTally, elevation: usize, pixels: &mut [u8; MA
     }
 }
 
-/// Digits of the counts in a square's columns, for each pair of rows: of the upper one's pixels,
-/// and of the lower one's.
+/// Writes digits of the counts in a square's columns, for each pair of rows: of the upper one's
+/// pixels, and of the lower one's.
 #[inline(always)]
 fn planes<L: Wide>(
     l: L,
     tally: &GeiTally,
     (elevation, left): (usize, usize),
     digits: Range<usize>,
-) -> [[u64; BYTE]; MAX_ROWS / 2] {
-    let mut planes = [[0; BYTE]; MAX_ROWS / 2];
+    planes: &mut [[u64; BYTE]; MAX_ROWS / 2],
+) {
     for (worth, digit) in digits.enumerate() {
         let [mut upper, mut lower] = [[0; SQUARE]; 2];
         let columns = tally.digits.as_chunks::<SQUARE>().0;
@@ -213,7 +214,6 @@ fn planes<L: Wide>(
             planes[worth % BYTE] = u64::from(rows[0]) | u64::from(rows[1]) << SQUARE;
         }
     }
-    planes
 }
 
 /// Adds eight frames to the counts.
