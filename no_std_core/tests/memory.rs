@@ -188,9 +188,9 @@ fn tiny_skia_holds_its_window_and_from_the_first_hull_on_one_path() {
 /// What a rasteriser may take from the heap.
 fn heap_bytes(rasterizer: Rasterizer) -> usize {
     match rasterizer {
-        Rasterizer::Rows | Rasterizer::Rows3x3 => 0,
         #[cfg(feature = "skia")]
-        _ => edgegait_core::budget::SKIA_HEAP_BYTES,
+        Rasterizer::Skia | Rasterizer::SkiaAa => edgegait_core::budget::SKIA_HEAP_BYTES,
+        _ => 0,
     }
 }
 

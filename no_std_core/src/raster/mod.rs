@@ -9,7 +9,7 @@
 //! | [`AnyWindow`] | [`crate::body::Figure`] | any [`Rasterizer`], chosen at run time | 43 kB |
 //! | [`Samples`] | [`crate::body::Figure`] | `rows-3x3`, the samples kept apart | 43 kB |
 //! | `Skia` | both | tiny-skia | 100 B, and a heap |
-//! | [`crate::lean::Rows`] | [`crate::lean::Posed`] | bit rows | 1.5 kB |
+//! | [`crate::lean::Rows`] | [`crate::lean::Posed`] | `rows`; or `rows-3x3` | 1.5 kB; 10.8 kB |
 
 mod any;
 pub mod columns;

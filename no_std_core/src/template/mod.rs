@@ -7,7 +7,7 @@
 //! | [`TemplateBuilder`] | any [`Kind`] | any frames | 82 kB |
 //! | [`GeiBuilder`], the same | the GEI | any frames | 16 kB |
 //! | [`GeiInPlace`] | the GEI | 255 silhouettes | a byte a pixel |
-//! | [`GeiTally`] | GEIs at many elevations | `raster::columns` | 258 kB |
+//! | [`GeiTally`] | GEIs at many elevations | `raster::columns` | 259 kB |
 
 mod builder;
 mod entropy;

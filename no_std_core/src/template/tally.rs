@@ -15,7 +15,7 @@ use core::ops::Range;
 /// Frames that are counted at once.
 const BATCH: usize = 8;
 
-/// Counts in how many frames of a gait cycle each pixel is on. 258 kB, which belong into a
+/// Counts in how many frames of a gait cycle each pixel is on. 259 kB, which belong into a
 /// static or on a heap.
 #[derive(Clone, Debug)]
 pub struct GeiTally {
