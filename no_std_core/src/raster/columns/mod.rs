@@ -21,10 +21,9 @@
 //!
 //! # Cost
 //!
-//! 19 hulls of 16 points, 48 rows tall, 19 elevations, drawn and counted: 192 ns a silhouette
-//! with AVX-512, 263 with AVX2, 858 with SSE2, where bit rows take 1,110 and tiny-skia 26,800
-//! (the least of 40 cycles, one core of a shared AMD EPYC; `cargo bench --bench columns` has
-//! medians).
+//! 19 hulls of 16 points, 48 rows tall, 19 elevations, drawn and counted: 171 ns a silhouette
+//! with AVX-512, 473 with AVX2, 969 with SSE2, where bit rows take 1,134 and tiny-skia 23,456
+//! (medians of `cargo bench --bench columns`, one core of a shared AMD EPYC).
 //!
 //! # Guarantees
 //!
