@@ -11,6 +11,7 @@ mod two;
 
 mod bench;
 mod gates;
+mod likeness;
 mod protocols;
 mod quantize;
 mod score;

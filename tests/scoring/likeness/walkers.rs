@@ -1,0 +1,214 @@
+//! Who is compared: recorded people on bodies of their own dimensions, and made ones.
+
+use edgegait::scene::recorded::{BodyOptions, ReadOptions, Recording, SubjectName, subjects};
+use edgegait::scene::{Subject, cohort};
+use edgegait::{
+    CohortOptions, Condition, Job, MAX_ERROR_MM, Pack, Settings, Views, encode_subjects, sweep,
+};
+use edgegait_core::raster::Rasterizer;
+use std::path::Path;
+
+/// Seed of the made people: not that of those whom the shipped models know.
+const MADE_SEED: u64 = 20;
+/// How many people are made.
+pub const MADE_PEOPLE: usize = 60;
+/// The speeds of made people, km/h.
+pub const MADE_SPEEDS_KMH: [f64; 3] = [3.0, 4.0, 5.0];
+/// The speeds of recorded cycles, m/s: 2.7 to 5.8 km/h, about those of the made people.
+const RECORDED_MPS: std::ops::RangeInclusive<f64> = 0.75..=1.6;
+
+/// (Azimuth, elevation), degrees, of which everything is measured.
+pub const VIEWS_DEG: [(f32, f32); 5] = [
+    (0.0, 0.0),
+    (45.0, 0.0),
+    (90.0, 0.0),
+    (135.0, 0.0),
+    (90.0, 15.0),
+];
+
+/// Recorded people on whom final figures are stated, by data set and subject: of the CMU's and the
+/// TNSRE's those whom the as-if-real people of the same data leave for them, of others every second.
+const FINAL: [&str; 20] = [
+    "CMU/s39",
+    "TNSRE/D7",
+    "TNSRE/D8",
+    "TNSRE/D9",
+    "TNSRE/D10",
+    "TNSRE/A2",
+    "TNSRE/B3",
+    "TNSRE/B4",
+    "TNSRE/C3",
+    "biomechzoo/HC030A",
+    "biomechzoo/HC032A",
+    "biomechzoo/HC036A",
+    "biomechzoo/HC039A",
+    "biomechzoo/HC044A",
+    "auckland_c3dparser/MH",
+    "auckland_c3dparser/RBWH",
+    "btkdata/btk_pig1",
+    "opensim/rajagopal",
+    "bmclab/BMC",
+    "bmclab/rajagopal_run",
+];
+/// Patients with several takes: they count only where a person is compared with themselves.
+const PATIENTS: [&str; 9] = [
+    "TNSRE/A1", "TNSRE/A2", "TNSRE/A4", "TNSRE/B1", "TNSRE/B3", "TNSRE/B4", "TNSRE/C1", "TNSRE/C2",
+    "TNSRE/C3",
+];
+/// Takes and people that other evaluations keep for themselves.
+const ELSEWHERE: [&str; 3] = ["07_09", "08_09", "35_01"];
+
+/// Which of the recorded people are looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Split {
+    /// Those by whom anything may be chosen.
+    Choices,
+    /// Those on whom a figure is stated once.
+    Final,
+}
+
+impl Split {
+    /// By `EDGEGAIT_LIKENESS`: `final`, or else those for choices.
+    pub fn asked() -> Self {
+        match std::env::var("EDGEGAIT_LIKENESS").as_deref() {
+            Ok("final") => Self::Final,
+            Ok("choices") | Err(_) => Self::Choices,
+            Ok(other) => panic!("EDGEGAIT_LIKENESS: expected choices or final, found {other:?}"),
+        }
+    }
+
+    fn has(self, person: &str) -> bool {
+        FINAL.contains(&person) == (self == Self::Final)
+    }
+}
+
+/// The healthy people of this split, and the patients of whom there are several takes. Each take is
+/// one file, imported as the command does it.
+pub fn recorded(data: &Path, split: Split) -> Vec<Subject> {
+    let mut recordings = Vec::new();
+    for root in ["mocap", "people/mocap_extra"] {
+        let root = data.join(root);
+        let mut reader = csv::Reader::from_path(root.join("manifest.csv")).expect("a manifest");
+        let head = reader.headers().expect("a head").clone();
+        for row in reader.records().map(|row| row.expect("a row")) {
+            let cell = |name: &str| {
+                head.iter()
+                    .position(|it| it == name)
+                    .map_or("", |at| &row[at])
+            };
+            let set = match cell("dataset") {
+                "cmu_amc" | "cmu_bvh" => "CMU",
+                "shum_gait" => "TNSRE",
+                other => other,
+            };
+            let name = format!("{set}/{}", cell("subject"));
+            let is_healthy = set != "TNSRE" || cell("subject").starts_with('D');
+            let is_used = cell("activity") == "walk"
+                && set != "cmu_bvh_retargeted"
+                && !cell("flags").contains("MISSING")
+                && !ELSEWHERE.contains(&cell("trial"))
+                && (is_healthy || PATIENTS.contains(&name.as_str()))
+                && split.has(&name);
+            if !is_used {
+                continue;
+            }
+            let options = ReadOptions {
+                subject: SubjectName::Given(name),
+                ..ReadOptions::default()
+            };
+            let path = root.join(cell("file"));
+            let recording = Recording::read(&path, &options).expect("a walk");
+            if RECORDED_MPS.contains(&recording.speed_mps()) {
+                recordings.push(recording);
+            }
+        }
+    }
+    subjects(&recordings, &BodyOptions::default()).expect("plausible bodies")
+}
+
+/// The made people.
+pub fn made(people: usize) -> Vec<Subject> {
+    let options = CohortOptions {
+        seed: MADE_SEED,
+        people,
+        speeds_kmh: MADE_SPEEDS_KMH.to_vec(),
+    };
+    cohort::subjects(&options).expect("speeds of the norms")
+}
+
+/// The data set that a person is of.
+pub fn set_of(person: &Subject) -> &str {
+    person.name.split_once('/').map_or("made", |(set, _)| set)
+}
+
+/// Whether a person is a patient.
+pub fn is_patient(person: &Subject) -> bool {
+    PATIENTS.contains(&person.name.as_str())
+}
+
+/// One cycle, seen from all views.
+#[derive(Clone, Debug)]
+pub struct Sample {
+    /// Who walks: a number among those given.
+    pub person: usize,
+    /// Name of the take.
+    pub take: String,
+    /// Which cycle of it: stored, and varied.
+    pub cycle: (u16, u32),
+    /// Mean speed, m/s.
+    pub speed_mps: f64,
+    /// For each of [`VIEWS_DEG`] a GEI with pixels in 0..1.
+    pub geis: Vec<Vec<f32>>,
+}
+
+/// The GEIs of these people's cycles: these variations of each, on which this acts.
+pub fn samples(
+    people: &[Subject],
+    variations: std::ops::Range<u32>,
+    condition: Option<&Condition>,
+) -> Vec<Sample> {
+    let bytes = encode_subjects(people, MAX_ERROR_MM, &|| ()).expect("a pack");
+    let pack = Pack::parse(&bytes).expect("its own bytes");
+    let settings = Settings {
+        rasterizer: Rasterizer::Rows3x3.into(),
+        ..Settings::default()
+    };
+    let list = |(azimuth, elevation)| {
+        Views::grid("", [azimuth], [elevation])
+            .expect("angles")
+            .list[0]
+    };
+    let views: Vec<_> = VIEWS_DEG.into_iter().map(list).collect();
+    let walks = pack.walks().len();
+    let jobs: Vec<Job<'_>> = (0..walks)
+        .flat_map(|walk| {
+            variations.clone().map(move |variation| Job {
+                walk,
+                variation,
+                condition,
+            })
+        })
+        .collect();
+    let mut samples = Vec::new();
+    let shares = |gei: &Vec<u8>| gei.iter().map(|&pixel| f32::from(pixel) / 255.0).collect();
+    sweep(
+        &pack,
+        &jobs,
+        &views,
+        settings,
+        |_, swept| Ok(swept.templates.iter().map(shares).collect()),
+        |job, geis| {
+            let walk = pack.walk(job.walk).expect("a walk of it");
+            samples.push(Sample {
+                person: walk.subject,
+                take: walk.name.to_owned(),
+                cycle: (walk.cycle, job.variation),
+                speed_mps: f64::from(walk.speed_mm_per_s) * 1e-3,
+                geis,
+            });
+            Ok(())
+        },
+    )
+    .expect("cycles are drawn");
+    samples
+}
