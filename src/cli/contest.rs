@@ -34,6 +34,10 @@ pub(super) struct ContestArgs {
     /// Take a tree's pictures as they are: they have been framed already, as OpenGait does
     #[arg(long)]
     as_stored: bool,
+    /// Leave out the baselines: `pixels`, which compares templates as they are, and `random`, which
+    /// compares random projections of them
+    #[arg(long)]
+    no_baselines: bool,
     #[command(flatten)]
     keep_going: KeepGoing,
     #[command(flatten)]
@@ -76,7 +80,7 @@ impl ContestArgs {
             self.conditions.refuse_for_folders()?;
             let (source, stored) = self.folder(folder, protocol.as_ref(), &mut header)?;
             let setup = (&self.draw, seed, stored);
-            let entrants = load(models, runtime, setup, &mut header)?;
+            let mut entrants = load(models, runtime, setup, &mut header)?;
             let source = self.readable(source, &entrants, &mut header)?;
             let subjects = &source.sequences().subjects;
             let protocol = protocol.map_or_else(|| usual(&entrants, subjects), Ok)?;
@@ -87,7 +91,9 @@ impl ContestArgs {
                     .with("framing", entrant.settings.framing.name());
             }
             let is_tree = matches!(source, Source::Tree(_));
-            let done = work(&Contest::new(source, protocol)?, &entrants, header);
+            let contest = Contest::new(source, protocol)?;
+            self.add_baselines(&contest, &mut entrants, (None, seed), &mut header)?;
+            let done = work(&contest, &entrants, header);
             return done.map_err(|error| match error {
                 // Of a picture, not of what is written.
                 Error::Input { ref path, .. } | Error::Io { ref path, .. }
@@ -103,7 +109,7 @@ impl ContestArgs {
             .as_ref()
             .and_then(|protocol| protocol.conditions.as_deref());
         let conditions = self.conditions.load(usual, &mut header)?;
-        let entrants = load(models, runtime, (&self.draw, seed, None), &mut header)?;
+        let mut entrants = load(models, runtime, (&self.draw, seed, None), &mut header)?;
         let source_args = SourceArgs {
             pack: data,
             selection: self.selection.clone(),
@@ -132,10 +138,30 @@ impl ContestArgs {
             .with("subjects", self.selection.subjects.join(","))
             .with("probes", probes);
         header.warnings.extend(warnings);
+        self.add_baselines(&contest, &mut entrants, (Some(&pack), seed), &mut header)?;
         if let Some(entrant) = entrants.first() {
             header = header.drawn(&entrant.settings);
         }
         work(&contest, &entrants, header)
+    }
+
+    /// Adds the baselines, unless they are not wanted.
+    ///
+    /// # Errors
+    /// As [`Contest::baselines`].
+    fn add_baselines(
+        &self,
+        contest: &Contest<'_>,
+        entrants: &mut Vec<Entrant>,
+        known_by: (Option<&Pack<'_>>, u64),
+        header: &mut Header,
+    ) -> Result<()> {
+        if !self.no_baselines {
+            let baselines = contest.baselines(entrants, known_by)?;
+            entrants.extend(baselines.entrants);
+            header.warnings.extend(baselines.warnings);
+        }
+        Ok(())
     }
 
     /// What is asked of a contest about walks.

@@ -4,7 +4,7 @@ use super::drawing::DrawArgs;
 use crate::dataset::Header;
 use crate::error::{Error, Result};
 use crate::evaluate::contest::{Entrant, Stored};
-use crate::score::pixels;
+use crate::score::baseline;
 use crate::score::{Contract, Model, Runtime, shipped};
 use crate::source::is_pack_or_folder;
 use std::path::{Path, PathBuf};
@@ -33,7 +33,7 @@ pub(super) fn with_contracts(inputs: &[PathBuf]) -> Vec<PathBuf> {
 
 /// Whether a name stands for the pixel baseline.
 pub(super) fn is_baseline(path: &Path) -> bool {
-    path == Path::new(pixels::NAME) && !path.exists()
+    path == Path::new(baseline::PIXELS) && !path.exists()
 }
 
 /// Loads the named models, or the shipped ones, and says how each is shown people: as its

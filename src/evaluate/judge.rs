@@ -147,6 +147,7 @@ pub(super) fn judge(
     let mut result = RecognizerResult::new(contestant, &tallies).with_subjects(&by_person, seed);
     let leading = probe_sets.iter().filter(|set| set.clean || !has_clean);
     result.of_probe_sets = leading.map(|set| set.name.clone()).collect();
+    result.baseline = recognizer.is_baseline();
     result.non_finite = probe_sets.iter().map(|set| set.non_finite).sum();
     result.gallery_non_finite = gallery_non_finite;
     result.by_angle = by_angle;

@@ -34,6 +34,13 @@ pub struct ScoreResults {
 }
 
 impl ScoreResults {
+    /// The recognizers without the baselines, or these if there is nothing else.
+    pub fn learnt(&self) -> impl DoubleEndedIterator<Item = &RecognizerResult> {
+        let all_are_baselines = self.recognizers.iter().all(|result| result.baseline);
+        let is_shown = move |result: &&RecognizerResult| all_are_baselines || !result.baseline;
+        self.recognizers.iter().filter(is_shown)
+    }
+
     /// The results without what differs between two equal runs.
     #[must_use]
     pub fn without_timings(mut self) -> Self {
@@ -57,6 +64,9 @@ pub struct RunTime {
 pub struct RecognizerResult {
     /// Its name, the model's file name as a rule.
     pub name: String,
+    /// Whether it has learnt nothing, and is there for others to be compared with.
+    #[serde(default)]
+    pub baseline: bool,
     /// What ran it.
     pub runtime: RuntimeName,
     /// The protocol by its name: who is looked for among whom.
@@ -314,6 +324,7 @@ impl RecognizerResult {
             };
         Self {
             name: contestant.name,
+            baseline: false,
             runtime: contestant.runtime,
             protocol: contestant.protocol,
             classes: contestant.classes,

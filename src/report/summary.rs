@@ -11,10 +11,8 @@ use crate::evaluate::results::{RecognizerResult, ScoreResults};
 
 /// The best recognizer in a few sentences.
 pub(super) fn finding(results: &ScoreResults) -> Markup {
-    let scored = results
-        .recognizers
-        .iter()
-        .filter(|result| result.probes > 0);
+    let learnt = results.learnt().count();
+    let scored = results.learnt().filter(|result| result.probes > 0);
     // Of equals the first, as listed: max_by keeps the last.
     let Some(best) = scored.rev().max_by(|a, b| a.rank1.total_cmp(&b.rank1)) else {
         return html! { p.finding { "Nothing was scored." } };
@@ -25,9 +23,9 @@ pub(super) fn finding(results: &ScoreResults) -> Markup {
     html! {
         div.finding {
             p {
-                @if results.recognizers.len() > 1 { "The best of " (results.recognizers.len()) ", " }
+                @if learnt > 1 { "The best of " (learnt) ", " }
                 strong { (best.name) }
-                @if results.recognizers.len() > 1 { "," }
+                @if learnt > 1 { "," }
                 " recognizes " strong { (percent(best.rank1)) " %" }
                 @match &best.by_viewpoint[..] {
                     [one] => { " from its one viewpoint, azimuth " (label(one.azimuth_deg)) "°, elevation " (label(one.elevation_deg)) "°" }
@@ -73,7 +71,9 @@ pub(super) fn summary(results: &ScoreResults) -> Markup {
             tbody { @for result in &results.recognizers {
                 @let trained = result.at_training();
                 tr {
-                    th scope="row" { (result.name) small { (result.protocol)
+                    th scope="row" { (result.name)
+                        @if result.baseline { small { "baseline: nothing learnt" } }
+                        small { (result.protocol)
                         @if let Some(which) = scope::probe_sets(result) { ": " (which) } } }
                     td.text data-label="runtime" { (result.runtime.name) small { (result.runtime.detail()) } }
                     td data-label="rank-1" {

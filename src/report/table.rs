@@ -26,6 +26,13 @@ pub(crate) fn table(results: &ScoreResults) -> String {
         ]);
     }
     let mut out = table.to_string();
+    let has_baselines = results.learnt().count() < results.recognizers.len();
+    if has_baselines {
+        line(
+            &mut out,
+            "pixels, random: baselines, which have learnt nothing",
+        );
+    }
     if let Some(first) = results.recognizers.first() {
         line(
             &mut out,
@@ -46,7 +53,8 @@ pub(crate) fn table(results: &ScoreResults) -> String {
             );
         }
     }
-    for recognizer in &results.recognizers {
+    // Of baselines beside others the page has more.
+    for recognizer in results.learnt() {
         places(&mut out, recognizer);
         out.push_str(&measures::text(recognizer));
     }

@@ -6,13 +6,13 @@
 
 mod affine;
 pub(crate) mod answers;
+pub(crate) mod baseline;
 mod contract;
 mod graph;
 mod input;
 mod library;
 mod model;
 mod onnx;
-pub(crate) mod pixels;
 mod ports;
 mod protobuf;
 mod quantize;
@@ -57,6 +57,11 @@ pub trait Recognizer: Send + Sync {
     /// If `input` does not hold `batch` inputs of the contract's size and number of frames,
     /// `batch` is 0, or the runtime fails.
     fn run(&self, input: &[f32], batch: usize) -> Result<Outputs>;
+
+    /// Whether it has learnt nothing, and is there for others to be compared with.
+    fn is_baseline(&self) -> bool {
+        false
+    }
 
     /// Does `work` where a call of [`Self::run`] costs least: on the runtime's own thread, if it
     /// has one, so that no call has to wake it.

@@ -9,6 +9,7 @@ mod npy;
 #[path = "../helpers/two.rs"]
 mod two;
 
+mod baselines;
 mod bench;
 mod gates;
 mod likeness;

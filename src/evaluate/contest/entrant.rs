@@ -2,7 +2,7 @@
 
 use crate::dataset::Dataset;
 use crate::error::{Result, TemplateOrigin};
-use crate::score::pixels::Pixels;
+use crate::score::baseline::Baseline;
 use crate::score::{Model, Recognizer, Runtime};
 use crate::source::Form;
 use crate::sweep::{Framing, Settings};
@@ -107,7 +107,7 @@ impl Entrant {
             framing: stored.framing.unwrap_or_default(),
             ..settings
         });
-        let recognizer = Pixels::new(settings.template, settings.size, settings.framing);
+        let recognizer = Baseline::pixels(settings.template, settings.size, settings.framing);
         Self {
             recognizer: Box::new(recognizer),
             settings,

@@ -1,9 +1,11 @@
 //! Recognizers against the same people, under one protocol.
 
+mod baselines;
 mod drawn;
 mod entrant;
 mod seen;
 
+pub use baselines::Baselines;
 pub use drawn::{Drawn, Wish, usual};
 pub use entrant::{Entrant, Stored};
 use seen::Seen;
@@ -150,6 +152,9 @@ impl<'a> Contest<'a> {
         }
         let mut warnings = self.protocol.doubts(&sequences.takes, &self.roles);
         for (entrant, trial) in entrants.iter().zip(&trials) {
+            if entrant.recognizer.is_baseline() {
+                continue;
+            }
             let contract = entrant.recognizer.contract();
             let seen = Seen::of(contract, sequences, |sequence| trial.is_probe(sequence));
             warnings.extend(seen.warnings(entrant.recognizer.name()));

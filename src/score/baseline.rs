@@ -1,0 +1,259 @@
+//! Baselines that need no model: a template is its own embedding, or is projected at random.
+//!
+//! Comparing GEIs pixel by pixel (Han & Bhanu 2006, "Individual recognition using gait energy
+//! image", IEEE Trans. Pattern Anal. 28:316, "real templates") shows what the pictures alone tell
+//! of a person, before anything has been learnt; a random projection, which is a linear network
+//! that was not trained, what is left of that in as few numbers as a recognizer's embedding has.
+
+use super::{Contract, Layout, Outputs, Recognizer, RuntimeName};
+use crate::error::Result;
+use crate::sweep::Framing;
+use crate::template::Template;
+use edgegait_core::silhouette::Size;
+use ndarray::{Array1, Array2, ArrayView2, Axis};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+/// What the baseline of pixels is called among models.
+pub(crate) const PIXELS: &str = "pixels";
+/// What the random projection is called in results.
+pub(crate) const RANDOM: &str = "random";
+
+/// Answers with the template that it was given, or with what a random matrix makes of it.
+#[derive(Clone, Debug)]
+pub(crate) struct Baseline {
+    contract: Contract,
+    runtime: RuntimeName,
+    /// One number of the embedding a row.
+    projection: Option<Array2<f32>>,
+    enrolled: Option<Enrolled>,
+}
+
+/// Templates by which people are known.
+#[derive(Clone, Debug)]
+struct Enrolled {
+    /// Embeddings, one a row, and half of the square of each one's length.
+    known: Array2<f32>,
+    half_squares: Array1<f32>,
+    /// The class of each.
+    classes: Vec<usize>,
+}
+
+impl Baseline {
+    /// Compares templates of silhouettes of this size and framing pixel by pixel.
+    #[must_use]
+    pub(crate) fn pixels(template: Template, size: Size, framing: Framing) -> Self {
+        Self::like(Contract {
+            name: PIXELS.into(),
+            rows: size.rows(),
+            columns: size.columns(),
+            layout: Layout::of(template),
+            framing,
+            template,
+            ..Contract::default()
+        })
+    }
+
+    /// Compares pixel by pixel what a recognizer of this contract is shown: its templates or, of
+    /// sequences of silhouettes, their mean.
+    #[must_use]
+    pub(crate) fn like(contract: Contract) -> Self {
+        Self {
+            contract,
+            runtime: RuntimeName {
+                name: "none".into(),
+                ..RuntimeName::default()
+            },
+            projection: None,
+            enrolled: None,
+        }
+    }
+
+    /// The same in `dims` numbers, each a sum of all pixels with weights that `seed` draws from a
+    /// normal distribution. Their variance is one in `dims`, which keeps distances on average.
+    #[must_use]
+    pub(crate) fn projected(mut self, dims: usize, seed: u64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let scale = 1.0 / (dims as f64).sqrt();
+        self.projection = Some(Array2::from_shape_simple_fn(
+            (dims, self.contract.numbers()),
+            || {
+                let normal: f64 = StandardNormal.sample(&mut rng);
+                (scale * normal) as f32
+            },
+        ));
+        self
+    }
+
+    /// The same with class scores: how near the nearest of the templates (one a row) by which a
+    /// class is known is, negative. `classes` are the classes of these.
+    #[must_use]
+    pub(crate) fn enrolled(mut self, templates: ArrayView2<'_, f32>, classes: Vec<usize>) -> Self {
+        let known = self.embedded(templates);
+        let half_square = |row: ndarray::ArrayView1<'_, f32>| 0.5 * row.dot(&row);
+        self.enrolled = Some(Enrolled {
+            half_squares: known.outer_iter().map(half_square).collect(),
+            known,
+            classes,
+        });
+        self
+    }
+
+    fn embedded(&self, templates: ArrayView2<'_, f32>) -> Array2<f32> {
+        match &self.projection {
+            Some(projection) => templates.dot(&projection.t()),
+            None => templates.to_owned(),
+        }
+    }
+}
+
+impl Enrolled {
+    /// The class scores of embeddings, one a row.
+    fn scores(&self, embeddings: &Array2<f32>, classes: usize) -> Array2<f32> {
+        let products = embeddings.dot(&self.known.t());
+        let mut scores = Array2::from_elem((embeddings.nrows(), classes), f32::NEG_INFINITY);
+        for (row, (products, mut scores)) in products
+            .outer_iter()
+            .zip(scores.outer_iter_mut())
+            .enumerate()
+        {
+            let own = embeddings.row(row);
+            let half_square = 0.5 * own.dot(&own);
+            for ((&class, &product), &known) in
+                self.classes.iter().zip(products).zip(&self.half_squares)
+            {
+                let square = 2.0 * (half_square + known - product);
+                scores[class] = scores[class].max(-square.max(0.0).sqrt());
+            }
+        }
+        scores
+    }
+}
+
+impl Recognizer for Baseline {
+    fn runtime(&self) -> &RuntimeName {
+        &self.runtime
+    }
+
+    fn contract(&self) -> &Contract {
+        &self.contract
+    }
+
+    fn is_baseline(&self) -> bool {
+        true
+    }
+
+    fn run(&self, input: &[f32], batch: usize) -> Result<Outputs> {
+        let frames = self.contract.frames_in(input.len(), batch)?;
+        let numbers = self.contract.numbers();
+        let rows = || input.chunks_exact(numbers * frames);
+        let mut templates = Array2::zeros((batch, numbers));
+        for (sequence, mut template) in rows().zip(templates.axis_iter_mut(Axis(0))) {
+            for frame in sequence.chunks_exact(numbers) {
+                template += &ndarray::ArrayView1::from(frame);
+            }
+            if frames > 1 {
+                template /= frames as f32;
+            }
+        }
+        let embeddings = self.embedded(templates.view());
+        // Where scores decide nothing else is compared, and pixels are many.
+        let scores = self.enrolled.as_ref();
+        let scores = scores.map(|it| it.scores(&embeddings, self.contract.classes.len()));
+        let embeddings = scores.as_ref().unwrap_or(&embeddings);
+        let outputs = Outputs {
+            embedding: embeddings.iter().copied().collect(),
+            embedding_dims: embeddings.ncols(),
+            embedding_parts: 1,
+            classes: scores.as_ref().map_or(0, Array2::ncols),
+            scores: scores
+                .as_ref()
+                .map(|scores| scores.iter().copied().collect()),
+            non_finite: embeddings
+                .iter()
+                .filter(|number| !number.is_finite())
+                .count(),
+        };
+        Ok(outputs)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pixels() -> Baseline {
+        Baseline::pixels(Template::Gei, Size::S50x30, Framing::Height)
+    }
+
+    /// A template with these at a few places.
+    fn template(places: &[(usize, f32)]) -> Vec<f32> {
+        let mut template = vec![0.0; 1500];
+        for &(at, value) in places {
+            template[at] = value;
+        }
+        template
+    }
+
+    #[test]
+    fn a_random_projection_is_linear_and_keeps_distances_on_average() {
+        let random = pixels().projected(400, 3);
+        let run = |input: &[f32]| random.run(input, 1).expect("an answer").embedding;
+        let [a, b] = [run(&template(&[(7, 1.0)])), run(&template(&[(9, 1.0)]))];
+        let both = run(&template(&[(7, 0.5), (9, 0.25)]));
+        for ((a, b), both) in a.iter().zip(&b).zip(&both) {
+            assert!((0.5 * a + 0.25 * b - both).abs() < 1e-6);
+        }
+        // A mean of 400 squares of normal numbers: 1 with a deviation of sqrt(2 / 400), and they
+        // are nearly at right angles.
+        let length: f32 = a.iter().map(|x| x * x).sum();
+        let angle: f32 = a.iter().zip(&b).map(|(a, b)| a * b).sum();
+        assert!(
+            (length - 1.0).abs() < 0.3 && angle.abs() < 0.2,
+            "{length}, {angle}"
+        );
+        assert_ne!(
+            a,
+            pixels()
+                .projected(400, 4)
+                .run(&template(&[(7, 1.0)]), 1)
+                .expect("an answer")
+                .embedding
+        );
+    }
+
+    #[test]
+    fn class_scores_are_distances_to_the_nearest_that_is_known() {
+        // Class 1 is known by two, at 3 and 4 from the probe; class 0 by one, at 5.
+        let known = [
+            template(&[(0, 5.0)]),
+            template(&[(1, 3.0)]),
+            template(&[(2, 4.0)]),
+        ];
+        let known = Array2::from_shape_vec((3, 1500), known.concat()).expect("three rows");
+        let mut of = pixels();
+        of.contract.classes = vec!["ann".into(), "bob".into()];
+        let outputs = of
+            .enrolled(known.view(), vec![0, 1, 1])
+            .run(&template(&[]), 1)
+            .expect("an answer");
+        assert_eq!(outputs.scores, Some(vec![-5.0, -3.0]));
+        assert_eq!(
+            (outputs.classes, outputs.embedding_dims, outputs.non_finite),
+            (2, 2, 0)
+        );
+    }
+
+    #[test]
+    fn sequences_are_compared_by_their_mean() {
+        let contract = Contract {
+            template: Template::Silhouettes,
+            layout: Layout::of(Template::Silhouettes),
+            ..Contract::default()
+        };
+        let two = [template(&[(0, 1.0), (5, 1.0)]), template(&[(0, 1.0)])].concat();
+        let outputs = Baseline::like(contract).run(&two, 1).expect("an answer");
+        assert_eq!(outputs.embedding, template(&[(0, 1.0), (5, 0.5)]));
+    }
+}
