@@ -72,7 +72,7 @@ impl Contest<'_> {
                     Some(known) => Some(known),
                     None => {
                         baselines.warnings.push(format!(
-                            "{}: no baselines beside it: the walks that it was trained on are not in a pack (score a pack that has them, or --protocol first-take)",
+                            "{}: no baselines beside it: the walks that it was trained on are not in a pack (score a pack that has them, or by the protocol first-take)",
                             recognizer.name()
                         ));
                         continue;
