@@ -12,7 +12,7 @@
 //! use ndarray::Array3;
 //!
 //! # fn main() -> edgegait::Result<()> {
-//! let options = CohortOptions { people: 2, speeds_kmh: vec![5.0], seed: 1 };
+//! let options = CohortOptions { people: 2, speeds_kmh: vec![5.0], ..CohortOptions::default() };
 //! let bytes = encode_subjects(&cohort::subjects(&options)?, MAX_ERROR_MM, &|| ())?;
 //! let pack = Pack::parse(&bytes)?;
 //!
@@ -45,7 +45,7 @@
 //! use edgegait::{Drawn, Entrant, Model, Runtime, Wish};
 //!
 //! # fn main() -> edgegait::Result<()> {
-//! # let options = CohortOptions { people: 2, speeds_kmh: vec![5.0], seed: 1 };
+//! # let options = CohortOptions { people: 2, speeds_kmh: vec![5.0], ..CohortOptions::default() };
 //! # let bytes = encode_subjects(&cohort::subjects(&options)?, MAX_ERROR_MM, &|| ())?;
 //! # let pack = Pack::parse(&bytes)?;
 //! // Trained on these people from the left; GEIs of 50x30 framed by height, as by default.
@@ -68,7 +68,7 @@
 //! use edgegait::{Condition, Doses, dose};
 //!
 //! # fn main() -> edgegait::Result<()> {
-//! # let options = CohortOptions { people: 8, speeds_kmh: vec![5.0], seed: 1 };
+//! # let options = CohortOptions { people: 8, speeds_kmh: vec![5.0], ..CohortOptions::default() };
 //! # let bytes = encode_subjects(&cohort::subjects(&options)?, MAX_ERROR_MM, &|| ())?;
 //! # let pack = Pack::parse(&bytes)?;
 //! # let model = Model::open("models/side.onnx")?;
@@ -102,6 +102,8 @@
 
 #![warn(unreachable_pub)]
 
+#[cfg(feature = "import")]
+pub mod audit;
 mod bench;
 pub mod cli;
 pub mod confound;

@@ -110,15 +110,39 @@ impl<'a> BitReader<'a> {
         from_zigzag(ones << k | (ahead >> ones >> 1) & ((1 << k) - 1))
     }
 
+    /// The next two integers in Rice codes with parameter `k`: out of one word where that has
+    /// both, as it mostly does.
+    #[inline(always)]
+    pub fn rice_pair(&mut self, k: u32) -> [i32; 2] {
+        debug_assert!(k <= MAX_RICE);
+        let ahead = self.ahead();
+        let ones = ahead.trailing_ones();
+        let first = ones + 1 + k;
+        let behind = ahead.unbounded_shr(first);
+        let more = behind.trailing_ones();
+        let both = first + more + 1 + k;
+        if both > AHEAD {
+            let (numbers, behind) = rice_apart(*self, k);
+            self.position = behind;
+            return numbers;
+        }
+        self.position += both as usize;
+        let mask = (1 << k) - 1;
+        [
+            from_zigzag(ones << k | (ahead >> ones >> 1) & mask),
+            from_zigzag(more << k | (behind >> more >> 1) & mask),
+        ]
+    }
+
     /// Passes over such an integer.
     #[inline]
     pub(crate) fn skip_rice(&mut self, k: u32) {
         let ones = self.ahead().trailing_ones();
-        self.position += if ones < RICE_ESCAPE {
-            ones + 1 + k
-        } else {
-            RICE_ESCAPE + ESCAPE_BITS
-        } as usize;
+        if ones >= RICE_ESCAPE {
+            self.position += (RICE_ESCAPE + ESCAPE_BITS) as usize;
+            return;
+        }
+        self.position += (ones + 1 + k) as usize;
     }
 }
 
@@ -149,6 +173,14 @@ fn long_rice(mut bits: BitReader<'_>, k: u32) -> (i32, usize) {
         from_zigzag(ones << k | bits.unsigned(k))
     };
     (number, bits.position)
+}
+
+/// The next two integers, one after the other, in Rice codes with parameter `k`, and the position
+/// behind them.
+#[inline(never)]
+fn rice_apart(mut bits: BitReader<'_>, k: u32) -> ([i32; 2], usize) {
+    let numbers = [bits.rice(k), bits.rice(k)];
+    (numbers, bits.position)
 }
 
 /// 0, 1, 2, 3, 4... as 0, 1, -1, 2, -2...

@@ -396,7 +396,7 @@ pub(crate) fn read_numbers<'n>(
         *constant = [here.rice(code), 0];
     }
     for (code, numbers) in codes.zip(harmonics) {
-        *numbers = [here.rice(code), here.rice(code)];
+        *numbers = here.rice_pair(code);
     }
     *bits = here;
     numbers.get(..len).unwrap_or_default()

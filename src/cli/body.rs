@@ -3,6 +3,7 @@
 use super::hints::WithFlags;
 use super::keep_going::{KeepGoing, with_hint};
 use super::progress::Progress;
+use super::values::SexArg;
 use crate::dataset::{Header, InputFile};
 use crate::error::{Error, Result};
 use crate::import::{Motion, Source, is_gltf, skinned_body};
@@ -11,8 +12,6 @@ use crate::scene::figure::from_obj;
 use crate::scene::fit::{STEPS, USUAL_POINTS, fitted_body};
 use crate::scene::measured::MeasuredPeople;
 use crate::scene::recorded::{BodyOptions, Recording};
-use clap::ValueEnum;
-use edgegait_core::pack::Sex;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -40,13 +39,6 @@ pub(super) struct BodyArgs {
     /// Skeleton of the .obj: a file whose rest pose is that of the mesh [default: found in the mesh]
     #[arg(long, value_name = "FILE", requires = "body")]
     skeleton: Option<PathBuf>,
-}
-
-/// Sexes on the command line.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum SexArg {
-    Female,
-    Male,
 }
 
 impl BodyArgs {
@@ -135,10 +127,7 @@ impl BodyArgs {
         Ok(BodyOptions {
             stature_m: self.stature_m,
             mass_kg: self.mass_kg,
-            sex: self.sex.map(|sex| match sex {
-                SexArg::Female => Sex::Female,
-                SexArg::Male => Sex::Male,
-            }),
+            sex: self.sex.map(SexArg::sex),
             measured,
             given,
         })

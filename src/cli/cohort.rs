@@ -3,10 +3,11 @@
 use super::args::{Common, Files};
 use super::encoding::{EncodingArgs, say_choice};
 use super::outputs::{Kind, Output};
+use super::values::SexArg;
 use crate::dataset::{Header, write_bytes};
 use crate::error::Result;
 use crate::frontier::Encoded;
-use crate::scene::cohort::{self, CohortOptions, PEOPLE, SPEEDS_KMH};
+use crate::scene::cohort::{self, CohortOptions, PEOPLE, Profile, SPEEDS_KMH};
 use crate::source::stored;
 use crate::summary::Summary;
 use std::path::PathBuf;
@@ -24,6 +25,23 @@ pub(super) struct Args {
     /// Speeds in km/h, each 3 to 12; people run from 7.5 on
     #[arg(long, value_name = "V[,V..]", value_delimiter = ',', default_values_t = SPEEDS_KMH)]
     speeds_kmh: Vec<f64>,
+    /// Sex of all of them [default: women and men alternate]
+    #[arg(long, value_name = "SEX")]
+    sex: Option<SexArg>,
+    /// Age of all of them, 18 to 80 years [default: drawn from 18 to 58]
+    #[arg(long, value_name = "YEARS")]
+    age_years: Option<f64>,
+    /// Stature of all of them [default: drawn]
+    #[arg(long, value_name = "M")]
+    stature_m: Option<f64>,
+    /// Mass of all of them [default: drawn]
+    #[arg(long, value_name = "KG")]
+    mass_kg: Option<f64>,
+    /// Measure the people as they are decoded and drawn, and print what is measured beside what
+    /// is published
+    #[cfg(feature = "import")]
+    #[arg(long)]
+    audit: bool,
     #[command(flatten)]
     encoding: EncodingArgs,
     #[command(flatten)]
@@ -47,6 +65,12 @@ pub(super) fn run(args: &Args) -> Result<()> {
         seed: args.common.seed,
         people: usize::from(args.people),
         speeds_kmh: args.speeds_kmh.clone(),
+        profile: Profile {
+            sex: args.sex.map(SexArg::sex),
+            age_years: args.age_years,
+            stature_m: args.stature_m,
+            mass_kg: args.mass_kg,
+        },
     };
     let encoded = match stored(&options).filter(|_| args.encoding.is_usual()) {
         Some(bytes) => Encoded::usual(bytes.to_vec()),
@@ -65,5 +89,11 @@ pub(super) fn run(args: &Args) -> Result<()> {
     write_bytes(&args.out, &encoded.bytes)?;
     args.common
         .say(format_args!("wrote {}", args.out.display()));
+    #[cfg(feature = "import")]
+    if args.audit {
+        let pack = edgegait_core::pack::Pack::parse(&encoded.bytes)
+            .map_err(|error| crate::error::Error::Usage(error.to_string()))?;
+        args.common.say(crate::audit::Audit::of(&pack));
+    }
     args.common.write_json(&summary)
 }

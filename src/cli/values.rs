@@ -6,6 +6,7 @@ use crate::sweep::{Framing, Jitter, Lens};
 use crate::template::Template;
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
+use edgegait_core::pack::Sex;
 
 /// A flag's values are called what the library calls them.
 macro_rules! values {
@@ -23,6 +24,23 @@ macro_rules! values {
             }
         }
     };
+}
+
+/// Sexes on the command line.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(super) enum SexArg {
+    Female,
+    Male,
+}
+
+impl SexArg {
+    /// The sex itself.
+    pub(super) const fn sex(self) -> Sex {
+        match self {
+            Self::Female => Sex::Female,
+            Self::Male => Sex::Male,
+        }
+    }
 }
 
 values!(Framing {

@@ -12,6 +12,7 @@ use serde::Deserialize;
 use crate::confound::{Condition, NORMAL};
 use crate::error::{Error, EvaluateError, Result};
 use crate::named::toml_of;
+use crate::scene::variation::CYCLES_OF_A_TAKE;
 use crate::source::{Made, Take};
 
 /// The first variation that no training of this program uses: those that are looked for begin here.
@@ -348,7 +349,8 @@ impl Protocol {
     }
 
     /// The takes that are made of a walk, each probed one with `cycles` cycles: those from the
-    /// stated variation on, in steps of as many as there are probed takes.
+    /// stated variation to the end of its take, and then of every so many-th further take as
+    /// there are probed ones.
     ///
     /// # Errors
     /// If two of them would be the same variation, or one would be beyond the last.
@@ -359,7 +361,11 @@ impl Protocol {
         for made in &self.made {
             let count = if self.is_probed(made) { cycles } else { 1 };
             for at in 0..count {
-                let variation = u64::from(made.variation) + u64::from(at) * step as u64;
+                let length = u64::from(CYCLES_OF_A_TAKE);
+                let first = u64::from(made.variation);
+                let cycle = first % length + u64::from(at);
+                let variation =
+                    first - first % length + cycle / length * length * step as u64 + cycle % length;
                 let variation = u32::try_from(variation)
                     .ok()
                     .filter(|variation| *variation <= MAX_VARIATION)

@@ -12,6 +12,8 @@ pub mod encoding {}
 pub mod importing {}
 #[doc = include_str!("models.md")]
 pub mod models {}
+#[doc = include_str!("people.md")]
+pub mod people {}
 #[doc = include_str!("results.md")]
 pub mod results {}
 #[doc = include_str!("speed.md")]

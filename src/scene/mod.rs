@@ -25,6 +25,7 @@ pub(crate) mod fit;
 pub(crate) mod flips;
 #[cfg(feature = "import")]
 mod follow;
+pub(crate) mod leg;
 #[cfg(feature = "import")]
 mod markers;
 #[cfg(feature = "import")]

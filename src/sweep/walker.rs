@@ -276,7 +276,7 @@ impl<'a> Walker<'a> {
         let mut found = ModelPose::new(&self.bare, &pose);
         let stored = Figure::new(self.dressed.bare(), &found);
         let before = pose.rotations;
-        self.variation.apply(&mut pose, phase);
+        self.variation.apply(&mut pose, phase, &self.skeleton);
         self.act(&mut pose);
         if pose.rotations == before && self.dressed.bare.is_none() {
             return Posed {

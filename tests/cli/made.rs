@@ -17,6 +17,7 @@ pub fn made(people: usize, speeds_kmh: Vec<f64>) -> Vec<Subject> {
         seed: 1,
         people,
         speeds_kmh,
+        ..CohortOptions::default()
     };
     cohort::subjects(&options).expect("people")
 }

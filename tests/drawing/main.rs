@@ -4,6 +4,8 @@
 mod command;
 #[path = "../helpers/npy.rs"]
 mod npy;
+#[path = "../helpers/parts.rs"]
+mod parts;
 #[path = "../helpers/two.rs"]
 mod two;
 
@@ -12,4 +14,5 @@ mod columns;
 mod confounders;
 mod leave_out;
 mod pictures;
+mod seams;
 mod templates;

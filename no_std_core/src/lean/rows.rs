@@ -61,17 +61,27 @@ impl Span {
         }
     }
 
-    /// What it covers of a word, of samples at this place in their pixels.
+    /// From which column to before which one it covers samples at this place in their pixels; of
+    /// a `NARROW` window its bits.
     #[inline]
-    fn bits<const NARROW: bool>(self, place: f32, word: usize) -> u32 {
-        let Self([left, right]) = self;
+    fn columns<const NARROW: bool>(self, place: f32) -> [u32; 2] {
+        let Self(sides) = self;
         if NARROW {
-            return left & !right;
+            return sides;
         }
-        let [left, right] = [left, right].map(|x| {
-            let column = first_column(f32::from_bits(x), place);
-            bits_from(column.saturating_sub(WORD * word))
-        });
+        sides.map(|x| first_column(f32::from_bits(x), place))
+    }
+
+    /// What these columns are of a word.
+    #[inline]
+    fn bits<const NARROW: bool>(columns: [u32; 2], word: usize) -> u32 {
+        let [left, right] = if NARROW {
+            columns
+        } else {
+            #[expect(clippy::cast_possible_truncation, reason = "at most 128")]
+            let before = (WORD * word) as u32;
+            columns.map(|column| bits_from(column.saturating_sub(before)))
+        };
         left & !right
     }
 }
@@ -323,7 +333,7 @@ impl<const N: usize> Rows<N> {
 
     /// Fills the spans of these rows of samples, and empties them.
     fn fill<const NARROW: bool>(&mut self, rows: Range<usize>) {
-        let words = if NARROW { 1 } else { MAX_WORDS };
+        let words = if NARROW { 1 } else { self.words };
         let start = rows.start;
         let Some(spans) = self.spans.as_flattened_mut().get_mut(rows) else {
             return;
@@ -332,8 +342,9 @@ impl<const N: usize> Rows<N> {
             let span = core::mem::replace(span, Span::empty(NARROW));
             for (images, place) in self.bits.iter_mut().zip(const { places::<N>() }) {
                 let row = &mut images[number % N][number / N % MAX_ROWS];
+                let columns = span.columns::<NARROW>(place);
                 for (word, bits) in row.iter_mut().enumerate().take(words) {
-                    *bits |= span.bits::<NARROW>(place, word);
+                    *bits |= Span::bits::<NARROW>(columns, word);
                 }
             }
         }
@@ -366,19 +377,18 @@ fn sample<const N: usize>(row: usize) -> f32 {
 
 /// The first column whose sample at this place is right of an edge at `x`, which may be beyond the
 /// window's sides.
-fn first_column(x: f32, place: f32) -> usize {
+fn first_column(x: f32, place: f32) -> u32 {
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "saturates, and the fraction is meant to go"
     )]
-    let column = (x + (1.0 - place)) as usize;
+    let column = (x + (1.0 - place)) as u32;
     column
 }
 
 /// The bits of a word from this column on.
-fn bits_from(column: usize) -> u32 {
-    let column = u32::try_from(column).unwrap_or(u32::MAX);
+fn bits_from(column: u32) -> u32 {
     u32::MAX.checked_shl(column).unwrap_or(0)
 }
 
@@ -414,8 +424,12 @@ mod tests {
                     narrow.widen::<true>(x);
                     wide.widen::<false>(x);
                 }
-                let found = narrow.bits::<true>(0.5, 0);
-                assert_eq!(found, wide.bits::<false>(0.5, 0), "{a} {b}");
+                let found = Span::bits::<true>(narrow.columns::<true>(0.5), 0);
+                assert_eq!(
+                    found,
+                    Span::bits::<false>(wide.columns::<false>(0.5), 0),
+                    "{a} {b}"
+                );
                 let is_on = |column: u32| {
                     let middle = f64::from(column) + 0.5;
                     f64::from(a.min(b)) < middle && middle <= f64::from(a.max(b))
@@ -428,7 +442,13 @@ mod tests {
                 );
             }
         }
-        assert_eq!(Span::empty(true).bits::<true>(0.5, 0), 0);
-        assert_eq!(Span::empty(false).bits::<false>(0.5, 0), 0);
+        assert_eq!(
+            Span::bits::<true>(Span::empty(true).columns::<true>(0.5), 0),
+            0
+        );
+        assert_eq!(
+            Span::bits::<false>(Span::empty(false).columns::<false>(0.5), 0),
+            0
+        );
     }
 }

@@ -215,11 +215,12 @@ fn leaning_under_a_load_tips_the_chest_and_leaves_limbs_and_eyes() {
                 .to_array()
                 .map(f32::to_degrees)
         };
-        // About the walker's left, whichever way pelvis and chest are turned.
+        // About the walker's left, whichever way pelvis and chest are turned: by 8 degrees, whose
+        // cosine is 0.99.
         let [forward, ..] = turned(Joint::Thorax);
-        assert!((forward - 10.0).abs() < 0.1, "{forward}");
+        assert!((forward - 10.0).abs() < 0.2, "{forward}");
         let [head, ..] = turned(Joint::Head);
-        assert!((head - 10.0 / 6.0).abs() < 0.1, "{head}");
+        assert!((head - 10.0 / 6.0).abs() < 0.2, "{head}");
         for limb in [
             Joint::LeftFoot,
             Joint::RightShank,
@@ -231,7 +232,7 @@ fn leaning_under_a_load_tips_the_chest_and_leaves_limbs_and_eyes() {
                 .iter()
                 .sum::<f32>()
                 .sqrt();
-            assert!(length < 1.0, "{limb:?} {length}");
+            assert!(length < 0.1, "{limb:?} {length}");
         }
     }
 }
@@ -374,7 +375,7 @@ fn loops_stay_closed_and_smooth() {
         for (name, effect, _) in EFFECTS {
             let step = fastest(&walk.under(effect, 1.0));
             // Knees that straighten to reach down a slope do so fast.
-            let limit = if name == "slope" { 12.0 } else { 1.3 * even };
+            let limit = if name == "slope" { 13.0 } else { 1.3 * even };
             assert!(step < limit, "{name}: {step} after {even}");
         }
     }

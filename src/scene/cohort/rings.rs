@@ -7,7 +7,7 @@ use glam::DVec3;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 /// Points of a ring. Four of them lie on the axes, so that breadth and depth are exact.
-const RING: usize = 8;
+pub(super) const RING: usize = 8;
 /// How far the diagonal points of an ellipse lie out, as a share of the half axes.
 pub(super) const ELLIPSE: f64 = FRAC_1_SQRT_2;
 

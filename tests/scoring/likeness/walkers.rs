@@ -132,6 +132,7 @@ pub fn made(people: usize) -> Vec<Subject> {
         seed: MADE_SEED,
         people,
         speeds_kmh: MADE_SPEEDS_KMH.to_vec(),
+        ..CohortOptions::default()
     };
     cohort::subjects(&options).expect("speeds of the norms")
 }
@@ -156,7 +157,6 @@ pub struct Sample {
     /// Which cycle of it: stored, and varied.
     pub cycle: (u16, u32),
     /// Mean speed, m/s.
-    pub speed_mps: f64,
     /// For each of [`VIEWS_DEG`] a GEI with pixels in 0..1.
     pub geis: Vec<Vec<f32>>,
 }
@@ -164,7 +164,7 @@ pub struct Sample {
 /// The GEIs of these people's cycles: these variations of each, on which this acts.
 pub fn samples(
     people: &[Subject],
-    variations: std::ops::Range<u32>,
+    variations: &[u32],
     condition: Option<&Condition>,
 ) -> Vec<Sample> {
     let bytes = encode_subjects(people, MAX_ERROR_MM, &|| ()).expect("a pack");
@@ -182,7 +182,7 @@ pub fn samples(
     let walks = pack.walks().len();
     let jobs: Vec<Job<'_>> = (0..walks)
         .flat_map(|walk| {
-            variations.clone().map(move |variation| Job {
+            variations.iter().map(move |&variation| Job {
                 walk,
                 variation,
                 condition,
@@ -203,7 +203,6 @@ pub fn samples(
                 person: walk.subject,
                 take: walk.name.to_owned(),
                 cycle: (walk.cycle, job.variation),
-                speed_mps: f64::from(walk.speed_mm_per_s) * 1e-3,
                 geis,
             });
             Ok(())

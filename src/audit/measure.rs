@@ -1,0 +1,346 @@
+//! What a ruler and a stopwatch say of a gait cycle, as it is decoded and drawn.
+
+use crate::scene::stance::Steps;
+use crate::scene::{Body, BodyHull, Cycle, forward_kinematics};
+use edgegait_core::avatar::Avatar;
+use edgegait_core::clip::Loop;
+use edgegait_core::skeleton::{JOINTS, Joint};
+use glam::{DQuat, DVec3};
+
+/// Moments of a cycle at which it is measured.
+const FRAMES: usize = 96;
+
+/// What is measured of a cycle.
+///
+/// Every measure is defined once, on joint centres and on the points of the feet's hulls, for
+/// made and for recorded people alike. A foot stands while a point of its sole is nearly still
+/// on the floor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Measure {
+    /// Lateral distance of the two ankle centres, each averaged while its foot stands, cm; negative
+    /// where feet cross.
+    StepWidth,
+    /// Steps a minute.
+    Cadence,
+    /// Distance from one foot's contact to the next of the same foot, m.
+    StrideLength,
+    /// Step length over cadence, mm/(steps/min), of a stature of 1.7 m.
+    WalkRatio,
+    /// Share of the cycle in which both feet stand, %.
+    DoubleSupport,
+    /// Share of the cycle that a foot stands, %.
+    Stance,
+    /// Direction of a standing foot against that of travel, degrees outwards.
+    ToeOut,
+    /// Least height of the sole between a third and nine tenths of the swing above its median in
+    /// the stance, cm.
+    Clearance,
+    /// Height of the hips' middle from lowest to highest, cm.
+    Bob,
+    /// The hips' middle from side to side, cm.
+    Sway,
+    /// Arc of the upper arm seen from the side, degrees.
+    ArmSwing,
+    /// Mean lean of the thorax, degrees forward.
+    TrunkLean,
+    /// Range of the hip's flexion, degrees.
+    HipRange,
+    /// Greatest flexion of the knee, degrees.
+    KneePeak,
+    /// Range of the knee's flexion, degrees.
+    KneeRange,
+    /// Range of the ankle's flexion, degrees.
+    AnkleRange,
+    /// Difference of left and right steps over their sum, %.
+    Asymmetry,
+    /// How far a standing foot slides, mm a stance.
+    Slide,
+    /// How far a sole goes below the floor, mm.
+    Sink,
+}
+
+impl Measure {
+    /// All of them, in the order of the table.
+    pub const ALL: [Self; 19] = [
+        Self::StepWidth,
+        Self::Cadence,
+        Self::StrideLength,
+        Self::WalkRatio,
+        Self::DoubleSupport,
+        Self::Stance,
+        Self::ToeOut,
+        Self::Clearance,
+        Self::Bob,
+        Self::Sway,
+        Self::ArmSwing,
+        Self::TrunkLean,
+        Self::HipRange,
+        Self::KneePeak,
+        Self::KneeRange,
+        Self::AnkleRange,
+        Self::Asymmetry,
+        Self::Slide,
+        Self::Sink,
+    ];
+
+    /// Its name and unit.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::StepWidth => "step width, cm",
+            Self::Cadence => "cadence, steps/min",
+            Self::StrideLength => "stride length, m",
+            Self::WalkRatio => "walk ratio, mm min, of 1.7 m",
+            Self::DoubleSupport => "double support, %",
+            Self::Stance => "stance, %",
+            Self::ToeOut => "toe-out, degrees",
+            Self::Clearance => "foot clearance, cm",
+            Self::Bob => "pelvis bob, cm",
+            Self::Sway => "pelvis sway, cm",
+            Self::ArmSwing => "arm swing, degrees",
+            Self::TrunkLean => "trunk lean, degrees",
+            Self::HipRange => "hip range, degrees",
+            Self::KneePeak => "knee peak, degrees",
+            Self::KneeRange => "knee range, degrees",
+            Self::AnkleRange => "ankle range, degrees",
+            Self::Asymmetry => "step asymmetry, %",
+            Self::Slide => "foot slide, mm",
+            Self::Sink => "sole below the floor, mm",
+        }
+    }
+}
+
+/// A cycle's measures, in the order of [`Measure::ALL`].
+pub type Measures = [f64; Measure::ALL.len()];
+
+/// A gait cycle as it is decoded.
+pub(super) struct Decoded {
+    /// The body that moves.
+    pub(super) body: Body,
+    /// How it moves.
+    pub(super) cycle: Cycle,
+}
+
+impl Decoded {
+    /// Decodes a stored cycle on its avatar.
+    #[must_use]
+    pub(super) fn new(avatar: &Avatar<'_>, clip: &Loop<'_>) -> Self {
+        let skeleton = avatar.skeleton();
+        let hulls = avatar.hulls().map(|hull| BodyHull {
+            joint: hull.joint(),
+            points: hull.points().map(glam::Vec3::as_dvec3).collect(),
+        });
+        let poses: Vec<_> = (0..FRAMES)
+            .map(|frame| clip.pose(frame as f32 / FRAMES as f32))
+            .collect();
+        let cycle = Cycle {
+            period_s: clip.period_s(),
+            drift_m: f64::from(clip.drift_m()),
+            closure_mm: 0.0,
+            root: poses.iter().map(|pose| pose.root.as_dvec3()).collect(),
+            rotations: poses
+                .iter()
+                .map(|pose| pose.rotations.map(|turn| turn.as_dquat().normalize()))
+                .collect(),
+        };
+        Self {
+            body: Body {
+                offsets: skeleton.offsets.map(glam::Vec3::as_dvec3),
+                hulls: hulls.collect(),
+                fit: None,
+            },
+            cycle,
+        }
+    }
+
+    /// Measures the cycle.
+    #[must_use]
+    pub(super) fn measures(&self) -> Measures {
+        let cycle = &self.cycle;
+        let steps = Steps::of_cycle(cycle, &self.body.offsets);
+        let stands = steps.stances();
+        let moments: Vec<Moment> = (0..FRAMES).map(|frame| self.moment(frame)).collect();
+        let sides = [LEFT, RIGHT];
+        let by_frame = &stands;
+        let standing = |side: usize| (0..FRAMES).filter(move |&frame| by_frame[frame][side]);
+        let mean_of = |side: usize, of: &dyn Fn(&Moment) -> f64| {
+            mean(standing(side).map(|frame| of(&moments[frame])))
+        };
+        let range = |of: &dyn Fn(&Moment) -> f64| {
+            let (low, high) = extent(moments.iter().map(of));
+            high - low
+        };
+        let both = |of: &dyn Fn(usize) -> f64| 0.5 * (of(LEFT) + of(RIGHT));
+        let stance = both(&|side| standing(side).count() as f64 / FRAMES as f64);
+        let together = stands.iter().filter(|stands| stands[LEFT] && stands[RIGHT]);
+        let stature_m = self.stature();
+        let [left, right] = sides.map(|side| self.footprint(&moments, &stands, side));
+        let steps_m = {
+            let left_step = (left - right).rem_euclid(cycle.drift_m);
+            [left_step, cycle.drift_m - left_step]
+        };
+        let cadence = 120.0 / cycle.period_s;
+        let skate = steps
+            .skate_on(&self.body)
+            .map_or(f64::NAN, |skate| skate.mean_mm);
+        let mut measures = [f64::NAN; Measure::ALL.len()];
+        for (measure, value) in Measure::ALL.into_iter().zip(&mut measures) {
+            *value = match measure {
+                Measure::StepWidth => {
+                    100.0
+                        * (mean_of(LEFT, &|moment| moment.ankles[LEFT].x)
+                            - mean_of(RIGHT, &|moment| moment.ankles[RIGHT].x))
+                }
+                Measure::Cadence => cadence,
+                Measure::StrideLength => cycle.drift_m,
+                Measure::WalkRatio => 500.0 * cycle.drift_m / cadence * 1.7 / stature_m,
+                Measure::DoubleSupport => 100.0 * together.clone().count() as f64 / FRAMES as f64,
+                Measure::Stance => 100.0 * stance,
+                Measure::ToeOut => both(&|side| mean_of(side, &|moment| moment.toe_out_deg[side])),
+                Measure::Clearance => 100.0 * both(&|side| clearance(&moments, &stands, side)),
+                Measure::Bob => 100.0 * range(&|moment| moment.pelvis.y),
+                Measure::Sway => 100.0 * range(&|moment| moment.pelvis.x),
+                Measure::ArmSwing => both(&|side| range(&|moment| moment.arm_deg[side])),
+                Measure::TrunkLean => mean(moments.iter().map(|moment| moment.lean_deg)),
+                Measure::HipRange => both(&|side| range(&|moment| moment.hip_deg[side])),
+                Measure::KneePeak => {
+                    both(&|side| extent(moments.iter().map(|moment| moment.knee_deg[side])).1)
+                }
+                Measure::KneeRange => both(&|side| range(&|moment| moment.knee_deg[side])),
+                Measure::AnkleRange => both(&|side| range(&|moment| moment.foot_deg[side])),
+                Measure::Asymmetry => 100.0 * (steps_m[0] - steps_m[1]) / cycle.drift_m,
+                Measure::Slide => skate,
+                Measure::Sink => {
+                    let low = moments.iter().flat_map(|moment| moment.soles);
+                    -1000.0 * low.fold(f64::MAX, f64::min)
+                }
+            };
+        }
+        measures
+    }
+
+    /// Floor to crown, upright, metres.
+    fn stature(&self) -> f64 {
+        let rest = [DQuat::IDENTITY; JOINTS];
+        let (positions, _) = forward_kinematics(&self.body.offsets, DVec3::ZERO, &rest);
+        let heights = self.body.hulls.iter().flat_map(|hull| {
+            let at = positions[hull.joint.index()].y;
+            hull.points.iter().map(move |point| at + point.y)
+        });
+        let (low, high) = extent(heights);
+        high - low
+    }
+
+    /// Where a foot stands along the way, metres, in the ground's frame of the cycle's first
+    /// moment.
+    fn footprint(&self, moments: &[Moment], stands: &[[bool; 2]], side: usize) -> f64 {
+        let travelled = |frame: usize| self.cycle.drift_m * frame as f64 / FRAMES as f64;
+        // From the last frame in the air on, so that a stance over the end is in one piece.
+        let start = (0..FRAMES)
+            .find(|&frame| !stands[frame][side])
+            .unwrap_or_default();
+        mean(
+            (start..start + FRAMES)
+                .filter(|frame| stands[frame % FRAMES][side])
+                .map(|frame| moments[frame % FRAMES].ankles[side].z + travelled(frame)),
+        )
+    }
+
+    /// What is measured of one moment.
+    fn moment(&self, frame: usize) -> Moment {
+        let (root, pose) = (self.cycle.root[frame], &self.cycle.rotations[frame]);
+        let (positions, turns) = forward_kinematics(&self.body.offsets, root, pose);
+        let legs = [
+            [Joint::LeftThigh, Joint::LeftShank, Joint::LeftFoot],
+            [Joint::RightThigh, Joint::RightShank, Joint::RightFoot],
+        ];
+        let arms = [
+            [Joint::LeftUpperArm, Joint::LeftForearm],
+            [Joint::RightUpperArm, Joint::RightForearm],
+        ];
+        let flexion = |joint: Joint| {
+            let down = pose[joint.index()] * -DVec3::Y;
+            libm::atan2(down.z, -down.y).to_degrees()
+        };
+        let trunk = turns[Joint::Thorax.index()] * DVec3::Y;
+        Moment {
+            pelvis: root,
+            ankles: legs.map(|[_, _, foot]| positions[foot.index()]),
+            soles: legs.map(|[_, _, foot]| {
+                let hulls = self.body.hulls.iter().filter(|hull| hull.joint == foot);
+                let points = hulls.flat_map(|hull| &hull.points);
+                let (at, turn) = (positions[foot.index()], turns[foot.index()]);
+                let heights = points.map(|&point| (at + turn * point).y);
+                heights.fold(f64::MAX, f64::min)
+            }),
+            toe_out_deg: [(0, 1.0), (1, -1.0)].map(|(side, sign)| {
+                let ahead = turns[legs[side][2].index()] * DVec3::Z;
+                libm::atan2(sign * ahead.x, ahead.z).to_degrees()
+            }),
+            arm_deg: arms.map(|[upper, fore]| {
+                let down = positions[fore.index()] - positions[upper.index()];
+                libm::atan2(down.z, -down.y).to_degrees()
+            }),
+            lean_deg: libm::atan2(trunk.z, trunk.y).to_degrees(),
+            hip_deg: legs.map(|[thigh, ..]| flexion(thigh)),
+            knee_deg: legs.map(|[_, shank, _]| -flexion(shank)),
+            foot_deg: legs.map(|[_, _, foot]| flexion(foot)),
+        }
+    }
+}
+
+/// Index of the left side.
+const LEFT: usize = 0;
+/// Index of the right side.
+const RIGHT: usize = 1;
+
+/// What is measured of one moment; of pairs the left one first.
+struct Moment {
+    pelvis: DVec3,
+    ankles: [DVec3; 2],
+    /// Height of the lowest point of each foot, metres.
+    soles: [f64; 2],
+    toe_out_deg: [f64; 2],
+    /// Direction from shoulder to elbow seen from the side, 0 straight down.
+    arm_deg: [f64; 2],
+    lean_deg: f64,
+    hip_deg: [f64; 2],
+    knee_deg: [f64; 2],
+    foot_deg: [f64; 2],
+}
+
+/// Least height of a sole between a third and nine tenths of its swing, metres, above its median
+/// while it stands.
+fn clearance(moments: &[Moment], stands: &[[bool; 2]], side: usize) -> f64 {
+    let lands = (0..FRAMES)
+        .find(|&frame| stands[(frame + 1) % FRAMES][side] && !stands[frame][side])
+        .unwrap_or_default();
+    let swing = (0..FRAMES)
+        .take_while(|back| !stands[(lands + FRAMES - back) % FRAMES][side])
+        .count();
+    let height = |frame: usize| moments[frame % FRAMES].soles[side];
+    let mut standing: Vec<f64> = (0..FRAMES)
+        .filter(|&frame| stands[frame][side])
+        .map(height)
+        .collect();
+    standing.sort_by(f64::total_cmp);
+    let floor = standing.get(standing.len() / 2).copied();
+    let (from, to) = (swing / 10, swing * 2 / 3);
+    let least = (from..=to)
+        .map(|back| height(lands + FRAMES - back))
+        .fold(f64::MAX, f64::min);
+    least - floor.unwrap_or(f64::NAN)
+}
+
+/// Least and greatest of some values.
+fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::MAX, f64::MIN), |(low, high), value| {
+        (low.min(value), high.max(value))
+    })
+}
+
+/// Mean of some values.
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+    sum / count
+}

@@ -1,0 +1,179 @@
+//! An audit of people: what is measured of them, as they are decoded and drawn, beside what is
+//! published.
+
+mod measure;
+mod norms;
+#[cfg(test)]
+mod tests;
+
+pub use measure::{Measure, Measures};
+pub use norms::{Norm, norm};
+
+use edgegait_core::pack::{Gait, Pack, Sex};
+use measure::Decoded;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// One measure of the people of one sex at one speed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// Walking or running.
+    pub gait: Gait,
+    /// Speed, km/h, rounded to a whole number.
+    pub speed_kmh: u16,
+    /// Their sex, where it is known.
+    pub sex: Option<Sex>,
+    /// What is measured.
+    pub measure: Measure,
+    /// How many people.
+    pub people: usize,
+    /// Mean over people.
+    pub mean: f64,
+    /// Standard deviation between people.
+    pub sd: f64,
+    /// What is published of such people.
+    pub norm: Option<Norm>,
+}
+
+/// How far a published spread may be missed.
+const SPREAD: f64 = 0.25;
+
+impl Line {
+    /// Whether the mean lies where healthy people's do; true where nothing is known.
+    #[must_use]
+    pub fn mean_holds(&self) -> bool {
+        self.norm
+            .is_none_or(|norm| (norm.mean.0..=norm.mean.1).contains(&self.mean))
+    }
+
+    /// Whether people spread as published within a quarter; true where nothing is known.
+    #[must_use]
+    pub fn spread_holds(&self) -> bool {
+        let sd = self.norm.and_then(|norm| norm.sd);
+        sd.is_none_or(|(low, high)| {
+            ((1.0 - SPREAD) * low..=(1.0 + SPREAD) * high).contains(&self.sd)
+        })
+    }
+}
+
+/// Measures of all people of a pack.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Audit {
+    /// Line by line: by gait, speed, sex and measure.
+    pub lines: Vec<Line>,
+}
+
+impl Audit {
+    /// Measures the cycles of a pack: each person counts once at each speed, by the mean of the
+    /// cycles.
+    #[must_use]
+    pub fn of(pack: &Pack<'_>) -> Self {
+        type Group = (Gait, u16, Option<Sex>);
+        let walks: Vec<_> = (0..pack.walks().len()).collect();
+        let measured: Vec<(Group, usize, Measures)> = walks
+            .into_par_iter()
+            .filter_map(|index| {
+                let walk = pack.walk(index)?;
+                let subject = pack.subject(walk.subject)?;
+                let clip = pack.clip(walk.clip)?.as_loop()?;
+                let avatar = pack.avatar(subject.avatar)?;
+                let kmh = (3.6e-3 * f64::from(walk.speed_mm_per_s)).round() as u16;
+                let measures = Decoded::new(&avatar, &clip).measures();
+                Some(((walk.gait, kmh, subject.sex), walk.subject, measures))
+            })
+            .collect();
+        // A person's mean first, then people's.
+        let mut people: BTreeMap<(Group, usize), Vec<Measures>> = BTreeMap::new();
+        for (group, person, measures) in measured {
+            people.entry((group, person)).or_default().push(measures);
+        }
+        let mut groups: BTreeMap<Group, Vec<Measures>> = BTreeMap::new();
+        for ((group, _), cycles) in people {
+            let mean = std::array::from_fn(|index| {
+                cycles.iter().map(|cycle| cycle[index]).sum::<f64>() / cycles.len() as f64
+            });
+            groups.entry(group).or_default().push(mean);
+        }
+        let lines = groups.into_iter().flat_map(|((gait, kmh, sex), people)| {
+            Measure::ALL
+                .into_iter()
+                .enumerate()
+                .map(move |(index, measure)| {
+                    let values: Vec<f64> = people.iter().map(|person| person[index]).collect();
+                    let (mean, sd) = mean_and_sd(&values);
+                    Line {
+                        gait,
+                        speed_kmh: kmh,
+                        sex,
+                        measure,
+                        people: values.len(),
+                        mean,
+                        sd,
+                        norm: sex.and_then(|sex| norm(measure, gait, sex, f64::from(kmh) / 3.6)),
+                    }
+                })
+                .collect::<Vec<_>>()
+        });
+        Self {
+            lines: lines.collect(),
+        }
+    }
+}
+
+fn mean_and_sd(values: &[f64]) -> (f64, f64) {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let squares: f64 = values
+        .iter()
+        .map(|value| (value - mean) * (value - mean))
+        .sum();
+    (mean, (squares / (count - 1.0).max(1.0)).sqrt())
+}
+
+impl fmt::Display for Audit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "{:<30} {:<6} {:>4} {:>3} {:>6} {:>8} {:>7}  published",
+            "measure", "", "km/h", "sex", "people", "mean", "sd"
+        )?;
+        for line in &self.lines {
+            let gait = match line.gait {
+                Gait::Walk => "walk",
+                Gait::Run => "run",
+            };
+            let sex = match line.sex {
+                Some(Sex::Female) => "F",
+                Some(Sex::Male) => "M",
+                None => "",
+            };
+            write!(
+                f,
+                "{:<30} {gait:<6} {:>4} {sex:>3} {:>6} {:>8.2} {:>7.2}  ",
+                line.measure.name(),
+                line.speed_kmh,
+                line.people,
+                line.mean,
+                line.sd,
+            )?;
+            let Some(norm) = line.norm else {
+                writeln!(f, "no norm")?;
+                continue;
+            };
+            write!(f, "{:.1} to {:.1}", norm.mean.0, norm.mean.1)?;
+            if let Some((low, high)) = norm.sd {
+                write!(f, ", sd {low:.2} to {high:.2}")?;
+            }
+            write!(f, " ({})", norm.source)?;
+            if !line.mean_holds() {
+                write!(f, "  MEAN OUTSIDE")?;
+            }
+            if !line.spread_holds() {
+                write!(f, "  SPREAD OUTSIDE")?;
+            }
+            writeln!(f)?;
+        }
+        Ok(())
+    }
+}

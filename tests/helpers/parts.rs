@@ -1,0 +1,77 @@
+//! Which parts of a body are seen where: convex hulls, filled at any resolution.
+//!
+//! Nothing of it is shared with the rasterisers of the product.
+
+use edgegait::scene::{Body, forward_kinematics};
+use edgegait_core::skeleton::{JOINTS, Joint};
+use glam::{DQuat, DVec2, DVec3};
+
+pub const TRUNK: u8 = 1;
+pub const ARMS: u8 = 2;
+pub const LEGS: u8 = 4;
+
+/// An image whose pixels hold the parts that are seen there.
+pub struct Parts {
+    pub columns: usize,
+    pub pixels: Vec<u8>,
+}
+
+/// One pose: where the pelvis is, and the rotation of each joint.
+pub type Posed<'a> = (DVec3, &'a [DQuat; JOINTS]);
+
+impl Parts {
+    /// Draws a posed body; `place` is where a point of the world falls, in pixels from the
+    /// upper left corner: x to the right, y down. A pixel is set where its centre is inside.
+    pub fn draw(
+        body: &Body,
+        (root, rotations): Posed<'_>,
+        place: impl Fn(DVec3) -> DVec2,
+        (rows, columns): (usize, usize),
+    ) -> Self {
+        let (positions, globals) = forward_kinematics(&body.offsets, root, rotations);
+        let mut pixels = vec![0; rows * columns];
+        for hull in &body.hulls {
+            let (at, turn) = (positions[hull.joint.index()], globals[hull.joint.index()]);
+            let points: Vec<DVec2> = hull.points.iter().map(|&p| place(at + turn * p)).collect();
+            let part = part(hull.joint);
+            for row in 0..rows {
+                let y = row as f64 + 0.5;
+                let Some((from, to)) = span(&points, y) else {
+                    continue;
+                };
+                let first = (from - 0.5).ceil().max(0.0) as usize;
+                let end = ((to + 0.5).floor().max(0.0) as usize).min(columns);
+                for column in first..end {
+                    pixels[row * columns + column] |= part;
+                }
+            }
+        }
+        Self { columns, pixels }
+    }
+}
+
+/// From where to where a level line cuts the convex hull of points: the lines between those
+/// above and those below it do.
+fn span(points: &[DVec2], y: f64) -> Option<(f64, f64)> {
+    let mut found: Option<(f64, f64)> = None;
+    for a in points.iter().filter(|p| p.y <= y) {
+        for b in points.iter().filter(|p| p.y > y) {
+            let x = a.x + (y - a.y) / (b.y - a.y) * (b.x - a.x);
+            let (from, to) = found.unwrap_or((x, x));
+            found = Some((from.min(x), to.max(x)));
+        }
+    }
+    found
+}
+
+fn part(joint: Joint) -> u8 {
+    let of =
+        |top: Joint| std::iter::successors(Some(joint), |joint| joint.parent()).any(|at| at == top);
+    if of(Joint::LeftUpperArm) || of(Joint::RightUpperArm) {
+        ARMS
+    } else if of(Joint::LeftThigh) || of(Joint::RightThigh) {
+        LEGS
+    } else {
+        TRUNK
+    }
+}
