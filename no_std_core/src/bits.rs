@@ -5,6 +5,10 @@ use crate::format::{ESCAPE_BITS, FormatError, MAX_RICE, RICE_ESCAPE};
 /// How many bits are ahead in one word at least: all of it but for those before the first.
 const AHEAD: u32 = u32::BITS - 7;
 
+/// How many bits two Rice codes have at most where neither can be an escape, whatever their
+/// parameter: with one, they are its ones, the zero behind them, and another code's zero at least.
+const PLAIN_PAIR: u32 = RICE_ESCAPE + 1;
+
 /// Reads unsigned and signed integers of 0 to 25 bits, least significant bit
 /// first. Past the end it reads zeros: callers check lengths when they parse.
 #[derive(Clone, Copy, Debug)]
@@ -110,10 +114,10 @@ impl<'a> BitReader<'a> {
         from_zigzag(ones << k | (ahead >> ones >> 1) & ((1 << k) - 1))
     }
 
-    /// The next two integers in Rice codes with parameter `k`: out of one word where that has
-    /// both, as it mostly does.
+    /// The next two integers in Rice codes with parameter `k`: out of one word where both are
+    /// short, as they mostly are.
     #[inline(always)]
-    pub fn rice_pair(&mut self, k: u32) -> [i32; 2] {
+    pub(crate) fn rice_pair(&mut self, k: u32) -> [i32; 2] {
         debug_assert!(k <= MAX_RICE);
         let ahead = self.ahead();
         let ones = ahead.trailing_ones();
@@ -121,7 +125,7 @@ impl<'a> BitReader<'a> {
         let behind = ahead.unbounded_shr(first);
         let more = behind.trailing_ones();
         let both = first + more + 1 + k;
-        if both > AHEAD {
+        if both > PLAIN_PAIR {
             let (numbers, behind) = rice_apart(*self, k);
             self.position = behind;
             return numbers;
@@ -266,5 +270,41 @@ mod tests {
         assert_eq!(bits.rice(5), -2);
         // Then 0 (zigzag 0) and 1 0 (zigzag 1).
         assert_eq!([bits.rice(0), bits.rice(0)], [0, 1]);
+    }
+    /// This number's code, as fields of so many bits.
+    fn code(value: i32, k: u32) -> [(i32, usize); 2] {
+        let zigzag = if value > 0 { 2 * value - 1 } else { -2 * value };
+        let ones = zigzag >> k;
+        if ones >= RICE_ESCAPE.cast_signed() {
+            return [(0xffff, 16), (value, 24)];
+        }
+        let ones = usize::try_from(ones).expect("not negative");
+        [((1 << ones) - 1, ones + 1), (zigzag, k as usize)]
+    }
+
+    #[test]
+    fn a_pair_is_two_integers_one_after_the_other() {
+        let values = [
+            0, 1, -1, 2, -3, 5, 7, -8, 8, 15, -16, 16, 100, -1000, 12_345, -70_000,
+        ];
+        for k in 0..=MAX_RICE {
+            for (first, second) in values.iter().flat_map(|&a| values.map(|b| (a, b))) {
+                // Other numbers before it, and ones behind it.
+                for (before, behind) in (0..8).flat_map(|before| [(before, 0), (before, 31)]) {
+                    let [a, b] = [first, second].map(|value| code(value, k));
+                    let fields = [[(0x55, before), (-1, 0)], a, b, [(-1, behind), (0, 0)]];
+                    let bytes = packed(fields.as_flattened());
+                    let mut bits = BitReader::new(&bytes);
+                    bits.skip(before);
+                    assert_eq!(bits.rice_pair(k), [first, second], "{k} {before} {behind}");
+                    let len = [a, b]
+                        .as_flattened()
+                        .iter()
+                        .map(|field| field.1)
+                        .sum::<usize>();
+                    assert_eq!(bits.position(), before + len, "{first} {second} {k}");
+                }
+            }
+        }
     }
 }
