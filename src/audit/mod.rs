@@ -1,5 +1,5 @@
-//! An audit of people: what is measured of them, as they are decoded and drawn, beside what is
-//! published.
+//! An audit of people, made or recorded: what is measured of them, as they are decoded and drawn,
+//! beside what is published.
 
 mod measure;
 mod norms;
@@ -12,19 +12,23 @@ pub use norms::{Norm, norm};
 use edgegait_core::pack::{Gait, Pack, Sex};
 use measure::Decoded;
 use rayon::prelude::*;
+use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
 use std::fmt;
 
 /// One measure of the people of one sex at one speed.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Line {
     /// Walking or running.
+    #[serde(serialize_with = "write_gait")]
     pub gait: Gait,
     /// Speed, km/h, rounded to a whole number.
     pub speed_kmh: u16,
     /// Their sex, where it is known.
+    #[serde(serialize_with = "write_sex")]
     pub sex: Option<Sex>,
     /// What is measured.
+    #[serde(serialize_with = "write_measure")]
     pub measure: Measure,
     /// How many people.
     pub people: usize,
@@ -32,8 +36,33 @@ pub struct Line {
     pub mean: f64,
     /// Standard deviation between people.
     pub sd: f64,
-    /// What is published of such people.
+    /// What is published of such people; of either sex where theirs is not known.
     pub norm: Option<Norm>,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde asks for it")]
+fn write_gait<S: Serializer>(gait: &Gait, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_str(gait_name(*gait))
+}
+
+fn write_sex<S: Serializer>(sex: &Option<Sex>, to: S) -> Result<S::Ok, S::Error> {
+    sex.map(|sex| match sex {
+        Sex::Female => "female",
+        Sex::Male => "male",
+    })
+    .serialize(to)
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde asks for it")]
+fn write_measure<S: Serializer>(measure: &Measure, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_str(measure.name())
+}
+
+const fn gait_name(gait: Gait) -> &'static str {
+    match gait {
+        Gait::Walk => "walk",
+        Gait::Run => "run",
+    }
 }
 
 /// How far a published spread may be missed.
@@ -58,7 +87,8 @@ impl Line {
 }
 
 /// Measures of all people of a pack.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(transparent)]
 pub struct Audit {
     /// Line by line: by gait, speed, sex and measure.
     pub lines: Vec<Line>,
@@ -66,7 +96,7 @@ pub struct Audit {
 
 impl Audit {
     /// Measures the cycles of a pack: each person counts once at each speed, by the mean of the
-    /// cycles.
+    /// cycles. Takes that are stored whole are not measured.
     #[must_use]
     pub fn of(pack: &Pack<'_>) -> Self {
         type Group = (Gait, u16, Option<Sex>);
@@ -110,7 +140,7 @@ impl Audit {
                         people: values.len(),
                         mean,
                         sd,
-                        norm: sex.and_then(|sex| norm(measure, gait, sex, f64::from(kmh) / 3.6)),
+                        norm: norm(measure, gait, sex, f64::from(kmh) / 3.6),
                     }
                 })
                 .collect::<Vec<_>>()
@@ -133,16 +163,19 @@ fn mean_and_sd(values: &[f64]) -> (f64, f64) {
 
 impl fmt::Display for Audit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.lines.is_empty() {
+            return writeln!(
+                f,
+                "no cycles to measure (takes that are stored whole are not)"
+            );
+        }
         writeln!(
             f,
             "{:<30} {:<6} {:>4} {:>3} {:>6} {:>8} {:>7}  published",
             "measure", "", "km/h", "sex", "people", "mean", "sd"
         )?;
         for line in &self.lines {
-            let gait = match line.gait {
-                Gait::Walk => "walk",
-                Gait::Run => "run",
-            };
+            let gait = gait_name(line.gait);
             let sex = match line.sex {
                 Some(Sex::Female) => "F",
                 Some(Sex::Male) => "M",

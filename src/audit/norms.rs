@@ -3,9 +3,10 @@
 
 use super::measure::Measure;
 use edgegait_core::pack::{Gait, Sex};
+use serde::Serialize;
 
 /// What is known of one measure of one sex at one speed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Norm {
     /// From the least to the greatest mean that healthy people have in publications and in
     /// recordings.
@@ -34,19 +35,21 @@ const CADENCE: [(Interval, Interval, Interval); 3] = [
     ((1.65, 2.20), (118.0, 141.0), (129.0, 156.0)),
 ];
 
-/// What is known of `measure` for people of `sex` at `speed_mps`; `None` where nothing is.
+/// What is known of `measure` for people of `sex`, or of either, at `speed_mps`; `None` where
+/// nothing is.
 #[must_use]
-pub fn norm(measure: Measure, gait: Gait, sex: Sex, speed_mps: f64) -> Option<Norm> {
+pub fn norm(measure: Measure, gait: Gait, sex: Option<Sex>, speed_mps: f64) -> Option<Norm> {
     match gait {
         Gait::Walk => walking(measure, sex, speed_mps),
         Gait::Run => running(measure, speed_mps),
     }
 }
 
-fn walking(measure: Measure, sex: Sex, speed_mps: f64) -> Option<Norm> {
-    let by_sex = |male, female| match sex {
-        Sex::Male => male,
-        Sex::Female => female,
+fn walking(measure: Measure, sex: Option<Sex>, speed_mps: f64) -> Option<Norm> {
+    let by_sex = |male: Interval, female: Interval| match sex {
+        Some(Sex::Male) => male,
+        Some(Sex::Female) => female,
+        None => (male.0.min(female.0), male.1.max(female.1)),
     };
     match measure {
         Measure::StepWidth => {
@@ -138,13 +141,14 @@ fn walking(measure: Measure, sex: Sex, speed_mps: f64) -> Option<Norm> {
             "CGM2.3: 0.9 (5.6); CMU and others: 3 (3.5)",
         ),
         Measure::HipRange => {
-            // Schwartz 2008, slow to very fast: 37 to 52; adults of CGM2.3: 39; ten walkers of
-            // CMU: 55 (7.5) at 1.19 m/s and 19 more for each m/s.
+            // Schwartz 2008, slow to very fast: 37 to 52; adults of CGM2.3: 39; CMU's walkers, in
+            // this audit: 51.6 at 3 km/h, 51.8 at 4, 58.1 at 5, 64.0 at 6 and 63.3 at 7, on
+            // average of 18 people and speeds 56.2 at 1.28 m/s and 14.8 more for each m/s.
             known(
                 39.0 + 12.0 * (speed_mps - 1.27),
-                54.7 + 19.0 * (speed_mps - 1.19),
+                56.2 + 14.8 * (speed_mps - 1.28),
                 Some((4.0, 7.5)),
-                "Schwartz 2008; CGM2.3; CMU 55 (7.5), others 39 to 43",
+                "Schwartz 2008; CGM2.3; CMU 56 (7.5), others 39 to 43",
             )
         }
         Measure::KneePeak => {
@@ -197,7 +201,11 @@ fn running(measure: Measure, speed_mps: f64) -> Option<Norm> {
         }
         Measure::Bob => known(7.0, 10.5, None, "Malisoux 2023; CMU"),
         Measure::KneePeak => known(70.0, 110.0, Some((6.0, 9.0)), "Novacheck 1998"),
-        Measure::TrunkLean => known(3.0, 9.0, Some((3.0, 5.6)), "recalled: 6 (3)"),
+        Measure::TrunkLean => {
+            // Teng & Powers 2015, 40 runners at 3.4 m/s: halves of 3.6 (2.8) and 10.8 (2.2).
+            let source = "Teng & Powers 2015: 7.2 (4.4); CMU 4 to 9; CGM2.3: sd 5.6";
+            known(4.0, 9.0, Some((4.4, 5.6)), source)
+        }
         _ => None,
     }
 }

