@@ -1,142 +1,278 @@
-//! A motion on another body: the same joint angles, the root fitted to its legs.
+//! A motion on another body: feet where they were against the hips, everything else turned as it
+//! was.
 
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
+use super::flips::Ends;
 use super::forward_kinematics;
-use super::retarget::{ANKLE_HEIGHT, leg_length_m};
-use super::stance::{Steps, soles_of_legs};
+use super::leg::Leg;
+use super::retarget::leg_length_m;
 use super::{Cycle, Span};
 
-/// Toe tip ahead of the ankle over hip-to-ankle length: three quarters of a foot of
-/// 0.152 statures, over 0.491 (Winter 2009, figure 4.1).
-const TOE_REACH: f64 = 0.232;
+/// Hip, knee and ankle of each side.
+const LEGS: [[Joint; 3]; 2] = [
+    [Joint::LeftThigh, Joint::LeftShank, Joint::LeftFoot],
+    [Joint::RightThigh, Joint::RightShank, Joint::RightFoot],
+];
+
+/// Flexion of a knee, radians, below which it gives way to what the ankle asks for. Ours: 5 degrees.
+const SOFT: f64 = 0.09;
+
+/// Frames before and after one over which what knees take up is smoothed, so that no knee snaps.
+/// Ours: a seventh of a swing of 64 frames a cycle.
+const SMOOTH: isize = 3;
+
+/// Most that hips are lowered or raised for knees to be bent as they were, over the leg's length.
+/// Ours.
+const LOWER_BY: f64 = 0.1;
+
+/// How much farther than it reaches a leg of the other body has to go, where it has to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct TooShort {
+    /// Which frame needs most.
+    pub frame: usize,
+    /// How far the ankle is from its place there, mm.
+    pub mm: f64,
+}
 
 impl Cycle {
     /// This cycle, of a walker with `own` joint offsets, on a body with `target` ones.
     ///
-    /// Rotations stay. Root and travel scale with the hip-to-ankle length, and in each
-    /// frame the root's height is set so that the lowest point of the soles (toe tips and
-    /// below the ankles) has its own clearance of the floor, scaled alike. Where other shares of
-    /// thigh, shank and hips would make standing feet slide more than they did, the root gives
-    /// way along the floor, and with it the travel.
+    /// The middle of the hips, both ankles and the travel scale with the hip-to-ankle length, so
+    /// that steps are as long and as wide in proportion, and standing feet slide no more than
+    /// they did. Thighs and shanks are solved for them in closed form: the knee takes up the
+    /// distance, and then the leg turns as little as it can. Feet, trunk and arms keep their
+    /// orientation in space. An ankle that a leg does not reach is as near as it gets.
     #[must_use]
     pub fn onto(&self, own: &[DVec3; JOINTS], target: &[DVec3; JOINTS]) -> Self {
-        let (root, ratio) = roots_onto(&self.root, &self.rotations, own, target);
-        let mut moved = Self {
-            drift_m: self.drift_m * ratio,
-            root,
-            ..self.clone()
-        };
-        let ways = plant(
-            &Steps::of_cycle(self, own),
-            &Steps::of_cycle(&moved, target),
-            ratio,
-        );
-        let frames = moved.root.len() as f64;
-        let travel = ways.last().copied().unwrap_or_default();
-        for (frame, (root, way)) in moved.root.iter_mut().zip(&ways).enumerate() {
-            *root += *way - travel * (frame as f64 / frames);
+        let moved = Moved::of((&self.root, &self.rotations), own, target, Ends::Meet);
+        Self {
+            drift_m: self.drift_m * moved.ratio,
+            root: moved.roots,
+            rotations: moved.rotations,
+            ..*self
         }
-        let shift =
-            (self.root.iter().sum::<DVec3>() * ratio - moved.root.iter().sum::<DVec3>()) / frames;
-        for root in &mut moved.root {
-            *root += DVec3::new(shift.x, 0.0, shift.z);
-        }
-        moved.drift_m += travel.z;
-        moved
     }
 }
 
 impl Span {
-    /// This motion, of a walker with `own` joint offsets, on a body with `target` ones:
-    /// as [`Cycle::onto`], the travel scaled like the legs.
+    /// This motion, of a walker with `own` joint offsets, on a body with `target` ones: as
+    /// [`Cycle::onto`].
     #[must_use]
     pub fn onto(&self, own: &[DVec3; JOINTS], target: &[DVec3; JOINTS]) -> Self {
-        let (roots, ratio) = roots_onto(&self.roots, &self.rotations, own, target);
-        let mut moved = Self {
-            roots,
-            ..self.clone()
+        let moved = Moved::of((&self.roots, &self.rotations), own, target, Ends::Open);
+        Self {
+            roots: moved.roots,
+            rotations: moved.rotations,
+            ..*self
+        }
+    }
+}
+
+/// A motion on the other body.
+struct Moved {
+    roots: Vec<DVec3>,
+    rotations: Vec<[DQuat; JOINTS]>,
+    /// Hip-to-ankle length over the walker's own.
+    ratio: f64,
+    too_short: TooShort,
+}
+
+impl Moved {
+    fn of(
+        (roots, rotations): (&[DVec3], &[[DQuat; JOINTS]]),
+        own: &[DVec3; JOINTS],
+        target: &[DVec3; JOINTS],
+        ends: Ends,
+    ) -> Self {
+        let [own_leg_m, target_leg_m] = [own, target].map(leg_length_m);
+        let ratio = if own_leg_m > 0.0 {
+            target_leg_m / own_leg_m
+        } else {
+            1.0
         };
-        let ways = plant(
-            &Steps::of_span(self, own),
-            &Steps::of_span(&moved, target),
+        let mut other = Other {
+            own,
+            target,
             ratio,
-        );
-        for (root, way) in moved.roots.iter_mut().zip(&ways) {
-            *root += *way;
+            lower_m: 0.0,
+        };
+        other.lower(roots, rotations);
+        let poses = || roots.iter().zip(rotations);
+        let asked: Vec<[f64; 2]> = poses()
+            .map(|(root, pose)| other.posed(*root, pose, None).bends)
+            .collect();
+        let mut moved = Self {
+            roots: Vec::with_capacity(roots.len()),
+            rotations: Vec::with_capacity(roots.len()),
+            ratio,
+            too_short: TooShort::default(),
+        };
+        for (frame, (root, pose)) in poses().enumerate() {
+            let posed = other.posed(*root, pose, Some(smoothed(&asked, frame, ends)));
+            moved.roots.push(posed.root);
+            moved.rotations.push(posed.pose);
+            let mm = 1e3 * posed.short_m;
+            if mm > moved.too_short.mm {
+                moved.too_short = TooShort { frame, mm };
+            }
         }
         moved
     }
 }
 
-/// How far the root has to give way along the floor by each frame (and after the last of a
-/// cycle) for standing feet to slide as they did on the walker's own legs, scaled; the mean of
-/// both where both stand.
-fn plant(own: &Steps<'_>, moved: &Steps<'_>, ratio: f64) -> Vec<DVec3> {
-    let stances = own.stances();
-    let slides = |steps: &Steps<'_>| steps.slides(&stances, &soles_of_legs(steps.leg_m()));
-    let mut way = DVec3::ZERO;
-    let mut ways = vec![way];
-    for (before, after) in slides(own).iter().zip(&slides(moved)) {
-        let pairs = before.iter().zip(after);
-        let more: Vec<DVec3> = pairs
-            .filter_map(|(before, after)| Some(before.as_ref()? * ratio - after.as_ref()?))
-            .collect();
-        way += more.iter().sum::<DVec3>() / more.len().max(1) as f64;
-        ways.push(way);
+/// What both knees are asked to bend further about a frame, weighted by a raised cosine.
+fn smoothed(asked: &[[f64; 2]], frame: usize, ends: Ends) -> [f64; 2] {
+    let last = asked.len() - 1;
+    let near = -SMOOTH..=SMOOTH;
+    let (mut sum, mut weights) = ([0.0; 2], 0.0);
+    for by in near {
+        let at = frame as isize + by;
+        let at = match ends {
+            Ends::Meet => at.rem_euclid(asked.len() as isize),
+            Ends::Open => at.clamp(0, last as isize),
+        };
+        let weight = 1.0 + libm::cos(std::f64::consts::PI * by as f64 / (SMOOTH + 1) as f64);
+        for (sum, asked) in sum.iter_mut().zip(asked[at as usize]) {
+            *sum += weight * asked;
+        }
+        weights += weight;
     }
-    ways
+    sum.map(|sum| sum / weights)
 }
 
-/// The roots on the other body, and how much longer its legs are.
-fn roots_onto(
-    roots: &[DVec3],
-    rotations: &[[DQuat; JOINTS]],
-    own: &[DVec3; JOINTS],
-    target: &[DVec3; JOINTS],
-) -> (Vec<DVec3>, f64) {
-    let own_leg_m = leg_length_m(own);
-    let target_leg_m = leg_length_m(target);
-    let ratio = if own_leg_m > 0.0 {
-        target_leg_m / own_leg_m
-    } else {
-        1.0
-    };
-    let moved = roots
-        .iter()
-        .zip(rotations)
-        .map(|(root, rotations)| {
-            let mut scaled = *root * ratio;
-            let clearance = lowest_sole(own, own_leg_m, *root, rotations) * ratio;
-            scaled.y += clearance - lowest_sole(target, target_leg_m, scaled, rotations);
-            scaled
-        })
-        .collect();
-    (moved, ratio)
+/// The other body's legs beside the walker's own.
+#[derive(Clone, Copy)]
+struct Other<'a> {
+    own: &'a [DVec3; JOINTS],
+    target: &'a [DVec3; JOINTS],
+    /// Hip-to-ankle length over the walker's own.
+    ratio: f64,
+    /// How much lower the hips are than where scaling puts them, metres.
+    lower_m: f64,
 }
 
-/// Height of the lowest point of both soles.
-fn lowest_sole(
-    offsets: &[DVec3; JOINTS],
-    leg_m: f64,
+/// A pose on the other body.
+struct Posed {
     root: DVec3,
-    rotations: &[DQuat; JOINTS],
-) -> f64 {
-    let (positions, globals) = forward_kinematics(offsets, root, rotations);
-    let sole = -DVec3::Y * ANKLE_HEIGHT * leg_m;
-    [Joint::LeftFoot, Joint::RightFoot]
-        .into_iter()
-        .flat_map(|foot| {
-            let (at, turned) = (positions[foot.index()], globals[foot.index()]);
-            [sole, sole + DVec3::Z * TOE_REACH * leg_m].map(|point| (at + turned * point).y)
-        })
-        .fold(f64::INFINITY, f64::min)
+    pose: [DQuat; JOINTS],
+    /// How far an ankle is from its place, metres.
+    short_m: f64,
+    /// How much further each knee is bent than the walker's, radians.
+    bends: [f64; 2],
+}
+
+impl Other<'_> {
+    /// Lowers the hips to the height at which knees are bent as much as they were, on average.
+    fn lower(&mut self, roots: &[DVec3], rotations: &[[DQuat; JOINTS]]) {
+        let more = |other: &Self| -> f64 {
+            let poses = roots.iter().zip(rotations);
+            let posed = poses.map(|(root, pose)| other.posed(*root, pose, None));
+            // A leg that does not reach asks for lower hips.
+            posed
+                .map(|posed| posed.bends[0] + posed.bends[1] - posed.short_m)
+                .sum()
+        };
+        if more(self).abs() < 1e-6 * roots.len() as f64 {
+            return;
+        }
+        let most = LOWER_BY * leg_length_m(self.target);
+        let (mut low, mut high) = (-most, most);
+        while high - low > 1e-6 {
+            self.lower_m = 0.5 * (low + high);
+            if more(self) < 0.0 {
+                low = self.lower_m;
+            } else {
+                high = self.lower_m;
+            }
+        }
+    }
+
+    /// A pose on these legs, whose knees bend further as ankles ask for, or by what is given.
+    fn posed(&self, root: DVec3, pose: &[DQuat; JOINTS], bends: Option<[f64; 2]>) -> Posed {
+        let (at, turns) = forward_kinematics(self.own, root, pose);
+        let pelvis = turns[Joint::Pelvis.index()];
+        let hips = LEGS.map(|[thigh, ..]| pelvis * self.target[thigh.index()]);
+        let [left, right] = LEGS.map(|[thigh, ..]| at[thigh.index()]);
+        let middle = self.ratio * left.midpoint(right) - self.lower_m * DVec3::Y;
+        let mut posed = Posed {
+            root: middle - hips[0].midpoint(hips[1]),
+            pose: *pose,
+            short_m: 0.0,
+            bends: [0.0; 2],
+        };
+        for (side, [thigh, shank, foot]) in LEGS.into_iter().enumerate() {
+            let wanted = self.ratio * at[foot.index()] - (posed.root + hips[side]);
+            let bones = [
+                turns[thigh.index()] * self.target[shank.index()],
+                turns[shank.index()] * self.target[foot.index()],
+            ];
+            let Some(mut bend) = Bend::reaching(bones, turns[thigh.index()] * DVec3::X, wanted)
+            else {
+                continue;
+            };
+            if let Some(bends) = bends {
+                bend.more = bends[side];
+            }
+            let knee = DQuat::from_axis_angle(bend.axis, bend.more);
+            let reached = bones[0] + knee * bones[1];
+            let whole = DQuat::from_rotation_arc(
+                reached.normalize_or(-DVec3::Y),
+                wanted.normalize_or(-DVec3::Y),
+            );
+            let turned_thigh = (whole * turns[thigh.index()]).normalize();
+            let turned_shank = (whole * knee * turns[shank.index()]).normalize();
+            let pose = &mut posed.pose;
+            pose[thigh.index()] = (pelvis.inverse() * turned_thigh).normalize();
+            pose[shank.index()] = (turned_thigh.inverse() * turned_shank).normalize();
+            pose[foot.index()] = (turned_shank.inverse() * turns[foot.index()]).normalize();
+            posed.short_m = posed.short_m.max((whole * reached).distance(wanted));
+            posed.bends[side] = bend.more;
+        }
+        posed
+    }
+}
+
+/// How a knee bends further.
+struct Bend {
+    /// About which axis, of unit length.
+    axis: DVec3,
+    /// By how much, radians.
+    more: f64,
+}
+
+impl Bend {
+    /// As it takes for the ankle to be as far from the hip as it is `wanted`; `None` for a leg
+    /// without length.
+    ///
+    /// Near straight a knee that reached exactly would snap: there it bends by up to [`SOFT`] less or
+    /// more, which the ankle misses by up to 2 mm. On the walker's own legs nothing changes.
+    fn reaching([thigh, shank]: [DVec3; 2], axis: DVec3, wanted: DVec3) -> Option<Self> {
+        let axis = axis.reject_from(thigh.try_normalize()?).try_normalize()?;
+        // The part of the shank that the knee turns.
+        let beside = shank.dot(axis);
+        let turning = shank - beside * axis;
+        let leg = Leg {
+            thigh_m: thigh.length(),
+            shank_m: turning.length(),
+        };
+        if leg.shank_m < 1e-6 {
+            return None;
+        }
+        let bent = libm::atan2(thigh.cross(turning).dot(axis), thigh.dot(turning));
+        let distance = libm::sqrt((wanted.length_squared() - beside * beside).max(0.0));
+        let soft = |knee: f64| libm::sqrt(knee * knee + SOFT * SOFT);
+        let more = soft(leg.knee(distance)) - soft(bent);
+        Some(Self { axis, more })
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::cohort::Person;
     use super::*;
+    use edgegait_core::pack::Sex;
 
     /// Hips 1 m up on legs of 0.5 + 0.42 m; nothing else.
     fn legs(scale: f64) -> [DVec3; JOINTS] {
@@ -192,78 +328,153 @@ mod tests {
         assert_eq!(moved.sample_rate_hz, 100.0);
     }
 
+    /// The average man's body with thighs, shanks and hips of other shares.
+    fn others(body: &super::super::Body) -> [DVec3; JOINTS] {
+        let mut offsets = body.offsets;
+        for [thigh, shank, foot] in LEGS {
+            offsets[thigh.index()].x *= 1.2;
+            offsets[shank.index()] *= 0.9;
+            offsets[foot.index()] *= 1.2;
+        }
+        offsets
+    }
+
     #[test]
-    fn longer_shanks_keep_the_standing_foot_on_the_floor() {
-        let mut target = legs(1.0);
-        target[Joint::LeftFoot.index()].y = -0.52;
-        target[Joint::RightFoot.index()].y = -0.52;
-        let (own_leg, target_leg) = (0.92, 1.02);
-        let moved = cycle().onto(&legs(1.0), &target);
-        for (before, after) in cycle()
-            .root
-            .iter()
-            .zip(&moved.root)
-            .zip(&cycle().rotations)
-            .map(|((before, after), rotations)| {
-                (
-                    lowest_sole(&legs(1.0), own_leg, *before, rotations),
-                    lowest_sole(&target, target_leg, *after, rotations),
-                )
-            })
-        {
-            assert!((after - before * target_leg / own_leg).abs() < 1e-12);
+    fn ankles_are_where_they_were_against_the_hips_whatever_the_shares_of_the_legs() {
+        let person = Person::average(Sex::Male);
+        let (own, target) = (&person.body.offsets, &others(&person.body));
+        let ratio = leg_length_m(target) / leg_length_m(own);
+        for speed_kmh in [3.0, 6.0, 10.0] {
+            let cycle = person.cycle(speed_kmh);
+            let moved = cycle.onto(own, target);
+            assert!((moved.drift_m - ratio * cycle.drift_m).abs() < 1e-12);
+            for frame in 0..cycle.root.len() {
+                let (was, had) =
+                    forward_kinematics(own, cycle.root[frame], &cycle.rotations[frame]);
+                let (is, has) =
+                    forward_kinematics(target, moved.root[frame], &moved.rotations[frame]);
+                for [_, _, foot] in LEGS {
+                    let (was, is) = (ratio * was[foot.index()], is[foot.index()]);
+                    assert!(was.distance(is) < 2e-3, "{speed_kmh} {frame}: {was} {is}");
+                }
+                for joint in Joint::ALL {
+                    let is_leg = LEGS.iter().any(|leg| leg[..2].contains(&joint));
+                    let turned = had[joint.index()].angle_between(has[joint.index()]);
+                    assert!(
+                        turned < if is_leg { 0.3 } else { 1e-6 },
+                        "{joint:?} {turned}"
+                    );
+                }
+            }
         }
     }
 
     #[test]
-    fn feet_slide_no_more_on_legs_of_other_shares() {
-        use super::super::cohort::Person;
-        use super::super::{Track, Walk};
-        use edgegait_core::pack::{Gait, Sex};
-        let person = Person::average(Sex::Male);
-        for speed_kmh in [4.0, 6.0, 10.0] {
-            let cycle = person.cycle(speed_kmh);
-            let mut body = person.body.clone();
-            for (joint, factor) in [
-                (Joint::LeftShank, 0.85),
-                (Joint::RightShank, 0.85),
-                (Joint::LeftFoot, 1.2),
-                (Joint::RightFoot, 1.2),
-            ] {
-                body.offsets[joint.index()] *= factor;
-            }
-            let skate = |cycle: &Cycle, body: &super::super::Body| {
-                let walk = Walk {
-                    name: String::new(),
-                    cycle: 0,
-                    gait: Gait::Walk,
-                    speed_mps: 0.0,
-                    motion: Track::Loop(cycle.clone()),
-                };
-                walk.skate(body).unwrap().mean_mm
+    fn a_knee_that_passes_through_straight_does_not_jump() {
+        let own = legs(1.0);
+        let mut target = own;
+        target[Joint::LeftThigh.index()].x = 0.06;
+        target[Joint::LeftShank.index()].y = -0.45;
+        target[Joint::LeftFoot.index()].y = -0.47;
+        let at = |degrees: f64| {
+            let mut pose = [DQuat::IDENTITY; JOINTS];
+            pose[Joint::LeftShank.index()] = DQuat::from_rotation_x(degrees.to_radians());
+            let other = Other {
+                own: &own,
+                target: &target,
+                ratio: 1.0,
+                lower_m: 0.0,
             };
-            let own = skate(&cycle, &person.body);
-            let (root, ratio) = roots_onto(
-                &cycle.root,
-                &cycle.rotations,
-                &person.body.offsets,
-                &body.offsets,
-            );
-            let unplanted = Cycle {
-                root,
-                drift_m: cycle.drift_m * ratio,
-                ..cycle.clone()
-            };
-            let planted = cycle.onto(&person.body.offsets, &body.offsets);
-            let (unplanted, planted) = (skate(&unplanted, &body), skate(&planted, &body));
+            let posed = other.posed(DVec3::Y, &pose, None);
+            let (reached, _) = forward_kinematics(&target, posed.root, &posed.pose);
+            assert!(posed.short_m < 2e-3, "{}", posed.short_m);
+            reached[Joint::LeftShank.index()]
+        };
+        for tenth in -80..300 {
+            let [before, after] = [tenth, tenth + 1].map(|tenth| at(0.1 * f64::from(tenth)));
+            assert!(before.distance(after) < 2e-3, "{tenth}: {before} {after}");
+        }
+    }
+
+    #[test]
+    fn an_ankle_that_is_out_of_reach_is_as_near_as_it_gets_and_is_reported() {
+        // Straight legs on ankles that stay 0.2 m apart, under hips of other widths.
+        let straight = Cycle {
+            rotations: vec![[DQuat::IDENTITY; JOINTS]; 2],
+            ..cycle()
+        };
+        let on_hips = |half_m: f64| {
+            let mut target = legs(1.0);
+            target[Joint::LeftThigh.index()].x = half_m;
+            target[Joint::RightThigh.index()].x = -half_m;
+            let motion = (&straight.root[..], &straight.rotations[..]);
+            Moved::of(motion, &legs(1.0), &target, Ends::Meet)
+        };
+        assert_eq!(on_hips(0.1).too_short.mm, 0.0);
+        // The hips come down: by 2.2 cm, and by a tenth of the leg at most.
+        let lower = on_hips(0.3);
+        let height = f64::sqrt(0.92 * 0.92 - 0.2 * 0.2) - 0.92;
+        assert!(
+            (lower.roots[0].y - (1.0 + height)).abs() < 1e-3,
+            "{}",
+            lower.roots[0].y
+        );
+        assert!(lower.too_short.mm < 1.0, "{:?}", lower.too_short);
+        let far = on_hips(0.7).too_short.mm;
+        let missing = f64::hypot(0.9 * 0.92, 0.6) - 0.92;
+        assert!((far - 1e3 * missing).abs() < 0.1, "{far} {missing}");
+    }
+}
+
+#[cfg(test)]
+mod debug {
+    use super::*;
+    use crate::scene::recorded::*;
+    #[test]
+    fn debug_s07() {
+        let d = std::path::Path::new("/work/shared/mocap/clips");
+        let o = ReadOptions::default();
+        let a = Recording::read(&d.join("cmu_amc/s07/07_01.amc"), &o).unwrap();
+        let b = Recording::read(&d.join("cmu_amc/s07/07_02.amc"), &o).unwrap();
+        let cc = Recording::read(&d.join("cmu_bvh_retargeted/s07/007_01.bvh"), &o).unwrap();
+        for joint in Joint::ALL {
             println!(
-                "{speed_kmh} km/h: own {own:.1}, unplanted {unplanted:.1}, planted {planted:.1} mm"
+                "{joint:?} {:?} {:?} {:?}",
+                a.take.offsets[joint.index()],
+                b.take.offsets[joint.index()],
+                cc.take.offsets[joint.index()]
             );
-            // Where both feet stand, one root cannot hold both.
-            assert!(
-                planted < 0.5 * (own + unplanted),
-                "{own} {unplanted} {planted}"
-            );
+        }
+        for target in [&b.take.offsets, &cc.take.offsets] {
+            for r in [&a, &b] {
+                let c = &r.cut.as_ref().unwrap().cycles[0].cycle;
+                let m = Moved::of((&c.root, &c.rotations), &r.take.offsets, target, Ends::Meet);
+                println!("{:?} {:?} {}", r.name, m.too_short, m.ratio);
+                for joint in [
+                    Joint::LeftThigh,
+                    Joint::LeftShank,
+                    Joint::LeftFoot,
+                    Joint::RightShank,
+                ] {
+                    let step = |t: &Vec<[DQuat; JOINTS]>| {
+                        (1..t.len())
+                            .map(|i| {
+                                (
+                                    t[i - 1][joint.index()]
+                                        .angle_between(t[i][joint.index()])
+                                        .to_degrees(),
+                                    i,
+                                )
+                            })
+                            .fold((0.0, 0), |a, b| if b.0 > a.0 { b } else { a })
+                    };
+                    println!(
+                        "{joint:?} {:?} {:?}",
+                        step(&c.rotations),
+                        step(&m.rotations)
+                    );
+                }
+            }
         }
     }
 }
