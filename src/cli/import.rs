@@ -154,6 +154,8 @@ struct ClipResult {
     /// How far a standing foot slides on the body that walks: mean over the stances, and most.
     skate_mm: Option<f64>,
     skate_max_mm: Option<f64>,
+    /// The same if its legs moved as the recorded ones: what the recording does itself.
+    own_skate_mm: Option<f64>,
     bytes: usize,
     max_error_mm: f64,
     mean_error_mm: f64,
@@ -393,6 +395,12 @@ fn clip_results(
             own.filter_map(|walk| walk.skate(&subject.body)).collect()
         });
         let skates = (!skates.is_empty()).then_some(skates);
+        let own = subject.map_or_else(Vec::new, |subject| recording.own_skates(&subject.body));
+        let mean = |skates: &[Skate]| {
+            skates.iter().map(|skate| skate.mean_mm).sum::<f64>() / skates.len() as f64
+        };
+        let mut warnings = recording.warnings();
+        warnings.extend(subject.and_then(|subject| recording.out_of_reach(&subject.body)));
         ClipResult {
             file: recording.path.display().to_string(),
             format: recording.format.to_string(),
@@ -406,9 +414,8 @@ fn clip_results(
             duty_factor: cut.map(|cut| cut.duty_factor),
             residual_mm: recording.take.residual_mm,
             closure_mm: closures.map(|closures| closures.fold(0.0, f64::max)),
-            skate_mm: skates.as_ref().map(|skates| {
-                skates.iter().map(|skate| skate.mean_mm).sum::<f64>() / skates.len() as f64
-            }),
+            skate_mm: skates.as_deref().map(mean),
+            own_skate_mm: (!own.is_empty()).then(|| mean(&own)),
             skate_max_mm: skates.map(|skates| {
                 let most = skates.iter().map(|skate| skate.max_mm);
                 most.fold(0.0, f64::max)
@@ -416,7 +423,7 @@ fn clip_results(
             bytes: clips.iter().map(Clip::len_bytes).sum(),
             max_error_mm: most(&mut clips.iter().map(Clip::max_error_mm)),
             mean_error_mm: most(&mut clips.iter().map(Clip::mean_error_mm)),
-            warnings: recording.warnings(),
+            warnings,
         }
     });
     Ok(rows.collect())
@@ -435,7 +442,7 @@ fn clip_warnings(clips: &[ClipResult]) -> Vec<SharedWarning<'_>> {
 fn table(results: &Results) -> String {
     let mut table = Table::new(&[Left(32), Left(0), Right(6)]);
     table.row(
-        "file|format|fps|frames|cycles|steps/min|m/s|stride|duty|fit mm|loop mm|skate mm"
+        "file|format|fps|frames|cycles|steps/min|m/s|stride|duty|fit mm|loop mm|skate mm|of it own"
             .split('|'),
     );
     let warnings = clip_warnings(&results.clips);
@@ -453,6 +460,7 @@ fn table(results: &Results) -> String {
             format!("{:.1}", clip.residual_mm),
             optional(clip.closure_mm, 0),
             optional(clip.skate_mm, 0),
+            optional(clip.own_skate_mm, 0),
         ]);
         let is_own = |one: &&SharedWarning<'_>| !one.is_shared() && one.files[0] == clip.file;
         for own in warnings.iter().filter(is_own) {
@@ -467,7 +475,7 @@ fn table(results: &Results) -> String {
     }
     table.note(
         "(fit mm: from the file's joints to ours; loop mm: how far joints were moved to close the cycle;\n\
-         skate mm: how far a standing foot slides, mean)",
+         skate mm: how far a standing foot slides, mean; of it own: what the recording does itself)",
     );
     table.to_string()
 }

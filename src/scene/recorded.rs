@@ -7,6 +7,7 @@ use super::events::{Cut, cut};
 use super::flips::Ends;
 use super::measured::{Measured, MeasuredPeople};
 use super::retarget::{DEFAULT_CUT_OFF_HZ, Take, leg_length_m};
+use super::stance::{Skate, Steps};
 use super::{Body, Span, Subject, Track, Walk};
 use crate::error::{Error, Refused, Remedy, Result};
 use crate::import::{Format, Motion, Options, Source};
@@ -22,6 +23,10 @@ pub(super) const LEG_SHARE: f64 = 0.4755;
 /// Froude number v^2 / (g L) from which people run (Alexander 1989, Physiol. Rev.
 /// 69:1199-1227: walking changes to running near 0.5).
 const RUNNING_FROUDE: f64 = 0.5;
+
+/// Feet that are nearer than this to where they were, mm, are there. Ours: twice the usual error of
+/// encoding.
+const NEARLY_REACHED_MM: f64 = 10.0;
 
 /// Where a subject's name is read from.
 #[derive(Clone, Debug)]
@@ -213,6 +218,49 @@ impl Recording {
             Some(cut) => cut.speed_mps,
             None => Span::of(&self.take).speed_mps(),
         }
+    }
+
+    /// How far standing feet would slide on a body whose legs moved as the recorded ones, of each
+    /// of its walks with a stance: what the recording does itself.
+    #[must_use]
+    pub fn own_skates(&self, body: &Body) -> Vec<Skate> {
+        let offsets = &self.take.offsets;
+        match &self.cut {
+            Some(cut) => {
+                let cycles = cut.cycles.iter().map(|cut| &cut.cycle);
+                let skate = |cycle| Steps::of_cycle(cycle, offsets).own_skate(body);
+                cycles.filter_map(skate).collect()
+            }
+            None => {
+                let skate = Steps::of_take(&self.take).own_skate(body);
+                skate.into_iter().collect()
+            }
+        }
+    }
+
+    /// Where the legs of a body do not reach the places of the recorded feet, as a sentence, by
+    /// frame and millimetre.
+    #[must_use]
+    pub fn out_of_reach(&self, body: &Body) -> Option<String> {
+        let (own, target) = (&self.take.offsets, &body.offsets);
+        let (second, short) = match &self.cut {
+            Some(cut) => {
+                let shorts = cut.cycles.iter().map(|cut| {
+                    let short = cut.cycle.too_short(own, target);
+                    let share = short.frame as f64 / cut.cycle.root.len() as f64;
+                    (cut.start_s + share * cut.cycle.period_s, short.mm)
+                });
+                shorts.max_by(|a, b| a.1.total_cmp(&b.1))?
+            }
+            None => {
+                let short = Span::of(&self.take).too_short(own, target);
+                (short.frame as f64 / self.take.sample_rate_hz, short.mm)
+            }
+        };
+        let frame = (second * self.take.sample_rate_hz).round();
+        (short > NEARLY_REACHED_MM).then(|| {
+            format!("the legs of this body are up to {short:.0} mm short of where the feet were (frame {frame}): they are as near as they get")
+        })
     }
 
     /// What was assumed, repaired or dropped.

@@ -219,6 +219,20 @@ impl<'a> Steps<'a> {
         self.skate(&soles_of_body(body))
     }
 
+    /// How far a body's feet would slide if its legs moved as these do, in proportion: what of its
+    /// slide is the recording's own.
+    #[must_use]
+    pub(crate) fn own_skate(&self, body: &Body) -> Option<Skate> {
+        let ratio = leg_length_m(&body.offsets) / self.leg_m();
+        let soles =
+            soles_of_body(body).map(|sole| sole.iter().map(|point| *point / ratio).collect());
+        let own = self.skate(&soles)?;
+        Some(Skate {
+            mean_mm: own.mean_mm * ratio,
+            max_mm: own.max_mm * ratio,
+        })
+    }
+
     fn skate(&self, soles: &Soles) -> Option<Skate> {
         let slides = self.slides(&self.stances(), soles);
         let mut paths_mm: Vec<f64> = Vec::new();
@@ -333,6 +347,26 @@ mod tests {
         let skate = steps.skate(&soles_of_body(&body)).expect("both feet stand");
         assert!((skate.mean_mm - 20.0).abs() < 1e-9, "{skate:?}");
         assert!((skate.max_mm - 20.0).abs() < 1e-9, "{skate:?}");
+    }
+
+    #[test]
+    fn feet_of_larger_legs_slide_as_much_further_as_these_are_longer() {
+        let person = Person::average(Sex::Female);
+        let cycle = person.cycle(5.0);
+        let steps = Steps::of_cycle(&cycle, &person.body.offsets);
+        let own = steps.own_skate(&person.body).expect("both feet stand");
+        assert_eq!(Some(own), steps.skate_on(&person.body));
+        let mut larger = person.body.clone();
+        larger.offsets = larger.offsets.map(|offset| 1.5 * offset);
+        for point in larger.hulls.iter_mut().flat_map(|hull| &mut hull.points) {
+            *point *= 1.5;
+        }
+        let found = steps.own_skate(&larger).expect("both feet stand");
+        assert!(
+            (found.mean_mm - 1.5 * own.mean_mm).abs() < 1e-9,
+            "{found:?}"
+        );
+        assert!((found.max_mm - 1.5 * own.max_mm).abs() < 1e-9, "{found:?}");
     }
 
     #[test]

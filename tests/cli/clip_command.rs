@@ -130,3 +130,32 @@ fn a_cycle_is_drawn_at_any_second_too() {
     let differing = a.iter().zip(&b).filter(|(a, b)| a != b).count();
     assert!(differing < 8, "{differing} pixels");
 }
+
+#[test]
+fn legs_that_do_not_reach_are_reported_by_frame_and_millimetre() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    write_turning_figure(&at.join("anna_turn.bvh"), 150);
+    let clip = || -> Value {
+        let import = "import anna_turn.bvh --track clip --stature-m 1.75 --out turn.egp --json turn.json --overwrite";
+        done(at, &import.split(' ').collect::<Vec<_>>());
+        let results = fs::read(at.join("turn.json")).expect("results");
+        let results: Value = serde_json::from_slice(&results).expect("JSON");
+        results["clips"][0].clone()
+    };
+    let sentence = "short of where the feet were (frame ";
+    let even = clip();
+    assert!(!even["warnings"].to_string().contains(sentence), "{even}");
+
+    // One leg is 12 cm longer than the other, which those of the body are not.
+    let text = fs::read_to_string(at.join("anna_turn.bvh")).expect("a figure");
+    let (before, foot) = text.split_once("JOINT LeftFoot").expect("a foot");
+    let foot = foot.replacen("OFFSET 0 -45 0", "OFFSET 0 -57 0", 1);
+    fs::write(
+        at.join("anna_turn.bvh"),
+        format!("{before}JOINT LeftFoot{foot}"),
+    )
+    .expect("a file");
+    let odd = clip()["warnings"].to_string();
+    assert!(odd.contains(sentence) && odd.contains(" mm "), "{odd}");
+}

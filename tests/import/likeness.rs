@@ -22,8 +22,8 @@ const HEIGHTS: usize = 100;
 /// From and to which height, and how far the mean over people may be off from the front and
 /// from the side, cm: what was reached when this was written, and 4 mm.
 const REGIONS: [(&str, usize, usize, [f64; 2]); 8] = [
-    ("calves", 14, 24, [3.0, 1.2]),
-    ("thighs", 30, 42, [1.0, 0.9]),
+    ("calves", 14, 24, [1.2, 0.9]),
+    ("thighs", 30, 42, [1.6, 0.7]),
     ("crotch", 42, 48, [4.0, 2.3]),
     ("hips", 48, 54, [1.3, 2.0]),
     ("waist", 56, 64, [2.3, 0.7]),

@@ -18,6 +18,7 @@ mod bodies;
 mod checksums;
 mod clips;
 mod faults;
+mod feet;
 mod formats;
 mod gltf;
 mod hard;

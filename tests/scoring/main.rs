@@ -16,5 +16,6 @@ mod likeness;
 mod protocols;
 mod quantize;
 mod score;
+mod skinned;
 mod train;
 mod twins;

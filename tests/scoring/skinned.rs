@@ -1,0 +1,302 @@
+//! Imported walkers beside silhouettes that other software made of skinned bodies of the same
+//! dimensions, who walk by the same recordings.
+
+use crate::command::done;
+use crate::data::given;
+use crate::npy::npy;
+use edgegait::scene::cohort::anthropometry::NAMES;
+use edgegait::sweep::Framing;
+use edgegait::{Dataset, Tree};
+use edgegait_core::silhouette::Size;
+use std::collections::{BTreeMap, HashMap};
+use std::fs;
+use std::path::Path;
+
+/// People for choices; figures are stated on the others with `EDGEGAIT_PEOPLE=final`.
+const CHOICES: [&str; 19] = [
+    "101", "102", "104", "105", "106", "107", "108", "109", "110", "111", "113", "114", "117",
+    "118", "120", "121", "122", "123", "124",
+];
+const VIEWS: [(&str, f64); 3] = [("000", 0.0), ("045", 45.0), ("090", 90.0)];
+/// Frames of a take in the picture.
+const SHOWN: usize = 4;
+/// Frames of a drawn cycle.
+const FRAMES: usize = 64;
+
+type Row = HashMap<String, String>;
+
+fn rows(path: &Path) -> Vec<Row> {
+    let mut reader = csv::Reader::from_path(path).expect("a table");
+    let rows = reader.deserialize();
+    rows.map(|row| row.expect("a row")).collect()
+}
+
+/// Pairs of numbers, as in `13.5-46.25;46.25-77.75`.
+fn spans(text: &str) -> Vec<(f64, f64)> {
+    let number = |text: &str| text.parse::<f64>().expect("a frame");
+    let spans = text.split(';').filter_map(|span| span.split_once('-'));
+    spans.map(|(from, to)| (number(from), number(to))).collect()
+}
+
+/// The table of one body, as `--bodies` reads it.
+fn body(row: &Row) -> String {
+    let dimensions: Vec<String> = NAMES.map(|name| format!("{name}_m")).into();
+    let known = dimensions.iter().filter(|name| row.contains_key(*name));
+    let known: Vec<&str> = known.map(String::as_str).collect();
+    let sex = match row["sex"].as_str() {
+        "M" => "male",
+        _ => "female",
+    };
+    let fixed = [&row["id"], sex, &row["stature_m"], &row["mass_kg"]].join(",");
+    let values: Vec<&str> = known.iter().map(|name| row[*name].as_str()).collect();
+    format!(
+        "subject,sex,stature_m,mass_kg,{}\n{fixed},{}\n",
+        known.join(","),
+        values.join(",")
+    )
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+    sum / count
+}
+
+/// Frames of one sequence of the other set.
+struct Seen {
+    pixels: Vec<u8>,
+    size: usize,
+}
+
+impl Seen {
+    fn frame(&self, index: usize) -> Option<&[u8]> {
+        self.pixels.get(index * self.size..(index + 1) * self.size)
+    }
+
+    fn gei(&self, (from, to): (f64, f64)) -> Vec<f64> {
+        let frames = from.ceil() as usize..to.ceil() as usize;
+        let frames: Vec<&[u8]> = frames.filter_map(|frame| self.frame(frame)).collect();
+        let pixel = |at: usize| mean(frames.iter().map(|frame| f64::from(frame[at])));
+        (0..self.size).map(pixel).collect()
+    }
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    mean(a.iter().zip(b).map(|(a, b)| (a - b) * (a - b))).sqrt()
+}
+
+/// The middle of what a template has in each row, columns.
+fn middles(gei: &[f64]) -> Vec<f64> {
+    let middle = |row: &[f64]| {
+        let moment: f64 = (0..)
+            .zip(row)
+            .map(|(at, pixel)| f64::from(at) * pixel)
+            .sum();
+        moment / row.iter().sum::<f64>()
+    };
+    gei.chunks_exact(Size::S50x30.columns())
+        .map(middle)
+        .collect()
+}
+
+fn jaccard(a: &[u8], b: &[u8]) -> f64 {
+    let pairs = || a.iter().zip(b).map(|(a, b)| (*a >= 128, *b >= 128));
+    let both = pairs().filter(|(a, b)| *a && *b).count();
+    both as f64 / pairs().filter(|(a, b)| *a || *b).count() as f64
+}
+
+/// A row of numbers of each view.
+#[derive(Default)]
+struct Found {
+    jaccards: Vec<f64>,
+    /// Distances of GEIs of one take.
+    apart: Vec<f64>,
+    /// Templates of the drawn takes, and of the seen cycles, with who walks.
+    drawn: Vec<(String, Vec<f64>)>,
+    seen: Vec<(String, Vec<f64>)>,
+    /// How much further left what is drawn is than what is seen, columns, by row.
+    left: Vec<Vec<f64>>,
+    /// Frames of some phases of each take, drawn and seen.
+    pairs: Vec<(Vec<u8>, Vec<u8>)>,
+}
+
+impl Found {
+    /// The share of seen cycles whose nearest drawn template is of the same person.
+    fn rank1(&self) -> f64 {
+        let hit = |(id, gei): &(String, Vec<f64>)| {
+            let nearest = self.drawn.iter().min_by(|a, b| {
+                let [a, b] = [a, b].map(|(_, drawn)| distance(drawn, gei));
+                a.total_cmp(&b)
+            });
+            f64::from(u8::from(nearest.is_some_and(|(found, _)| found == id)))
+        };
+        mean(self.seen.iter().map(hit))
+    }
+}
+
+/// Writes frames of all takes over each other, what is drawn green and what is seen red: a row of
+/// views for each take.
+fn picture(found: &BTreeMap<&str, Found>) {
+    let (rows, columns) = (Size::S50x30.rows(), Size::S50x30.columns());
+    let takes = found.values().map(|found| found.pairs.len() / SHOWN);
+    let takes = takes.min().unwrap_or(0);
+    let wide = (found.len() * SHOWN * columns) as u32;
+    let mut image = image::RgbImage::new(wide, (takes * rows) as u32);
+    for (view, found) in found.values().enumerate() {
+        for (at, (drawn, seen)) in found.pairs.iter().take(takes * SHOWN).enumerate() {
+            let corner = ((view * SHOWN + at % SHOWN) * columns, at / SHOWN * rows);
+            for (pixel, (drawn, seen)) in drawn.iter().zip(seen).enumerate() {
+                let (x, y) = (corner.0 + pixel % columns, corner.1 + pixel / columns);
+                image.put_pixel(x as u32, y as u32, image::Rgb([*seen, *drawn, 0]));
+            }
+        }
+    }
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("skinned.png");
+    image.save(&path).expect("a picture");
+    println!("{}", path.display());
+}
+
+mod slow {
+    use super::*;
+
+    #[test]
+    #[ignore = "slow without optimisation; needs EDGEGAIT_DATA"]
+    fn imported_walkers_are_like_skinned_ones_who_walk_by_the_same_recordings() {
+        let data = given();
+        let is_final = std::env::var("EDGEGAIT_PEOPLE").as_deref() == Ok("final");
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = folder.path();
+        let bodies = rows(&data.join("people/bodies.csv"));
+        let takes = rows(&data.join("people/manifest.csv"));
+        let tree = Tree::open(data.join("people/people")).expect("a tree");
+        let mut found: BTreeMap<&str, Found> = BTreeMap::new();
+        let ids = bodies.iter().map(|row| row["id"].as_str());
+        for id in ids.filter(|id| CHOICES.contains(id) != is_final) {
+            let own: Vec<&Row> = takes.iter().filter(|row| row["id"] == id).collect();
+            let body_of = bodies.iter().find(|row| row["id"] == id).expect("a body");
+            fs::write(at.join("body.csv"), body(body_of)).expect("a table");
+            let mut sources: Vec<String> = own
+                .iter()
+                .map(|row| {
+                    let root = match row["source_root"].as_str() {
+                        "mocap" => "mocap/clips",
+                        _ => "people/mocap_extra/clips",
+                    };
+                    data.join(root).join(&row["source"]).display().to_string()
+                })
+                .collect();
+            sources.sort_unstable();
+            sources.dedup();
+            let import = "import --subject ID --bodies body.csv --cycles mean --keep-going --overwrite --out walks.egp";
+            let import = import.replace("ID", id);
+            let mut import: Vec<&str> = import.split(' ').collect();
+            import.extend(sources.iter().map(String::as_str));
+            done(at, &import);
+            let camera = "--azimuth-deg 0,45,90 --elevation-deg 0 --lens persp --distance-m 6";
+            let sweep = format!("sweep walks.egp {camera} --out geis --overwrite");
+            done(at, &sweep.split(' ').collect::<Vec<_>>());
+            let geis = Dataset::open(at.join("geis")).expect("a dataset");
+            for row in own {
+                let Some((view, azimuth_deg)) =
+                    VIEWS.into_iter().find(|(view, _)| row["view"] == *view)
+                else {
+                    continue;
+                };
+                let found = found.entry(view).or_default();
+                let place = tree.sequences().iter().position(|one| {
+                    one.subject == id && one.take == row["take"] && one.view == view
+                });
+                let seen =
+                    tree.silhouettes(place.expect("a sequence"), Size::S50x30, Framing::Height);
+                let seen = seen.expect("silhouettes");
+                assert_eq!(seen.empty, 0);
+                let seen = Seen {
+                    size: seen.pixels.len() / seen.frames,
+                    pixels: seen.pixels,
+                };
+                let source = Path::new(&row["source"]);
+                let stem = source.file_stem().expect("a name").to_string_lossy();
+                let index = geis
+                    .index()
+                    .iter()
+                    .position(|one| one.walk == stem && one.azimuth_deg == azimuth_deg);
+                let drawn = geis.bytes(index.expect("a GEI"));
+                let drawn: Vec<f64> = drawn.iter().copied().map(f64::from).collect();
+                for span in spans(&row["phase_cycles"]) {
+                    let gei = seen.gei(span);
+                    found.apart.push(distance(&gei, &drawn));
+                    let [seen, drawn] = [&gei, &drawn].map(|gei| middles(gei));
+                    let left = seen.iter().zip(&drawn).map(|(seen, drawn)| seen - drawn);
+                    found.left.push(left.collect());
+                    found.seen.push((id.to_owned(), gei));
+                }
+                found.drawn.push((id.to_owned(), drawn));
+                let render = format!(
+                    "render walks.egp --walks {stem} --azimuth-deg {azimuth_deg} --lens persp --distance-m 6 --frames-per-cycle {FRAMES} --out frames.npy --overwrite"
+                );
+                done(at, &render.split(' ').collect::<Vec<_>>());
+                let (_, frames) = npy(at.join("frames.npy"));
+                // Drawn cycles begin with the left contact.
+                let begins = if row["cycle_event"] == "lhs" {
+                    0.0
+                } else {
+                    0.5
+                };
+                let mut of_take = Vec::new();
+                for (from, to) in spans(&row["cycles"]) {
+                    for frame in from.ceil() as usize..to.ceil() as usize {
+                        let phase = begins + (frame as f64 - from) / (to - from);
+                        let own = (phase * FRAMES as f64).round() as usize % FRAMES;
+                        let own = &frames[own * seen.size..(own + 1) * seen.size];
+                        let seen = seen.frame(frame);
+                        of_take.extend(seen.map(|seen| jaccard(own, seen)));
+                    }
+                }
+                let (from, to) = spans(&row["cycles"])[0];
+                for shown in 0..SHOWN {
+                    let phase = shown as f64 / SHOWN as f64;
+                    let at = (FRAMES as f64 * (phase + begins)) as usize % FRAMES * seen.size;
+                    let seen_at = seen.frame((from + phase * (to - from)).round() as usize);
+                    found.pairs.push((
+                        frames[at..at + seen.size].to_vec(),
+                        seen_at.expect("a frame").to_vec(),
+                    ));
+                }
+                found.jaccards.push(mean(of_take.into_iter()));
+            }
+        }
+        picture(&found);
+        println!(
+            "view  takes  frame-aligned Jaccard  GEIs apart, of 255  Rank-1, % (nearest pixels)"
+        );
+        for (view, found) in &found {
+            println!(
+                "{view}   {:>5}  {:>21.3}  {:>18.1}  {:>6.1}",
+                found.jaccards.len(),
+                mean(found.jaccards.iter().copied()),
+                mean(found.apart.iter().copied()),
+                100.0 * found.rank1(),
+            );
+        }
+        for (view, found) in &found {
+            let of = |rows: std::ops::Range<usize>| {
+                mean(
+                    found
+                        .left
+                        .iter()
+                        .flat_map(|left| left[rows.clone()].to_vec()),
+                )
+            };
+            println!(
+                "{view}: further left, columns: head {:.2}, shoulders {:.2}, waist {:.2}, hips {:.2}, thighs {:.2}, knees {:.2}, shanks {:.2}, feet {:.2}",
+                of(1..6),
+                of(9..13),
+                of(18..22),
+                of(24..27),
+                of(29..33),
+                of(35..38),
+                of(39..45),
+                of(46..50)
+            );
+        }
+    }
+}
