@@ -42,8 +42,10 @@ impl Cycle {
     /// The middle of the hips, both ankles and the travel scale with the hip-to-ankle length, so
     /// that steps are as long and as wide in proportion, and standing feet slide no more than
     /// they did. Thighs and shanks are solved for them in closed form: the knee takes up the
-    /// distance, and then the leg turns as little as it can. Feet, trunk and arms keep their
-    /// orientation in space. An ankle that a leg does not reach is as near as it gets.
+    /// distance, smoothed over time near straight, and then the leg turns as little as it can.
+    /// The hips are lower or higher by as much as keeps the knees bent as they were, on average.
+    /// Feet, trunk and arms keep their orientation in space. An ankle that a leg does not reach
+    /// is as near as it gets, in its direction.
     #[must_use]
     pub fn onto(&self, own: &[DVec3; JOINTS], target: &[DVec3; JOINTS]) -> Self {
         let moved = Moved::of((&self.root, &self.rotations), own, target, Ends::Meet);
