@@ -22,6 +22,8 @@ pub mod figure;
 pub(crate) mod filter;
 #[cfg(feature = "import")]
 pub(crate) mod fit;
+#[cfg(feature = "import")]
+mod flat;
 pub(crate) mod flips;
 #[cfg(feature = "import")]
 mod follow;

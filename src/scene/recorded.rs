@@ -4,6 +4,7 @@ use super::bridges::bridge_flips;
 use super::cohort::anthropometry::{DIMENSIONS, Dimensions, Population};
 use super::cohort::body;
 use super::events::{Cut, cut};
+use super::flat::stand_flat;
 use super::flips::Ends;
 use super::measured::{Measured, MeasuredPeople};
 use super::retarget::{DEFAULT_CUT_OFF_HZ, Take, leg_length_m};
@@ -150,6 +151,9 @@ impl Recording {
             Source::Markers(markers) => Take::from_markers(markers, cut_off_hz),
         };
         let mut take = take.map_err(|problem| refusal(path, &problem, read_warnings))?;
+        if !format.is_authored() {
+            stand_flat(&mut take);
+        }
         let mut cut = match options.keep {
             Keep::Take => None,
             _ => Some(cut(&take).map_err(|problem| refusal(path, &problem, &take.warnings))?),

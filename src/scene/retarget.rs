@@ -195,6 +195,15 @@ impl Take {
         self.roots.is_empty()
     }
 
+    /// How a joint is turned in space in a frame.
+    ///
+    /// # Panics
+    /// If there is no such frame.
+    pub(super) fn turn_of(&self, frame: usize, joint: Joint) -> DQuat {
+        forward_kinematics(&self.offsets, self.roots[frame], &self.rotations[frame]).1
+            [joint.index()]
+    }
+
     /// Canonical joint positions of a frame by forward kinematics, metres.
     ///
     /// # Panics

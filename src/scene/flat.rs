@@ -1,0 +1,167 @@
+//! Feet that stand flat.
+//!
+//! Captures know least how a foot is turned: two markers at its ends, or a file's rest pose. A
+//! walker's foot lies flat on the floor in the middle of its stance, so what it is tilted by there
+//! is an error of the file, and the same throughout.
+
+use super::retarget::Take;
+use super::stance::Steps;
+use edgegait_core::skeleton::Joint;
+use glam::{DQuat, DVec3};
+
+/// From and to which share of a stance a foot is flat: after the toes came down and before the
+/// heel rises (Perry 2010: 12 and 31 % of a cycle of which 62 are stance). Ours: a little inside.
+const FLAT: (f64, f64) = (0.25, 0.5);
+
+/// Share of a cycle above which feet stand as walkers' do; runners may land on their toes.
+const WALKERS_STAND: f64 = 0.5;
+
+/// Fewest frames in which a foot is seen flat.
+const FEWEST: usize = 5;
+
+/// A tilt that is worth a warning, degrees. Ours.
+const NOTED_DEG: f64 = 10.0;
+
+/// Turns each foot of a walker by a constant rotation, so that it is level in the middle of its
+/// stances, and says by how much where that is much. Feet of runners and of those who never stand
+/// stay as they are.
+pub(super) fn stand_flat(take: &mut Take) {
+    let (stands, duty) = {
+        let steps = Steps::of_take(take);
+        (steps.stances(), steps.duty_factor())
+    };
+    if duty < WALKERS_STAND {
+        return;
+    }
+    for (side, foot) in [Joint::LeftFoot, Joint::RightFoot].into_iter().enumerate() {
+        let own: Vec<bool> = stands.iter().map(|stands| stands[side]).collect();
+        let frames = flat_frames(&own);
+        if frames.len() < FEWEST {
+            continue;
+        }
+        // Where up is, as the foot sees it.
+        let up: DVec3 = frames
+            .iter()
+            .map(|&frame| take.turn_of(frame, foot).inverse() * DVec3::Y)
+            .sum();
+        let Some(up) = up.try_normalize() else {
+            continue;
+        };
+        let turn = DQuat::from_rotation_arc(DVec3::Y, up);
+        for pose in &mut take.rotations {
+            pose[foot.index()] = (pose[foot.index()] * turn).normalize();
+        }
+        let tilt_deg = up.angle_between(DVec3::Y).to_degrees();
+        if tilt_deg > NOTED_DEG {
+            take.warnings.push(format!(
+                "{foot:?} is tilted by {tilt_deg:.0} degrees where it stands: turned to be flat"
+            ));
+        }
+    }
+}
+
+/// The frames in the middle of stances that begin and end in the take.
+fn flat_frames(stands: &[bool]) -> Vec<usize> {
+    let mut frames = Vec::new();
+    let mut start = 0;
+    for stance in stands.chunk_by(|a, b| a == b) {
+        let end = start + stance.len();
+        if stance[0] && start > 0 && end < stands.len() {
+            let at = |share: f64| start + (share * stance.len() as f64) as usize;
+            frames.extend(at(FLAT.0)..at(FLAT.1));
+        }
+        start = end;
+    }
+    frames
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Span;
+    use crate::scene::cohort::Person;
+    use edgegait_core::pack::Sex;
+    use edgegait_core::skeleton::JOINTS;
+
+    /// Two cycles of a made walker, on whose feet a file has other ideas.
+    fn take(speed_kmh: f64, tilts: [DQuat; 2]) -> Take {
+        let person = Person::average(Sex::Female);
+        let cycle = person.cycle(speed_kmh);
+        let frames = cycle.root.len();
+        let at = |frame: usize| {
+            let travelled = cycle.drift_m * frame as f64 / frames as f64;
+            cycle.root[frame % frames] + travelled * DVec3::Z
+        };
+        let mut take = Take {
+            sample_rate_hz: frames as f64 / cycle.period_s,
+            start_s: 0.0,
+            cut_off_hz: None,
+            unit_m: 1.0,
+            offsets: person.body.offsets,
+            is_placed: false,
+            roots: (0..2 * frames).map(at).collect(),
+            rotations: [cycle.rotations.clone(), cycle.rotations].concat(),
+            positions: vec![[DVec3::ZERO; JOINTS]; 2 * frames],
+            residual_mm: 0.0,
+            largest_residual_mm: 0.0,
+            rigidity_mm: None,
+            warnings: Vec::new(),
+        };
+        for pose in &mut take.rotations {
+            for (foot, tilt) in [Joint::LeftFoot, Joint::RightFoot].into_iter().zip(tilts) {
+                pose[foot.index()] *= tilt;
+            }
+        }
+        take
+    }
+
+    #[test]
+    fn tilted_feet_of_walkers_are_flat_again_and_so_are_those_that_were() {
+        let tilt = DQuat::from_rotation_x(0.1) * DQuat::from_rotation_z(-0.3);
+        let mut plain = take(5.0, [DQuat::IDENTITY; 2]);
+        let mut tilted = take(5.0, [tilt, DQuat::IDENTITY]);
+        let before = plain.rotations.clone();
+        stand_flat(&mut plain);
+        stand_flat(&mut tilted);
+        assert_eq!(tilted.warnings.len(), 1, "{:?}", tilted.warnings);
+        assert!(tilted.warnings[0].contains("LeftFoot is tilted by 18 degrees"));
+        assert!(plain.warnings.is_empty(), "{:?}", plain.warnings);
+        for foot in [Joint::LeftFoot, Joint::RightFoot] {
+            for ((before, plain), tilted) in
+                before.iter().zip(&plain.rotations).zip(&tilted.rotations)
+            {
+                let of = |pose: &[DQuat; JOINTS]| pose[foot.index()];
+                // Made feet are flat within a degree.
+                assert!(of(before).angle_between(of(plain)).to_degrees() < 1.0);
+                // A tilt also turns the heading by a little, which no floor shows.
+                assert!(of(plain).angle_between(of(tilted)).to_degrees() < 2.0);
+            }
+        }
+    }
+
+    #[test]
+    fn feet_of_runners_and_of_those_who_never_lift_them_stay() {
+        let tilt = DQuat::from_rotation_x(0.2);
+        let mut runner = take(11.0, [tilt; 2]);
+        let before = runner.rotations.clone();
+        stand_flat(&mut runner);
+        assert!(runner.rotations == before && runner.warnings.is_empty());
+        let mut standing = take(5.0, [tilt; 2]);
+        standing.roots = vec![standing.roots[0]; 50];
+        standing.rotations = vec![standing.rotations[0]; 50];
+        let before = standing.rotations.clone();
+        stand_flat(&mut standing);
+        assert!(standing.rotations == before);
+        assert_eq!(Span::of(&standing).roots.len(), 50);
+    }
+
+    #[test]
+    fn only_whole_stances_count_and_of_them_the_middle() {
+        let stands: Vec<bool> = [(true, 4), (false, 3), (true, 8), (false, 2), (true, 9)]
+            .iter()
+            .flat_map(|&(stands, frames)| vec![stands; frames])
+            .collect();
+        assert_eq!(flat_frames(&stands), [9, 10]);
+        assert!(flat_frames(&[true; 9]).is_empty());
+    }
+}
