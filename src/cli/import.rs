@@ -221,6 +221,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
             Some(hz) if hz > 0.0 => Smoothing::At(hz),
             Some(_) => Smoothing::Off,
         },
+        flat_feet: true,
     };
     let (mut recordings, refused) = read_all(&files, &options);
     let mut header = Header::new("import", args.common.seed)

@@ -92,6 +92,8 @@ pub struct ReadOptions {
     pub sample_rate_hz: Option<f64>,
     /// The low-pass that motions go through.
     pub smoothing: Smoothing,
+    /// Whether feet of captured walkers that stand tilted are turned to be flat.
+    pub flat_feet: bool,
 }
 
 impl Default for ReadOptions {
@@ -103,6 +105,7 @@ impl Default for ReadOptions {
             clip: None,
             sample_rate_hz: None,
             smoothing: Smoothing::Usual,
+            flat_feet: true,
         }
     }
 }
@@ -151,7 +154,7 @@ impl Recording {
             Source::Markers(markers) => Take::from_markers(markers, cut_off_hz),
         };
         let mut take = take.map_err(|problem| refusal(path, &problem, read_warnings))?;
-        if !format.is_authored() {
+        if options.flat_feet && !format.is_authored() {
             stand_flat(&mut take);
         }
         let mut cut = match options.keep {

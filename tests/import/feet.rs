@@ -2,6 +2,8 @@
 
 use crate::command::done;
 use crate::data::fixtures;
+use edgegait::scene::recorded::{ReadOptions, Recording};
+use edgegait_core::skeleton::Joint;
 use serde_json::Value;
 use std::fs;
 
@@ -30,5 +32,33 @@ fn feet_slide_by_at_most_5_mm_more_than_in_the_recording_whatever_the_body() {
             println!("{}: {slide:.0} mm, own {own:.0}", clip["file"]);
             assert!((slide - own).abs() < 5.0, "{}: {slide} {own}", clip["file"]);
         }
+    }
+}
+
+#[test]
+fn feet_of_captured_walkers_are_turned_by_a_constant_to_stand_flat() {
+    let file = fixtures().join("mocap/clips/cmu_amc/s07/07_01.amc");
+    let read = |flat_feet| {
+        let options = ReadOptions {
+            flat_feet,
+            ..ReadOptions::default()
+        };
+        Recording::read(&file, &options).expect("a walk").take
+    };
+    let (flat, filed) = (read(true), read(false));
+    for (foot, degrees) in [(Joint::LeftFoot, 5.0), (Joint::RightFoot, 8.7)] {
+        let turns = filed
+            .rotations
+            .iter()
+            .zip(&flat.rotations)
+            .map(|(filed, flat)| {
+                let [filed, flat] = [filed, flat].map(|pose| pose[foot.index()]);
+                filed.angle_between(flat).to_degrees()
+            });
+        let turns: Vec<f64> = turns.collect();
+        println!("{foot:?}: {} degrees", turns[0]);
+        // Rolled inwards by 5 and 8 degrees and pitched by 1 and 4 in the file, by its own axes.
+        assert!((turns[0] - degrees).abs() < 1.0, "{foot:?}: {}", turns[0]);
+        assert!(turns.iter().all(|turn| (turn - turns[0]).abs() < 1e-6));
     }
 }

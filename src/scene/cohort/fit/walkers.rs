@@ -86,7 +86,12 @@ pub(super) fn clips(data: &Path) -> Vec<Clip> {
         {
             continue;
         }
-        let recording = match Recording::read(&row.path, &ReadOptions::default()) {
+        // The tables were fitted to feet as files have them.
+        let options = ReadOptions {
+            flat_feet: false,
+            ..ReadOptions::default()
+        };
+        let recording = match Recording::read(&row.path, &options) {
             Ok(recording) => recording,
             Err(error) => {
                 println!(
