@@ -147,6 +147,8 @@ struct ClipResult {
     speed_mps: f64,
     stride_m: Option<f64>,
     duty_factor: Option<f64>,
+    /// How far the trunk leans ahead on average.
+    lean_deg: f64,
     /// Distance between the source's joints and the canonical ones, root mean square.
     residual_mm: f64,
     /// How far closing moved a joint of any cycle at most.
@@ -221,7 +223,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
             Some(hz) if hz > 0.0 => Smoothing::At(hz),
             Some(_) => Smoothing::Off,
         },
-        flat_feet: true,
+        mend: true,
     };
     let (mut recordings, refused) = read_all(&files, &options);
     let mut header = Header::new("import", args.common.seed)
@@ -413,6 +415,7 @@ fn clip_results(
             speed_mps: recording.speed_mps(),
             stride_m: cut.map(|cut| cut.stride_m),
             duty_factor: cut.map(|cut| cut.duty_factor),
+            lean_deg: recording.take.lean_deg(),
             residual_mm: recording.take.residual_mm,
             closure_mm: closures.map(|closures| closures.fold(0.0, f64::max)),
             skate_mm: skates.as_deref().map(mean),
@@ -443,7 +446,7 @@ fn clip_warnings(clips: &[ClipResult]) -> Vec<SharedWarning<'_>> {
 fn table(results: &Results) -> String {
     let mut table = Table::new(&[Left(32), Left(0), Right(6)]);
     table.row(
-        "file|format|fps|frames|cycles|steps/min|m/s|stride|duty|fit mm|loop mm|skate mm|of it own"
+        "file|format|fps|frames|cycles|steps/min|m/s|stride|duty|lean°|fit mm|loop mm|skate mm|of it own"
             .split('|'),
     );
     let warnings = clip_warnings(&results.clips);
@@ -458,6 +461,7 @@ fn table(results: &Results) -> String {
             format!("{:.2}", clip.speed_mps),
             optional(clip.stride_m, 2),
             optional(clip.duty_factor, 2),
+            format!("{:.0}", clip.lean_deg),
             format!("{:.1}", clip.residual_mm),
             optional(clip.closure_mm, 0),
             optional(clip.skate_mm, 0),
@@ -475,7 +479,7 @@ fn table(results: &Results) -> String {
         table.note(format!("warning: {warning}"));
     }
     table.note(
-        "(fit mm: from the file's joints to ours; loop mm: how far joints were moved to close the cycle;\n\
+        "(lean°: how far the trunk leans ahead, mean; fit mm: from the file's joints to ours; loop mm: how far joints were moved to close the cycle;\n\
          skate mm: how far a standing foot slides, mean; of it own: what the recording does itself)",
     );
     table.to_string()

@@ -279,6 +279,7 @@ pub(super) mod tests {
             cut_off_hz: None,
             unit_m: 1.0,
             is_placed: false,
+            knows_upright: true,
             offsets,
             roots: Vec::new(),
             rotations: Vec::new(),

@@ -22,23 +22,36 @@ const FEWEST: usize = 5;
 /// A tilt that is worth a warning, degrees. Ours.
 const NOTED_DEG: f64 = 10.0;
 
+/// How far the heights of flat feet may be apart, metres, between the first and the last quarter of
+/// them; on stairs and slopes they are farther. Ours.
+const LEVEL_M: f64 = 0.025;
+
+/// A difference between where the left and the right foot stand that is worth a warning, metres.
+/// Ours.
+const UNEVEN_M: f64 = 0.02;
+
 /// Turns each foot of a walker by a constant rotation, so that it is level in the middle of its
 /// stances, and says by how much where that is much. Feet of runners and of those who never stand
-/// stay as they are.
-pub(super) fn stand_flat(take: &mut Take) {
+/// stay as they are. How high the ankles then are, metres, left first, if it is always the same.
+pub(super) fn stand_flat(take: &mut Take) -> Option<[f64; 2]> {
     let (stands, duty) = {
         let steps = Steps::of_take(take);
         (steps.stances(), steps.duty_factor())
     };
     if duty < WALKERS_STAND {
-        return;
+        return None;
     }
+    let mut standing_m = [None; 2];
     for (side, foot) in [Joint::LeftFoot, Joint::RightFoot].into_iter().enumerate() {
         let own: Vec<bool> = stands.iter().map(|stands| stands[side]).collect();
         let frames = flat_frames(&own);
         if frames.len() < FEWEST {
             continue;
         }
+        let heights = frames
+            .iter()
+            .map(|&frame| take.posed(frame).0[foot.index()].y);
+        standing_m[side] = level(heights.collect());
         // Where up is, as the foot sees it.
         let up: DVec3 = frames
             .iter()
@@ -58,6 +71,23 @@ pub(super) fn stand_flat(take: &mut Take) {
             ));
         }
     }
+    let standing_m = [standing_m[0]?, standing_m[1]?];
+    let higher_m = standing_m[0] - standing_m[1];
+    if higher_m.abs() > UNEVEN_M {
+        take.warnings.push(format!(
+            "the {} foot stands {:.0} mm higher than the other: both are put on the floor",
+            if higher_m > 0.0 { "left" } else { "right" },
+            1e3 * higher_m.abs()
+        ));
+    }
+    Some(standing_m)
+}
+
+/// The median of heights, if they are level.
+fn level(mut heights: Vec<f64>) -> Option<f64> {
+    heights.sort_by(f64::total_cmp);
+    let at = |share: f64| heights[(share * heights.len() as f64) as usize];
+    (at(0.75) - at(0.25) < LEVEL_M).then(|| at(0.5))
 }
 
 /// The frames in the middle of stances that begin and end in the take.
@@ -85,28 +115,7 @@ mod tests {
 
     /// Two cycles of a made walker, on whose feet a file has other ideas.
     fn take(speed_kmh: f64, tilts: [DQuat; 2]) -> Take {
-        let person = Person::average(Sex::Female);
-        let cycle = person.cycle(speed_kmh);
-        let frames = cycle.root.len();
-        let at = |frame: usize| {
-            let travelled = cycle.drift_m * frame as f64 / frames as f64;
-            cycle.root[frame % frames] + travelled * DVec3::Z
-        };
-        let mut take = Take {
-            sample_rate_hz: frames as f64 / cycle.period_s,
-            start_s: 0.0,
-            cut_off_hz: None,
-            unit_m: 1.0,
-            offsets: person.body.offsets,
-            is_placed: false,
-            roots: (0..2 * frames).map(at).collect(),
-            rotations: [cycle.rotations.clone(), cycle.rotations].concat(),
-            positions: vec![[DVec3::ZERO; JOINTS]; 2 * frames],
-            residual_mm: 0.0,
-            largest_residual_mm: 0.0,
-            rigidity_mm: None,
-            warnings: Vec::new(),
-        };
+        let mut take = Take::of_person(&Person::average(Sex::Female), speed_kmh);
         for pose in &mut take.rotations {
             for (foot, tilt) in [Joint::LeftFoot, Joint::RightFoot].into_iter().zip(tilts) {
                 pose[foot.index()] *= tilt;
@@ -121,8 +130,15 @@ mod tests {
         let mut plain = take(5.0, [DQuat::IDENTITY; 2]);
         let mut tilted = take(5.0, [tilt, DQuat::IDENTITY]);
         let before = plain.rotations.clone();
-        stand_flat(&mut plain);
+        let standing_m = stand_flat(&mut plain).expect("feet that stand");
         stand_flat(&mut tilted);
+        // The average woman's malleoli are 64 mm high, as made feet stand within a few.
+        assert!(
+            standing_m
+                .iter()
+                .all(|height_m| (0.055..0.08).contains(height_m)),
+            "{standing_m:?}"
+        );
         assert_eq!(tilted.warnings.len(), 1, "{:?}", tilted.warnings);
         assert!(tilted.warnings[0].contains("LeftFoot is tilted by 18 degrees"));
         assert!(plain.warnings.is_empty(), "{:?}", plain.warnings);
@@ -153,6 +169,28 @@ mod tests {
         stand_flat(&mut standing);
         assert!(standing.rotations == before);
         assert_eq!(Span::of(&standing).roots.len(), 50);
+    }
+
+    #[test]
+    fn a_foot_that_stands_higher_is_told_and_floors_that_are_not_level_are_not() {
+        let mut uneven = take(5.0, [DQuat::IDENTITY; 2]);
+        // A longer shank on the left.
+        uneven.offsets[Joint::LeftFoot.index()].y -= 0.03;
+        let [left_m, right_m] = stand_flat(&mut uneven).expect("feet that stand");
+        assert!(
+            (right_m - left_m - 0.03).abs() < 0.005,
+            "{left_m} {right_m}"
+        );
+        assert!(
+            uneven.warnings[0].contains("the right foot stands 30 mm higher"),
+            "{:?}",
+            uneven.warnings
+        );
+        let mut climbs = take(5.0, [DQuat::IDENTITY; 2]);
+        for (frame, root) in climbs.roots.iter_mut().enumerate() {
+            root.y += 0.002 * frame as f64;
+        }
+        assert_eq!(stand_flat(&mut climbs), None);
     }
 
     #[test]

@@ -27,7 +27,11 @@ mod flat;
 pub(crate) mod flips;
 #[cfg(feature = "import")]
 mod follow;
+#[cfg(feature = "import")]
+mod lean;
 pub(crate) mod leg;
+#[cfg(feature = "import")]
+mod loose;
 #[cfg(feature = "import")]
 mod markers;
 #[cfg(feature = "import")]

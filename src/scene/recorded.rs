@@ -6,9 +6,12 @@ use super::cohort::body;
 use super::events::{Cut, cut};
 use super::flat::stand_flat;
 use super::flips::Ends;
-use super::measured::{Measured, MeasuredPeople};
+use super::lean::stand_upright;
+use super::loose::steady;
+use super::measured::Measured;
+pub use super::measured::MeasuredPeople;
 use super::retarget::{DEFAULT_CUT_OFF_HZ, Take, leg_length_m};
-use super::stance::{Skate, Steps};
+use super::stance::{Skate, Steps, soles_of_body};
 use super::{Body, Span, Subject, Track, Walk};
 use crate::error::{Error, Refused, Remedy, Result};
 use crate::import::{Format, Motion, Options, Source};
@@ -92,8 +95,9 @@ pub struct ReadOptions {
     pub sample_rate_hz: Option<f64>,
     /// The low-pass that motions go through.
     pub smoothing: Smoothing,
-    /// Whether feet of captured walkers that stand tilted are turned to be flat.
-    pub flat_feet: bool,
+    /// Whether what captures know badly is mended: feet that stand tilted, elbows that bend
+    /// backwards, hands, collar bones and heads.
+    pub mend: bool,
 }
 
 impl Default for ReadOptions {
@@ -105,7 +109,7 @@ impl Default for ReadOptions {
             clip: None,
             sample_rate_hz: None,
             smoothing: Smoothing::Usual,
-            flat_feet: true,
+            mend: true,
         }
     }
 }
@@ -125,6 +129,9 @@ pub struct Recording {
     pub take: Take,
     /// Its gait cycles; `None` for a take that is kept as it is.
     pub cut: Option<Cut>,
+    /// How high the ankles of its walker are where its feet stand flat, metres, left first; unknown
+    /// where they never do, or not always at one height, and of authored motion.
+    pub standing_m: Option<[f64; 2]>,
     /// The skeleton with the mesh on it, where the file has one.
     pub mesh: Option<Motion>,
 }
@@ -154,8 +161,13 @@ impl Recording {
             Source::Markers(markers) => Take::from_markers(markers, cut_off_hz),
         };
         let mut take = take.map_err(|problem| refusal(path, &problem, read_warnings))?;
-        if options.flat_feet && !format.is_authored() {
-            stand_flat(&mut take);
+        let mut standing_m = None;
+        if options.mend && !format.is_authored() {
+            standing_m = stand_flat(&mut take);
+            steady(&mut take);
+            if matches!(source, Source::Motion(_)) && options.keep != Keep::Take {
+                stand_upright(&mut take);
+            }
         }
         let mut cut = match options.keep {
             Keep::Take => None,
@@ -204,6 +216,7 @@ impl Recording {
             name,
             take,
             cut,
+            standing_m,
             mesh: match source {
                 Source::Motion(motion) if has_skin => Some(motion),
                 _ => None,
@@ -245,22 +258,36 @@ impl Recording {
         }
     }
 
+    /// How much higher the ankles of a body are than those of the recording, scaled by the legs'
+    /// length, for its soles to stand on the floor, metres, left first.
+    fn lifts(&self, body: &Body) -> [f64; 2] {
+        let ratio = leg_length_m(&body.offsets) / leg_length_m(&self.take.offsets);
+        self.standing_m.map_or([0.0; 2], |standing_m| {
+            let mut lifts = standing_m.map(|height_m| -ratio * height_m);
+            for (lift, sole) in lifts.iter_mut().zip(soles_of_body(body)) {
+                let lowest = sole.iter().map(|point| point.y);
+                *lift -= lowest.fold(0.0, f64::min);
+            }
+            lifts
+        })
+    }
+
     /// Where the legs of a body do not reach the places of the recorded feet, as a sentence, by
     /// frame and millimetre.
     #[must_use]
     pub fn out_of_reach(&self, body: &Body) -> Option<String> {
-        let (own, target) = (&self.take.offsets, &body.offsets);
+        let (own, target, lifts) = (&self.take.offsets, &body.offsets, self.lifts(body));
         let (second, short) = match &self.cut {
             Some(cut) => {
                 let shorts = cut.cycles.iter().map(|cut| {
-                    let short = cut.cycle.too_short(own, target);
+                    let short = cut.cycle.too_short(own, target, lifts);
                     let share = short.frame as f64 / cut.cycle.root.len() as f64;
                     (cut.start_s + share * cut.cycle.period_s, short.mm)
                 });
                 shorts.max_by(|a, b| a.1.total_cmp(&b.1))?
             }
             None => {
-                let short = Span::of(&self.take).too_short(own, target);
+                let short = Span::of(&self.take).too_short(own, target, lifts);
                 (short.frame as f64 / self.take.sample_rate_hz, short.mm)
             }
         };
@@ -365,6 +392,7 @@ pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<S
         };
         let subject = &mut subjects[index];
         let own = &recording.take.offsets;
+        let lifts = recording.lifts(&subject.body);
         let mut add = |cycle, speed_mps, motion| {
             subject.walks.push(Walk {
                 name: recording.name.clone(),
@@ -377,13 +405,13 @@ pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<S
         match &recording.cut {
             Some(cut) => {
                 for (number, cut) in (0u16..).zip(&cut.cycles) {
-                    let cycle = cut.cycle.onto(own, &subject.body.offsets);
+                    let cycle = cut.cycle.onto(own, &subject.body.offsets, lifts);
                     add(number, cut.speed_mps, Track::Loop(cycle));
                 }
             }
             None => {
                 let span = Span::of(&recording.take);
-                let moved = span.onto(own, &subject.body.offsets);
+                let moved = span.onto(own, &subject.body.offsets, lifts);
                 add(0, span.speed_mps(), Track::Take(moved));
             }
         }

@@ -49,6 +49,8 @@ pub(super) struct Rest {
     pub(super) zero: Vec<DQuat>,
     /// Canonical offsets, source units.
     pub(super) offsets: [DVec3; JOINTS],
+    /// Whether it is a pose of the file that stands, and not a moment of the motion.
+    pub(super) stands: bool,
     pub(super) warnings: Vec<String>,
 }
 
@@ -289,6 +291,7 @@ impl Rest {
             parts,
             zero: pose.rotations.clone(),
             offsets,
+            stands: is_rest,
             warnings,
         })
     }

@@ -44,6 +44,9 @@ pub struct Take {
     /// Whether heading and position are those of a world whose axes the file states; otherwise
     /// they mean nothing.
     pub is_placed: bool,
+    /// Whether upright is what markers say or how the file's skeleton stands at rest; otherwise
+    /// it is how the trunk is in some frame of the motion.
+    pub knows_upright: bool,
     /// Pelvis position by frame, metres, Y up, the lowest stance on y = 0 (of a placed take
     /// the file's own floor); heading as in the file.
     pub roots: Vec<DVec3>,
@@ -170,6 +173,7 @@ impl Take {
             unit_m,
             offsets,
             is_placed,
+            knows_upright: rest.stands,
             roots: positions
                 .iter()
                 .map(|points| points[Joint::Pelvis.index()])
@@ -200,8 +204,15 @@ impl Take {
     /// # Panics
     /// If there is no such frame.
     pub(super) fn turn_of(&self, frame: usize, joint: Joint) -> DQuat {
-        forward_kinematics(&self.offsets, self.roots[frame], &self.rotations[frame]).1
-            [joint.index()]
+        self.posed(frame).1[joint.index()]
+    }
+
+    /// Where joints are and how they are turned in space in a frame.
+    ///
+    /// # Panics
+    /// If there is no such frame.
+    pub(super) fn posed(&self, frame: usize) -> ([DVec3; JOINTS], [DQuat; JOINTS]) {
+        forward_kinematics(&self.offsets, self.roots[frame], &self.rotations[frame])
     }
 
     /// Canonical joint positions of a frame by forward kinematics, metres.
@@ -210,7 +221,36 @@ impl Take {
     /// If there is no such frame.
     #[must_use]
     pub fn joint_positions(&self, frame: usize) -> [DVec3; JOINTS] {
-        forward_kinematics(&self.offsets, self.roots[frame], &self.rotations[frame]).0
+        self.posed(frame).0
+    }
+}
+
+#[cfg(test)]
+impl Take {
+    /// Two cycles of a made walker.
+    pub(super) fn of_person(person: &super::cohort::Person, speed_kmh: f64) -> Self {
+        let cycle = person.cycle(speed_kmh);
+        let frames = cycle.root.len();
+        let at = |frame: usize| {
+            let travelled = cycle.drift_m * frame as f64 / frames as f64;
+            cycle.root[frame % frames] + travelled * DVec3::Z
+        };
+        Self {
+            sample_rate_hz: frames as f64 / cycle.period_s,
+            start_s: 0.0,
+            cut_off_hz: None,
+            unit_m: 1.0,
+            offsets: person.body.offsets,
+            is_placed: false,
+            knows_upright: true,
+            roots: (0..2 * frames).map(at).collect(),
+            rotations: [cycle.rotations.clone(), cycle.rotations].concat(),
+            positions: vec![[DVec3::ZERO; JOINTS]; 2 * frames],
+            residual_mm: 0.0,
+            largest_residual_mm: 0.0,
+            rigidity_mm: None,
+            warnings: Vec::new(),
+        }
     }
 }
 

@@ -87,6 +87,7 @@ mod tests {
             start_s: 0.0,
             unit_m: 1.0,
             is_placed: false,
+            knows_upright: true,
             offsets: [DVec3::ZERO; JOINTS],
             rotations: vec![pose; roots.len()],
             positions: vec![[DVec3::ZERO; JOINTS]; roots.len()],

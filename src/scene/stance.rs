@@ -59,7 +59,7 @@ pub(super) fn soles_of_legs(leg_m: f64) -> Soles {
 }
 
 /// All points of a body's feet.
-fn soles_of_body(body: &Body) -> Soles {
+pub(super) fn soles_of_body(body: &Body) -> Soles {
     [Joint::LeftFoot, Joint::RightFoot].map(|foot| {
         let hulls = body.hulls.iter().filter(|hull| hull.joint == foot);
         hulls.flat_map(|hull| hull.points.iter().copied()).collect()

@@ -41,14 +41,16 @@ impl Cycle {
     ///
     /// The middle of the hips, both ankles and the travel scale with the hip-to-ankle length, so
     /// that steps are as long and as wide in proportion, and standing feet slide no more than
-    /// they did. Thighs and shanks are solved for them in closed form: the knee takes up the
+    /// they did; `lifts` says how much higher each ankle is, metres, left first, and the hips by
+    /// their mean. Thighs and shanks are solved for them in closed form: the knee takes up the
     /// distance, smoothed over time near straight, and then the leg turns as little as it can.
     /// The hips are lower or higher by as much as keeps the knees bent as they were, on average.
     /// Feet, trunk and arms keep their orientation in space. An ankle that a leg does not reach
     /// is as near as it gets, in its direction.
     #[must_use]
-    pub fn onto(&self, own: &[DVec3; JOINTS], target: &[DVec3; JOINTS]) -> Self {
-        let moved = Moved::of((&self.root, &self.rotations), own, target, Ends::Meet);
+    pub fn onto(&self, own: &[DVec3; JOINTS], target: &[DVec3; JOINTS], lifts: [f64; 2]) -> Self {
+        let motion = (&self.root[..], &self.rotations[..]);
+        let moved = Moved::of(motion, (own, target, lifts), Ends::Meet);
         Self {
             drift_m: self.drift_m * moved.ratio,
             root: moved.roots,
@@ -58,8 +60,14 @@ impl Cycle {
     }
 
     /// Where legs with `target` offsets reach least of what this cycle asks them for.
-    pub(super) fn too_short(&self, own: &[DVec3; JOINTS], target: &[DVec3; JOINTS]) -> TooShort {
-        Moved::of((&self.root, &self.rotations), own, target, Ends::Meet).too_short
+    pub(super) fn too_short(
+        &self,
+        own: &[DVec3; JOINTS],
+        target: &[DVec3; JOINTS],
+        lifts: [f64; 2],
+    ) -> TooShort {
+        let motion = (&self.root[..], &self.rotations[..]);
+        Moved::of(motion, (own, target, lifts), Ends::Meet).too_short
     }
 }
 
@@ -67,8 +75,9 @@ impl Span {
     /// This motion, of a walker with `own` joint offsets, on a body with `target` ones: as
     /// [`Cycle::onto`].
     #[must_use]
-    pub fn onto(&self, own: &[DVec3; JOINTS], target: &[DVec3; JOINTS]) -> Self {
-        let moved = Moved::of((&self.roots, &self.rotations), own, target, Ends::Open);
+    pub fn onto(&self, own: &[DVec3; JOINTS], target: &[DVec3; JOINTS], lifts: [f64; 2]) -> Self {
+        let motion = (&self.roots[..], &self.rotations[..]);
+        let moved = Moved::of(motion, (own, target, lifts), Ends::Open);
         Self {
             roots: moved.roots,
             rotations: moved.rotations,
@@ -77,8 +86,14 @@ impl Span {
     }
 
     /// As [`Cycle::too_short`].
-    pub(super) fn too_short(&self, own: &[DVec3; JOINTS], target: &[DVec3; JOINTS]) -> TooShort {
-        Moved::of((&self.roots, &self.rotations), own, target, Ends::Open).too_short
+    pub(super) fn too_short(
+        &self,
+        own: &[DVec3; JOINTS],
+        target: &[DVec3; JOINTS],
+        lifts: [f64; 2],
+    ) -> TooShort {
+        let motion = (&self.roots[..], &self.rotations[..]);
+        Moved::of(motion, (own, target, lifts), Ends::Open).too_short
     }
 }
 
@@ -94,8 +109,7 @@ struct Moved {
 impl Moved {
     fn of(
         (roots, rotations): (&[DVec3], &[[DQuat; JOINTS]]),
-        own: &[DVec3; JOINTS],
-        target: &[DVec3; JOINTS],
+        (own, target, lifts): (&[DVec3; JOINTS], &[DVec3; JOINTS], [f64; 2]),
         ends: Ends,
     ) -> Self {
         let [own_leg_m, target_leg_m] = [own, target].map(leg_length_m);
@@ -108,6 +122,7 @@ impl Moved {
             own,
             target,
             ratio,
+            lifts,
             lower_m: 0.0,
         };
         other.lower(roots, rotations);
@@ -161,6 +176,8 @@ struct Other<'a> {
     target: &'a [DVec3; JOINTS],
     /// Hip-to-ankle length over the walker's own.
     ratio: f64,
+    /// How much higher each ankle is than where scaling puts it, metres.
+    lifts: [f64; 2],
     /// How much lower the hips are than where scaling puts them, metres.
     lower_m: f64,
 }
@@ -207,7 +224,8 @@ impl Other<'_> {
         let pelvis = turns[Joint::Pelvis.index()];
         let hips = LEGS.map(|[thigh, ..]| pelvis * self.target[thigh.index()]);
         let [left, right] = LEGS.map(|[thigh, ..]| at[thigh.index()]);
-        let middle = self.ratio * left.midpoint(right) - self.lower_m * DVec3::Y;
+        let higher = 0.5 * (self.lifts[0] + self.lifts[1]) - self.lower_m;
+        let middle = self.ratio * left.midpoint(right) + higher * DVec3::Y;
         let mut posed = Posed {
             root: middle - hips[0].midpoint(hips[1]),
             pose: *pose,
@@ -215,7 +233,8 @@ impl Other<'_> {
             bends: [0.0; 2],
         };
         for (side, [thigh, shank, foot]) in LEGS.into_iter().enumerate() {
-            let wanted = self.ratio * at[foot.index()] - (posed.root + hips[side]);
+            let ankle = self.ratio * at[foot.index()] + self.lifts[side] * DVec3::Y;
+            let wanted = ankle - (posed.root + hips[side]);
             let bones = [
                 turns[thigh.index()] * self.target[shank.index()],
                 turns[shank.index()] * self.target[foot.index()],
@@ -315,7 +334,7 @@ mod tests {
 
     #[test]
     fn a_cycle_on_its_own_body_is_unchanged() {
-        let moved = cycle().onto(&legs(1.0), &legs(1.0));
+        let moved = cycle().onto(&legs(1.0), &legs(1.0), [0.0; 2]);
         for (a, b) in moved.root.iter().zip(&cycle().root) {
             assert!(a.distance(*b) < 1e-12, "{a} {b}");
         }
@@ -323,7 +342,7 @@ mod tests {
 
     #[test]
     fn a_body_of_half_the_size_takes_half_the_steps() {
-        let moved = cycle().onto(&legs(1.0), &legs(0.5));
+        let moved = cycle().onto(&legs(1.0), &legs(0.5), [0.0; 2]);
         assert!((moved.drift_m - 0.6).abs() < 1e-12);
         assert!(moved.root[1].distance(DVec3::new(0.005, 0.51, 0.01)) < 1e-12);
     }
@@ -335,7 +354,7 @@ mod tests {
             roots: cycle().root,
             rotations: cycle().rotations,
         };
-        let moved = span.onto(&legs(1.0), &legs(0.5));
+        let moved = span.onto(&legs(1.0), &legs(0.5), [0.0; 2]);
         assert!(moved.roots[1].distance(DVec3::new(0.005, 0.51, 0.01)) < 1e-12);
         assert_eq!(moved.sample_rate_hz, 100.0);
     }
@@ -358,7 +377,7 @@ mod tests {
         let ratio = leg_length_m(target) / leg_length_m(own);
         for speed_kmh in [3.0, 6.0, 10.0] {
             let cycle = person.cycle(speed_kmh);
-            let moved = cycle.onto(own, target);
+            let moved = cycle.onto(own, target, [0.0; 2]);
             assert!((moved.drift_m - ratio * cycle.drift_m).abs() < 1e-12);
             for frame in 0..cycle.root.len() {
                 let (was, had) =
@@ -382,6 +401,32 @@ mod tests {
     }
 
     #[test]
+    fn feet_are_lifted_each_by_its_own_and_the_hips_by_the_mean() {
+        let person = Person::average(Sex::Male);
+        let body = &person.body.offsets;
+        let cycle = person.cycle(5.0);
+        let lifts = [0.02, -0.01];
+        let moved = cycle.onto(body, body, lifts);
+        let (mut lowered, mut off): (Vec<f64>, Vec<f64>) = Default::default();
+        for frame in 0..cycle.root.len() {
+            let (was, _) = forward_kinematics(body, cycle.root[frame], &cycle.rotations[frame]);
+            let (is, _) = forward_kinematics(body, moved.root[frame], &moved.rotations[frame]);
+            for ([_, _, foot], lift) in LEGS.into_iter().zip(lifts) {
+                let wanted = was[foot.index()] + lift * DVec3::Y;
+                off.push(wanted.distance(is[foot.index()]));
+            }
+            lowered.push(moved.root[frame].y - cycle.root[frame].y);
+        }
+        // A leg that is straight already does not reach down.
+        let most = off.iter().copied().fold(0.0, f64::max);
+        let mean = off.iter().sum::<f64>() / off.len() as f64;
+        assert!(most < 8e-3 && mean < 1.5e-3, "{most} {mean}");
+        // By the mean, but for what keeps the knees bent as they were.
+        assert!(lowered.iter().all(|by| (by - lowered[0]).abs() < 1e-9));
+        assert!((lowered[0] - 0.005).abs() < 1e-3, "{}", lowered[0]);
+    }
+
+    #[test]
     fn a_knee_that_passes_through_straight_does_not_jump() {
         let own = legs(1.0);
         let mut target = own;
@@ -395,6 +440,7 @@ mod tests {
                 own: &own,
                 target: &target,
                 ratio: 1.0,
+                lifts: [0.0; 2],
                 lower_m: 0.0,
             };
             let posed = other.posed(DVec3::Y, &pose, None);
@@ -420,7 +466,7 @@ mod tests {
             target[Joint::LeftThigh.index()].x = half_m;
             target[Joint::RightThigh.index()].x = -half_m;
             let motion = (&straight.root[..], &straight.rotations[..]);
-            Moved::of(motion, &legs(1.0), &target, Ends::Meet)
+            Moved::of(motion, (&legs(1.0), &target, [0.0; 2]), Ends::Meet)
         };
         assert!(on_hips(0.1).too_short.mm < 1e-6);
         // The hips come down: by 2.2 cm, and by a tenth of the leg at most.

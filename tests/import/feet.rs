@@ -38,9 +38,9 @@ fn feet_slide_by_at_most_5_mm_more_than_in_the_recording_whatever_the_body() {
 #[test]
 fn feet_of_captured_walkers_are_turned_by_a_constant_to_stand_flat() {
     let file = fixtures().join("mocap/clips/cmu_amc/s07/07_01.amc");
-    let read = |flat_feet| {
+    let read = |mend| {
         let options = ReadOptions {
-            flat_feet,
+            mend,
             ..ReadOptions::default()
         };
         Recording::read(&file, &options).expect("a walk").take

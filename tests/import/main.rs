@@ -12,9 +12,14 @@ mod npy;
 mod npz;
 #[path = "../helpers/parts.rs"]
 mod parts;
+#[path = "../helpers/people.rs"]
+mod people;
+#[path = "../helpers/walker.rs"]
+mod walker;
 
 mod anthropometry;
 mod bodies;
+mod calipers;
 mod checksums;
 mod clips;
 mod faults;
@@ -27,4 +32,5 @@ mod likeness;
 mod manifest;
 mod markers;
 mod mesh;
+mod posture;
 mod skeletons;

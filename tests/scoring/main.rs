@@ -6,6 +6,8 @@ mod command;
 mod data;
 #[path = "../helpers/npy.rs"]
 mod npy;
+#[path = "../helpers/people.rs"]
+mod people;
 #[path = "../helpers/two.rs"]
 mod two;
 

@@ -4,11 +4,13 @@
 use crate::command::done;
 use crate::data::given;
 use crate::npy::npy;
-use edgegait::scene::cohort::anthropometry::NAMES;
+use crate::people::{Row, body, recordings, rows};
 use edgegait::sweep::Framing;
+use edgegait::train::{Components, Method, Options, fit};
 use edgegait::{Dataset, Tree};
 use edgegait_core::silhouette::Size;
-use std::collections::{BTreeMap, HashMap};
+use ndarray::Array2;
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
@@ -27,37 +29,11 @@ const SHOWN: usize = 4;
 /// Frames of a drawn cycle.
 const FRAMES: usize = 64;
 
-type Row = HashMap<String, String>;
-
-fn rows(path: &Path) -> Vec<Row> {
-    let mut reader = csv::Reader::from_path(path).expect("a table");
-    let rows = reader.deserialize();
-    rows.map(|row| row.expect("a row")).collect()
-}
-
 /// Pairs of numbers, as in `13.5-46.25;46.25-77.75`.
 fn spans(text: &str) -> Vec<(f64, f64)> {
     let number = |text: &str| text.parse::<f64>().expect("a frame");
     let spans = text.split(';').filter_map(|span| span.split_once('-'));
     spans.map(|(from, to)| (number(from), number(to))).collect()
-}
-
-/// The table of one body, as `--bodies` reads it.
-fn body(row: &Row) -> String {
-    let dimensions: Vec<String> = NAMES.map(|name| format!("{name}_m")).into();
-    let known = dimensions.iter().filter(|name| row.contains_key(*name));
-    let known: Vec<&str> = known.map(String::as_str).collect();
-    let sex = match row["sex"].as_str() {
-        "M" => "male",
-        _ => "female",
-    };
-    let fixed = [&row["id"], sex, &row["stature_m"], &row["mass_kg"]].join(",");
-    let values: Vec<&str> = known.iter().map(|name| row[*name].as_str()).collect();
-    format!(
-        "subject,sex,stature_m,mass_kg,{}\n{fixed},{}\n",
-        known.join(","),
-        values.join(",")
-    )
 }
 
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
@@ -116,6 +92,8 @@ struct Found {
     apart: Vec<f64>,
     /// Templates of the drawn takes, and of the seen cycles, with who walks.
     drawn: Vec<(String, Vec<f64>)>,
+    /// Of all drawn cycles.
+    learnt: Vec<(String, Vec<f64>)>,
     seen: Vec<(String, Vec<f64>)>,
     /// How much further left what is drawn is than what is seen, columns, by row.
     left: Vec<Vec<f64>>,
@@ -132,6 +110,46 @@ impl Found {
                 a.total_cmp(&b)
             });
             f64::from(u8::from(nearest.is_some_and(|(found, _)| found == id)))
+        };
+        mean(self.seen.iter().map(hit))
+    }
+
+    /// The share of drawn people who are farther from a seen cycle than its own person, mean.
+    fn order(&self) -> f64 {
+        let share = |(id, gei): &(String, Vec<f64>)| {
+            let mut nearest: BTreeMap<&str, f64> = BTreeMap::new();
+            for (drawn, pixels) in &self.drawn {
+                let least = nearest.entry(drawn).or_insert(f64::MAX);
+                *least = least.min(distance(pixels, gei));
+            }
+            let own = nearest[id.as_str()];
+            let farther = nearest.values().filter(|other| **other > own).count();
+            farther as f64 / (nearest.len() - 1) as f64
+        };
+        mean(self.seen.iter().map(share))
+    }
+
+    /// The same of support vector machines on 60 principal components, which have learnt all drawn
+    /// cycles.
+    fn rank1_learnt(&self) -> f64 {
+        let mut names: Vec<&str> = self.learnt.iter().map(|(id, _)| id.as_str()).collect();
+        names.sort_unstable();
+        names.dedup();
+        let class = |id: &str| names.binary_search(&id).expect("a person");
+        let of = |gei: &[f64]| -> Vec<f32> { gei.iter().map(|at| *at as f32).collect() };
+        let pixels: Vec<f32> = self.learnt.iter().flat_map(|(_, gei)| of(gei)).collect();
+        let samples = Array2::from_shape_vec((self.learnt.len(), self.learnt[0].1.len()), pixels);
+        let labels: Vec<usize> = self.learnt.iter().map(|(id, _)| class(id)).collect();
+        let options = Options {
+            components: Components::Count(60),
+            method: Method::Svm { c: 1.0 },
+        };
+        let samples = samples.expect("whole rows");
+        let learnt = fit(samples.view(), &labels, names.len(), options).expect("a recognizer");
+        let hit = |(id, gei): &(String, Vec<f64>)| {
+            let scores = learnt.scores(learnt.embed(&of(gei)).view());
+            let best = (0..scores.len()).max_by(|a, b| scores[*a].total_cmp(&scores[*b]));
+            f64::from(u8::from(best == Some(class(id))))
         };
         mean(self.seen.iter().map(hit))
     }
@@ -178,27 +196,27 @@ mod slow {
             let own: Vec<&Row> = takes.iter().filter(|row| row["id"] == id).collect();
             let body_of = bodies.iter().find(|row| row["id"] == id).expect("a body");
             fs::write(at.join("body.csv"), body(body_of)).expect("a table");
-            let mut sources: Vec<String> = own
-                .iter()
-                .map(|row| {
-                    let root = match row["source_root"].as_str() {
-                        "mocap" => "mocap/clips",
-                        _ => "people/mocap_extra/clips",
-                    };
-                    data.join(root).join(&row["source"]).display().to_string()
-                })
-                .collect();
-            sources.sort_unstable();
-            sources.dedup();
+            let sources = recordings(&data, id);
             let import = "import --subject ID --bodies body.csv --cycles mean --keep-going --overwrite --out walks.egp";
             let import = import.replace("ID", id);
-            let mut import: Vec<&str> = import.split(' ').collect();
-            import.extend(sources.iter().map(String::as_str));
-            done(at, &import);
             let camera = "--azimuth-deg 0,45,90 --elevation-deg 0 --lens persp --distance-m 6";
             let sweep = format!("sweep walks.egp {camera} --out geis --overwrite");
-            done(at, &sweep.split(' ').collect::<Vec<_>>());
-            let geis = Dataset::open(at.join("geis")).expect("a dataset");
+            let drawn = |cycles: &str| {
+                let import = import.replace("mean", cycles);
+                let mut import: Vec<&str> = import.split(' ').collect();
+                import.extend(sources.iter().map(String::as_str));
+                done(at, &import);
+                done(at, &sweep.split(' ').collect::<Vec<_>>());
+                Dataset::open(at.join("geis")).expect("a dataset")
+            };
+            let all = drawn("all");
+            for (index, one) in all.index().iter().enumerate() {
+                let view = VIEWS.into_iter().find(|view| view.1 == one.azimuth_deg);
+                let found = found.entry(view.expect("a view").0).or_default();
+                let gei = all.bytes(index).iter().copied().map(f64::from);
+                found.learnt.push((id.to_owned(), gei.collect()));
+            }
+            let geis = drawn("mean");
             for row in own {
                 let Some((view, azimuth_deg)) =
                     VIEWS.into_iter().find(|(view, _)| row["view"] == *view)
@@ -240,11 +258,10 @@ mod slow {
                 done(at, &render.split(' ').collect::<Vec<_>>());
                 let (_, frames) = npy(at.join("frames.npy"));
                 // Drawn cycles begin with the left contact.
-                let begins = if row["cycle_event"] == "lhs" {
-                    0.0
-                } else {
-                    0.5
-                };
+                let left = row["lhs"].split(';').next();
+                let left: f64 = left.expect("a contact").parse().expect("a frame");
+                let (from, to) = spans(&row["cycles"])[0];
+                let begins = ((from - left) / (to - from)).rem_euclid(1.0);
                 let mut of_take = Vec::new();
                 for (from, to) in spans(&row["cycles"]) {
                     for frame in from.ceil() as usize..to.ceil() as usize {
@@ -255,7 +272,6 @@ mod slow {
                         of_take.extend(seen.map(|seen| jaccard(own, seen)));
                     }
                 }
-                let (from, to) = spans(&row["cycles"])[0];
                 for shown in 0..SHOWN {
                     let phase = shown as f64 / SHOWN as f64;
                     let at = (FRAMES as f64 * (phase + begins)) as usize % FRAMES * seen.size;
@@ -270,15 +286,17 @@ mod slow {
         }
         picture(&found);
         println!(
-            "view  takes  frame-aligned Jaccard  GEIs apart, of 255  Rank-1, % (nearest pixels)"
+            "view  takes  frame-aligned Jaccard  GEIs apart, of 255  Rank-1, %: nearest pixels  60 components and SVM  people farther than one's own, %"
         );
         for (view, found) in &found {
             println!(
-                "{view}   {:>5}  {:>21.3}  {:>18.1}  {:>6.1}",
+                "{view}   {:>5}  {:>21.3}  {:>18.1}  {:>24.1}  {:>21.1} {:>10.1}",
                 found.jaccards.len(),
                 mean(found.jaccards.iter().copied()),
                 mean(found.apart.iter().copied()),
                 100.0 * found.rank1(),
+                100.0 * found.rank1_learnt(),
+                100.0 * found.order(),
             );
         }
         for (view, found) in &found {

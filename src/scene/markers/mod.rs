@@ -81,6 +81,7 @@ impl Take {
             unit_m,
             offsets: fit.offsets,
             is_placed: false,
+            knows_upright: true,
             roots: fit
                 .positions
                 .iter()

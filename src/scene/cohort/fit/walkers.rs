@@ -88,7 +88,7 @@ pub(super) fn clips(data: &Path) -> Vec<Clip> {
         }
         // The tables were fitted to feet as files have them.
         let options = ReadOptions {
-            flat_feet: false,
+            mend: false,
             ..ReadOptions::default()
         };
         let recording = match Recording::read(&row.path, &options) {

@@ -1,0 +1,125 @@
+//! Calipers on walkers of measured bodies, as they are decoded, while they walk.
+
+use crate::data::given;
+use crate::people::{Row, rows};
+use crate::walker::{Moment, import_person, moments, people};
+use edgegait_core::pack::Pack;
+use edgegait_core::skeleton::Joint;
+use glam::DVec3;
+use std::collections::BTreeMap;
+use std::fs;
+
+/// Dimensions of `--bodies`, and how far the mean over all people and the worst of them may be off,
+/// per cent. Points of hulls are rounded by up to 2 mm at either end, which is 4 % of a foot's
+/// breadth; people walk with bent knees and lean, so that crowns are lower, and shrug or droop.
+const BOUNDS: [(&str, f64, f64); 9] = [
+    ("stature", 1.0, 2.0),
+    ("trochanterion_height", 0.1, 0.5),
+    ("knee_height", 0.1, 0.5),
+    ("hip_breadth", 0.2, 1.0),
+    ("bideltoid_breadth", 1.5, 5.0),
+    ("chest_depth", 0.2, 1.0),
+    ("foot_length", 0.2, 2.0),
+    ("foot_breadth", 0.5, 4.0),
+    ("head_breadth", 0.5, 2.5),
+];
+
+/// How far points reach along a direction.
+fn reach(points: impl Iterator<Item = DVec3>, along: DVec3) -> f64 {
+    let along = points.map(|point| point.dot(along));
+    let (low, high) = along.fold((f64::MAX, f64::MIN), |(low, high), at| {
+        (low.min(at), high.max(at))
+    });
+    high - low
+}
+
+/// One dimension of a walker, mean over the moments, metres.
+fn dimension(name: &str, moments: &[Moment]) -> f64 {
+    use Joint::{
+        Head, LeftFoot, LeftShank, LeftThigh, LeftUpperArm, Pelvis, RightThigh, RightUpperArm,
+        Thorax,
+    };
+    let own = |moment: &Moment, joint: Joint, axis: DVec3| {
+        reach(moment.hull(joint), moment.turn(joint) * axis)
+    };
+    let between = |moment: &Moment, a: Joint, b: Joint| moment.of(a).distance(moment.of(b));
+    let ankle = |moment: &Moment| {
+        let (up, at) = (moment.turn(LeftFoot) * DVec3::Y, moment.of(LeftFoot));
+        let depths = moment.hull(LeftFoot).map(|point| (at - point).dot(up));
+        depths.fold(0.0, f64::max)
+    };
+    let knee = |moment: &Moment| between(moment, LeftShank, LeftFoot) + ankle(moment);
+    let leg = |moment: &Moment| between(moment, LeftThigh, LeftShank) + knee(moment);
+    let of = |moment: &Moment| match name {
+        "stature" => {
+            let hips = moment.of(LeftThigh).midpoint(moment.of(RightThigh));
+            let crown = moment.hull(Head).map(|point| point.y);
+            leg(moment) + crown.fold(f64::MIN, f64::max) - hips.y
+        }
+        "trochanterion_height" => leg(moment),
+        "knee_height" => knee(moment),
+        "hip_breadth" => own(moment, Pelvis, DVec3::X),
+        "bideltoid_breadth" => {
+            let [left, right] = [LeftUpperArm, RightUpperArm].map(|arm| moment.of(arm));
+            // The deltoids, not the elbows.
+            let deltoids = [LeftUpperArm, RightUpperArm].into_iter().flat_map(|arm| {
+                let shoulder = moment.of(arm);
+                let points = moment.hull(arm);
+                points.filter(move |point| point.distance(shoulder) < 0.14)
+            });
+            reach(deltoids, (left - right).normalize())
+        }
+        "chest_depth" => own(moment, Thorax, DVec3::Z),
+        "foot_length" => own(moment, LeftFoot, DVec3::Z),
+        "foot_breadth" => own(moment, LeftFoot, DVec3::X),
+        "head_breadth" => own(moment, Head, DVec3::X),
+        _ => panic!("{name}"),
+    };
+    moments.iter().map(of).sum::<f64>() / moments.len() as f64
+}
+
+mod slow {
+    use super::*;
+
+    #[test]
+    #[ignore = "needs EDGEGAIT_DATA"]
+    fn measured_bodies_walk_with_the_dimensions_that_were_measured() {
+        let data = given();
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = folder.path();
+        let bodies = rows(&data.join("people/bodies.csv"));
+        let mut off: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+        for person in people(&data) {
+            import_person(at, &data, &person);
+            let bytes = fs::read(at.join(person.clone() + ".egp")).expect("a pack");
+            let pack = Pack::parse(&bytes).expect("a pack");
+            let row: &Row = bodies
+                .iter()
+                .find(|row| row["id"] == person)
+                .expect("a body");
+            for walk in pack.walks() {
+                let moments = moments(&pack, walk.subject, walk.clip);
+                for (name, _, _) in BOUNDS {
+                    let given: f64 = row[&format!("{name}_m")].parse().expect("a length");
+                    let found = dimension(name, &moments);
+                    off.entry(name)
+                        .or_default()
+                        .push(100.0 * (found / given - 1.0));
+                }
+            }
+        }
+        for (name, mean_most, most) in BOUNDS {
+            let off = &off[name];
+            let mean = off.iter().sum::<f64>() / off.len() as f64;
+            let worst =
+                off.iter().copied().fold(
+                    0.0,
+                    |worst: f64, off| {
+                        if off.abs() > worst.abs() { off } else { worst }
+                    },
+                );
+            println!("{name:<22} off by {mean:>5.2} % on average, {worst:>5.2} % at worst");
+            assert!(mean.abs() < mean_most && worst.abs() < most, "{name}");
+        }
+    }
+}

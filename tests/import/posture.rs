@@ -1,0 +1,254 @@
+//! Posture, arms and feet of imported walkers beside those of their recordings.
+
+use crate::command::done;
+use crate::data::given;
+use crate::walker::{Moment, moments};
+use edgegait::scene::forward_kinematics;
+use edgegait::scene::recorded::{ReadOptions, Recording};
+use edgegait_core::pack::Pack;
+use edgegait_core::skeleton::Joint;
+use glam::DVec3;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Shoulder, elbow and wrist of each side.
+const ARMS: [[Joint; 3]; 2] = [
+    [Joint::LeftUpperArm, Joint::LeftForearm, Joint::LeftHand],
+    [Joint::RightUpperArm, Joint::RightForearm, Joint::RightHand],
+];
+
+/// What is measured of a gait cycle whose walker is along +Z.
+const NAMES: [&str; 7] = [
+    "feet apart, cm",
+    "standing ankles, mm",
+    "trunk lean, deg",
+    "head down, deg",
+    "elbows, deg",
+    "wrists, deg",
+    "wrist height",
+];
+
+fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
+    let values = values.into_iter();
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+    sum / count
+}
+
+/// The measures in the order of [`NAMES`]: peak to peak of the lower ankle to the side; how much
+/// higher the left ankle is than the right one where it is lowest; how far the thorax leans and
+/// the head looks down; how far elbows bend ahead and hands are off their forearms; and the
+/// highest wrist above its shoulder over the arm's length. Means over the cycle but for the
+/// peak and the highest.
+fn measures(moments: &[Moment]) -> [f64; NAMES.len()] {
+    let feet = [Joint::LeftFoot, Joint::RightFoot];
+    let lower = moments.iter().map(|moment| {
+        let [left, right] = feet.map(|foot| moment.of(foot));
+        if left.y < right.y { left.x } else { right.x }
+    });
+    let (low, high) = lower.fold((f64::MAX, f64::MIN), |(low, high), at| {
+        (low.min(at), high.max(at))
+    });
+    let lowest = feet.map(|foot| {
+        let mut heights: Vec<f64> = moments.iter().map(|moment| moment.of(foot).y).collect();
+        heights.sort_by(f64::total_cmp);
+        heights[heights.len() / 8]
+    });
+    let thorax = |moment: &Moment| moment.turn(Joint::Thorax);
+    let lean: DVec3 = moments.iter().map(|moment| thorax(moment) * DVec3::Y).sum();
+    let looks: DVec3 = moments
+        .iter()
+        .map(|moment| moment.turn(Joint::Head) * DVec3::Z)
+        .sum();
+    let arms = || {
+        let arms = |moment| ARMS.map(|arm| (moment, arm));
+        moments.iter().flat_map(arms)
+    };
+    let elbow = |(moment, [upper_arm, forearm, hand]): (&Moment, [Joint; 3])| {
+        let upper = moment.of(forearm) - moment.of(upper_arm);
+        let fore = moment.of(hand) - moment.of(forearm);
+        let ahead = fore.cross(upper).dot(thorax(moment) * DVec3::X);
+        upper.angle_between(fore).to_degrees().copysign(ahead)
+    };
+    let wrist = |(moment, [_, forearm, hand]): (&Moment, [Joint; 3])| {
+        let fore = moment.of(hand) - moment.of(forearm);
+        let along = moment.turn(hand) * -DVec3::Y;
+        fore.angle_between(along).to_degrees()
+    };
+    let height = |(moment, [upper_arm, forearm, hand]): (&Moment, [Joint; 3])| {
+        let [shoulder, elbow, wrist] = [upper_arm, forearm, hand].map(|joint| moment.of(joint));
+        (wrist.y - shoulder.y) / (shoulder.distance(elbow) + elbow.distance(wrist))
+    };
+    [
+        100.0 * (high - low),
+        1e3 * (lowest[0] - lowest[1]),
+        lean.z.atan2(lean.y).to_degrees(),
+        (-looks.y).atan2(looks.x.hypot(looks.z)).to_degrees(),
+        mean(arms().map(elbow)),
+        mean(arms().map(wrist)),
+        arms().map(height).fold(f64::MIN, f64::max),
+    ]
+}
+
+/// Hip to knee to ankle on the left, metres.
+fn leg_m(moment: &Moment) -> f64 {
+    let joints = [Joint::LeftThigh, Joint::LeftShank, Joint::LeftFoot];
+    let [hip, knee, ankle] = joints.map(|joint| moment.of(joint));
+    hip.distance(knee) + knee.distance(ankle)
+}
+
+/// Measures of the first cycle of a recording as its file has it, and the leg's length.
+fn source(path: &Path) -> Option<([f64; NAMES.len()], f64)> {
+    let options = ReadOptions {
+        mend: false,
+        ..ReadOptions::default()
+    };
+    let recording = Recording::read(path, &options).ok()?;
+    let cycle = &recording.cut.as_ref()?.cycles.first()?.cycle;
+    let poses = cycle.root.iter().zip(&cycle.rotations);
+    let moments: Vec<Moment> = poses
+        .map(|(root, pose)| Moment::new(forward_kinematics(&recording.take.offsets, *root, pose)))
+        .collect();
+    Some((measures(&moments), leg_m(&moments[0])))
+}
+
+/// Of one walk: measures of its recording and of the walker, and how far feet slide there, mm.
+struct Pair {
+    source: [f64; NAMES.len()],
+    drawn: [f64; NAMES.len()],
+    slides_mm: Option<[f64; 2]>,
+}
+
+/// Measures walks of an imported pack by the files that they were imported from.
+fn pairs(pack: &Path, results: &Path) -> Vec<Pair> {
+    let bytes = fs::read(pack).expect("a pack");
+    let pack = Pack::parse(&bytes).expect("a pack");
+    let results: Value =
+        serde_json::from_slice(&fs::read(results).expect("results")).expect("JSON");
+    let names: Vec<&str> = pack.subjects().map(|subject| subject.name).collect();
+    let clips = results["clips"].as_array().expect("clips").iter();
+    let pairs = clips.filter_map(|clip| {
+        let path = Path::new(clip["file"].as_str()?);
+        let stem = path.file_stem()?.to_string_lossy().into_owned();
+        let folder = path.parent()?.file_name()?.to_string_lossy().into_owned();
+        let walk = pack.walks().find(|walk| {
+            let subject = names[walk.subject];
+            walk.name == stem && (names.len() == 1 || subject == folder)
+        })?;
+        let slide = |name: &str| clip[name].as_f64();
+        let mut source = source(path)?;
+        let moments = moments(&pack, walk.subject, walk.clip);
+        // In proportion, as steps are.
+        source.0[0] *= leg_m(&moments[0]) / source.1;
+        Some(Pair {
+            source: source.0,
+            drawn: measures(&moments),
+            slides_mm: slide("own_skate_mm").zip(slide("skate_mm")).map(Into::into),
+        })
+    });
+    pairs.collect()
+}
+
+/// Prints the mean and the spread of what is measured, in recordings and as drawn.
+fn table(title: &str, pairs: &[Pair]) {
+    let stated = |values: Vec<f64>| {
+        let middle = mean(values.iter().copied());
+        let spread = mean(values.iter().map(|value| (value - middle).powi(2))).sqrt();
+        format!("{middle:>8.2} ({spread:.2})")
+    };
+    println!("{title}, {} walks: source, drawn (SD)", pairs.len());
+    for (at, name) in NAMES.iter().enumerate() {
+        let source = stated(pairs.iter().map(|pair| pair.source[at]).collect());
+        let drawn = stated(pairs.iter().map(|pair| pair.drawn[at]).collect());
+        println!("{name:<20} {source:>18} {drawn:>18}");
+    }
+    let slides = |at: usize| {
+        let slides = pairs.iter().filter_map(|pair| pair.slides_mm);
+        stated(slides.map(|slides| slides[at]).collect())
+    };
+    println!("{:<20} {:>18} {:>18}", "slide, mm", slides(0), slides(1));
+}
+
+mod slow {
+    use super::*;
+    use crate::walker::{import_person, people};
+
+    /// Where `EDGEGAIT_IMPORTED` names a folder, packs and results are read from there
+    /// (`clips.egp` and `clips.json`, and of each person): those of another version.
+    #[test]
+    #[ignore = "needs EDGEGAIT_DATA"]
+    fn imported_walkers_keep_their_feet_their_trunks_and_their_arms() {
+        let data = given();
+        let made = tempfile::tempdir().expect("a folder");
+        let theirs = std::env::var_os("EDGEGAIT_IMPORTED").map(PathBuf::from);
+        let at = theirs.as_deref().unwrap_or(made.path());
+        let of = |name: &str| {
+            pairs(
+                &at.join(name).with_extension("egp"),
+                &at.join(name).with_extension("json"),
+            )
+        };
+        let mut measured: BTreeMap<&str, Vec<Pair>> = BTreeMap::new();
+        for person in people(&data) {
+            if theirs.is_none() {
+                import_person(at, &data, &person);
+            }
+            measured
+                .entry("41 people with --bodies")
+                .or_default()
+                .extend(of(&person));
+        }
+        if theirs.is_none() {
+            let clips = data.join("mocap/clips").display().to_string();
+            let import = ["import", &clips, "--subject-from", "folder", "--keep-going"];
+            let out = ["--out", "clips.egp", "--json", "clips.json"];
+            done(at, &[&import[..], &out].concat());
+        }
+        measured.insert("clips", of("clips"));
+        for (title, pairs) in &measured {
+            table(title, pairs);
+        }
+        if theirs.is_some() {
+            return;
+        }
+        for (title, pairs) in &measured {
+            let of = |name: &str| {
+                let at = NAMES
+                    .iter()
+                    .position(|known| *known == name)
+                    .expect("a measure");
+                let both = |pair: &Pair| (pair.source[at], pair.drawn[at]);
+                pairs.iter().map(both).collect::<Vec<(f64, f64)>>()
+            };
+            let apart = |name: &str| mean(of(name).iter().map(|(a, b)| (a - b).abs()));
+            assert!(
+                apart("feet apart, cm") < 0.6,
+                "{title}: {}",
+                apart("feet apart, cm")
+            );
+            assert!(
+                apart("trunk lean, deg") < 0.6,
+                "{title}: {}",
+                apart("trunk lean, deg")
+            );
+            assert!(
+                apart("wrist height") < 0.02,
+                "{title}: {}",
+                apart("wrist height")
+            );
+            for (_, down) in of("head down, deg") {
+                assert!(down.abs() < 14.0, "{title}: {down}");
+            }
+            for (_, bend) in of("elbows, deg") {
+                assert!(bend > 0.0, "{title}: {bend}");
+            }
+            for (_, bend) in of("wrists, deg") {
+                assert!(bend < 15.0, "{title}: {bend}");
+            }
+            for [own, drawn] in pairs.iter().filter_map(|pair| pair.slides_mm) {
+                assert!(drawn < own + 20.0, "{title}: {drawn} {own}");
+            }
+        }
+    }
+}
