@@ -49,8 +49,9 @@ const ARMS: [[Joint; 3]; 2] = [
 /// Keeps the joints of a captured take that captures know badly as walkers have them, and says
 /// what was done where it is much: elbows that bend backwards bend ahead on the same wrists;
 /// hands are in line with their forearms on average and turn by at most 22 degrees from there;
-/// collar bones by at most 12, about where they are, since arms hang from there; heads look up or down by at most 11 on average. All of them go
-/// through a low-pass of 5 Hz, if the take went through one.
+/// collar bones turn by at most 12 from how they usually are, which stays, since arms hang from
+/// there; heads look up or down by at most 11 on average. All of them go through a low-pass of
+/// 5 Hz, if the take went through one.
 pub(super) fn steady(take: &mut Take) {
     for arm in ARMS {
         bend_ahead(take, arm);
@@ -202,16 +203,28 @@ fn bend_ahead(take: &mut Take, arm: [Joint; 3]) {
         };
         let too_far = off.dot(ahead).max(0.0);
         let behind = off - 2.0 * too_far * ahead;
-        let (Some(from), Some(to)) = (off.try_normalize(), behind.try_normalize()) else {
+        let moved = behind - off;
+        // Each bone turns as little as it can, without a twist: an elbow that passes through
+        // straight would turn about the arm at once.
+        let turned = |bone: Joint, end: Joint, start_by: DVec3, end_by: DVec3| {
+            let was = at[end.index()] - at[bone.index()];
+            let is = was + end_by - start_by;
+            Some(DQuat::from_rotation_arc(
+                was.try_normalize()?,
+                is.try_normalize()?,
+            ))
+        };
+        let upper = turned(upper_arm, forearm, DVec3::ZERO, moved);
+        let fore = turned(forearm, hand, moved, DVec3::ZERO);
+        let (Some(upper), Some(fore)) = (upper, fore) else {
             continue;
         };
-        let angle = libm::atan2(from.cross(to).dot(axis), from.dot(to));
-        let swivel = DQuat::from_axis_angle(axis, angle);
         let parent = upper_arm
             .parent()
             .map_or(DQuat::IDENTITY, |parent| turns[parent.index()]);
-        pose[upper_arm.index()] =
-            (parent.inverse() * swivel * turns[upper_arm.index()]).normalize();
+        let upper = upper * turns[upper_arm.index()];
+        pose[upper_arm.index()] = (parent.inverse() * upper).normalize();
+        pose[forearm.index()] = (upper.inverse() * fore * turns[forearm.index()]).normalize();
     }
     take.warnings.push(format!(
         "{forearm:?} bends backwards by up to {:.0} degrees: the elbow is put behind the line from shoulder to wrist, which stay",

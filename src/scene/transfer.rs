@@ -407,20 +407,24 @@ mod tests {
         let cycle = person.cycle(5.0);
         let lifts = [0.02, -0.01];
         let moved = cycle.onto(body, body, lifts);
-        let (mut lowered, mut off): (Vec<f64>, Vec<f64>) = Default::default();
+        let mut lowered: Vec<f64> = Vec::new();
+        let mut bent = 0;
         for frame in 0..cycle.root.len() {
             let (was, _) = forward_kinematics(body, cycle.root[frame], &cycle.rotations[frame]);
             let (is, _) = forward_kinematics(body, moved.root[frame], &moved.rotations[frame]);
-            for ([_, _, foot], lift) in LEGS.into_iter().zip(lifts) {
-                let wanted = was[foot.index()] + lift * DVec3::Y;
-                off.push(wanted.distance(is[foot.index()]));
+            for ([thigh, shank, foot], lift) in LEGS.into_iter().zip(lifts) {
+                let [hip, knee, ankle] = [thigh, shank, foot].map(|joint| is[joint.index()]);
+                let off = (was[foot.index()] + lift * DVec3::Y).distance(ankle);
+                // A leg that is straight does not reach down, and one near it slows down.
+                if (knee - hip).angle_between(ankle - knee) > 0.3 {
+                    assert!(off < 2e-3, "{frame} {foot:?}: {off}");
+                    bent += 1;
+                }
+                assert!(off < 15e-3, "{frame} {foot:?}: {off}");
             }
             lowered.push(moved.root[frame].y - cycle.root[frame].y);
         }
-        // A leg that is straight already does not reach down.
-        let most = off.iter().copied().fold(0.0, f64::max);
-        let mean = off.iter().sum::<f64>() / off.len() as f64;
-        assert!(most < 8e-3 && mean < 1.5e-3, "{most} {mean}");
+        assert!(bent > cycle.root.len(), "{bent}");
         // By the mean, but for what keeps the knees bent as they were.
         assert!(lowered.iter().all(|by| (by - lowered[0]).abs() < 1e-9));
         assert!((lowered[0] - 0.005).abs() < 1e-3, "{}", lowered[0]);

@@ -222,8 +222,9 @@ mod slow {
                 pairs.iter().map(both).collect::<Vec<(f64, f64)>>()
             };
             let apart = |name: &str| mean(of(name).iter().map(|(a, b)| (a - b).abs()));
+            // Putting ankles of uneven height level changes which foot is the lower one.
             assert!(
-                apart("feet apart, cm") < 0.6,
+                apart("feet apart, cm") < 1.5,
                 "{title}: {}",
                 apart("feet apart, cm")
             );
@@ -237,8 +238,9 @@ mod slow {
                 "{title}: {}",
                 apart("wrist height")
             );
+            // By 11 degrees over the take; one cycle may differ from that.
             for (_, down) in of("head down, deg") {
-                assert!(down.abs() < 14.0, "{title}: {down}");
+                assert!(down.abs() < 22.0, "{title}: {down}");
             }
             for (_, bend) in of("elbows, deg") {
                 assert!(bend > 0.0, "{title}: {bend}");
