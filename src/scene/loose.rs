@@ -40,6 +40,10 @@ const BENT_DEG: f64 = 29.0;
 /// what lax ones do.
 const LAX_DEG: f64 = 15.0;
 
+/// Elbows that are bent backwards by no more than this on average are straight ones, degrees.
+/// Ours.
+const STRAIGHT_DEG: f64 = 1.0;
+
 /// Shoulder, elbow and wrist of each side.
 const ARMS: [[Joint; 3]; 2] = [
     [Joint::LeftUpperArm, Joint::LeftForearm, Joint::LeftHand],
@@ -182,7 +186,7 @@ fn bend_ahead(take: &mut Take, arm: [Joint; 3]) {
     let (least, sum) = bends.fold((f64::INFINITY, 0.0), |(least, sum), bend| {
         (bend.min(least), sum + bend)
     });
-    if least > -LAX_DEG && sum >= 0.0 {
+    if least > -LAX_DEG && sum > -STRAIGHT_DEG * poses.len() as f64 {
         return;
     }
     for (pose, (at, turns)) in take.rotations.iter_mut().zip(&poses) {

@@ -1,14 +1,18 @@
 //! Made bodies beside skinned ones: as broad and as deep at each height as other software's
 //! people, who have the same dimensions and walk by the same recordings.
 
+use crate::command::done;
 use crate::data::given;
 use crate::parts::Parts;
+use edgegait::scene::Cycle;
 use edgegait::scene::cohort::anthropometry::{DIMENSIONS, Dimensions, NAMES};
 use edgegait::scene::cohort::body;
 use edgegait::scene::recorded::{Keep, ReadOptions, Recording};
-use edgegait_core::pack::Sex;
+use edgegait_core::pack::{Pack, Sex};
+use edgegait_core::skeleton::Joint;
 use glam::{DQuat, DVec2, DVec3};
 use std::collections::HashMap;
+use std::fs;
 use std::path::Path;
 
 /// The people for choices whose motion is CMU's.
@@ -113,22 +117,29 @@ fn theirs(data: &Path, row: &Row) -> Vec<f64> {
     mean(&images)
 }
 
-/// Mean profile of the made body by the mean cycle of the recording as its file has it, at 6 m.
-fn ours(recording: &Recording, d: &Dimensions, azimuth_deg: f64) -> Vec<f64> {
+/// Mean profile of the made body by the mean cycle of the recording, at 6 m, with hands as in
+/// the file's own mean cycle.
+fn ours(pack: &[u8], own: &Cycle, d: &Dimensions, azimuth_deg: f64) -> Vec<f64> {
     const SIZE: (usize, usize) = (500, 360);
+    let pack = Pack::parse(pack).expect("a pack");
+    let walk = pack.clip(0).and_then(|clip| clip.as_loop());
+    let walk = walk.expect("a cycle");
     let made = body::body(d, body::offsets(d));
-    let cycle = &recording.cut.as_ref().expect("cycles").cycles[0].cycle;
-    let cycle = cycle.onto(&recording.take.offsets, &made.offsets, [0.0; 2]);
     let turn = DQuat::from_rotation_y(-azimuth_deg.to_radians());
-    let images: Vec<_> = (0..24)
+    let images: Vec<_> = (0..24u8)
         .map(|phase| {
-            let frame = phase * cycle.root.len() / 24;
-            let (root, rotations) = (cycle.root[frame], cycle.rotations[frame]);
+            let pose = walk.pose(f32::from(phase) / 24.0);
+            let root = pose.root.as_dvec3();
             let place = |point: DVec3| {
                 let seen = turn * (point - DVec3::new(root.x, 0.92, root.z));
                 let scale = 2.0 * 686.0 / (6.0 - seen.z);
                 DVec2::new(180.0 + scale * seen.x, 250.0 - scale * seen.y)
             };
+            let mut rotations = pose.rotations.map(glam::Quat::as_dquat);
+            let frame = usize::from(phase) * own.rotations.len() / 24;
+            for hand in [Joint::LeftHand, Joint::RightHand] {
+                rotations[hand.index()] = own.rotations[frame][hand.index()];
+            }
             let picture = Parts::draw(&made, (root, &rotations), place, SIZE);
             let set: Vec<bool> = picture.pixels.iter().map(|&parts| parts != 0).collect();
             profile(&set, picture.columns)
@@ -144,6 +155,8 @@ mod with_data {
     #[ignore = "needs EDGEGAIT_DATA"]
     fn made_bodies_are_as_wide_as_skinned_ones_of_the_same_dimensions() {
         let data = given();
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = folder.path();
         let bodies = rows(&data.join("people/bodies_dressed.csv"));
         let takes = rows(&data.join("people/manifest.csv"));
         let mut off = [[0.0; HEIGHTS]; 2];
@@ -159,16 +172,23 @@ mod with_data {
                 "mocap" => "mocap/clips",
                 _ => "people/mocap_extra/clips",
             };
+            let source = data.join(root).join(&take["source"]);
             // Other software's people hold their hands as the files have them.
             let options = ReadOptions {
                 keep: Keep::MeanCycle,
                 mend: false,
                 ..ReadOptions::default()
             };
-            let recording = Recording::read(&data.join(root).join(&take["source"]), &options);
-            let recording = recording.expect("a recording");
+            let own = Recording::read(&source, &options).expect("a recording");
+            let own = &own.cut.expect("cycles").cycles[0].cycle;
+            let source = source.display().to_string();
+            let stature = stature_m.to_string();
+            let import = ["import", &source, "--cycles", "mean", "--overwrite"];
+            let body = ["--stature-m", &stature, "--out", "walk.egp"];
+            done(at, &[&import[..], &body].concat());
+            let pack = fs::read(at.join("walk.egp")).expect("a pack");
             for (off, (view, azimuth_deg)) in off.iter_mut().zip(VIEWS) {
-                let (theirs, ours) = (theirs(&data, of(view)), ours(&recording, &d, azimuth_deg));
+                let (theirs, ours) = (theirs(&data, of(view)), ours(&pack, own, &d, azimuth_deg));
                 for (off, (ours, theirs)) in off.iter_mut().zip(ours.iter().zip(&theirs)) {
                     *off += 100.0 * stature_m * (ours - theirs) / PEOPLE.len() as f64;
                 }
