@@ -174,6 +174,25 @@ fn bend_deg(at: &[DVec3; JOINTS], thorax: DQuat, [upper_arm, forearm, hand]: [Jo
     upper.angle_between(fore).to_degrees().copysign(ahead)
 }
 
+/// How far an elbow moves to be behind the line from shoulder to wrist, and the angle about that
+/// line, radians; `None` where it is on the line.
+fn put_behind(
+    at: &[DVec3; JOINTS],
+    thorax: DQuat,
+    [upper_arm, forearm, hand]: [Joint; 3],
+) -> Option<(DVec3, f64)> {
+    let shoulder = at[upper_arm.index()];
+    let axis = (at[hand.index()] - shoulder).try_normalize()?;
+    let off = (at[forearm.index()] - shoulder).reject_from_normalized(axis);
+    // Where ahead is, across the arm: square to it and to the walker's side.
+    let ahead = (thorax * DVec3::X).cross(axis).try_normalize()?;
+    let ahead = ahead * ahead.dot(thorax * DVec3::Z).signum();
+    let behind = off - 2.0 * off.dot(ahead).max(0.0) * ahead;
+    let (from, to) = (off.try_normalize()?, behind.try_normalize()?);
+    let angle = libm::atan2(from.cross(to).dot(axis), from.dot(to));
+    Some((behind - off, angle))
+}
+
 /// Puts an elbow that bends backwards behind the line from shoulder to wrist, which stay where
 /// they are.
 fn bend_ahead(take: &mut Take, arm: [Joint; 3]) {
@@ -189,27 +208,29 @@ fn bend_ahead(take: &mut Take, arm: [Joint; 3]) {
     if least > -LAX_DEG && sum > -STRAIGHT_DEG * poses.len() as f64 {
         return;
     }
-    for (pose, (at, turns)) in take.rotations.iter_mut().zip(&poses) {
-        let shoulder = at[upper_arm.index()];
-        let Some(axis) = (at[hand.index()] - shoulder).try_normalize() else {
+    let moves: Vec<Option<(DVec3, f64)>> = poses
+        .iter()
+        .map(|(at, turns)| put_behind(at, turns[Joint::Thorax.index()], arm))
+        .collect();
+    // Which way the bones turn about themselves was read wrongly by as much, on the whole.
+    let (sines, cosines) =
+        moves
+            .iter()
+            .flatten()
+            .fold((0.0, 0.0), |(sines, cosines), (moved, angle)| {
+                let weight = moved.length();
+                (
+                    sines + weight * libm::sin(*angle),
+                    cosines + weight * libm::cos(*angle),
+                )
+            });
+    let twist = DQuat::from_rotation_y(-libm::atan2(sines, cosines));
+    for ((pose, (at, turns)), moved) in take.rotations.iter_mut().zip(&poses).zip(moves) {
+        let Some((moved, _)) = moved else {
             continue;
         };
-        let off = (at[forearm.index()] - shoulder).reject_from_normalized(axis);
-        let thorax = turns[Joint::Thorax.index()];
-        // Where ahead is, across the arm: square to it and to the walker's side.
-        let Some(ahead) = (thorax * DVec3::X).cross(axis).try_normalize() else {
-            continue;
-        };
-        let ahead = if ahead.dot(thorax * DVec3::Z) < 0.0 {
-            -ahead
-        } else {
-            ahead
-        };
-        let too_far = off.dot(ahead).max(0.0);
-        let behind = off - 2.0 * too_far * ahead;
-        let moved = behind - off;
-        // Each bone turns as little as it can, without a twist: an elbow that passes through
-        // straight would turn about the arm at once.
+        // Beyond that each bone turns as little as it can: an elbow that passes through straight
+        // would turn about the arm at once.
         let turned = |bone: Joint, end: Joint, start_by: DVec3, end_by: DVec3| {
             let was = at[end.index()] - at[bone.index()];
             let is = was + end_by - start_by;
@@ -226,9 +247,10 @@ fn bend_ahead(take: &mut Take, arm: [Joint; 3]) {
         let parent = upper_arm
             .parent()
             .map_or(DQuat::IDENTITY, |parent| turns[parent.index()]);
-        let upper = upper * turns[upper_arm.index()];
+        let upper = upper * turns[upper_arm.index()] * twist;
         pose[upper_arm.index()] = (parent.inverse() * upper).normalize();
-        pose[forearm.index()] = (upper.inverse() * fore * turns[forearm.index()]).normalize();
+        pose[forearm.index()] =
+            (upper.inverse() * fore * turns[forearm.index()] * twist).normalize();
     }
     take.warnings.push(format!(
         "{forearm:?} bends backwards by up to {:.0} degrees: the elbow is put behind the line from shoulder to wrist, which stay",

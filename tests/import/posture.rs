@@ -243,7 +243,7 @@ mod slow {
                 assert!(down.abs() < 22.0, "{title}: {down}");
             }
             for (_, bend) in of("elbows, deg") {
-                assert!(bend > 0.0, "{title}: {bend}");
+                assert!(bend > -1.0, "{title}: {bend}");
             }
             for (_, bend) in of("wrists, deg") {
                 assert!(bend < 22.0, "{title}: {bend}");
