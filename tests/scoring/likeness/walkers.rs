@@ -112,8 +112,11 @@ pub fn recorded(data: &Path, split: Split) -> Vec<Subject> {
             if !is_used {
                 continue;
             }
+            // As files have them: the made people were fitted to these, and conventions of
+            // laboratories are part of how their recordings differ.
             let options = ReadOptions {
                 subject: SubjectName::Given(name),
+                mend: false,
                 ..ReadOptions::default()
             };
             let path = root.join(cell("file"));
