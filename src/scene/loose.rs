@@ -184,10 +184,12 @@ fn put_behind(
     let shoulder = at[upper_arm.index()];
     let axis = (at[hand.index()] - shoulder).try_normalize()?;
     let off = (at[forearm.index()] - shoulder).reject_from_normalized(axis);
-    // Where ahead is, across the arm: square to it and to the walker's side.
-    let ahead = (thorax * DVec3::X).cross(axis).try_normalize()?;
-    let ahead = ahead * ahead.dot(thorax * DVec3::Z).signum();
-    let behind = off - 2.0 * off.dot(ahead).max(0.0) * ahead;
+    // Where no elbow goes, across the arm: ahead of one that hangs, above one that is held out
+    // ahead. Of one that is held out to the side nothing is known, so that it stays.
+    let across = axis.cross(thorax * DVec3::X);
+    let known = (2.0 * across.length()).min(1.0);
+    let wrong_way = across.try_normalize()?;
+    let behind = off - 2.0 * known * off.dot(wrong_way).max(0.0) * wrong_way;
     let (from, to) = (off.try_normalize()?, behind.try_normalize()?);
     let angle = libm::atan2(from.cross(to).dot(axis), from.dot(to));
     Some((behind - off, angle))

@@ -85,11 +85,6 @@ fn walks_that_the_encoder_refuses_are_left_out_and_the_others_imported() {
         ("spin_1.bvh", " --cycles mean", full),
         ("spin_1.bvh", " --budget-bytes 6000", full),
         ("spin_1.bvh", " --max-gei-rmse 20", full),
-        (
-            "edge_1.bvh",
-            " --track clip --low-pass-hz 0",
-            "joint Head turns",
-        ),
     ] {
         let both = format!("good_1.bvh {file}{more}");
         refuse(at, &both, 1, &[file, word, "--keep-going"]);

@@ -97,12 +97,12 @@ fn how_far_a_loop_did_not_close_is_stated_apart_from_the_error_of_encoding() {
         assert!(closure_mm.contains(&number("closure_mm")), "{json}");
         assert!(number("max_error_mm") <= 5.0);
         // In a row of the table: file, format, Hz, frames, cycles, steps/min, m/s, stride, duty,
-        // fit, loop.
+        // lean, fit, loop.
         let row = table
             .lines()
             .find(|line| line.starts_with(&file))
             .expect("a row");
-        let shown = row.split_whitespace().nth(10).expect("eleven columns");
+        let shown = row.split_whitespace().nth(11).expect("twelve columns");
         assert_eq!(shown, format!("{:.0}", number("closure_mm")), "{table}");
         let bytes = std::fs::read(at.join("one.egp")).expect("a pack");
         let pack = parsed(&bytes);
