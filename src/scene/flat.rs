@@ -4,9 +4,10 @@
 //! walker's foot lies flat on the floor in the middle of its stance, so what it is tilted by there
 //! is an error of the file, and the same throughout.
 
-use super::retarget::Take;
-use super::stance::Steps;
-use edgegait_core::skeleton::Joint;
+use super::Body;
+use super::retarget::{Take, leg_length_m};
+use super::stance::{Steps, soles_of_body};
+use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
 /// From and to which share of a stance a foot is flat: after the toes came down and before the
@@ -103,6 +104,21 @@ fn flat_frames(stands: &[bool]) -> Vec<usize> {
         start = end;
     }
     frames
+}
+
+/// How much higher the ankles of a body are than those of a walker with `own` joint offsets,
+/// whose ankles are at `standing_m` where its feet stand flat, scaled by the legs' length, for the
+/// soles to stand on the floor, metres, left first.
+pub(super) fn lifts(standing_m: Option<[f64; 2]>, own: &[DVec3; JOINTS], body: &Body) -> [f64; 2] {
+    let ratio = leg_length_m(&body.offsets) / leg_length_m(own);
+    standing_m.map_or([0.0; 2], |standing_m| {
+        let mut lifts = standing_m.map(|height_m| -ratio * height_m);
+        for (lift, sole) in lifts.iter_mut().zip(soles_of_body(body)) {
+            let lowest = sole.iter().map(|point| point.y);
+            *lift -= lowest.fold(0.0, f64::min);
+        }
+        lifts
+    })
 }
 
 #[cfg(test)]

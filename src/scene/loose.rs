@@ -290,6 +290,35 @@ fn level_head(take: &mut Take) {
 }
 
 #[cfg(test)]
+impl Take {
+    /// Two cycles of a made walker.
+    pub(super) fn of_person(person: &super::cohort::Person, speed_kmh: f64) -> Self {
+        let cycle = person.cycle(speed_kmh);
+        let frames = cycle.root.len();
+        let at = |frame: usize| {
+            let travelled = cycle.drift_m * frame as f64 / frames as f64;
+            cycle.root[frame % frames] + travelled * DVec3::Z
+        };
+        Self {
+            sample_rate_hz: frames as f64 / cycle.period_s,
+            start_s: 0.0,
+            cut_off_hz: None,
+            unit_m: 1.0,
+            offsets: person.body.offsets,
+            is_placed: false,
+            knows_upright: true,
+            roots: (0..2 * frames).map(at).collect(),
+            rotations: [cycle.rotations.clone(), cycle.rotations].concat(),
+            positions: vec![[DVec3::ZERO; JOINTS]; 2 * frames],
+            residual_mm: 0.0,
+            largest_residual_mm: 0.0,
+            rigidity_mm: None,
+            warnings: Vec::new(),
+        }
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::super::cohort::Person;
     use super::*;

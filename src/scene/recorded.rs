@@ -4,13 +4,13 @@ use super::bridges::bridge_flips;
 use super::cohort::anthropometry::{DIMENSIONS, Dimensions, Population};
 use super::cohort::body;
 use super::events::{Cut, cut};
-use super::flat::stand_flat;
+use super::flat::{lifts, stand_flat};
 use super::flips::Ends;
 use super::lean::stand_upright;
 use super::loose::steady;
 use super::measured::{Measured, MeasuredPeople};
 use super::retarget::{DEFAULT_CUT_OFF_HZ, Take, leg_length_m};
-use super::stance::{Skate, Steps, soles_of_body};
+use super::stance::{Skate, Steps};
 use super::{Body, Span, Subject, Track, Walk};
 use crate::error::{Error, Refused, Remedy, Result};
 use crate::import::{Format, Motion, Options, Source};
@@ -257,25 +257,15 @@ impl Recording {
         }
     }
 
-    /// How much higher the ankles of a body are than those of the recording, scaled by the legs'
-    /// length, for its soles to stand on the floor, metres, left first.
-    fn lifts(&self, body: &Body) -> [f64; 2] {
-        let ratio = leg_length_m(&body.offsets) / leg_length_m(&self.take.offsets);
-        self.standing_m.map_or([0.0; 2], |standing_m| {
-            let mut lifts = standing_m.map(|height_m| -ratio * height_m);
-            for (lift, sole) in lifts.iter_mut().zip(soles_of_body(body)) {
-                let lowest = sole.iter().map(|point| point.y);
-                *lift -= lowest.fold(0.0, f64::min);
-            }
-            lifts
-        })
-    }
-
     /// Where the legs of a body do not reach the places of the recorded feet, as a sentence, by
     /// frame and millimetre.
     #[must_use]
     pub fn out_of_reach(&self, body: &Body) -> Option<String> {
-        let (own, target, lifts) = (&self.take.offsets, &body.offsets, self.lifts(body));
+        let (own, target, lifts) = (
+            &self.take.offsets,
+            &body.offsets,
+            lifts(self.standing_m, &self.take.offsets, body),
+        );
         let (second, short) = match &self.cut {
             Some(cut) => {
                 let shorts = cut.cycles.iter().map(|cut| {
@@ -391,7 +381,7 @@ pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<S
         };
         let subject = &mut subjects[index];
         let own = &recording.take.offsets;
-        let lifts = recording.lifts(&subject.body);
+        let lifts = lifts(recording.standing_m, own, &subject.body);
         let mut add = |cycle, speed_mps, motion| {
             subject.walks.push(Walk {
                 name: recording.name.clone(),
