@@ -98,8 +98,29 @@ fn leg_m(moment: &Moment) -> f64 {
     hip.distance(knee) + knee.distance(ankle)
 }
 
-/// Measures of the first cycle of a recording as its file has it, and the leg's length.
-fn source(path: &Path) -> Option<([f64; NAMES.len()], f64)> {
+/// How far wrists are at most from where they would be in proportion to the arm's length, mm, since
+/// bones point where they pointed in the recording and the two parts of the arm differ.
+fn wrists_off_mm(source: &[Moment], drawn: &Moment) -> f64 {
+    let bones = |moment: &Moment, arm: [Joint; 3]| {
+        let [shoulder, elbow, wrist] = arm.map(|joint| moment.of(joint));
+        [elbow - shoulder, wrist - elbow]
+    };
+    let off = |moment: &Moment, arm: [Joint; 3]| {
+        let own = bones(moment, arm);
+        let [upper_m, fore_m] = bones(drawn, arm).map(DVec3::length);
+        let [own_upper_m, own_fore_m] = own.map(DVec3::length);
+        let wanted = (own[0] + own[1]) / (own_upper_m + own_fore_m) * (upper_m + fore_m);
+        let wrist = own[0] / own_upper_m * upper_m + own[1] / own_fore_m * fore_m;
+        1e3 * wrist.distance(wanted)
+    };
+    let arms = source
+        .iter()
+        .flat_map(|moment| ARMS.map(|arm| off(moment, arm)));
+    arms.fold(0.0, f64::max)
+}
+
+/// Measures of the first cycle of a recording as its file has it, and its moments.
+fn source(path: &Path) -> Option<([f64; NAMES.len()], Vec<Moment>)> {
     let options = ReadOptions {
         mend: false,
         ..ReadOptions::default()
@@ -110,7 +131,7 @@ fn source(path: &Path) -> Option<([f64; NAMES.len()], f64)> {
     let moments: Vec<Moment> = poses
         .map(|(root, pose)| Moment::new(forward_kinematics(&recording.take.offsets, *root, pose)))
         .collect();
-    Some((measures(&moments), leg_m(&moments[0])))
+    Some((measures(&moments), moments))
 }
 
 /// Of one walk: measures of its recording and of the walker, and how far feet slide there, mm.
@@ -118,6 +139,7 @@ struct Pair {
     source: [f64; NAMES.len()],
     drawn: [f64; NAMES.len()],
     slides_mm: Option<[f64; 2]>,
+    wrists_off_mm: f64,
 }
 
 /// Measures walks of an imported pack by the files that they were imported from.
@@ -140,10 +162,11 @@ fn pairs(pack: &Path, results: &Path) -> Vec<Pair> {
         let mut source = source(path)?;
         let moments = moments(&pack, walk.subject, walk.clip);
         // In proportion, as steps are.
-        source.0[0] *= leg_m(&moments[0]) / source.1;
+        source.0[0] *= leg_m(&moments[0]) / leg_m(&source.1[0]);
         Some(Pair {
             source: source.0,
             drawn: measures(&moments),
+            wrists_off_mm: wrists_off_mm(&source.1, &moments[0]),
             slides_mm: slide("own_skate_mm").zip(slide("skate_mm")).map(Into::into),
         })
     });
@@ -168,6 +191,9 @@ fn table(title: &str, pairs: &[Pair]) {
         stated(slides.map(|slides| slides[at]).collect())
     };
     println!("{:<20} {:>18} {:>18}", "slide, mm", slides(0), slides(1));
+    let off = || pairs.iter().map(|pair| pair.wrists_off_mm);
+    let (middle, worst) = (mean(off()), off().fold(0.0, f64::max));
+    println!("wrists off their place in proportion, mm: {middle:.1}, worst {worst:.1}");
 }
 
 mod slow {

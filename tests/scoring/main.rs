@@ -13,6 +13,7 @@ mod two;
 
 mod baselines;
 mod bench;
+mod beside;
 mod gates;
 mod likeness;
 mod protocols;

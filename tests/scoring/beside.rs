@@ -1,0 +1,143 @@
+//! A picture of imported walkers beside silhouettes that other software made of skinned bodies.
+
+use crate::data::given;
+use crate::npy::npy;
+use crate::people::{Row, body, recordings, rows};
+use crate::skinned::spans;
+use edgegait::Tree;
+use edgegait::sweep::Framing;
+use edgegait_core::silhouette::Size;
+use image::{GrayImage, Luma};
+use std::ffi::OsString;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+/// People who may be shown, and how many of their takes are.
+const SHOWN: [(&str, usize); 9] = [
+    ("101", 2),
+    ("102", 1),
+    ("104", 1),
+    ("105", 1),
+    ("106", 1),
+    ("107", 1),
+    ("108", 1),
+    ("109", 1),
+    ("110", 1),
+];
+/// Views and phases of the columns: the left contact, and a third of a cycle after it.
+const COLUMNS: [(&str, f64); 4] = [
+    ("000", 0.0),
+    ("000", 1.0 / 3.0),
+    ("090", 0.0),
+    ("090", 1.0 / 3.0),
+];
+const SIZE: Size = Size::S64x44;
+const FRAMES: usize = 48;
+/// Pixels of the picture for each of a silhouette, and between columns and rows.
+const SCALE: usize = 2;
+const GAP: [usize; 2] = [12, 4];
+
+fn run(command: &OsString, folder: &Path, arguments: &[&str]) {
+    let output = Command::new(command)
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .expect("the command starts");
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        output.status.success(),
+        "{}: {error}",
+        command.to_string_lossy()
+    );
+}
+
+/// Frames of a cycle of a walk, as a build of this project draws the person of a table's row.
+fn drawn(command: &OsString, data: &Path, person: &Row, (walk, view): (&str, &str)) -> Vec<u8> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let id = &person["id"];
+    fs::write(folder.path().join("body.csv"), body(person)).expect("a table");
+    let import = format!(
+        "import --subject {id} --bodies body.csv --cycles mean --keep-going --out walks.egp"
+    );
+    let sources = recordings(data, id);
+    let mut import: Vec<&str> = import.split(' ').collect();
+    import.extend(sources.iter().map(String::as_str));
+    run(command, folder.path(), &import);
+    let azimuth_deg: f64 = view.parse().expect("degrees");
+    let render = format!(
+        "render walks.egp --walks {walk} --size 64x44 --azimuth-deg {azimuth_deg} --lens persp --distance-m 6 --frames-per-cycle {FRAMES} --out frames.npy"
+    );
+    run(
+        command,
+        folder.path(),
+        &render.split(' ').collect::<Vec<_>>(),
+    );
+    npy(folder.path().join("frames.npy")).1
+}
+
+fn put(image: &mut GrayImage, frame: &[u8], (left, top): (usize, usize)) {
+    for (at, pixel) in frame.iter().enumerate() {
+        let (x, y) = (at % SIZE.columns() * SCALE, at / SIZE.columns() * SCALE);
+        for inner in 0..SCALE * SCALE {
+            let (x, y) = (left + x + inner % SCALE, top + y + inner / SCALE);
+            image.put_pixel(x as u32, y as u32, Luma([*pixel]));
+        }
+    }
+}
+
+#[test]
+#[ignore = "needs EDGEGAIT_DATA, and EDGEGAIT_BEFORE: the path of an older build's command"]
+fn ten_walkers_before_and_after_as_a_picture() {
+    let data = given();
+    let before = std::env::var_os("EDGEGAIT_BEFORE").expect("EDGEGAIT_BEFORE: expected a path");
+    let now = OsString::from(env!("CARGO_BIN_EXE_edgegait"));
+    let bodies = rows(&data.join("people/bodies.csv"));
+    let takes = rows(&data.join("people/manifest.csv"));
+    let tree = Tree::open(data.join("people/people")).expect("a tree");
+    let (rows, columns) = (SIZE.rows() * SCALE, SIZE.columns() * SCALE);
+    let walkers: usize = SHOWN.iter().map(|(_, takes)| takes).sum();
+    let wide = COLUMNS.len() * (3 * columns + GAP[0]) - GAP[0];
+    let tall = walkers * (rows + GAP[1]) - GAP[1];
+    let grey = Luma([96]);
+    let mut image = GrayImage::from_pixel(wide as u32, tall as u32, grey);
+    let mut top = 0;
+    for (id, count) in SHOWN {
+        let person = bodies.iter().find(|row| row["id"] == id).expect("a body");
+        let of_view = |view: &str| -> Vec<&Row> {
+            let own = takes.iter().filter(|row| row["id"] == id);
+            own.filter(|row| row["view"] == view).collect()
+        };
+        for take in 0..count {
+            for (column, (view, phase)) in COLUMNS.into_iter().enumerate() {
+                let row = of_view(view)[take];
+                let place = tree.sequences().iter().position(|one| {
+                    one.subject == id && one.take == row["take"] && one.view == view
+                });
+                let seen = tree.silhouettes(place.expect("a sequence"), SIZE, Framing::Height);
+                let seen = seen.expect("silhouettes");
+                let size = seen.pixels.len() / seen.frames;
+                let (from, to) = spans(&row["cycles"])[0];
+                let left = row["lhs"].split(';').next().expect("a contact");
+                let left: f64 = left.parse().expect("a frame");
+                let at = (left + phase * (to - from)).round() as usize;
+                let walk = Path::new(&row["source"]).file_stem().expect("a name");
+                let walk = walk.to_string_lossy();
+                let drawn = [&before, &now].map(|command| {
+                    let frames = drawn(command, &data, person, (&walk, view));
+                    let at = (phase * FRAMES as f64).round() as usize * size;
+                    frames[at..at + size].to_vec()
+                });
+                let corner = column * (3 * columns + GAP[0]);
+                put(&mut image, &seen.pixels[at * size..][..size], (corner, top));
+                for (place, frame) in drawn.iter().enumerate() {
+                    put(&mut image, frame, (corner + (place + 1) * columns, top));
+                }
+            }
+            top += rows + GAP[1];
+        }
+    }
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("beside.png");
+    image.save(&path).expect("a picture");
+    println!("{}", path.display());
+}
