@@ -103,41 +103,56 @@ struct Found {
 }
 
 impl Found {
+    /// The mean of what holds of each seen cycle, and half of its 95 % interval: 1.96 standard
+    /// errors over people, whose cycles are alike, as a ratio of sums (Cochran 1977, 6.3).
+    fn over_people(&self, of: impl Fn(&str, &[f64]) -> f64) -> (f64, f64) {
+        let mut people: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
+        for (id, gei) in &self.seen {
+            let person = people.entry(id).or_default();
+            *person = (person.0 + of(id, gei), person.1 + 1.0);
+        }
+        let middle = people.values().map(|person| person.0).sum::<f64>() / self.seen.len() as f64;
+        let count = people.len() as f64;
+        let squares = people
+            .values()
+            .map(|(sum, cycles)| (sum - middle * cycles).powi(2));
+        let variance = squares.sum::<f64>() * count / (count - 1.0);
+        (middle, 1.96 * variance.sqrt() / self.seen.len() as f64)
+    }
+
     /// The share of seen cycles whose nearest drawn template is of the same person.
-    fn rank1(&self) -> f64 {
-        let hit = |(id, gei): &(String, Vec<f64>)| {
+    fn rank1(&self) -> (f64, f64) {
+        self.over_people(|id, gei| {
             let nearest = self.drawn.iter().min_by(|a, b| {
                 let [a, b] = [a, b].map(|(_, drawn)| distance(drawn, gei));
                 a.total_cmp(&b)
             });
             f64::from(u8::from(nearest.is_some_and(|(found, _)| found == id)))
-        };
-        mean(self.seen.iter().map(hit))
+        })
     }
 
     /// The share of drawn people who are farther from a seen cycle than its own person, mean.
-    fn order(&self) -> f64 {
-        let share = |(id, gei): &(String, Vec<f64>)| {
+    fn order(&self) -> (f64, f64) {
+        self.over_people(|id, gei| {
             let mut nearest: BTreeMap<&str, f64> = BTreeMap::new();
             for (drawn, pixels) in &self.drawn {
                 let least = nearest.entry(drawn).or_insert(f64::MAX);
                 *least = least.min(distance(pixels, gei));
             }
-            let own = nearest[id.as_str()];
+            let own = nearest[id];
             let farther = nearest.values().filter(|other| **other > own).count();
             farther as f64 / (nearest.len() - 1) as f64
-        };
-        mean(self.seen.iter().map(share))
+        })
     }
 
     /// The same of support vector machines on 60 principal components, which have learnt all drawn
     /// cycles.
-    fn rank1_learnt(&self) -> f64 {
+    fn rank1_learnt(&self) -> (f64, f64) {
         let mut names: Vec<&str> = self.learnt.iter().map(|(id, _)| id.as_str()).collect();
         names.sort_unstable();
         names.dedup();
         let class = |id: &str| names.binary_search(&id).expect("a person");
-        let of = |gei: &[f64]| -> Vec<f32> { gei.iter().map(|at| *at as f32).collect() };
+        let of = |gei: &[f64]| -> Vec<f32> { gei.iter().map(|at| (*at / 255.0) as f32).collect() };
         let pixels: Vec<f32> = self.learnt.iter().flat_map(|(_, gei)| of(gei)).collect();
         let samples = Array2::from_shape_vec((self.learnt.len(), self.learnt[0].1.len()), pixels);
         let labels: Vec<usize> = self.learnt.iter().map(|(id, _)| class(id)).collect();
@@ -147,12 +162,11 @@ impl Found {
         };
         let samples = samples.expect("whole rows");
         let learnt = fit(samples.view(), &labels, names.len(), options).expect("a recognizer");
-        let hit = |(id, gei): &(String, Vec<f64>)| {
+        self.over_people(|id, gei| {
             let scores = learnt.scores(learnt.embed(&of(gei)).view());
             let best = (0..scores.len()).max_by(|a, b| scores[*a].total_cmp(&scores[*b]));
             f64::from(u8::from(best == Some(class(id))))
-        };
-        mean(self.seen.iter().map(hit))
+        })
     }
 }
 
@@ -289,17 +303,18 @@ mod slow {
         }
         picture(&found);
         println!(
-            "view  takes  frame-aligned Jaccard  GEIs apart, of 255  Rank-1, %: nearest pixels  60 components and SVM  people farther than one's own, %"
+            "view  takes  frame-aligned Jaccard  GEIs apart, of 255 | %, +- 95 % over people: Rank-1 of nearest pixels, of 60 components and SVM; people farther than one's own"
         );
         for (view, found) in &found {
+            let rates = [found.rank1(), found.rank1_learnt(), found.order()];
+            let rates =
+                rates.map(|(rate, half)| format!("{:>5.1} +-{:>4.1}", 100.0 * rate, 100.0 * half));
             println!(
-                "{view}   {:>5}  {:>21.3}  {:>18.1}  {:>24.1}  {:>21.1} {:>10.1}",
+                "{view}   {:>5}  {:>21.3}  {:>18.1} | {}",
                 found.jaccards.len(),
                 mean(found.jaccards.iter().copied()),
                 mean(found.apart.iter().copied()),
-                100.0 * found.rank1(),
-                100.0 * found.rank1_learnt(),
-                100.0 * found.order(),
+                rates.join("; ")
             );
         }
         for (view, found) in &found {
