@@ -83,7 +83,7 @@ pub fn cut(take: &Take) -> Result<Cut, String> {
     let mut take = Cow::Borrowed(take);
     if kinds.iter().all(|(spans, _)| spans.is_empty()) {
         let Some(step_s) = step_s(&left, &right, rate) else {
-            return Err("no gait cycle: no foot contacts are recorded".into());
+            return Err("no gait cycle: no foot contacts are recorded; expected two steps or more of a walk or a run".into());
         };
         let (longer, span, kind) = only_stride(&take, 2.0 * step_s, &mut warnings)?;
         kinds.push((vec![span], kind));

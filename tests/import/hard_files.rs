@@ -87,7 +87,7 @@ pub const SKELETONS: &[Case] = &[
     ("41_short_row_in_middle.bvh", None, &[Refused(":150: frame 30: expected 60 values")]),
     ("42_non_numeric_token.bvh", None, &[Refused(":150: frame 30, Xposition of Hips: expected a number, found `abc`")]),
     // Chosen: cut at the jump; what is left is half a stride.
-    ("43_root_teleport_frame.bvh", None, &[Refused("no gait cycle: no foot contacts are recorded (the root jumps 3.00 m at frame 30")]),
+    ("43_root_teleport_frame.bvh", None, &[Refused("no gait cycle: no foot contacts are recorded; expected two steps or more of a walk or a run (the root jumps 3.00 m at frame 30")]),
     ("44_tpose_first_frame.bvh", None, &[Warned("frame 0 is a T-pose and was dropped"), SAME_TAKE]),
     ("45_standing_still_no_gait.bvh", None, &[Refused("no gait cycle: no foot contacts")]),
     ("46_binary_garbage.bvh", None, &[Refused(":1: expected HIERARCHY")]),
@@ -127,8 +127,7 @@ pub type Recorded = (
 );
 
 /// 0.25 s without an ankle: more than is filled, so the longer side of it is used, half a stride.
-const LONG_GAP: &str =
-    "no gait cycle: no foot contacts are recorded (markers are missing: only frames 55 to 119";
+const LONG_GAP: &str = "no gait cycle: no foot contacts are recorded; expected two steps or more of a walk or a run (markers are missing: only frames 55 to 119";
 
 #[rustfmt::skip]
 pub const MARKERS: &[Recorded] = &[
