@@ -10,7 +10,10 @@ use crate::frontier::Encoded;
 use crate::scene::cohort::{self, CohortOptions, PEOPLE, Profile, SPEEDS_KMH};
 use crate::source::stored;
 use crate::summary::Summary;
+use std::fmt;
+use std::ops::Range;
 use std::path::PathBuf;
+use std::str::FromStr;
 
 /// Make the built-in cohort (26 people at 10 speeds, from published norms) as a pack
 #[derive(Debug, clap::Args)]
@@ -19,9 +22,11 @@ pub(super) struct Args {
     /// Where to write the pack
     #[arg(long, value_name = "PATH", default_value = "cohort.egp")]
     out: PathBuf,
-    /// How many people
-    #[arg(long, value_name = "N", default_value_t = PEOPLE as u16, value_parser = clap::value_parser!(u16).range(1..=999))]
-    people: u16,
+    /// How many people; or A..B: a slice of a population, from number A on and without number B.
+    /// In slices, and where there are more than 999, a person's bytes do not depend on who else is
+    /// in the pack
+    #[arg(long, value_name = "N|A..B", default_value_t = People::First(PEOPLE))]
+    people: People,
     /// Speeds in km/h, each 3 to 12; people run from 7.5 on
     #[arg(long, value_name = "V[,V..]", value_delimiter = ',', default_values_t = SPEEDS_KMH)]
     speeds_kmh: Vec<f64>,
@@ -47,6 +52,65 @@ pub(super) struct Args {
     pub common: Common,
 }
 
+/// Most people who are encoded together, which takes fewer bytes and more memory.
+const MOST_TOGETHER: usize = 999;
+
+/// Which people.
+#[derive(Clone, Debug)]
+enum People {
+    /// So many, from the first on.
+    First(usize),
+    /// Those of these numbers.
+    Slice(Range<usize>),
+}
+
+impl People {
+    fn numbers(&self) -> Range<usize> {
+        match self {
+            Self::First(count) => 0..*count,
+            Self::Slice(numbers) => numbers.clone(),
+        }
+    }
+
+    /// Whether they are encoded each for itself.
+    const fn is_population(&self) -> bool {
+        !matches!(self, Self::First(1..=MOST_TOGETHER))
+    }
+}
+
+impl FromStr for People {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let number = |text: &str| {
+            text.trim()
+                .parse::<u32>()
+                .ok()
+                .map(|number| number as usize)
+        };
+        let people = match text.split_once("..") {
+            None => number(text).map(Self::First),
+            Some((from, to)) => number(from)
+                .zip(number(to))
+                .map(|(from, to)| Self::Slice(from..to)),
+        };
+        people
+            .filter(|people| !people.numbers().is_empty())
+            .ok_or_else(|| {
+                "expected a number of people, as 26, or a slice of at least one, as 100..200".into()
+            })
+    }
+}
+
+impl fmt::Display for People {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::First(count) => count.fmt(f),
+            Self::Slice(Range { start, end }) => write!(f, "{start}..{end}"),
+        }
+    }
+}
+
 impl Args {
     /// What it reads and writes.
     pub(super) fn files(&self) -> Files {
@@ -62,7 +126,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
     args.encoding.check()?;
     let options = CohortOptions {
         seed: args.common.seed,
-        people: usize::from(args.people),
+        first: args.people.numbers().start,
+        people: args.people.numbers().len(),
         speeds_kmh: args.speeds_kmh.clone(),
         profile: Profile {
             sex: args.sex.map(SexArg::sex),
@@ -71,7 +136,15 @@ pub(super) fn run(args: &Args) -> Result<()> {
             mass_kg: args.mass_kg,
         },
     };
-    let encoded = match stored(&options).filter(|_| args.encoding.is_usual()) {
+    options.check()?;
+    let known = stored(&options).filter(|_| args.encoding.is_usual());
+    let encoded = match known {
+        _ if args.people.is_population() => {
+            let walks = options.people * options.speeds_kmh.len();
+            let make = |number| cohort::subject(&options, number);
+            args.encoding
+                .encode_population(("walks", walks), options.numbers(), &make)?
+        }
         Some(bytes) => Encoded::usual(bytes.to_vec()),
         None => args
             .encoding
@@ -79,6 +152,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     };
     let header = Header::new("cohort", args.common.seed)
         .with("people", options.people)
+        .with("first_person", options.first)
         .with("speeds_kmh", args.speeds_kmh.clone());
     let mut header = args.encoding.stated(header, &encoded);
     header.warnings.extend(encoded.missed_errors()?);

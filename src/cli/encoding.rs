@@ -3,10 +3,12 @@
 use super::args::{Common, gei_rmse, stated_choice};
 use super::progress::Progress;
 use crate::dataset::Header;
-use crate::encode::BUDGET_TRIES;
+use crate::encode::{BUDGET_TRIES, MAX_ERROR_MM, encode_population};
 use crate::error::{Error, Result};
 use crate::frontier::{Encoded, Goal, encoded};
 use crate::scene::Subject;
+use crate::scene::thin::thinned;
+use std::ops::Range;
 
 /// The flags.
 #[derive(Clone, Copy, Debug, clap::Args)]
@@ -66,6 +68,41 @@ impl EncodingArgs {
         let progress = Progress::new(what, walks * tries);
         let goal = (self.goal(), self.hull_points.map(usize::from));
         encoded(people, goal, &|| progress.step())
+    }
+
+    /// Encodes the people of these numbers, each for itself, with a progress bar called `what` of
+    /// so many walks.
+    ///
+    /// # Errors
+    /// As [`encode_population`], and for flags that compare packs.
+    pub(super) fn encode_population(
+        &self,
+        (what, walks): (&'static str, usize),
+        people: Range<usize>,
+        make: &(dyn Fn(usize) -> Result<Subject> + Sync),
+    ) -> Result<Encoded> {
+        if self.budget_bytes.is_some() || self.max_gei_rmse.is_some() {
+            return Err(Error::Usage(
+                "--budget-bytes and --max-gei-rmse try several encodings of one pack: expected --max-error-mm for a population (a slice A..B, or more than 999 people)".into(),
+            ));
+        }
+        let max_error_mm = self.max_error_mm.unwrap_or(MAX_ERROR_MM);
+        let hull_points = self.hull_points.map(usize::from);
+        let thinner = |number| {
+            let mut subject = make(number)?;
+            if let Some(most) = hull_points {
+                subject.body = thinned(&subject.body, most)?;
+            }
+            Ok(subject)
+        };
+        let progress = Progress::new(what, walks);
+        let bytes = encode_population(people, &thinner, max_error_mm, &|| progress.step())?;
+        Ok(Encoded {
+            bytes,
+            max_error_mm,
+            hull_points,
+            choice: None,
+        })
     }
 
     /// A result's header with how people were encoded, by the names of the flags.

@@ -104,6 +104,12 @@ pub(super) fn plainly(
     best.map(|(best, _)| best)
 }
 
+/// The coefficients of a cycle in steps of this scale without a template; `None` where the format
+/// does not hold them.
+pub(super) fn rounded_at(target: &Target<'_>, frames: &Frames, scale: u8) -> Option<Numbers> {
+    round(target, frames, None, scale)
+}
+
 /// The coefficients of a cycle in steps of this scale; `None` where the format does not
 /// hold them.
 fn round(target: &Target<'_>, frames: &Frames, mean: Option<&Mean>, scale: u8) -> Option<Numbers> {

@@ -31,23 +31,34 @@ pub(super) struct Frames {
 }
 
 impl Frames {
+    /// Frames of these numbers, as the codebook has them.
+    pub(super) fn new(
+        references: [[i16; 3]; JOINTS],
+        bases: [[i16; 3]; JOINTS],
+        steps: [u8; CHANNELS],
+    ) -> Self {
+        let bases_of = bases.map(decoded);
+        Self {
+            left: std::array::from_fn(|joint| decoded(references[joint]) * bases_of[joint]),
+            right: bases_of.map(|basis| basis.inverse()),
+            references,
+            bases,
+            steps,
+        }
+    }
+
     /// Fits frames to motions, each the local rotations by frame, of people with these
     /// joint offsets on average.
     pub(super) fn fit(motions: &[&[[DQuat; JOINTS]]], offsets: &[DVec3; JOINTS]) -> Self {
-        let mut frames = Self {
-            references: [[0; 3]; JOINTS],
-            bases: [[0; 3]; JOINTS],
-            steps: [0; CHANNELS],
-            left: [DQuat::IDENTITY; JOINTS],
-            right: [DQuat::IDENTITY; JOINTS],
-        };
+        let mut references = [[0; 3]; JOINTS];
+        let mut bases = [[0; 3]; JOINTS];
         for joint in 0..JOINTS {
             let means: Vec<DQuat> = motions
                 .iter()
                 .map(|motion| mean_rotation(motion.iter().map(|frame| frame[joint])))
                 .collect();
             let (reference, stored) = rounded(mean_rotation(means.iter().copied()));
-            frames.references[joint] = stored;
+            references[joint] = stored;
             let mut spread = [[0.0; 3]; 3];
             for motion in motions {
                 scatter(
@@ -56,11 +67,10 @@ impl Frames {
                     reference,
                 );
             }
-            let (basis, stored) = rounded(DQuat::from_mat3(&principal_axes(spread)));
-            frames.bases[joint] = stored;
-            frames.left[joint] = reference * basis;
-            frames.right[joint] = basis.inverse();
+            let (_, stored) = rounded(DQuat::from_mat3(&principal_axes(spread)));
+            bases[joint] = stored;
         }
+        let mut frames = Self::new(references, bases, [0; CHANNELS]);
         frames.steps = steps(&frames, offsets);
         frames
     }
@@ -110,6 +120,14 @@ impl Frames {
         f64::from(step_size(scale.saturating_add(self.steps[channel])))
     }
 
+    /// References, bases and step offsets.
+    #[cfg(test)]
+    pub(super) const fn numbers(
+        &self,
+    ) -> (&[[i16; 3]; JOINTS], &[[i16; 3]; JOINTS], &[u8; CHANNELS]) {
+        (&self.references, &self.bases, &self.steps)
+    }
+
     /// The beginning of a codebook: references and bases, then step offsets.
     pub(super) fn to_bytes(&self) -> Vec<u8> {
         let rotations = self.references.iter().zip(&self.bases);
@@ -148,8 +166,12 @@ fn rounded(rotation: DQuat) -> (DQuat, [i16; 3]) {
     let numbers = (vector_of(rotation) / step)
         .to_array()
         .map(|number| number.round().clamp(-32_767.0, 32_767.0) as i16);
-    let vector = DVec3::from_array(numbers.map(f64::from)) * step;
-    (rotation_of(vector), numbers)
+    (decoded(numbers), numbers)
+}
+
+/// A rotation of the codebook's numbers.
+fn decoded(numbers: [i16; 3]) -> DQuat {
+    rotation_of(DVec3::from_array(numbers.map(f64::from)) * f64::from(FRAME_STEP))
 }
 
 /// The normalised sum of rotations, each in the first one's hemisphere.

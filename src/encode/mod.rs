@@ -5,6 +5,7 @@
 
 mod avatar;
 mod bits;
+mod code;
 mod cycle;
 mod figure;
 mod fits;
@@ -14,6 +15,7 @@ mod hull;
 mod knots;
 mod pack;
 mod parameters;
+mod population;
 mod series;
 mod spline;
 mod take;
@@ -23,6 +25,7 @@ mod tracks;
 
 pub use avatar::{EncodedAvatar, encode_avatar};
 pub use pack::{BUDGET_TRIES, body_error_mm, check_walks, encode_subjects, encode_within};
+pub use population::encode_population;
 pub use take::{EncodedClip, encode_take};
 
 /// Greatest encoding error of a walk unless a user says otherwise, mm: a seventh of a GEI's

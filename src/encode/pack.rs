@@ -1,6 +1,7 @@
 //! Putting a pack together.
 
 use super::avatar::encode_avatar;
+use super::code::CodeSections;
 use super::target::Target;
 use super::tracks::{Motion, Stopped, Tracks};
 use super::{take, target};
@@ -13,6 +14,7 @@ use edgegait_core::format::{
 };
 use edgegait_core::pack::{Gait, Pack, Sex};
 use rayon::prelude::*;
+use std::collections::HashSet;
 
 /// Share of a walk's error that a body may have, and the most that it may: at 5 mm it is 2 mm,
 /// where a pixel of a GEI is about 35 mm of the body, and beyond 4 mm little is saved. Ours.
@@ -72,7 +74,7 @@ pub fn encode_subjects(
             clips.by_ref().take(subject.walks.len()).collect(),
         )?;
     }
-    builder.finish(tracks.codebook, tracks.templates)
+    builder.finish(tracks.sections)
 }
 
 /// Refuses walks that no pack holds, whatever else is in it: cheap, and the first that
@@ -102,7 +104,7 @@ pub fn check_walks(subjects: &[Subject]) -> Result<()> {
 }
 
 /// Whose walk an error is about.
-fn refused(subject: &Subject, walk: &Walk, error: &Error) -> Refused {
+pub(super) fn refused(subject: &Subject, walk: &Walk, error: &Error) -> Refused {
     Refused {
         subject: subject.name.clone(),
         walk: Some((walk.name.clone(), walk.cycle)),
@@ -157,10 +159,10 @@ pub fn encode_within(
 
 /// Collects records, names and encoded parts.
 #[derive(Clone, Debug, Default)]
-struct PackBuilder {
+pub(super) struct PackBuilder {
     names: Vec<u8>,
     subjects: Vec<u8>,
-    subject_names: Vec<String>,
+    subject_names: HashSet<String>,
     walks: Vec<u8>,
     avatars: Vec<Vec<u8>>,
     clips: Vec<Vec<u8>>,
@@ -168,11 +170,19 @@ struct PackBuilder {
 
 impl PackBuilder {
     /// Adds a person with their encoded body and walks.
-    fn add(&mut self, subject: &Subject, avatar: Vec<u8>, clips: Vec<Vec<u8>>) -> Result<()> {
-        if self.subject_names.contains(&subject.name) {
+    ///
+    /// # Errors
+    /// For numbers that the format does not hold, and a person of a name that is there.
+    pub(super) fn add(
+        &mut self,
+        subject: &Subject,
+        avatar: Vec<u8>,
+        clips: Vec<Vec<u8>>,
+    ) -> Result<()> {
+        if !self.subject_names.insert(subject.name.clone()) {
             return Err(EncodeError::SameName(subject.name.clone()).into());
         }
-        let number = narrow::<u16>(self.subject_names.len())?;
+        let number = narrow::<u16>(self.avatars.len())?;
         let record = &mut self.subjects;
         push_name(&mut self.names, record, &subject.name)?;
         record.push(match subject.sex {
@@ -198,19 +208,34 @@ impl PackBuilder {
             self.clips.push(clip);
         }
         self.avatars.push(avatar);
-        self.subject_names.push(subject.name.clone());
         Ok(())
     }
 
+    /// How many people were added.
+    pub(super) const fn people(&self) -> usize {
+        self.avatars.len()
+    }
+
+    /// How many bytes the pack has with this code.
+    pub(super) fn len_bytes(&self, code: &CodeSections) -> usize {
+        let records = [&self.names, &self.subjects, &self.walks];
+        let records: usize = records.into_iter().map(Vec::len).sum();
+        let table =
+            |entries: &[Vec<u8>]| 4 + entries.iter().map(|one| 4 + one.len()).sum::<usize>();
+        let header = HEADER_BYTES + SECTION_ORDER.len() * SECTION_ENTRY_BYTES;
+        let code = code.codebook.len() + code.templates.len();
+        header + records + table(&self.avatars) + code + table(&self.clips)
+    }
+
     /// The pack's bytes, parsed once to be sure.
-    fn finish(self, codebook: Vec<u8>, templates: Vec<u8>) -> Result<Vec<u8>> {
+    pub(super) fn finish(self, code: CodeSections) -> Result<Vec<u8>> {
         let sections = [
             self.names,
             self.subjects,
             self.walks,
             table(&self.avatars)?,
-            codebook,
-            templates,
+            code.codebook,
+            code.templates,
             table(&self.clips)?,
         ];
         let mut bytes = vec![0; HEADER_BYTES];

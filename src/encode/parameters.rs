@@ -3,14 +3,15 @@
 use super::bits::{BitWriter, rice_bits};
 use super::cycle::Numbers;
 use edgegait_core::format::{CHANNELS, GROUPS_BITS, GROUPS_RICE_BITS, MAX_RICE, RICE_BITS};
+use serde::{Deserialize, Serialize};
 
 /// Rice parameters of all channels, and the bits that they cost and make.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Parameters {
     channels: Vec<Channel>,
 }
 
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Channel {
     usual_groups: u32,
     groups_rice: u32,
@@ -48,6 +49,39 @@ impl Parameters {
         Self {
             channels: channels.collect(),
         }
+    }
+
+    /// The same for clips that may have as many groups as the format holds.
+    #[cfg(test)]
+    pub(super) fn open(mut self) -> Self {
+        for channel in &mut self.channels {
+            channel.rice.resize(edgegait_core::format::MAX_GROUPS, 0);
+        }
+        self
+    }
+
+    /// Of how many channels they are.
+    pub(super) const fn channels(&self) -> usize {
+        self.channels.len()
+    }
+
+    /// Bits of a clip's stream.
+    pub(super) fn clip_bits(&self, numbers: &Numbers) -> u32 {
+        let channels = self.channels.iter().zip(numbers);
+        let of = |(channel, numbers): (&Channel, &Vec<i32>)| {
+            let groups = groups_of(numbers);
+            let count = rice_bits(
+                difference(groups, channel.usual_groups),
+                channel.groups_rice,
+            );
+            let own = channel.rice.iter().enumerate().take(groups);
+            let own = own.flat_map(|(index, &parameter)| {
+                let group = group(numbers, index).iter();
+                group.map(move |&number| rice_bits(number, parameter))
+            });
+            count + own.sum::<u32>()
+        };
+        channels.map(of).sum()
     }
 
     /// The table as the codebook has it.

@@ -4,6 +4,7 @@
 //! without chance), each group's mean is a template, and as many groups are made as make the
 //! pack smallest.
 
+use super::code::Template;
 use super::cycle::{Mean, Numbers, Quantised, mean_of, trim};
 use super::frames::Frames;
 use super::parameters::Parameters;
@@ -21,10 +22,7 @@ const MIN_MEMBERS: usize = 4;
 /// Templates and which clip uses which.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Templates {
-    /// Scale and numbers of each.
-    pub(super) stored: Vec<(u8, Numbers)>,
-    /// The same as coefficients.
-    pub(super) means: Vec<Mean>,
+    pub(super) list: Vec<Template>,
     /// By clip; `None` for all where templates do not pay.
     pub(super) of: Vec<Option<usize>>,
 }
@@ -66,9 +64,8 @@ impl Templates {
                 .zip(&groups)
                 .filter_map(|(sketch, &own)| (own == group).then_some(sketch))
                 .collect();
-            let (numbers, mean) = mean_walk(&members, frames, scale);
-            templates.stored.push((scale, numbers));
-            templates.means.push(mean);
+            let numbers = mean_walk(&members, frames, scale);
+            templates.list.push(Template::new(scale, numbers, frames));
         }
         templates.of = groups.into_iter().map(Some).collect();
         templates
@@ -76,7 +73,7 @@ impl Templates {
 
     /// The template of a clip.
     pub(super) fn mean(&self, clip: usize) -> Option<&Mean> {
-        self.of[clip].map(|group| &self.means[group])
+        self.of[clip].map(|group| &self.list[group].mean)
     }
 
     /// About how many bytes clips, templates and Rice parameters take.
@@ -87,7 +84,8 @@ impl Templates {
             .map(|(clip, sketch)| difference(sketch, self.mean(clip), frames))
             .collect();
         let clips: Vec<&Numbers> = differences.iter().collect();
-        let stored: Vec<Numbers> = self.stored.iter().map(|(_, n)| n.clone()).collect();
+        let stored = self.list.iter().map(|template| template.numbers.clone());
+        let stored: Vec<Numbers> = stored.collect();
         let parameters = Parameters::fit(&clips, &stored);
         let clip_bytes = clips.iter().map(|clip| parameters.write_clip(clip).len());
         let template_bytes = stored
@@ -98,7 +96,7 @@ impl Templates {
 }
 
 /// What a clip's numbers would be with a template.
-fn difference(sketch: &Quantised, mean: Option<&Mean>, frames: &Frames) -> Numbers {
+pub(super) fn difference(sketch: &Quantised, mean: Option<&Mean>, frames: &Frames) -> Numbers {
     std::array::from_fn(|channel| {
         let own = &sketch.numbers[channel];
         let step = frames.step(channel, sketch.scale);
@@ -116,11 +114,11 @@ fn difference(sketch: &Quantised, mean: Option<&Mean>, frames: &Frames) -> Numbe
     })
 }
 
-/// The mean of clips in steps, and as it will be decoded.
-fn mean_walk(members: &[&Quantised], frames: &Frames, scale: u8) -> (Numbers, Mean) {
+/// The mean of clips in steps.
+fn mean_walk(members: &[&Quantised], frames: &Frames, scale: u8) -> Numbers {
     #[expect(clippy::cast_precision_loss, reason = "clips of a pack")]
     let count = members.len().max(1) as f64;
-    let numbers: Numbers = std::array::from_fn(|channel| {
+    std::array::from_fn(|channel| {
         let most = members.iter().map(|sketch| sketch.numbers[channel].len());
         let mut numbers: Vec<i32> = (0..most.max().unwrap_or(0))
             .map(|index| {
@@ -138,13 +136,7 @@ fn mean_walk(members: &[&Quantised], frames: &Frames, scale: u8) -> (Numbers, Me
             .collect();
         trim(&mut numbers);
         numbers
-    });
-    let mean = std::array::from_fn(|channel| {
-        let step = frames.step(channel, scale);
-        let values = numbers[channel].iter();
-        values.map(|&number| f64::from(number) * step).collect()
-    });
-    (numbers, mean)
+    })
 }
 
 /// A clip as a point whose distances are those of poses: coefficients in units of a step at

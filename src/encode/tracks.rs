@@ -1,8 +1,8 @@
 //! All clips of a pack and what they share.
 
+use super::code::{Code, CodeSections, ErrorsOfAll};
 use super::cycle::{Quantised, plainly, quantise};
 use super::frames::Frames;
-use super::pack::table;
 use super::parameters::Parameters;
 use super::take::{encode_take, looking_ahead, measure_joints};
 use super::target::{JointErrors, Target};
@@ -11,7 +11,6 @@ use crate::error::{EncodeError, Error, Result};
 use crate::scene::Span;
 use edgegait_core::clip::Clip;
 use edgegait_core::codebook::Codebook;
-use edgegait_core::format::{CLIP_LOOP, CODEBOOK_BYTES, JOINT_ERRORS_AT, LOOP_HEADER_BYTES};
 use edgegait_core::skeleton::{JOINTS, Skeleton};
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
@@ -19,8 +18,8 @@ use std::borrow::Cow;
 
 /// How often a clip is encoded again with a tighter bound because the decoder's f32 put it
 /// beyond the stated error, and by how much the bound is tightened.
-const TRIES: usize = 3;
-const TIGHTER: f64 = 0.98;
+pub(super) const TRIES: usize = 3;
+pub(super) const TIGHTER: f64 = 0.98;
 
 /// What is encoded, on its walker's skeleton.
 pub(super) enum Motion<'a> {
@@ -30,10 +29,8 @@ pub(super) enum Motion<'a> {
 
 /// Sections of a pack that hold motion.
 pub(super) struct Tracks {
-    /// Section `CODE`.
-    pub(super) codebook: Vec<u8>,
-    /// Section `TMPL`.
-    pub(super) templates: Vec<u8>,
+    /// What they share.
+    pub(super) sections: CodeSections,
     /// The entries of section `CLIP`, in the order of the motions.
     pub(super) clips: Vec<Vec<u8>>,
 }
@@ -137,12 +134,11 @@ impl Tracks {
             written = shared.write(&targets, &quantised)?;
         }
         let Written {
-            mut codebook,
-            templates,
+            mut sections,
             clips,
             mut errors,
         } = written;
-        let takes = takes(motions, &codebook, max_error_mm, progress)?;
+        let takes = takes(motions, &sections.codebook, max_error_mm, progress)?;
         let (mut loops, mut rest) = (clips.into_iter(), Vec::with_capacity(motions.len()));
         let mut takes = takes.into_iter();
         for motion in motions {
@@ -156,12 +152,41 @@ impl Tracks {
                 }
             }
         }
-        state_joint_errors(&mut codebook, &errors);
+        let mut all = ErrorsOfAll::default();
+        errors.iter().for_each(|own| all.add(own));
+        sections.state_joint_errors(&all);
         Ok(Self {
-            codebook,
-            templates,
+            sections,
             clips: rest,
         })
+    }
+}
+
+/// What cycles are encoded with, for any other cycles as well.
+#[cfg(test)]
+pub(super) fn settled(motions: &[Motion<'_>], max_error_mm: f64) -> Code {
+    let frames = fit_frames(motions);
+    let targets = motions.iter().filter_map(|motion| match motion {
+        Motion::Loop(target) => Some(target.as_ref()),
+        Motion::Take(..) => None,
+    });
+    let targets: Vec<&Target<'_>> = targets.collect();
+    let sketch = |target: &&Target<'_>| plainly(target, &frames, None, max_error_mm);
+    let sketches: Option<Vec<_>> = targets.par_iter().map(sketch).collect();
+    let templates = Templates::fit(&sketches.expect("cycles"), &frames);
+    let shared = Shared { frames, templates };
+    let quantised: Vec<_> = (0..targets.len())
+        .into_par_iter()
+        .map(|clip| shared.quantise(targets[clip], clip, max_error_mm))
+        .collect::<Result<_>>()
+        .expect("cycles");
+    let numbers: Vec<_> = quantised.iter().map(|one| &one.numbers).collect();
+    let stored = shared.templates.list.iter();
+    let stored: Vec<_> = stored.map(|template| template.numbers.clone()).collect();
+    Code {
+        parameters: Parameters::fit(&numbers, &stored).open(),
+        frames: shared.frames,
+        templates: shared.templates.list,
     }
 }
 
@@ -218,8 +243,7 @@ fn fit_frames(motions: &[Motion<'_>]) -> Frames {
 
 /// Loops as bytes, with what they share, and the errors that the core's decoder finds.
 struct Written {
-    codebook: Vec<u8>,
-    templates: Vec<u8>,
+    sections: CodeSections,
     clips: Vec<Vec<u8>>,
     errors: Vec<JointErrors>,
 }
@@ -233,93 +257,42 @@ impl Shared {
 
     fn write(&self, targets: &[&Target<'_>], quantised: &[Quantised]) -> Result<Written> {
         let numbers: Vec<_> = quantised.iter().map(|one| &one.numbers).collect();
-        let stored = self.templates.stored.iter();
-        let stored: Vec<_> = stored.map(|(_, numbers)| numbers.clone()).collect();
-        let parameters = Parameters::fit(&numbers, &stored);
-        let mut codebook = self.frames.to_bytes();
-        codebook.resize(CODEBOOK_BYTES, 0);
-        codebook.extend(parameters.to_bytes());
-        let entries: Vec<Vec<u8>> = self
-            .templates
-            .stored
-            .iter()
-            .map(|(scale, numbers)| [vec![*scale], parameters.write_template(numbers)].concat())
-            .collect();
-        let templates = table(&entries)?;
-        let parsed = Codebook::parse(&codebook)
-            .and_then(|codebook| codebook.with_templates(&templates))
-            .map_err(EncodeError::read_back("the codebook"))?;
-        let (mut clips, errors): (Vec<_>, Vec<_>) = targets
+        let stored = self.templates.list.iter();
+        let stored: Vec<_> = stored.map(|template| template.numbers.clone()).collect();
+        let code = Code {
+            frames: self.frames.clone(),
+            templates: self.templates.list.clone(),
+            parameters: Parameters::fit(&numbers, &stored),
+        };
+        let sections = code.sections()?;
+        let parsed = sections.parsed()?;
+        let (clips, errors): (Vec<_>, Vec<_>) = targets
             .par_iter()
             .zip(quantised)
             .enumerate()
             .map(|(clip, (target, quantised))| {
-                let template = self.templates.of[clip].map_or(0, |group| group + 1);
-                let mut bytes = header(target, template, quantised.scale);
-                bytes.extend(parameters.write_clip(&quantised.numbers));
-                let read =
-                    Clip::parse(&bytes, &parsed).map_err(EncodeError::read_back("a clip"))?;
-                let errors = read.as_loop().map(|cycle| target.measure(&cycle));
-                Ok((bytes, errors.unwrap_or_default()))
+                let what = (self.templates.of[clip], quantised);
+                code.entry(target, what, &parsed)
             })
             .collect::<Result<Vec<_>>>()?
             .into_iter()
             .unzip();
-        for (bytes, errors) in clips.iter_mut().zip(&errors) {
-            bytes[11..13].copy_from_slice(&hundredths(worst(errors)).to_le_bytes());
-            bytes[13..15].copy_from_slice(&hundredths(mean(errors)).to_le_bytes());
-        }
         Ok(Written {
-            codebook,
-            templates,
+            sections,
             clips,
             errors,
         })
     }
 }
 
-/// Writes each joint's greatest and mean error over all clips into the codebook.
-fn state_joint_errors(codebook: &mut [u8], errors: &[JointErrors]) {
-    for joint in 0..JOINTS {
-        let at = JOINT_ERRORS_AT + 4 * joint;
-        let most = errors
-            .iter()
-            .map(|errors| errors[joint].0)
-            .fold(0.0, f64::max);
-        let sum: f64 = errors.iter().map(|errors| errors[joint].1).sum();
-        #[expect(clippy::cast_precision_loss, reason = "clips of a pack")]
-        let mean = sum / errors.len().max(1) as f64;
-        codebook[at..at + 2].copy_from_slice(&hundredths(most).to_le_bytes());
-        codebook[at + 2..at + 4].copy_from_slice(&hundredths(mean).to_le_bytes());
-    }
-}
-
-fn worst(errors: &JointErrors) -> f64 {
+/// The greatest error of any joint, mm.
+pub(super) fn worst(errors: &JointErrors) -> f64 {
     errors.iter().map(|joint| joint.0).fold(0.0, f64::max)
 }
 
-fn mean(errors: &JointErrors) -> f64 {
+/// The mean error of all joints, mm.
+pub(super) fn mean(errors: &JointErrors) -> f64 {
     errors.iter().map(|joint| joint.1).sum::<f64>() / JOINTS as f64
-}
-
-/// A loop's header without its errors.
-fn header(target: &Target<'_>, template: usize, scale: u8) -> Vec<u8> {
-    let cycle = target.cycle;
-    let mut bytes = Vec::with_capacity(LOOP_HEADER_BYTES);
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "checked: at most 8 templates, 4,000 s, 2,000 m and 65,535 frames"
-    )]
-    {
-        bytes.extend([CLIP_LOOP, template as u8, scale]);
-        bytes.extend(((cycle.period_s * 1e6).round() as u32).to_le_bytes());
-        bytes.extend(((cycle.drift_m * 1e6).round() as i32).to_le_bytes());
-        bytes.extend([0; 4]);
-        bytes.extend(tenths(cycle.closure_mm).to_le_bytes());
-        bytes.extend((target.len() as u16).to_le_bytes());
-    }
-    bytes
 }
 
 /// An error in units of 0.01 mm, rounded up so that it is never understated.
@@ -328,7 +301,7 @@ pub(super) fn hundredths(error_mm: f64) -> u16 {
 }
 
 /// The same in units of 0.1 mm.
-fn tenths(error_mm: f64) -> u16 {
+pub(super) fn tenths(error_mm: f64) -> u16 {
     rounded_up(error_mm * 10.0)
 }
 

@@ -3,6 +3,7 @@
 use edgegait_core::budget::{MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
 use edgegait_core::format::FormatError;
 use edgegait_core::skeleton::Joint;
+use std::ops::Range;
 
 /// What the format does not hold of a body, a walk or a pack.
 #[derive(Debug, thiserror::Error)]
@@ -88,6 +89,20 @@ pub enum EncodeError {
     /// A name is too long.
     #[error("the name {0:?}: expected at most 255 bytes")]
     NameTooLong(String),
+    /// There are more people than a pack holds.
+    #[error(
+        "people {}..{}: more than a pack's 65,535 walks or 16 MiB hold (expected a smaller slice, as {}..{})",
+        people.start, people.end, fit.start, fit.end
+    )]
+    TooManyPeople {
+        /// Their numbers.
+        people: Range<usize>,
+        /// Those of them who fit.
+        fit: Range<usize>,
+    },
+    /// A walk of a population is a whole take.
+    #[error("a whole take: expected a gait cycle, since populations have no takes")]
+    TakeInPopulation,
     /// There is more of something than a pack counts.
     #[error("{0} entries or bytes: more than a pack holds")]
     PackTooLarge(usize),

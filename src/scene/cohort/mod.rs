@@ -34,6 +34,7 @@ pub(super) use norms::{Curve, ELBOW_FLEXION, SHOULDER_ABDUCTION, SHOULDER_FLEXIO
 pub(super) use pose::STANDING_TILT_DEG;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use std::ops::Range;
 use style::Style;
 pub use style::normal;
 
@@ -243,6 +244,8 @@ impl Person {
 pub struct CohortOptions {
     /// Seed of the people.
     pub seed: u64,
+    /// Number of the first person, from 0.
+    pub first: usize,
     /// How many people.
     pub people: usize,
     /// Speeds, km/h, each within 3..=12.
@@ -255,6 +258,7 @@ impl Default for CohortOptions {
     fn default() -> Self {
         Self {
             seed: DEFAULT_SEED,
+            first: 0,
             people: PEOPLE,
             speeds_kmh: SPEEDS_KMH.to_vec(),
             profile: Profile::default(),
@@ -262,53 +266,71 @@ impl Default for CohortOptions {
     }
 }
 
+impl CohortOptions {
+    /// Checks that there are such people at such speeds.
+    ///
+    /// # Errors
+    /// For speeds outside of the norms or named twice, and as [`Profile::check`].
+    pub fn check(&self) -> Result<()> {
+        let mut speeds = self.speeds_kmh.iter();
+        if let Some(speed) = speeds.find(|speed| !(3.0..=12.0).contains(*speed)) {
+            return Err(Error::Usage(format!(
+                "a speed of {speed} km/h: expected 3 to 12, the range of the norms"
+            )));
+        }
+        for (index, speed) in self.speeds_kmh.iter().enumerate() {
+            if self.speeds_kmh[..index].contains(speed) {
+                return Err(Error::Usage(format!(
+                    "a speed of {speed} km/h twice: expected each once, since walks are told apart by it"
+                )));
+            }
+        }
+        self.profile.check()
+    }
+
+    /// The numbers of the people.
+    #[must_use]
+    pub const fn numbers(&self) -> Range<usize> {
+        self.first..self.first + self.people
+    }
+}
+
 /// Makes the cohort: every person at every speed.
 ///
 /// # Errors
-/// For speeds outside of the norms, and as [`Profile::check`].
+/// As [`CohortOptions::check`].
 pub fn subjects(options: &CohortOptions) -> Result<Vec<Subject>> {
-    if let Some(speed) = options
-        .speeds_kmh
-        .iter()
-        .find(|speed| !(3.0..=12.0).contains(*speed))
-    {
-        return Err(Error::Usage(format!(
-            "a speed of {speed} km/h: expected 3 to 12, the range of the norms"
-        )));
-    }
-    for (index, speed) in options.speeds_kmh.iter().enumerate() {
-        if options.speeds_kmh[..index].contains(speed) {
-            return Err(Error::Usage(format!(
-                "a speed of {speed} km/h twice: expected each once, since walks are told apart by it"
-            )));
+    options.check()?;
+    let numbers = options.numbers();
+    numbers.map(|number| subject(options, number)).collect()
+}
+
+/// Makes one person at every speed: the one of this number, whichever of them are asked for.
+///
+/// # Errors
+/// As [`Profile::check`].
+pub fn subject(options: &CohortOptions, number: usize) -> Result<Subject> {
+    let person = Person::with_profile(options.seed, number, &options.profile)?;
+    let walks = options.speeds_kmh.iter().map(|&speed| {
+        let gait = gait_at(speed);
+        let verb = match gait {
+            Gait::Walk => "walk",
+            Gait::Run => "run",
+        };
+        Walk {
+            name: format!("{verb}-{speed}kmh"),
+            cycle: 0,
+            gait,
+            speed_mps: speed / 3.6,
+            motion: Track::Loop(person.cycle(speed)),
         }
-    }
-    options.profile.check()?;
-    (0..options.people)
-        .map(|index| {
-            let person = Person::with_profile(options.seed, index, &options.profile)?;
-            let walks = options.speeds_kmh.iter().map(|&speed| {
-                let gait = gait_at(speed);
-                let verb = match gait {
-                    Gait::Walk => "walk",
-                    Gait::Run => "run",
-                };
-                Walk {
-                    name: format!("{verb}-{speed}kmh"),
-                    cycle: 0,
-                    gait,
-                    speed_mps: speed / 3.6,
-                    motion: Track::Loop(person.cycle(speed)),
-                }
-            });
-            Ok(Subject {
-                walks: walks.collect(),
-                name: person.name,
-                sex: Some(person.sex),
-                stature_m: person.dimensions.stature,
-                mass_kg: person.mass_kg,
-                body: person.body,
-            })
-        })
-        .collect()
+    });
+    Ok(Subject {
+        walks: walks.collect(),
+        name: person.name,
+        sex: Some(person.sex),
+        stature_m: person.dimensions.stature,
+        mass_kg: person.mass_kg,
+        body: person.body,
+    })
 }

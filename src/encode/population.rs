@@ -1,0 +1,303 @@
+//! People by the thousand: each is encoded alone, with a code that the library holds.
+//!
+//! [`encode_subjects`](super::encode_subjects) fits frames, templates and Rice parameters to the
+//! walks of one pack, so that a walk's bytes depend on all others. Here they are those of
+//! `population.json`, made once of other people: a person's bytes are the same in any pack, and
+//! people are encoded as they are made.
+
+use super::avatar::encode_avatar;
+use super::code::{Code, ErrorsOfAll, StoredCode};
+use super::cycle::{Quantised, quantise, rounded_at};
+use super::pack::{PackBuilder, body_error_mm, refused};
+use super::target::{JointErrors, Target};
+use super::templates::difference;
+use super::tracks::{TIGHTER, TRIES, worst};
+use crate::error::{EncodeError, Error, Result};
+use crate::scene::{Subject, Track};
+use edgegait_core::avatar::Avatar;
+use edgegait_core::budget::{MAX_ENTRIES, MAX_PACK_BYTES};
+use edgegait_core::codebook::Codebook;
+use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::LazyLock;
+
+/// The code of populations: that of the 40 people of seed 0 at the ten built-in speeds, encoded
+/// within 5 mm, with as many groups of coefficients as the format holds.
+static CODE: LazyLock<Code> = LazyLock::new(|| {
+    let stored: StoredCode = serde_json::from_str(include_str!("population.json"))
+        .expect("the library's own file, which a test reads");
+    stored.code().expect("as many joints and channels")
+});
+
+/// People who are encoded before their bytes are put together: enough for all cores, and 20 MB.
+const AT_ONCE: usize = 256;
+
+/// What share of the people who seem to fit is not named: one in so many, since others may be
+/// larger.
+const MARGIN: usize = 50;
+
+/// A person's bytes.
+struct Encoded {
+    subject: Subject,
+    body: Vec<u8>,
+    clips: Vec<(Vec<u8>, JointErrors)>,
+}
+
+/// Encodes the people of these numbers, whom `make` makes, as one pack: walks within
+/// `max_error_mm` and bodies within [`body_error_mm`], where the format allows. Runs on all cores,
+/// about 0.03 s a walk on one; memory is that of the pack and of 256 people. `progress` is called
+/// once a walk.
+///
+/// The bytes of a person's body and walks do not depend on who else is in the pack. The code is
+/// that of walks and runs of adults at an error of 5 mm: it holds any motion at any error, in more
+/// bytes.
+///
+/// # Errors
+/// As `make`; for takes; for bodies and walks that the format does not hold; and for more people
+/// than a pack holds, with those that fit: where that is certain, before any is encoded, and
+/// otherwise after the first 256.
+pub fn encode_population(
+    people: Range<usize>,
+    make: &(dyn Fn(usize) -> Result<Subject> + Sync),
+    max_error_mm: f64,
+    progress: &(dyn Fn() + Sync),
+) -> Result<Vec<u8>> {
+    let code = &*CODE;
+    let mut sections = code.sections()?;
+    let (mut builder, mut errors) = (PackBuilder::default(), ErrorsOfAll::default());
+    if let Some(first) = people.clone().next() {
+        let walks = make(first)?.walks.len();
+        check_fits(&people, MAX_ENTRIES / walks.max(1))?;
+    }
+    {
+        let parsed = sections.parsed()?;
+        let numbers: Vec<usize> = people.clone().collect();
+        let shared = builder.len_bytes(&sections);
+        for numbers in numbers.chunks(AT_ONCE) {
+            let encoded = numbers
+                .par_iter()
+                .map(|&number| one(code, &parsed, make(number)?, max_error_mm, progress))
+                .collect::<Result<Vec<_>>>()?;
+            for person in encoded {
+                let clips = person.clips.into_iter().map(|(bytes, own)| {
+                    errors.add(&own);
+                    bytes
+                });
+                builder.add(&person.subject, person.body, clips.collect())?;
+            }
+            // If those to come take as much as these.
+            let bytes = builder.len_bytes(&sections) - shared;
+            let fit = (MAX_PACK_BYTES - shared) * builder.people() / bytes.max(1);
+            check_fits(&people, fit)?;
+        }
+    }
+    sections.state_joint_errors(&errors);
+    builder.finish(sections)
+}
+
+/// Refuses more people than fit into a pack.
+fn check_fits(people: &Range<usize>, fit: usize) -> Result<()> {
+    if people.len() <= fit {
+        return Ok(());
+    }
+    Err(EncodeError::TooManyPeople {
+        people: people.clone(),
+        fit: people.start..people.start + fit - fit / MARGIN,
+    }
+    .into())
+}
+
+fn one(
+    code: &Code,
+    parsed: &Codebook<'_>,
+    subject: Subject,
+    max_error_mm: f64,
+    progress: &(dyn Fn() + Sync),
+) -> Result<Encoded> {
+    let body = encode_avatar(&subject.body, body_error_mm(max_error_mm))?.bytes;
+    let skeleton = Avatar::parse(&body)?.skeleton();
+    let clips = subject.walks.iter().map(|walk| {
+        let clip = match &walk.motion {
+            Track::Loop(cycle) => Target::new(cycle, skeleton.clone())
+                .and_then(|target| encoded(code, parsed, &target, max_error_mm)),
+            Track::Take(_) => Err(EncodeError::TakeInPopulation.into()),
+        };
+        progress();
+        clip.map_err(|error| Error::Refused(vec![refused(&subject, walk, &error)]))
+    });
+    let clips = clips.collect::<Result<_>>()?;
+    Ok(Encoded {
+        body,
+        clips,
+        subject,
+    })
+}
+
+/// A cycle's bytes, and its errors.
+fn encoded(
+    code: &Code,
+    parsed: &Codebook<'_>,
+    target: &Target<'_>,
+    max_error_mm: f64,
+) -> Result<(Vec<u8>, JointErrors)> {
+    let template = nearest(code, target);
+    let mean = template.map(|number| &code.templates[number].mean);
+    let mut bound_mm = max_error_mm;
+    let mut tries = 0;
+    loop {
+        let quantised = quantise(target, &code.frames, mean, bound_mm);
+        let quantised = quantised.ok_or(EncodeError::TurnsTooFar)?;
+        let (bytes, errors) = code.entry(target, (template, &quantised), parsed)?;
+        let worst = worst(&errors);
+        // What is true in f64 may miss by the last bits of the core's f32; far beyond it, the
+        // format is not finer.
+        let is_near = worst > max_error_mm && worst < 1.05 * max_error_mm;
+        if !is_near || tries == TRIES {
+            return Ok((bytes, errors));
+        }
+        bound_mm *= TIGHTER;
+        tries += 1;
+    }
+}
+
+/// The template from which a cycle's differences take the fewest bits; none if it takes fewer
+/// alone.
+fn nearest(code: &Code, target: &Target<'_>) -> Option<usize> {
+    let scale = code.templates.first()?.scale;
+    let numbers = rounded_at(target, &code.frames, scale)?;
+    let sketch = Quantised { scale, numbers };
+    let bits = |template: &Option<usize>| {
+        let mean = template.map(|number| &code.templates[number].mean);
+        code.parameters
+            .clip_bits(&difference(&sketch, mean, &code.frames))
+    };
+    let all = (0..code.templates.len()).map(Some);
+    all.chain([None]).min_by_key(bits).flatten()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::encode::tracks::{Motion, settled};
+    use crate::encode::{MAX_ERROR_MM, encode_subjects};
+    use crate::scene::cohort::{CohortOptions, subject, subjects};
+    use edgegait_core::pack::Pack;
+
+    fn of(first: usize, people: usize) -> CohortOptions {
+        CohortOptions {
+            first,
+            people,
+            speeds_kmh: vec![5.0, 10.0],
+            ..CohortOptions::default()
+        }
+    }
+
+    fn pack(options: &CohortOptions, max_error_mm: f64) -> Result<Vec<u8>> {
+        let people = options.first..options.first + options.people;
+        let make = |number| subject(options, number);
+        encode_population(people, &make, max_error_mm, &|| {})
+    }
+
+    #[test]
+    fn a_person_has_the_same_bytes_in_any_pack() {
+        let all = pack(&of(0, 12), 5.0).expect("a pack");
+        let some = pack(&of(7, 3), 5.0).expect("a pack");
+        let [all, some] = [&all, &some].map(|bytes| Pack::parse(bytes).expect("a pack"));
+        let entries = |pack: &Pack<'_>, subject: usize| {
+            let [_, _, walks, avatars, ..] = pack.section_bytes();
+            let _ = (walks, avatars);
+            let own = pack.subject(subject).expect("a person");
+            let avatar = pack.avatar(own.avatar).expect("a body");
+            let points: Vec<_> = avatar.hulls().flat_map(|hull| hull.points()).collect();
+            let walks = pack.walks().filter(|walk| walk.subject == subject);
+            let poses = walks.map(|walk| {
+                let clip = pack.clip(walk.clip).expect("a clip");
+                (clip.len_bytes(), clip.as_loop().expect("a loop").pose(0.3))
+            });
+            let poses = format!("{:?}", poses.collect::<Vec<_>>());
+            (own.name.to_owned(), avatar.len_bytes(), points, poses)
+        };
+        for (at, number) in (7..10).enumerate() {
+            assert_eq!(entries(&all, number), entries(&some, at));
+        }
+    }
+
+    #[test]
+    fn the_stored_code_is_within_a_tenth_of_one_that_is_fitted_to_the_pack() {
+        let options = of(100, 60);
+        let people = subjects(&options).expect("people");
+        let fitted = encode_subjects(&people, MAX_ERROR_MM, &|| {}).expect("a pack");
+        let stored = pack(&options, MAX_ERROR_MM).expect("a pack");
+        let clips = |bytes: &[u8]| {
+            let pack = Pack::parse(bytes).expect("a pack");
+            let most = pack.walks().map(|walk| {
+                let clip = pack.clip(walk.clip).expect("a clip");
+                f64::from(clip.max_error_mm())
+            });
+            assert!(most.fold(0.0, f64::max) <= MAX_ERROR_MM);
+            pack.section_bytes()[6] as f64
+        };
+        let (fitted, stored) = (clips(&fitted), clips(&stored));
+        println!("{fitted} fitted, {stored} stored");
+        assert!(stored < 1.1 * fitted, "{stored} {fitted}");
+    }
+
+    #[test]
+    fn any_error_is_kept() {
+        for max_error_mm in [0.5, 1.0, 20.0] {
+            let bytes = pack(&of(3, 2), max_error_mm).expect("a pack");
+            let pack = Pack::parse(&bytes).expect("a pack");
+            for clip in (0..pack.clip_count()).filter_map(|clip| pack.clip(clip)) {
+                assert!(f64::from(clip.max_error_mm()) <= max_error_mm + 1e-3);
+            }
+        }
+    }
+
+    #[test]
+    fn more_people_than_fit_are_refused_before_they_are_made() {
+        let made = std::sync::atomic::AtomicUsize::new(0);
+        let options = of(0, 1);
+        let make = |number| {
+            made.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            subject(&options, number)
+        };
+        let error = encode_population(5..40_000, &make, 5.0, &|| {});
+        let error = error.expect_err("80,000 walks").to_string();
+        assert!(error.contains("5..32117"), "{error}");
+        assert_eq!(made.into_inner(), 1);
+    }
+
+    /// `UPDATE_GOLDEN=1 cargo test --release --lib the_code_of_populations -- --ignored`: all
+    /// populations get other bytes.
+    #[test]
+    #[ignore = "a minute without optimisation"]
+    fn the_code_of_populations_is_what_fitting_makes() {
+        let options = CohortOptions {
+            seed: 0,
+            people: 40,
+            ..CohortOptions::default()
+        };
+        let people = subjects(&options).expect("people");
+        let bodies: Vec<_> = people
+            .iter()
+            .map(|person| encode_avatar(&person.body, body_error_mm(MAX_ERROR_MM)).expect("a body"))
+            .collect();
+        let motions = people.iter().zip(&bodies).flat_map(|(person, body)| {
+            let skeleton = Avatar::parse(&body.bytes).expect("a body").skeleton();
+            person.walks.iter().map(move |walk| match &walk.motion {
+                Track::Loop(cycle) => Motion::Loop(Box::new(
+                    Target::new(cycle, skeleton.clone()).expect("a walk"),
+                )),
+                Track::Take(_) => panic!("a take"),
+            })
+        });
+        let code = settled(&motions.collect::<Vec<_>>(), MAX_ERROR_MM);
+        let made = serde_json::to_string(&StoredCode::from(&code)).expect("JSON") + "\n";
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/encode/population.json");
+        if std::env::var_os("UPDATE_GOLDEN").is_some() {
+            std::fs::write(path, made).expect("the code");
+        } else {
+            assert!(made == include_str!("population.json"), "another code");
+        }
+    }
+}
