@@ -80,10 +80,22 @@ impl Norm {
         }
     }
 
-    /// An angle of the norm: mean and swing at `phase`, and spread, degrees.
-    pub(super) fn angle(&self, angle: Angle, phase: f64) -> (f64, f64, f64) {
-        let plain = |curve: &Curve| (curve.mean, curve.swing(phase), curve.sd);
-        let scaled = |curve: &Curve, by: f64| (curve.mean, by * curve.swing(phase), curve.sd);
+    /// An angle of the norm: mean, and swing at `phase`, degrees.
+    pub(super) fn angle(&self, angle: Angle, phase: f64) -> (f64, f64) {
+        let (mean, swing, _) = self.numbers(angle, Some(phase));
+        (mean, swing)
+    }
+
+    /// The spread of an angle of the norm, degrees.
+    pub(super) fn spread_deg(&self, angle: Angle) -> f64 {
+        self.numbers(angle, None).2
+    }
+
+    /// Mean, swing at a phase if one is given, and spread, degrees.
+    fn numbers(&self, angle: Angle, phase: Option<f64>) -> (f64, f64, f64) {
+        let swing = |curve: &Curve| phase.map_or(0.0, |phase| curve.swing(phase));
+        let plain = |curve: &Curve| (curve.mean, swing(curve), curve.sd);
+        let scaled = |curve: &Curve, by: f64| (curve.mean, by * swing(curve), curve.sd);
         match self {
             Self::Walk {
                 slower,
@@ -145,7 +157,7 @@ impl Norm {
                 Angle::FootProgression => plain(&WALKING[4].foot_progression),
                 // A lean of 6 degrees (Teng & Powers 2015, Med. Sci. Sports Exerc. 47:625-630: 7.2 at
                 // 3.4 m/s) and a counter-turn of about 8 (recalled).
-                Angle::ThoraxTilt => (6.0, THORAX_TILT.swing(phase), THORAX_TILT.sd),
+                Angle::ThoraxTilt => (6.0, swing(&THORAX_TILT), THORAX_TILT.sd),
                 Angle::ThoraxObliquity => plain(&THORAX_OBLIQUITY),
                 Angle::ThoraxRotation => scaled(&THORAX_ROTATION, 4.0),
                 Angle::ShoulderFlexion => plain(&RUNNING.shoulder_flexion),

@@ -3,7 +3,7 @@
 use super::angles::Norm;
 use super::anthropometry::Dimensions;
 use super::arms::Flanks;
-use super::pose::pose;
+use super::pose::upper_arm_of;
 use super::regulated::Regulated;
 use super::steps::{Steps, leg_of};
 use super::style::{Angle, Side, Style};
@@ -73,8 +73,8 @@ fn hold_arms_out(walker: &Walker<'_>, norm: &Norm, rotations: &mut [[DQuat; JOIN
             }
             style.of_mut(Angle::ShoulderAbduction, side).offset_deg += more;
             for (frame, rotations) in rotations.iter_mut().enumerate() {
-                let pose = pose(&style, norm, frame as f64 / FRAMES as f64);
-                rotations[arm.index()] = pose[arm.index()];
+                let phase = frame as f64 / FRAMES as f64;
+                rotations[arm.index()] = upper_arm_of(&style, norm, side, phase);
             }
         }
     }

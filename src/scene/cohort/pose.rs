@@ -16,7 +16,7 @@ pub(super) fn angle_of(style: &Style, norm: &Norm, angle: Angle, side: Side, pha
         Side::Right => phase + 0.5,
     };
     let own = style.of(angle, side);
-    let (mean, swing, _) = norm.angle(angle, own_phase - own.phase);
+    let (mean, swing) = norm.angle(angle, own_phase - own.phase);
     mean + offset_deg(style, norm, angle, side) + own.amplitude * swing
 }
 
@@ -26,7 +26,7 @@ pub(super) fn angle_of(style: &Style, norm: &Norm, angle: Angle, side: Side, pha
 /// bends the knees flexes the hips as much more, since feet stay under the body.
 fn offset_deg(style: &Style, norm: &Norm, angle: Angle, side: Side) -> f64 {
     let own = style.of(angle, side);
-    let (_, _, sd) = norm.angle(angle, 0.0);
+    let sd = norm.spread_deg(angle);
     let offset = own.offset_sd * sd + own.offset_deg;
     match angle {
         Angle::HipFlexion => {
@@ -88,12 +88,22 @@ pub(super) fn pose(style: &Style, norm: &Norm, phase: f64) -> [DQuat; JOINTS] {
         rotations[foot.index()] = turn_x(-of(Angle::AnkleDorsiflexion, side))
             * turn_y(-sign * (of(Angle::FootProgression, side) - turned));
         let [upper_arm, forearm] = arm;
-        rotations[upper_arm.index()] = turn_x(-of(Angle::ShoulderFlexion, side))
-            * turn_z(sign * of(Angle::ShoulderAbduction, side))
-            * turn_y(-sign * style.elbow_plane_deg.to_radians());
+        rotations[upper_arm.index()] = upper_arm_of(style, norm, side, phase);
         rotations[forearm.index()] = turn_x(-of(Angle::ElbowFlexion, side).max(0.0));
     }
     rotations
+}
+
+/// The local rotation of an upper arm at a phase.
+pub(super) fn upper_arm_of(style: &Style, norm: &Norm, side: Side, phase: f64) -> DQuat {
+    let of = |angle| angle_of(style, norm, angle, side, phase).to_radians();
+    let sign = match side {
+        Side::Left => 1.0,
+        Side::Right => -1.0,
+    };
+    turn_x(-of(Angle::ShoulderFlexion))
+        * turn_z(sign * of(Angle::ShoulderAbduction))
+        * turn_y(-sign * style.elbow_plane_deg.to_radians())
 }
 
 pub(super) fn turn_x(angle: f64) -> DQuat {

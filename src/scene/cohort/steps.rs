@@ -12,6 +12,8 @@ use crate::scene::leg::Leg;
 use edgegait_core::pack::Gait;
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DMat3, DQuat, DVec3};
+use std::cell::RefCell;
+use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
 /// Share of the body's mass above the hips, and how far up it lies from the hips to the
@@ -49,6 +51,10 @@ pub(super) struct Steps<'a> {
     ahead_m: f64,
     /// Correction of the feet's pitch, radians: flat where they are flat.
     level: [f64; 2],
+    /// The directions of the feet, radians about the vertical.
+    headings: [f64; 2],
+    /// What the person's angles say, by side and phase: each is asked for many times.
+    known: RefCell<HashMap<(Side, u64), Intended>>,
     /// How the pelvis rises and falls.
     heights: Heights,
     swings: [Swing; 2],
@@ -61,6 +67,17 @@ struct Heights {
     mean_m: f64,
     /// Cosine and sine of twice the phase, metres.
     wave_m: [f64; 2],
+}
+
+/// What angles alone would do with a leg.
+#[derive(Clone, Copy, Debug)]
+struct Intended {
+    /// The hip against the middle of the pelvis, metres.
+    hip: DVec3,
+    /// The ankle against the middle of the pelvis, metres.
+    ankle: DVec3,
+    /// How far the toes are raised, radians.
+    pitch: f64,
 }
 
 /// Where a foot is, in the space that travels with the walker.
@@ -98,6 +115,8 @@ impl<'a> Steps<'a> {
             legs,
             ahead_m: 0.0,
             level: [0.0; 2],
+            headings: [0.0; 2],
+            known: RefCell::default(),
             heights: Heights {
                 mean_m: 0.0,
                 wave_m: [0.0; 2],
@@ -105,10 +124,9 @@ impl<'a> Steps<'a> {
             swings: [Swing::NONE; 2],
         };
         for side in sides {
-            let pitches = steps
-                .flat()
-                .map(|phase| steps.intended(walker.style, side, phase).1);
+            let pitches = steps.flat().map(|phase| steps.intended(side, phase).pitch);
             steps.level[side as usize] = mean(pitches);
+            steps.headings[side as usize] = steps.heading(side);
         }
         steps.stand();
         for side in sides {
@@ -143,7 +161,7 @@ impl<'a> Steps<'a> {
             let leg = self.legs[side as usize].reaching(hip, placed.ankle, self.knee(side, phase));
             rotations[thigh] = (pelvis.inverse() * leg.thigh).normalize();
             rotations[shank] = (leg.thigh.inverse() * leg.shank).normalize();
-            let turn = turn_y(self.heading(side)) * turn_x(-placed.pitch);
+            let turn = turn_y(self.headings[side as usize]) * turn_x(-placed.pitch);
             rotations[foot] = (leg.shank.inverse() * turn).normalize();
         }
         rotations
@@ -184,10 +202,7 @@ impl<'a> Steps<'a> {
 
     /// Where a hip is at a phase of its own side.
     fn hip(&self, side: Side, phase: f64) -> DVec3 {
-        let all = own(side, phase);
-        let [thigh, _, _] = leg_of(side);
-        let pelvis = pose(self.walker.style, self.norm, all)[Joint::Pelvis.index()];
-        self.root(all) + pelvis * self.walker.body.offsets[thigh.index()]
+        self.root(own(side, phase)) + self.intended(side, phase).hip
     }
 
     /// The leg from the hip to an ankle.
@@ -203,7 +218,7 @@ impl<'a> Steps<'a> {
     fn standing(&self, side: Side, phase: f64) -> Placed {
         let pitch = self.standing_pitch(side, phase);
         let rolled = self.soles[side as usize].rolled(pitch);
-        let (sin, cos) = libm::sincos(self.heading(side));
+        let (sin, cos) = libm::sincos(self.headings[side as usize]);
         let longer = 0.5 * sign(side) * self.regulated.longer_left_m;
         let travel = self.regulated.stride_m() * (self.middle() - phase);
         let ankle = DVec3::new(
@@ -217,8 +232,7 @@ impl<'a> Steps<'a> {
     /// How far the toes of a standing foot are raised: as the angles say at both ends, with the
     /// heel first and the toes last, and flat between.
     fn standing_pitch(&self, side: Side, phase: f64) -> f64 {
-        let (_, pitch) = self.intended(self.walker.style, side, phase);
-        let pitch = pitch - self.level[side as usize];
+        let pitch = self.intended(side, phase).pitch - self.level[side as usize];
         let [from, to] = self.flat_phases();
         let ramp = 0.6 * from;
         if phase < self.middle() {
@@ -231,24 +245,36 @@ impl<'a> Steps<'a> {
     /// How the angles would bring a leg, in the line of its foot on the floor, and the foot's
     /// pitch.
     fn angles_bring(&self, side: Side, phase: f64) -> (Polar, f64) {
-        let (ankle, pitch) = self.intended(self.walker.style, side, phase);
+        let Intended { ankle, pitch, .. } = self.intended(side, phase);
         let root = self.root(own(side, phase));
         let mut bent = self.polar(side, self.hip(side, phase), ankle + root);
         bent.side_m = sign(side) * 0.5 * self.regulated.step_width_m;
         (bent, pitch - self.level[side as usize])
     }
 
-    /// Ankle against the pelvis, metres, and pitch of the foot, radians, as the angles say.
-    fn intended(&self, style: &Style, side: Side, phase: f64) -> (DVec3, f64) {
-        let [_, _, foot] = leg_of(side);
+    /// What the person's angles say of a leg at a phase of its own side.
+    fn intended(&self, side: Side, phase: f64) -> Intended {
+        let key = (side, phase.to_bits());
+        if let Some(known) = self.known.borrow().get(&key) {
+            return *known;
+        }
+        let found = self.intended_by(self.walker.style, side, phase);
+        self.known.borrow_mut().insert(key, found);
+        found
+    }
+
+    /// What the angles of a style say.
+    fn intended_by(&self, style: &Style, side: Side, phase: f64) -> Intended {
+        let [thigh, _, foot] = leg_of(side);
         let pose = pose(style, self.norm, own(side, phase));
         let offsets = &self.walker.body.offsets;
         let (positions, turns) = forward_kinematics(offsets, DVec3::ZERO, &pose);
         let ahead = turns[foot.index()] * DVec3::Z;
-        (
-            positions[foot.index()],
-            libm::asin(ahead.y.clamp(-1.0, 1.0)),
-        )
+        Intended {
+            hip: pose[Joint::Pelvis.index()] * offsets[thigh.index()],
+            ankle: positions[foot.index()],
+            pitch: libm::asin(ahead.y.clamp(-1.0, 1.0)),
+        }
     }
 
     /// From when to when a foot is flat on the floor, cycles: from a sixth to six tenths of a
@@ -302,7 +328,7 @@ impl<'a> Steps<'a> {
     fn balanced(&self) -> f64 {
         let none = Style::NONE;
         let ahead = mean(self.flat().map(|phase| {
-            let (ankle, _) = self.intended(&none, Side::Left, phase);
+            let Intended { ankle, .. } = self.intended_by(&none, Side::Left, phase);
             ankle.z + self.regulated.stride_m() * (phase - self.middle())
         }));
         ahead + UPPER_BODY.0 * (self.upper_body(self.walker.style) - self.upper_body(&none))

@@ -62,7 +62,7 @@ const ALL: [Angle; ANGLES] = [
 ];
 
 /// A side of the body.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Side {
     /// The left side.
     Left,
