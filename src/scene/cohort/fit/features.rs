@@ -139,7 +139,7 @@ fn against_norm(frames: &[[SideAngles; 2]], norm: &Norm, angle: Angle) -> AngleF
     let aligned = |delay: f64| {
         let (mut product, mut squares) = (0.0, 0.0);
         for (frame, value) in swing.iter().enumerate() {
-            let (_, expected, _) = norm.angle(angle, frame as f64 / count as f64 - delay);
+            let (_, expected) = norm.angle(angle, frame as f64 / count as f64 - delay);
             product += value * expected;
             squares += expected * expected;
         }
@@ -329,7 +329,7 @@ mod tests {
             ] {
                 let [left, right] = [Side::Left, Side::Right].map(|side| style.of(angle, side));
                 let found = against_norm(&frames, &norm, angle);
-                let offset_deg = left.offset_sd * norm.angle(angle, 0.0).2;
+                let offset_deg = left.offset_sd * norm.spread_deg(angle);
                 let asymmetry_deg = 0.5 * (left.offset_deg - right.offset_deg);
                 assert!((found.offset_deg - offset_deg).abs() < 1e-6, "{angle:?}");
                 assert!((found.asymmetry_deg - asymmetry_deg).abs() < 1e-6);
