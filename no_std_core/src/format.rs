@@ -45,6 +45,10 @@ pub const SECTION_ORDER: [[u8; 4]; 7] =
 /// Bytes of a subject record: name offset `u32`, name length `u8`, sex `u8`,
 /// stature in mm `u16`, mass in 0.1 kg `u16`, avatar `u16`.
 pub const SUBJECT_BYTES: usize = 12;
+/// The bits of a subject's byte 5 that are the sex; the others are the age.
+pub const SEX_BITS: u8 = 0b11;
+/// What a subject's age is counted from, years: 6 bits reach from 18 to 80.
+pub const UNDER_AGE_YEARS: u8 = 17;
 /// Bytes of a walk record: name offset `u32`, name length `u8`, gait `u8`,
 /// subject `u16`, cycle `u16`, speed in mm/s `u16`, clip `u16`, reserved `u16` = 0.
 pub const WALK_BYTES: usize = 16;

@@ -9,7 +9,8 @@ use crate::clip::Clip;
 use crate::codebook::{CodeTable, Codebook};
 use crate::format::{
     CRC_AT, FormatError, HEADER_BYTES, LENGTH_AT, MAGIC, SECTION_ENTRY_BYTES, SECTION_ORDER,
-    SECTIONS_AT, SUBJECT_BYTES, VERSION, VERSION_AT, WALK_BYTES, crc32, u16_at, u32_at,
+    SECTIONS_AT, SEX_BITS, SUBJECT_BYTES, UNDER_AGE_YEARS, VERSION, VERSION_AT, WALK_BYTES, crc32,
+    u16_at, u32_at,
 };
 use crate::table::Table;
 
@@ -33,6 +34,8 @@ pub struct Subject<'a> {
     pub name: &'a str,
     /// Sex, where it is stated.
     pub sex: Option<Sex>,
+    /// Age, years, 18 to 80; none where it is unknown.
+    pub age_years: Option<u8>,
     /// Stature, mm; 0 where it is unknown.
     pub stature_mm: u16,
     /// Mass, 0.1 kg; 0 where it is unknown.
@@ -160,7 +163,7 @@ impl<'a> Pack<'a> {
             if self.name(record).is_none() {
                 return Err(FormatError::new(at, "a UTF-8 name within section NAME"));
             }
-            if record.get(5).is_none_or(|&sex| sex > 2) {
+            if record.get(5).is_none_or(|&person| person & SEX_BITS > 2) {
                 return Err(FormatError::new(at + 5, "sex 0 (unknown), 1 or 2"));
             }
             if usize::from(u16_at(record, 10)) >= self.avatars.len() {
@@ -225,13 +228,16 @@ impl<'a> Pack<'a> {
     }
 
     fn subject_of(&self, record: &[u8]) -> Subject<'a> {
+        let person = record.get(5).copied().unwrap_or(0);
+        let age = person >> SEX_BITS.count_ones();
         Subject {
             name: self.name(record).unwrap_or_default(),
-            sex: match record.get(5) {
-                Some(1) => Some(Sex::Female),
-                Some(2) => Some(Sex::Male),
+            sex: match person & SEX_BITS {
+                1 => Some(Sex::Female),
+                2 => Some(Sex::Male),
                 _ => None,
             },
+            age_years: (age > 0).then_some(age + UNDER_AGE_YEARS),
             stature_mm: u16_at(record, 6),
             mass_hg: u16_at(record, 8),
             avatar: usize::from(u16_at(record, 10)),

@@ -10,9 +10,10 @@ use crate::scene::{Subject, Track, Walk};
 use edgegait_core::avatar::Avatar;
 use edgegait_core::format::{
     CRC_AT, HEADER_BYTES, LENGTH_AT, MAGIC, SECTION_ENTRY_BYTES, SECTION_ORDER, SECTIONS_AT,
-    VERSION, VERSION_AT, crc32,
+    SEX_BITS, UNDER_AGE_YEARS, VERSION, VERSION_AT, crc32,
 };
 use edgegait_core::pack::{Gait, Pack, Sex};
+use memchr::memmem;
 use rayon::prelude::*;
 use std::collections::HashSet;
 
@@ -185,11 +186,12 @@ impl PackBuilder {
         let number = narrow::<u16>(self.avatars.len())?;
         let record = &mut self.subjects;
         push_name(&mut self.names, record, &subject.name)?;
-        record.push(match subject.sex {
+        let sex = match subject.sex {
             None => 0,
             Some(Sex::Female) => 1,
             Some(Sex::Male) => 2,
-        });
+        };
+        record.push(sex | age(subject.age_years)? << SEX_BITS.count_ones());
         record.extend(whole(subject.stature_m * 1e3, ("a stature of", "mm"))?.to_le_bytes());
         record.extend(whole(subject.mass_kg * 10.0, ("a mass of", "x 0.1 kg"))?.to_le_bytes());
         record.extend(narrow::<u16>(self.avatars.len())?.to_le_bytes());
@@ -264,9 +266,7 @@ impl PackBuilder {
 /// names unless it is there already.
 fn push_name(names: &mut Vec<u8>, record: &mut Vec<u8>, name: &str) -> Result<()> {
     let length = u8::try_from(name.len()).map_err(|_| EncodeError::NameTooLong(name.to_owned()))?;
-    let known = names
-        .windows(name.len().max(1))
-        .position(|window| window == name.as_bytes());
+    let known = memmem::find(names, name.as_bytes());
     let at = known.unwrap_or_else(|| {
         names.extend(name.as_bytes());
         names.len() - name.len()
@@ -292,6 +292,27 @@ pub(super) fn table(entries: &[Vec<u8>]) -> Result<Vec<u8>> {
 /// A number that must fit the format's field.
 fn narrow<T: TryFrom<usize>>(value: usize) -> Result<T> {
     T::try_from(value).map_err(|_| EncodeError::PackTooLarge(value).into())
+}
+
+/// An age as the format has it, rounded down as people do; 0 of none.
+fn age(years: Option<f64>) -> Result<u8> {
+    let Some(years) = years else {
+        return Ok(0);
+    };
+    let (least, most) = (
+        UNDER_AGE_YEARS + 1,
+        UNDER_AGE_YEARS + (u8::MAX >> SEX_BITS.count_ones()),
+    );
+    let whole = (least..=most).find(|&whole| f64::from(whole) == years.floor());
+    whole.map(|whole| whole - UNDER_AGE_YEARS).ok_or_else(|| {
+        EncodeError::OutOfRange {
+            what: "an age of",
+            found: years,
+            unit: "years",
+            expected: "18 to 80, or none",
+        }
+        .into()
+    })
 }
 
 /// A quantity rounded to a whole number of its unit that must fit a `u16`.

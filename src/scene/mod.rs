@@ -70,6 +70,8 @@ pub struct Subject {
     pub name: String,
     /// Sex, where it is known.
     pub sex: Option<Sex>,
+    /// Age, years, 18 to 80, where it is known.
+    pub age_years: Option<f64>,
     /// Stature, metres; 0 where it is unknown.
     pub stature_m: f64,
     /// Mass, kg; 0 where it is unknown.

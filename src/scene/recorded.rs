@@ -424,6 +424,7 @@ fn new_subject(recording: &Recording, options: &BodyOptions) -> Result<Subject> 
         return Ok(Subject {
             name: recording.subject.clone(),
             sex,
+            age_years: None,
             stature_m: known_stature_m.unwrap_or(0.0),
             mass_kg: known_mass_kg.unwrap_or(0.0),
             body: body.clone(),
@@ -445,6 +446,7 @@ fn new_subject(recording: &Recording, options: &BodyOptions) -> Result<Subject> 
     Ok(Subject {
         name: recording.subject.clone(),
         sex,
+        age_years: None,
         stature_m,
         mass_kg,
         body: body::body(&dimensions, offsets),

@@ -57,6 +57,7 @@ struct JointSummary {
 struct SubjectSummary {
     name: String,
     sex: Option<&'static str>,
+    age_years: Option<u8>,
     /// What the pack states, or else the height of the hulls, standing; `None` without both.
     stature_m: Option<f64>,
     stature_from: Option<&'static str>,
@@ -227,11 +228,16 @@ impl Summary {
     pub(crate) fn of(header: Header, path: &Path, bytes: &[u8]) -> Result<Self> {
         let pack = Pack::parse(bytes).map_err(|error| Error::input(path, error.to_string()))?;
         let clip_bytes = |walk: Walk<'_>| pack.clip(walk.clip).map_or(0, |clip| clip.len_bytes());
+        // Of each person, how many walks there are and how many bytes they take.
+        let mut own = vec![(0, 0); pack.subjects().len()];
+        for walk in pack.walks() {
+            let (walks, bytes) = &mut own[walk.subject];
+            (*walks, *bytes) = (*walks + 1, *bytes + clip_bytes(walk));
+        }
         let subjects: Vec<SubjectSummary> = pack
             .subjects()
             .enumerate()
             .filter_map(|(number, subject)| {
-                let own = || pack.walks().filter(|walk| walk.subject == number);
                 let avatar = pack.avatar(subject.avatar)?;
                 let (stature_m, stature_from) = match known(subject.stature_mm, 1e-3) {
                     Some(stated) => (Some(stated), Some(FROM_PACK)),
@@ -246,6 +252,7 @@ impl Summary {
                         edgegait_core::pack::Sex::Female => "female",
                         edgegait_core::pack::Sex::Male => "male",
                     }),
+                    age_years: subject.age_years,
                     stature_m,
                     stature_from,
                     mass_kg: known(subject.mass_hg, 0.1),
@@ -256,8 +263,8 @@ impl Summary {
                     jaccard: avatar
                         .jaccard()
                         .map(|jaccard| rounded(f64::from(jaccard), 4)),
-                    walks: own().count(),
-                    clip_bytes: own().map(clip_bytes).sum(),
+                    walks: own[number].0,
+                    clip_bytes: own[number].1,
                 })
             })
             .collect();
@@ -335,11 +342,16 @@ impl Summary {
     fn write_people(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut table = Table::new(&[Left(10), Right(6)]);
         table.row(
-            "subject|m|kg|hulls|points|body bytes|error mm|jaccard|walks|clip bytes".split('|'),
+            "subject|sex|years|m|kg|hulls|points|body bytes|error mm|jaccard|walks|clip bytes"
+                .split('|'),
         );
         for subject in self.subjects.iter().take(SHOWN) {
             table.row([
                 subject.name.clone(),
+                subject.sex.unwrap_or("-").into(),
+                subject
+                    .age_years
+                    .map_or_else(|| "-".into(), |years| years.to_string()),
                 subject.stature(),
                 optional(subject.mass_kg, 1),
                 subject.hulls.to_string(),

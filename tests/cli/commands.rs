@@ -448,6 +448,7 @@ fn what_a_pack_does_not_state_of_a_body_is_measured_or_unknown_and_never_0() {
         (subject.stature_m, subject.mass_kg) = (0.0, 0.0);
     }
     three[2].body.hulls.clear();
+    (three[2].sex, three[2].age_years) = (None, None);
     let bytes = encode_subjects(&three, 5.0, &|| ()).expect("a pack");
     fs::write(at.join("three.egp"), bytes).expect("a file");
     let results: Value =
@@ -477,11 +478,15 @@ fn what_a_pack_does_not_state_of_a_body_is_measured_or_unknown_and_never_0() {
             .lines()
             .find(|line| line.starts_with(name))
             .expect("a row");
-        let words = row.split_whitespace().skip(1).take(2);
+        let words = row.split_whitespace().skip(1).take(4);
         words.map(ToOwned::to_owned).collect::<Vec<String>>()
     };
-    assert_eq!(row(measured), [format!("~{height_m:.2}"), "-".to_owned()]);
-    assert_eq!(row(unknown), ["-", "-"]);
+    let years = measured["age_years"].as_u64().expect("an age").to_string();
+    assert_eq!(
+        row(measured),
+        ["male", &years, &format!("~{height_m:.2}"), "-"]
+    );
+    assert_eq!(row(unknown), ["-", "-", "-", "-"]);
     assert!(
         said.contains("(~: the pack does not state the stature"),
         "{said}"

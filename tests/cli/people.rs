@@ -90,3 +90,68 @@ fn people_whom_the_norms_do_not_know_are_refused_with_the_range() {
         assert_eq!(fs::read_dir(at).expect("a folder").count(), 0);
     }
 }
+
+#[test]
+fn a_person_of_a_population_is_the_same_in_any_slice() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let made = |people: &str, out: &str| {
+        let cohort = format!("cohort --people {people} --speeds-kmh 5,9 --out {out} --json -");
+        results(&done(at, &words(&cohort)))
+    };
+    let [early, late] = [made("3..6", "early.egp"), made("5..7", "late.egp")];
+    let [settings, other] = [&early, &late].map(|made| &made["settings"]);
+    assert_eq!(
+        (&settings["people"], &settings["first_person"]),
+        (&3.into(), &3.into())
+    );
+    assert_eq!(
+        (&other["people"], &other["first_person"]),
+        (&2.into(), &5.into())
+    );
+    // The sixth person is the third man.
+    let [theirs, same] = [&early["subjects"][2], &late["subjects"][0]];
+    assert_eq!((&theirs["name"], theirs), (&"M03".into(), same));
+    let years = theirs["age_years"].as_u64().expect("an age");
+    assert!((18..=58).contains(&years), "{years}");
+    let digest = |pack: &str| {
+        let sweep =
+            "sweep PACK --subjects M03 --azimuth-deg 0,90 --elevation-deg 10 --digest --json -";
+        results(&done(at, &words(&sweep.replace("PACK", pack))))["digest"].clone()
+    };
+    assert_eq!(digest("early.egp"), digest("late.egp"));
+    // Another code than that of so few people alone, who have the same bodies.
+    let few = made("2", "few.egp");
+    let first = made("0..2", "first.egp");
+    assert_eq!(
+        few["subjects"][1]["avatar_bytes"],
+        first["subjects"][1]["avatar_bytes"]
+    );
+    assert_ne!(few["sections"]["codebook"], first["sections"]["codebook"]);
+}
+
+#[test]
+fn populations_that_no_pack_holds_are_refused_with_the_slice_that_fits() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    for (people, expected, found) in [
+        (
+            "10..40010 --speeds-kmh 5,6",
+            1,
+            ["people 10..40010", "as 10..32122"],
+        ),
+        ("9..5", 2, ["9..5", "as 100..200"]),
+        ("7..7", 2, ["7..7", "at least one"]),
+        ("..5", 2, ["..5", "as 26"]),
+        ("some", 2, ["some", "as 26"]),
+        (
+            "5..9 --budget-bytes 9000",
+            2,
+            ["--budget-bytes", "--max-error-mm"],
+        ),
+    ] {
+        let cohort = format!("cohort --out new.egp --people {people}");
+        refused(at, &words(&cohort), expected, &found);
+        assert!(!at.join("new.egp").exists(), "{people}");
+    }
+}

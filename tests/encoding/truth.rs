@@ -27,6 +27,7 @@ pub fn subject(person: usize, motions: Vec<Cycle>) -> Subject {
     Subject {
         name: person.name.clone(),
         sex: Some(person.sex),
+        age_years: None,
         stature_m: person.dimensions.stature,
         mass_kg: person.mass_kg,
         body: person.body.clone(),

@@ -36,6 +36,7 @@ fn the_documented_pack_holds_what_its_table_says() {
     let pack = Pack::parse(&bytes).expect("the documented pack");
     let subject = pack.subject(0).expect("a subject");
     assert_eq!((subject.name, subject.sex), ("F01", Some(Sex::Female)));
+    assert_eq!(subject.age_years, Some(30));
     assert_eq!((subject.stature_mm, subject.mass_hg), (1_650, 600));
     let walk = pack.walks().next().expect("a walk");
     assert_eq!((walk.name, walk.gait), ("walk", Gait::Walk));

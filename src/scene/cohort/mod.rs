@@ -329,6 +329,7 @@ pub fn subject(options: &CohortOptions, number: usize) -> Result<Subject> {
         walks: walks.collect(),
         name: person.name,
         sex: Some(person.sex),
+        age_years: Some(person.age_years),
         stature_m: person.dimensions.stature,
         mass_kg: person.mass_kg,
         body: person.body,

@@ -320,6 +320,7 @@ fn a_wearer_of_unknown_stature_is_estimated_from_the_skeleton() {
         let mut subject = Subject {
             name: "someone",
             sex: Some(sex),
+            age_years: None,
             stature_mm: 0,
             mass_hg: 0,
             avatar: 0,
