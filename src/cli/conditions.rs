@@ -1,7 +1,7 @@
 //! Flags that say under which conditions people walk.
 
 use super::args::file_with;
-use crate::confound::{CATALOGUE, Condition, Conditions, Dose, Doses, NAMES, Unit, dose};
+use crate::confound::{CATALOGUE, Condition, Conditions, Dose, Doses, Draws, NAMES, Unit, dose};
 use crate::dataset::{Header, InputFile};
 use crate::error::{Error, Result};
 use crate::table::Column::Left;
@@ -11,8 +11,8 @@ use std::path::PathBuf;
 /// Under which conditions people walk.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct ConditionArgs {
-    /// Conditions: casia-b (NM, BG, CL), tum-iitkgp, each (every confounder alone, at strength 1), or
-    /// a .toml file
+    /// Conditions: casia-b (NM, BG, CL), tum-iitkgp, domain-random (everything at once, drawn), each
+    /// (every confounder alone, at strength 1), or a .toml file
     #[arg(long, value_name = "NAME|FILE", conflicts_with = "confound")]
     conditions: Option<String>,
     /// One condition, of these confounders with their strengths, as in backpack=0.5,roll=5deg
@@ -117,7 +117,7 @@ pub(super) fn listing() -> Result<String> {
 /// What acts in a condition.
 fn described(condition: &Condition) -> String {
     let own = condition.confounders.to_string();
-    let choices: Vec<String> = condition.one_of.iter().map(Doses::to_string).collect();
+    let choices: Vec<String> = condition.one_of.iter().map(Draws::to_string).collect();
     match (own.is_empty(), choices.is_empty()) {
         (true, true) => "nothing".to_owned(),
         (false, true) => own,

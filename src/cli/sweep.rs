@@ -11,7 +11,7 @@ pub(super) use crate::bench::peak_rss_bytes;
 use crate::dataset::{DatasetWriter, Existing, Header, IndexRow, hex};
 use crate::error::{Error, Result};
 use crate::frontier::choose;
-use crate::sweep::{Job, Settings, Swept, View, alternative, jobs, sweep};
+use crate::sweep::{Job, Settings, Swept, View, drawn, jobs, sweep};
 use crate::template::Template;
 use crate::template::augment::{Variant, varied};
 use edgegait_core::pack::Pack;
@@ -288,7 +288,7 @@ impl<'w> Work<'w> {
                 clipped += swept.clipped;
                 let walk = walks[job.walk];
                 let subject = subjects[walk.subject].name;
-                let alternative = alternative(job, subject, settings.seed);
+                let alternative = drawn(self.pack, job, settings.seed)?;
                 for (view, bytes) in self.views.iter().zip(&swept.templates) {
                     let row = IndexRow {
                         subject: subject.into(),

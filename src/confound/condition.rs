@@ -1,25 +1,26 @@
 //! Conditions: confounders that act together, as users name and write them.
 
-use super::catalogue::{CATALOGUE, Confounder, Kind, Unit, named};
+use super::catalogue::{CATALOGUE, Confounder, Kind};
+use super::draw::{Draw, Draws};
 use crate::error::{Error, Result};
 use crate::named::toml_of;
-use serde::de::{self, Deserializer, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::Path;
 
 /// Names of the sets of conditions that are built in; `each` has every confounder alone, at
 /// strength 1.
-pub const NAMES: [&str; 3] = ["casia-b", "tum-iitkgp", EACH];
+pub const NAMES: [&str; 4] = ["casia-b", "tum-iitkgp", "domain-random", EACH];
 
 const EACH: &str = "each";
 
 /// What a walk is called on which nothing acts.
 pub const NORMAL: &str = "normal";
 
-const BUILT_IN: [&str; 2] = [
+const BUILT_IN: [&str; 3] = [
     include_str!("conditions/casia-b.toml"),
     include_str!("conditions/tum-iitkgp.toml"),
+    include_str!("conditions/domain-random.toml"),
 ];
 
 /// A confounder and its strength.
@@ -81,10 +82,10 @@ pub struct Condition {
     pub seed: u64,
     /// What acts on everybody.
     #[serde(default)]
-    pub confounders: Doses,
+    pub confounders: Draws,
     /// Alternatives, one for each person, drawn from the seed.
     #[serde(default)]
-    pub one_of: Vec<Doses>,
+    pub one_of: Vec<Draws>,
 }
 
 impl Condition {
@@ -94,23 +95,24 @@ impl Condition {
         Self {
             name: confounders.to_string(),
             seed: 0,
-            confounders,
+            confounders: confounders.into(),
             one_of: Vec::new(),
         }
     }
 
-    /// What acts where alternative number `choice` (any number) is taken.
+    /// What may act where alternative number `choice` (any number) is taken, in the order in which
+    /// it is applied.
     #[must_use]
-    pub fn doses(&self, choice: usize) -> Doses {
-        let own = self.confounders.list().iter().copied();
+    pub fn draws(&self, choice: usize) -> Vec<&Draw> {
         let chosen = self.alternative(choice);
-        let chosen = chosen.into_iter().flat_map(Doses::list).copied();
-        Doses::new(own.chain(chosen))
+        let chosen = chosen.into_iter().flat_map(Draws::list);
+        let mut draws: Vec<&Draw> = self.confounders.list().iter().chain(chosen).collect();
+        draws.sort_by_key(|draw| draw.kind);
+        draws
     }
 
     /// Alternative number `choice` (any number); none if there are none.
-    #[must_use]
-    pub fn alternative(&self, choice: usize) -> Option<&Doses> {
+    fn alternative(&self, choice: usize) -> Option<&Draws> {
         let at = choice.checked_rem(self.one_of.len())?;
         self.one_of.get(at)
     }
@@ -119,7 +121,13 @@ impl Condition {
     #[must_use]
     pub fn is_clean(&self) -> bool {
         let mut all = std::iter::once(&self.confounders).chain(&self.one_of);
-        all.all(|doses| doses.list().is_empty())
+        all.all(|draws| draws.list().is_empty())
+    }
+
+    /// Whether nothing is left to chance, and the same acts on everybody.
+    #[must_use]
+    pub fn is_fixed(&self) -> bool {
+        self.one_of.is_empty() && self.confounders.list().iter().all(Draw::is_fixed)
     }
 
     fn problem(&self) -> Option<String> {
@@ -141,13 +149,13 @@ impl Condition {
         let twice = self
             .one_of
             .iter()
-            .flat_map(Doses::list)
-            .find(|dose| own.iter().any(|other| other.kind == dose.kind));
-        twice.map(|dose| {
+            .flat_map(Draws::list)
+            .find(|draw| own.iter().any(|other| other.kind == draw.kind));
+        twice.map(|draw| {
             format!(
                 "condition {:?}: {} is among confounders and one_of (leave it out of one of them)",
                 self.name,
-                dose.kind.confounder().name
+                draw.kind.confounder().name
             )
         })
     }
@@ -225,151 +233,12 @@ impl Conditions {
     }
 }
 
-/// A dose from `NAME=STRENGTH`, where the strength may be an amount: `roll=5deg`.
-///
-/// # Errors
-/// If there is no such confounder, or the strength is out of its range.
-pub fn dose(text: &str) -> std::result::Result<Dose, String> {
-    let (name, amount) = text
-        .split_once('=')
-        .ok_or("expected NAME=STRENGTH, as in backpack=0.5")?;
-    let kind = kind(name.trim())?;
-    let amount = amount.trim();
-    match amount.parse() {
-        Ok(strength) => checked(kind, strength),
-        Err(_) => amount_of(kind, amount),
-    }
-}
-
-fn kind(name: &str) -> std::result::Result<Kind, String> {
-    let found = named(name).map(|confounder| confounder.kind);
-    found.ok_or_else(|| {
-        let names: Vec<&str> = CATALOGUE.iter().map(|known| known.name).collect();
-        format!(
-            "there is no confounder {name:?}: expected {}",
-            names.join(", ")
-        )
-    })
-}
-
-fn checked(kind: Kind, strength: f64) -> std::result::Result<Dose, String> {
-    let confounder = kind.confounder();
-    let least = if confounder.is_signed { -1.0 } else { 0.0 };
-    // A NaN is in no range.
-    if (least..=1.0).contains(&strength) {
-        return Ok(Dose { kind, strength });
-    }
-    Err(format!(
-        "{}: expected a strength of {least} to 1, found {strength}",
-        confounder.name
-    ))
-}
-
-/// A strength from an amount with its unit, such as `5 deg`.
-fn amount_of(kind: Kind, text: &str) -> std::result::Result<Dose, String> {
-    let name = kind.confounder().name;
-    let Some(Unit { name: unit, full }) = kind.confounder().unit else {
-        return Err(format!(
-            "{name}: expected a strength without a unit, found {text:?}"
-        ));
-    };
-    let number = text.strip_suffix(unit).map(str::trim_end);
-    let number = number.and_then(|number| number.parse::<f64>().ok());
-    let Some(amount) = number else {
-        return Err(format!(
-            "{name}: expected a strength, or an amount such as \"{full} {unit}\", found {text:?}"
-        ));
-    };
-    checked(kind, amount / full).map_err(|_| {
-        let least = if kind.confounder().is_signed {
-            -full
-        } else {
-            0.0
-        };
-        format!("{name}: expected {least} to {full} {unit}, found {text:?}")
-    })
-}
-
-impl<'de> Deserialize<'de> for Doses {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        deserializer.deserialize_map(DosesVisitor)
-    }
-}
-
-impl Serialize for Doses {
-    fn serialize<S: serde::Serializer>(
-        &self,
-        serializer: S,
-    ) -> std::result::Result<S::Ok, S::Error> {
-        serializer.collect_map(
-            self.0
-                .iter()
-                .map(|dose| (dose.kind.confounder().name, dose.strength)),
-        )
-    }
-}
-
-struct DosesVisitor;
-
-/// A strength as TOML has it.
-enum Strength {
-    Number(f64),
-    Amount(String),
-}
-
-impl<'de> Deserialize<'de> for Strength {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        deserializer.deserialize_any(StrengthVisitor)
-    }
-}
-
-struct StrengthVisitor;
-
-impl Visitor<'_> for StrengthVisitor {
-    type Value = Strength;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a strength such as 0.5, or an amount such as \"5 deg\"")
-    }
-
-    fn visit_f64<E>(self, strength: f64) -> std::result::Result<Strength, E> {
-        Ok(Strength::Number(strength))
-    }
-
-    fn visit_i64<E>(self, strength: i64) -> std::result::Result<Strength, E> {
-        Ok(Strength::Number(strength as f64))
-    }
-
-    fn visit_str<E>(self, amount: &str) -> std::result::Result<Strength, E> {
-        Ok(Strength::Amount(amount.to_owned()))
-    }
-}
-
-impl<'de> Visitor<'de> for DosesVisitor {
-    type Value = Doses;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(
-            "a table of confounders with their strengths, as { backpack = 0.5, roll = \"5 deg\" }",
-        )
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> std::result::Result<Doses, A::Error> {
-        let mut doses = Vec::new();
-        while let Some((name, strength)) = map.next_entry::<String, Strength>()? {
-            let of = |kind| match strength {
-                Strength::Number(strength) => checked(kind, strength),
-                Strength::Amount(text) => amount_of(kind, text.trim()),
-            };
-            doses.push(kind(&name).and_then(of).map_err(de::Error::custom)?);
-        }
-        Ok(Doses::new(doses))
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::draw::dose;
     use super::*;
+    use rand::SeedableRng as _;
+    use rand_chacha::ChaCha8Rng;
 
     fn parsed(text: &str) -> std::result::Result<Vec<Condition>, String> {
         let conditions = Conditions::parse(Path::new("c.toml"), text);
@@ -401,7 +270,7 @@ mod tests {
         assert_eq!(names("tum-iitkgp"), configurations);
         for set in ["casia-b", "tum-iitkgp"] {
             let first = &Conditions::named(set).expect("built in").list[0];
-            assert_eq!(first.doses(0), Doses::default());
+            assert_eq!(first.draws(0), Vec::<&Draw>::new());
         }
     }
 
@@ -411,16 +280,13 @@ mod tests {
         let [condition] = &parsed(text).expect("a condition")[..] else {
             panic!("expected one");
         };
-        assert_eq!(condition.confounders.strength(Kind::Roll), Some(0.25));
-        assert_eq!(condition.confounders.strength(Kind::Hat), None);
-        assert_eq!(
-            condition.doses(2).to_string(),
-            "coat=0.25,backpack=1,roll=0.25"
-        );
-        assert_eq!(
-            condition.doses(7).to_string(),
-            "coat=0.25,suitcase=0.5,roll=0.25"
-        );
+        let drawn = |choice| {
+            let draws = condition.draws(choice);
+            let mut rng = ChaCha8Rng::seed_from_u64(1);
+            Doses::new(draws.into_iter().map(|draw| draw.dose(&mut rng))).to_string()
+        };
+        assert_eq!(drawn(2), "coat=0.25,backpack=1,roll=0.25");
+        assert_eq!(drawn(7), "coat=0.25,suitcase=0.5,roll=0.25");
         assert_eq!(dose("roll=-10deg").map(|dose| dose.strength), Ok(-0.5));
         assert_eq!(dose(" coat = 1").map(|dose| dose.kind), Ok(Kind::Coat));
     }

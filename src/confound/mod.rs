@@ -1,17 +1,19 @@
 //! Confounders: what makes one walk look different, under control.
 //!
 //! A confounder has a name, a class, a strength and a seed; a condition is confounders that act
-//! together. They act where their cause does: on the body's hulls (`appearance`), on poses
+//! together, as strongly as it says or as is drawn from distributions that it states. They act where their cause does: on the body's hulls (`appearance`), on poses
 //! (`motion`), on the camera and on which frames there are (the sweep), or on silhouettes before
 //! they are framed (`image`). At strength 0 nothing is done at all.
 
 pub(crate) mod appearance;
 pub(crate) mod catalogue;
 mod condition;
+mod draw;
 pub(crate) mod image;
 pub(crate) mod motion;
 mod plan;
 
 pub use catalogue::{CATALOGUE, Class, Confounder, Kind, Stage, Unit};
-pub use condition::{Condition, Conditions, Dose, Doses, NAMES, NORMAL, dose};
+pub use condition::{Condition, Conditions, Dose, Doses, NAMES, NORMAL};
+pub use draw::{Draw, Draws, Per, Spread, dose};
 pub use plan::Plan;

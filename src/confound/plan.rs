@@ -1,7 +1,8 @@
 //! What a condition comes to for one cycle of one walk.
 
-use super::{Condition, Doses, Kind, Stage};
-use crate::scene::variation::CycleSeed;
+use super::draw::{Draw, Per};
+use super::{Condition, Dose, Doses, Kind, Stage};
+use crate::scene::variation::{CYCLES_OF_A_TAKE, CycleSeed};
 use edgegait_core::format::crc32;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
@@ -24,20 +25,23 @@ impl Plan {
             of,
         };
         if let Some(condition) = condition {
-            plan.doses = condition.doses(plan.choice());
+            let draws = condition.draws(plan.choice());
+            plan.doses = Doses::new(draws.into_iter().map(|draw| plan.drawn(draw)));
         }
         plan
     }
 
-    /// Which of a condition's alternatives acts on a cycle; none if it has none.
-    #[must_use]
-    pub fn alternative(condition: &Condition, of: CycleSeed) -> Option<&Doses> {
-        let drawn = Self {
-            doses: Doses::default(),
-            seed: condition.seed,
-            of,
+    /// What a draw comes to for this cycle.
+    fn drawn(&self, draw: &Draw) -> Dose {
+        let name = u64::from(crc32(draw.kind.confounder().name.as_bytes())) << 32;
+        let of = &self.of;
+        let parts = match draw.per {
+            Per::Person => [of.subject, 0, name],
+            Per::Take => [of.subject, of.walk, name | u64::from(take_of(of.variation))],
+            Per::Cycle => [of.subject, of.walk, name | u64::from(of.variation)],
         };
-        condition.alternative(drawn.choice())
+        // Views have the streams below.
+        draw.dose(&mut self.draws(parts, u64::MAX))
     }
 
     /// A person's choice among alternatives, which does not depend on the walk.
@@ -114,10 +118,16 @@ impl Plan {
     }
 }
 
+/// The take that a variation belongs to.
+const fn take_of(variation: u32) -> u32 {
+    variation / CYCLES_OF_A_TAKE
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::confound::Dose;
+    use crate::confound::Conditions;
+    use std::path::Path;
 
     fn of(subject: u64, variation: u32) -> CycleSeed {
         CycleSeed {
@@ -130,10 +140,11 @@ mod tests {
 
     fn bag() -> Condition {
         let one = |kind| {
-            Doses::new([Dose {
+            let dose = Dose {
                 kind,
                 strength: 1.0,
-            }])
+            };
+            Doses::new([dose]).into()
         };
         Condition {
             one_of: vec![one(Kind::Backpack), one(Kind::Suitcase)],
@@ -175,5 +186,28 @@ mod tests {
         seeded.seed = 1;
         let other = Plan::new(Some(&seeded), of(3, 0));
         assert_ne!(first(other.of_cycle(Kind::Holes)), draws[0]);
+    }
+
+    #[test]
+    fn strengths_are_drawn_for_a_person_a_take_or_a_cycle() {
+        let text = "[[conditions]]\nname = 'a'\nconfounders = { coat = { uniform = [0.1, 1], per = 'person' }, hat = { uniform = [0.1, 1], per = 'take' }, hair = { uniform = [0.1, 1] } }";
+        let conditions = Conditions::parse(Path::new("c.toml"), text).expect("a condition");
+        let drawn = |subject, walk, variation| {
+            let of = CycleSeed {
+                walk,
+                ..of(subject, variation)
+            };
+            let plan = Plan::new(Some(&conditions.list[0]), of);
+            [Kind::Coat, Kind::Hat, Kind::Hair].map(|kind| plan.strength(kind))
+        };
+        let same = |a: [Option<f64>; 3], b: [Option<f64>; 3]| [0, 1, 2].map(|at| a[at] == b[at]);
+        let first = drawn(3, 9, 0);
+        assert_eq!(same(first, drawn(3, 9, 0)), [true; 3]);
+        assert_eq!(same(first, drawn(3, 9, 7)), [true, true, false]);
+        assert_eq!(same(first, drawn(3, 9, 8)), [true, false, false]);
+        assert_eq!(same(first, drawn(3, 10, 0)), [true, false, false]);
+        assert_eq!(same(first, drawn(4, 9, 0)), [false; 3]);
+        // One draw is not another one's.
+        assert!(first[0] != first[1] && first[1] != first[2]);
     }
 }

@@ -41,8 +41,8 @@ pub struct IndexRow {
     pub elevation_deg: f64,
     /// The condition, such as `normal` or `bag`.
     pub condition: String,
-    /// Which of the condition's alternatives the person drew, such as `coat=0.5`; empty if it has
-    /// none.
+    /// What was drawn of what the condition leaves to chance, such as `coat=0.5`: all that acts;
+    /// empty if it leaves nothing to chance.
     pub alternative: String,
     /// Silhouettes that the GEI averages, at least 1.
     pub frames: u32,

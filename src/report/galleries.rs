@@ -107,9 +107,8 @@ fn label(pack: &Pack<'_>, job: Job<'_>, has_several: bool) -> String {
 
 /// The class of what acts; of several the first one's.
 fn class(condition: Option<&Condition>) -> &'static str {
-    let doses = condition.map(|condition| condition.doses(0));
-    let first = doses.as_ref().and_then(|doses| doses.list().first());
-    first.map_or("none", |dose| dose.kind.confounder().class.name())
+    let first = condition.and_then(|condition| condition.draws(0).first().copied());
+    first.map_or("none", |draw| draw.kind.confounder().class.name())
 }
 
 /// The picture of a scene, as the lens and the sensor take it.

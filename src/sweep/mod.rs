@@ -15,7 +15,7 @@ mod walker;
 pub use scene::{Hulls, Scene, Thing, scene};
 pub use settings::{Aim, FRAMES_PER_CYCLE, Framing, Jitter, Lens, Raster, Sensor, Settings};
 pub use views::{View, Views};
-pub use walker::alternative;
+pub use walker::drawn;
 
 use crate::confound::image::FineRenderer;
 use crate::confound::{Condition, NORMAL};

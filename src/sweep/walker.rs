@@ -4,7 +4,7 @@ use super::{Job, Moments, walk_name};
 use crate::confound::appearance::{self, Outfit, Part, Wearer};
 use crate::confound::image::{Crossing, Floor};
 use crate::confound::motion::{self, Gait};
-use crate::confound::{Kind, Plan, Stage};
+use crate::confound::{Condition, Kind, Plan, Stage};
 use crate::error::{Result, SweepError};
 use crate::scene::variation::{CycleSeed, Variation};
 use edgegait_core::avatar::Avatar;
@@ -350,20 +350,18 @@ impl<'a> Walker<'a> {
     }
 }
 
-/// Which of its condition's alternatives a job's person drew, such as `coat=0.5`; empty if it has
-/// none.
-#[must_use]
-pub fn alternative(job: Job<'_>, subject: &str, seed: u64) -> String {
-    let drawn = job.condition.and_then(|condition| {
-        let of = CycleSeed {
-            seed,
-            subject: subject_hash(subject),
-            walk: 0,
-            variation: job.variation,
-        };
-        Plan::alternative(condition, of)
-    });
-    drawn.map_or_else(String::new, ToString::to_string)
+/// What was drawn for a job of what its condition leaves to chance, such as `coat=0.5`: everything
+/// that acts; empty if nothing is left to chance.
+///
+/// # Errors
+/// When there is no such walk.
+pub fn drawn(pack: &Pack<'_>, job: Job<'_>, seed: u64) -> Result<String> {
+    if job.condition.is_none_or(Condition::is_fixed) {
+        return Ok(String::new());
+    }
+    let (walk, subject, ..) = parts(pack, job)?;
+    let plan = Plan::new(job.condition, seed_of(job, seed, &walk, &subject));
+    Ok(plan.doses().to_string())
 }
 
 /// What draws for a person depend on, whatever else is in the pack.

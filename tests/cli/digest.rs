@@ -44,3 +44,60 @@ fn a_digest_is_the_hash_of_the_dataset_that_it_does_not_store() {
     let both = ["sweep", "two.egp", "--digest", "--out", "new"];
     refused(at, &both, 2, &["--digest", "--out"]);
 }
+
+#[test]
+fn what_is_drawn_of_a_condition_is_in_the_index_and_acts_whatever_the_threads() {
+    let folder = folder();
+    let at = folder.path();
+    let written = "[[conditions]]\nname = 'drawn'\nconfounders = { coat = { p = 0.5, uniform = [0.2, 1] }, roll = { normal = ['0 deg', '3 deg'], per = 'person' } }\n";
+    std::fs::write(at.join("drawn.toml"), written).expect("a file");
+    let sweep = |more: &str| {
+        let sweep = format!("sweep two.egp --azimuth-deg 90 --elevation-deg 0 --cycles 20 {more}");
+        done(at, &sweep.split_whitespace().collect::<Vec<_>>())
+    };
+    let hash = |threads: &str| {
+        let said = sweep(&format!(
+            "--conditions drawn.toml --digest --threads {threads}"
+        ));
+        said.split(':').next().expect("a hash").to_owned()
+    };
+    assert_eq!(hash("1"), hash("3"));
+    sweep("--conditions drawn.toml --out all");
+    let index = std::fs::read(at.join("all/index.csv")).expect("an index");
+    let mut rows = csv::Reader::from_reader(index.as_slice());
+    let header = rows.headers().expect("a header").clone();
+    let column = |name: &str| header.iter().position(|column| column == name).expect(name);
+    let [subject, drawn] = ["subject", "alternative"].map(column);
+    let (mut coats, mut rolls) = (0, std::collections::BTreeSet::new());
+    let mut count = 0;
+    for row in rows.records() {
+        let row = row.expect("a row");
+        count += 1;
+        for dose in row[drawn].split(',') {
+            match dose.split_once('=').expect("a dose") {
+                ("coat", strength) => {
+                    coats += 1;
+                    let strength: f64 = strength.parse().expect("a number");
+                    assert!((0.2..=1.0).contains(&strength), "{strength}");
+                }
+                ("roll", strength) => {
+                    rolls.insert((row[subject].to_owned(), strength.to_owned()));
+                }
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+    // Two people at two speeds; a person's roll is one.
+    assert_eq!((count, rolls.len()), (80, 2));
+    assert!((25..=55).contains(&coats), "{coats}");
+    // What the index says is what was drawn: the same without chance gives the same image.
+    let mut rows = csv::Reader::from_reader(index.as_slice());
+    let first = rows.records().next().expect("a row").expect("a row");
+    let fixed = format!(
+        "--confound {} --subjects {} --out one",
+        &first[drawn], &first[subject]
+    );
+    sweep(&fixed);
+    let [(_, all), (_, one)] = ["all", "one"].map(|name| npy(at.join(name).join("geis.npy")));
+    assert_eq!(all[..1500], one[..1500]);
+}

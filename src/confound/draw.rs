@@ -1,0 +1,544 @@
+//! Strengths as conditions state them: fixed, or drawn from a distribution.
+
+use super::catalogue::{CATALOGUE, Kind, Unit, named};
+use super::condition::{Dose, Doses};
+use crate::scene::cohort::normal;
+use rand::{Rng, RngExt as _};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{self, Deserializer, MapAccess, Visitor};
+use serde::ser::SerializeMap as _;
+use serde::{Deserialize, Serialize, Serializer};
+use std::fmt;
+
+/// Strengths are drawn as whole numbers of this many to 1, so that results state them exactly.
+const STEPS: f64 = 1000.0;
+
+/// How strong a confounder is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Spread {
+    /// As strong as this.
+    Fixed(f64),
+    /// Anything between the two, evenly.
+    Uniform([f64; 2]),
+    /// About a mean with a standard deviation; what is out of the confounder's range is drawn again.
+    Normal([f64; 2]),
+    /// One of these, evenly.
+    Choice(Vec<f64>),
+}
+
+/// For what a strength is drawn anew.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Per {
+    /// For each person: the same in all of their walks.
+    Person,
+    /// For each take: eight cycles of a walk.
+    Take,
+    /// For each gait cycle, whatever it is seen from.
+    #[default]
+    Cycle,
+}
+
+/// A confounder, how likely it acts, and how strongly.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Draw {
+    /// Which.
+    pub kind: Kind,
+    /// The chance that it acts, 0..=1.
+    pub chance: f64,
+    /// How strongly it then does.
+    pub spread: Spread,
+    /// For what both are drawn.
+    pub per: Per,
+}
+
+impl Draw {
+    /// Whether nothing is left to chance.
+    #[must_use]
+    pub fn is_fixed(&self) -> bool {
+        matches!(self.spread, Spread::Fixed(_)) && self.chance >= 1.0
+    }
+
+    /// Whether it can change anything.
+    #[must_use]
+    pub fn can_act(&self) -> bool {
+        let strengths: &[f64] = match &self.spread {
+            Spread::Fixed(strength) => &[*strength],
+            Spread::Uniform(ends) | Spread::Normal(ends) => ends,
+            Spread::Choice(strengths) => strengths,
+        };
+        self.chance > 0.0 && strengths.iter().any(|&strength| strength != 0.0)
+    }
+
+    /// What is drawn of it; a strength of 0 where it does not act.
+    pub(super) fn dose(&self, rng: &mut impl Rng) -> Dose {
+        let acts = rng.random::<f64>() < self.chance;
+        let strength = match &self.spread {
+            Spread::Fixed(strength) => *strength,
+            Spread::Uniform([low, high]) => rounded(low + (high - low) * rng.random::<f64>()),
+            Spread::Normal([mean, sd]) => {
+                let (least, most) = range(self.kind);
+                loop {
+                    let strength = mean + sd * normal(rng);
+                    if (least..=most).contains(&strength) {
+                        break rounded(strength);
+                    }
+                }
+            }
+            Spread::Choice(strengths) => strengths[rng.random_range(0..strengths.len())],
+        };
+        Dose {
+            kind: self.kind,
+            strength: if acts { strength } else { 0.0 },
+        }
+    }
+}
+
+fn rounded(strength: f64) -> f64 {
+    (strength * STEPS).round() / STEPS
+}
+
+/// Draws that belong together, in the order in which their confounders are applied.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Draws(Vec<Draw>);
+
+impl Draws {
+    fn new(mut draws: Vec<Draw>) -> Self {
+        draws.retain(Draw::can_act);
+        draws.sort_by_key(|draw| draw.kind);
+        Self(draws)
+    }
+
+    /// In the order in which they are applied.
+    #[must_use]
+    pub fn list(&self) -> &[Draw] {
+        &self.0
+    }
+}
+
+impl From<Doses> for Draws {
+    fn from(doses: Doses) -> Self {
+        let draw = |dose: &Dose| Draw {
+            kind: dose.kind,
+            chance: 1.0,
+            spread: Spread::Fixed(dose.strength),
+            per: Per::default(),
+        };
+        Self::new(doses.list().iter().map(draw).collect())
+    }
+}
+
+/// `backpack=0.5,roll=0.1 to 0.2`.
+impl fmt::Display for Draws {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut separator = "";
+        for draw in &self.0 {
+            write!(f, "{separator}{}=", draw.kind.confounder().name)?;
+            match &draw.spread {
+                Spread::Fixed(strength) => write!(f, "{strength}")?,
+                Spread::Uniform([low, high]) => write!(f, "{low} to {high}")?,
+                Spread::Normal([mean, sd]) => write!(f, "{mean} +-{sd}")?,
+                Spread::Choice(strengths) => {
+                    let strengths: Vec<String> = strengths.iter().map(f64::to_string).collect();
+                    f.write_str(&strengths.join(" or "))?;
+                }
+            }
+            if draw.chance < 1.0 {
+                write!(f, " ({} %)", 100.0 * draw.chance)?;
+            }
+            separator = ",";
+        }
+        Ok(())
+    }
+}
+
+/// The strengths that a confounder has.
+fn range(kind: Kind) -> (f64, f64) {
+    let is_signed = kind.confounder().is_signed;
+    (if is_signed { -1.0 } else { 0.0 }, 1.0)
+}
+
+/// A dose from `NAME=STRENGTH`, where the strength may be an amount: `roll=5deg`.
+///
+/// # Errors
+/// If there is no such confounder, or the strength is out of its range.
+pub fn dose(text: &str) -> Result<Dose, String> {
+    let (name, amount) = text
+        .split_once('=')
+        .ok_or("expected NAME=STRENGTH, as in backpack=0.5")?;
+    let kind = kind(name.trim())?;
+    let amount = amount.trim();
+    let amount = match amount.parse() {
+        Ok(strength) => Amount::Share(strength),
+        Err(_) => Amount::Quantity(amount.to_owned()),
+    };
+    let strength = amount.strength(kind)?;
+    Ok(Dose { kind, strength })
+}
+
+fn kind(name: &str) -> Result<Kind, String> {
+    let found = named(name).map(|confounder| confounder.kind);
+    found.ok_or_else(|| {
+        let names: Vec<&str> = CATALOGUE.iter().map(|known| known.name).collect();
+        format!(
+            "there is no confounder {name:?}: expected {}",
+            names.join(", ")
+        )
+    })
+}
+
+/// A strength as it is written.
+#[derive(Clone, Debug)]
+enum Amount {
+    /// 1 is what the catalogue says.
+    Share(f64),
+    /// With its unit, such as `5 deg`.
+    Quantity(String),
+}
+
+impl Amount {
+    /// The share of what the catalogue says, whatever it is.
+    fn share(&self, kind: Kind) -> Result<f64, String> {
+        let name = kind.confounder().name;
+        let text = match self {
+            Self::Share(share) => return Ok(*share),
+            Self::Quantity(text) => text.trim(),
+        };
+        let Some(Unit { name: unit, full }) = kind.confounder().unit else {
+            return Err(format!(
+                "{name}: expected a strength without a unit, found {text:?}"
+            ));
+        };
+        let number = text.strip_suffix(unit).map(str::trim_end);
+        let number = number.and_then(|number| number.parse::<f64>().ok());
+        number.map(|amount| amount / full).ok_or_else(|| {
+            format!(
+                "{name}: expected a strength, or an amount such as \"{full} {unit}\", found {text:?}"
+            )
+        })
+    }
+
+    /// The same within the confounder's range.
+    fn strength(&self, kind: Kind) -> Result<f64, String> {
+        let share = self.share(kind)?;
+        let (least, most) = range(kind);
+        // A NaN is in no range.
+        if (least..=most).contains(&share) {
+            return Ok(share);
+        }
+        let name = kind.confounder().name;
+        Err(match (self, kind.confounder().unit) {
+            (Self::Quantity(text), Some(Unit { name: unit, full })) => format!(
+                "{name}: expected {} to {full} {unit}, found {:?}",
+                least * full,
+                text.trim()
+            ),
+            _ => format!("{name}: expected a strength of {least} to 1, found {share}"),
+        })
+    }
+}
+
+impl<'de> Deserialize<'de> for Amount {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        match Written::deserialize(deserializer)? {
+            Written::Amount(amount) => Ok(amount),
+            Written::Table(_) => Err(de::Error::custom(
+                "expected a strength such as 0.5, or an amount such as \"5 deg\", found a table",
+            )),
+        }
+    }
+}
+
+/// What is written behind the name of a confounder.
+enum Written {
+    Amount(Amount),
+    Table(Box<Distribution>),
+}
+
+/// A table of TOML that says how a strength is drawn.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Distribution {
+    p: Option<f64>,
+    strength: Option<Amount>,
+    uniform: Option<[Amount; 2]>,
+    normal: Option<[Amount; 2]>,
+    choice: Option<Vec<Amount>>,
+    #[serde(default)]
+    per: Per,
+}
+
+impl Written {
+    fn draw(self, kind: Kind) -> Result<Draw, String> {
+        let written = match self {
+            Self::Amount(amount) => {
+                return Ok(Draw {
+                    kind,
+                    chance: 1.0,
+                    spread: Spread::Fixed(amount.strength(kind)?),
+                    per: Per::default(),
+                });
+            }
+            Self::Table(written) => *written,
+        };
+        let name = kind.confounder().name;
+        let chance = written.p.unwrap_or(1.0);
+        if !(0.0..=1.0).contains(&chance) {
+            return Err(format!("{name}: expected p from 0 to 1, found {chance}"));
+        }
+        let spread = match (
+            written.strength,
+            written.uniform,
+            written.normal,
+            written.choice,
+        ) {
+            (Some(strength), None, None, None) => Spread::Fixed(strength.strength(kind)?),
+            (None, Some([low, high]), None, None) => {
+                let [low, high] = [low.strength(kind)?, high.strength(kind)?];
+                if low > high {
+                    return Err(format!(
+                        "{name}: expected uniform = [LOW, HIGH], found {low} above {high}"
+                    ));
+                }
+                Spread::Uniform([low, high])
+            }
+            (None, None, Some([mean, sd]), None) => {
+                let [mean, sd] = [mean.strength(kind)?, sd.share(kind)?];
+                // A NaN is no spread.
+                if !(0.0..=2.0).contains(&sd) {
+                    return Err(format!(
+                        "{name}: expected normal = [MEAN, SD] with a standard deviation of 0 to 2 strengths, found {sd}"
+                    ));
+                }
+                Spread::Normal([mean, sd])
+            }
+            (None, None, None, Some(choice)) if !choice.is_empty() => {
+                let strengths = choice.iter().map(|amount| amount.strength(kind));
+                Spread::Choice(strengths.collect::<Result<_, _>>()?)
+            }
+            _ => {
+                return Err(format!(
+                    "{name}: expected one of strength = 1, uniform = [0.2, 1], normal = [0, 0.1] and choice = [0.5, 1]"
+                ));
+            }
+        };
+        Ok(Draw {
+            kind,
+            chance,
+            spread,
+            per: written.per,
+        })
+    }
+}
+
+impl<'de> Deserialize<'de> for Written {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(WrittenVisitor)
+    }
+}
+
+struct WrittenVisitor;
+
+impl<'de> Visitor<'de> for WrittenVisitor {
+    type Value = Written;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a strength such as 0.5, an amount such as \"5 deg\", or a distribution such as { p = 0.3, uniform = [0.2, 1] }")
+    }
+
+    fn visit_f64<E>(self, strength: f64) -> Result<Written, E> {
+        Ok(Written::Amount(Amount::Share(strength)))
+    }
+
+    fn visit_i64<E>(self, strength: i64) -> Result<Written, E> {
+        Ok(Written::Amount(Amount::Share(strength as f64)))
+    }
+
+    fn visit_str<E>(self, amount: &str) -> Result<Written, E> {
+        Ok(Written::Amount(Amount::Quantity(amount.to_owned())))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Written, A::Error> {
+        let table = Distribution::deserialize(MapAccessDeserializer::new(map))?;
+        Ok(Written::Table(Box::new(table)))
+    }
+}
+
+impl<'de> Deserialize<'de> for Draws {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(DrawsVisitor)
+    }
+}
+
+struct DrawsVisitor;
+
+impl<'de> Visitor<'de> for DrawsVisitor {
+    type Value = Draws;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(
+            "a table of confounders with their strengths, as { backpack = 0.5, roll = \"5 deg\" }",
+        )
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Draws, A::Error> {
+        let mut draws = Vec::new();
+        while let Some((name, written)) = map.next_entry::<String, Written>()? {
+            let draw = kind(&name).and_then(|kind| written.draw(kind));
+            draws.push(draw.map_err(de::Error::custom)?);
+        }
+        Ok(Draws::new(draws))
+    }
+}
+
+impl Serialize for Draws {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(
+            self.0
+                .iter()
+                .map(|draw| (draw.kind.confounder().name, draw)),
+        )
+    }
+}
+
+/// As conditions are written.
+impl Serialize for Draw {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if let (Spread::Fixed(strength), true) = (&self.spread, self.is_fixed()) {
+            return serializer.serialize_f64(*strength);
+        }
+        let mut map = serializer.serialize_map(Some(3))?;
+        map.serialize_entry("p", &self.chance)?;
+        match &self.spread {
+            Spread::Fixed(strength) => map.serialize_entry("strength", strength)?,
+            Spread::Uniform(ends) => map.serialize_entry("uniform", ends)?,
+            Spread::Normal(numbers) => map.serialize_entry("normal", numbers)?,
+            Spread::Choice(strengths) => map.serialize_entry("choice", strengths)?,
+        }
+        map.serialize_entry("per", &self.per)?;
+        map.end()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Condition, Conditions};
+    use rand::SeedableRng as _;
+    use rand_chacha::ChaCha8Rng;
+    use std::path::Path;
+
+    fn parsed(confounders: &str) -> Result<Condition, String> {
+        let text = format!("[[conditions]]\nname = 'a'\nconfounders = {{ {confounders} }}");
+        let conditions = Conditions::parse(Path::new("c.toml"), &text);
+        let conditions = conditions.map_err(|error| error.to_string())?;
+        Ok(conditions.list[0].clone())
+    }
+
+    /// 20,000 strengths of a confounder that is written so.
+    fn strengths(written: &str) -> Vec<f64> {
+        let condition = parsed(written).expect(written);
+        let draw = condition.draws(0)[0].clone();
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        (0..20_000).map(|_| draw.dose(&mut rng).strength).collect()
+    }
+
+    fn mean_and_sd(values: &[f64]) -> (f64, f64) {
+        let count = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / count;
+        let squares = values.iter().map(|value| (value - mean).powi(2));
+        (mean, (squares.sum::<f64>() / count).sqrt())
+    }
+
+    #[test]
+    fn strengths_are_as_often_and_as_strong_as_is_written() {
+        let packs = strengths("backpack = { p = 0.3, uniform = [0.2, 1] }");
+        let acting: Vec<f64> = packs.iter().copied().filter(|&s| s > 0.0).collect();
+        let share = acting.len() as f64 / packs.len() as f64;
+        assert!((share - 0.3).abs() < 0.01, "{share}");
+        // A uniform distribution's deviation is its width over the square root of 12.
+        let (mean, sd) = mean_and_sd(&acting);
+        assert!((mean - 0.6).abs() < 0.01 && (sd - 0.8 / 12f64.sqrt()).abs() < 0.005);
+        assert!(acting.iter().all(|s| (0.2..=1.0).contains(s)));
+        // What results state is what acts.
+        assert!(acting.iter().all(|s| format!("{s}").len() <= 5));
+
+        // 3 of 20 degrees; normal deviates beyond 2.5 are drawn again, which leaves 0.95 of it.
+        let (mean, sd) = mean_and_sd(&strengths("roll = { normal = ['0 deg', '3 deg'] }"));
+        assert!(
+            mean.abs() < 0.005 && (sd - 0.95 * 0.15).abs() < 0.005,
+            "{mean} {sd}"
+        );
+        let cut = strengths("coat = { normal = [0.9, 0.5] }");
+        assert!(cut.iter().all(|s| (0.0..=1.0).contains(s)));
+
+        let choice = strengths("hat = { choice = [0.25, 0.5, 1] }");
+        for wanted in [0.25, 0.5, 1.0] {
+            let share = choice.iter().filter(|&&s| s == wanted).count() as f64 / 20_000.0;
+            assert!((share - 1.0 / 3.0).abs() < 0.01, "{wanted}: {share}");
+        }
+        let half = strengths("hair = { p = 0.5, strength = 0.75 }");
+        let (mean, _) = mean_and_sd(&half);
+        assert!((mean - 0.375).abs() < 0.01 && half.iter().all(|&s| s == 0.0 || s == 0.75));
+    }
+
+    #[test]
+    fn what_is_written_is_stated_and_read_again() {
+        let all = "coat = 0.5, hat = { p = 0.25, strength = 1 }, roll = { uniform = ['-5 deg', 0.5], per = 'person' }, hair = { choice = [0.2, 1] }, light = { p = 0, strength = 1 }, speed = { normal = [0, 0.2], per = 'take' }";
+        let condition = parsed(all).expect("a condition");
+        assert_eq!(
+            condition.confounders.to_string(),
+            "coat=0.5,hair=0.2 or 1,hat=1 (25 %),speed=0 +-0.2,roll=-0.25 to 0.5"
+        );
+        assert!(!condition.is_fixed() && !condition.is_clean());
+        assert!(parsed("coat = 0.5").expect("a condition").is_fixed());
+        assert!(
+            parsed("coat = { p = 0, strength = 1 }")
+                .expect("one")
+                .is_clean()
+        );
+        let json = serde_json::to_string(&condition).expect("JSON");
+        assert_eq!(
+            serde_json::from_str::<Condition>(&json).expect("a condition"),
+            condition
+        );
+    }
+
+    #[test]
+    fn impossible_distributions_are_refused_with_the_line_and_what_was_expected() {
+        for (written, expected) in [
+            (
+                "roll = { normal = [0, -0.1] }",
+                "deviation of 0 to 2 strengths, found -0.1",
+            ),
+            ("roll = { normal = ['0 deg', '-3 deg'] }", "found -0.15"),
+            ("roll = { normal = [0, nan] }", "found NaN"),
+            (
+                "roll = { normal = ['30 deg', '1 deg'] }",
+                "expected -20 to 20 deg",
+            ),
+            (
+                "coat = { uniform = [0.2, 1.5] }",
+                "a strength of 0 to 1, found 1.5",
+            ),
+            ("coat = { uniform = [0.8, 0.2] }", "found 0.8 above 0.2"),
+            ("coat = { uniform = [0.8] }", "2"),
+            (
+                "coat = { p = 1.5, strength = 1 }",
+                "p from 0 to 1, found 1.5",
+            ),
+            ("coat = { p = 0.5 }", "expected one of strength"),
+            (
+                "coat = { strength = 1, choice = [1] }",
+                "expected one of strength",
+            ),
+            ("coat = { choice = [] }", "expected one of strength"),
+            ("coat = { gauss = [0, 1] }", "gauss"),
+            ("coat = { strength = 1, per = 'frame' }", "frame"),
+            ("coat = { choice = [{ p = 1 }] }", "found a table"),
+        ] {
+            let error = parsed(written).expect_err(written);
+            assert!(error.contains(expected), "{written}: {error}");
+            assert!(error.contains("c.toml:3: "), "{written}: {error}");
+        }
+    }
+}
