@@ -235,7 +235,7 @@ impl Conditions {
 
 #[cfg(test)]
 mod tests {
-    use super::super::draw::dose;
+    use super::super::dose;
     use super::*;
     use rand::SeedableRng as _;
     use rand_chacha::ChaCha8Rng;

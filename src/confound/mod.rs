@@ -12,8 +12,10 @@ mod draw;
 pub(crate) mod image;
 pub(crate) mod motion;
 mod plan;
+mod written;
 
 pub use catalogue::{CATALOGUE, Class, Confounder, Kind, Stage, Unit};
 pub use condition::{Condition, Conditions, Dose, Doses, NAMES, NORMAL};
-pub use draw::{Draw, Draws, Per, Spread, dose};
+pub use draw::{Draw, Draws, Per, Spread};
 pub use plan::Plan;
+pub use written::dose;
