@@ -130,7 +130,7 @@ pub mod train;
 pub use confound::{Condition, Conditions, Doses, dose};
 pub use dataset::{Dataset, Tree};
 pub use edgegait_core::pack::Pack;
-pub use encode::{MAX_ERROR_MM, encode_population, encode_subjects};
+pub use encode::{Effort, MAX_ERROR_MM, encode_population, encode_subjects};
 pub use error::{Error, Result};
 pub use evaluate::contest::{Contest, Drawn, Entrant, Outcome, Wish};
 pub use evaluate::protocol::Protocol;

@@ -3,7 +3,7 @@
 use super::args::{Common, gei_rmse, stated_choice};
 use super::progress::Progress;
 use crate::dataset::Header;
-use crate::encode::{BUDGET_TRIES, MAX_ERROR_MM, encode_population};
+use crate::encode::{BUDGET_TRIES, Effort, MAX_ERROR_MM, encode_population};
 use crate::error::{Error, Result};
 use crate::frontier::{Encoded, Goal, encoded};
 use crate::scene::Subject;
@@ -78,7 +78,7 @@ impl EncodingArgs {
     pub(super) fn encode_population(
         &self,
         (what, walks): (&'static str, usize),
-        people: Range<usize>,
+        (people, effort): (Range<usize>, Effort),
         make: &(dyn Fn(usize) -> Result<Subject> + Sync),
     ) -> Result<Encoded> {
         if self.budget_bytes.is_some() || self.max_gei_rmse.is_some() {
@@ -96,7 +96,8 @@ impl EncodingArgs {
             Ok(subject)
         };
         let progress = Progress::new(what, walks);
-        let bytes = encode_population(people, &thinner, max_error_mm, &|| progress.step())?;
+        let goal = (max_error_mm, effort);
+        let bytes = encode_population(people, &thinner, goal, &|| progress.step())?;
         Ok(Encoded {
             bytes,
             max_error_mm,

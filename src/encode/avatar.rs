@@ -45,7 +45,7 @@ pub fn encode_avatar(body: &Body, max_error_mm: f64) -> Result<EncodedAvatar> {
     let offsets = rounded_offsets(body)?;
     let max_error_mm = max_error_mm.min(MAX_STATED_MM);
     let finest = finest_step_um(body)?;
-    for step_um in (finest..=u16::MAX).rev() {
+    for step_um in (finest..=coarsest_step_um(body, max_error_mm)).rev() {
         if is_within(body, step_um, max_error_mm) {
             let encoded = encode(body, &offsets, step_um, max_error_mm)?;
             // What is true in f64 may miss by the last bits of the core's f32.
@@ -121,6 +121,23 @@ fn finest_step_um(body: &Body) -> Result<u16> {
     )]
     let finest = finest as u16;
     Ok(finest)
+}
+
+/// A step beyond which some coordinate is off by more than the error, micrometres: one that is
+/// farther from 0 than the error has to be counted, and one step is at most as far again.
+fn coarsest_step_um(body: &Body, max_error_mm: f64) -> u16 {
+    let error_m = max_error_mm * 1e-3;
+    let points = body.hulls.iter().flat_map(|hull| &hull.points);
+    let counted = points.flat_map(|point| point.abs().to_array());
+    let nearest = counted.filter(|&m| m > error_m).fold(f64::MAX, f64::min);
+    let most = ((nearest + error_m) / f64::from(HULL_STEP_M)).ceil();
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "clamped"
+    )]
+    let most = most.clamp(1.0, f64::from(u16::MAX)) as u16;
+    most
 }
 
 fn step_m(step_um: u16) -> f64 {

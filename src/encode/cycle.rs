@@ -17,6 +17,8 @@ use glam::{DQuat, DVec3};
 const DEAD_ZONE: f64 = 0.2;
 /// Finest scale that is tried, and that beyond the coarsest: steps of 1 micrometre and of 30 cm.
 const SCALES: (u8, u8) = (0, 146);
+/// By how much finer steps are that [`quickly`] tries next, in eighths of an octave.
+const QUICK_STEP: u8 = 3;
 /// How much coarser than plain rounding the refined scale may be, in eighths of an octave.
 const MOST_REFINED: u8 = 12;
 
@@ -102,6 +104,34 @@ pub(super) fn plainly(
         }
     }
     best.map(|(best, _)| best)
+}
+
+/// Rounds a cycle in steps of a scale, or of finer ones until no virtual point is off by more than
+/// `max_error_mm`. `None` as of [`quantise`].
+pub(super) fn quickly(
+    target: &Target<'_>,
+    frames: &Frames,
+    (mean, scale): (Option<&Mean>, f64),
+    max_error_mm: f64,
+) -> Option<Quantised> {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "clamped"
+    )]
+    let mut scale = scale.clamp(f64::from(SCALES.0), f64::from(SCALES.1)) as u8;
+    loop {
+        let Some(numbers) = round(target, frames, mean, scale) else {
+            // Numbers too large for the format: the search knows what to do.
+            return plainly(target, frames, mean, max_error_mm);
+        };
+        let figure = Figure::new(target, frames, mean, scale, numbers, max_error_mm);
+        if figure.max_error_mm() <= max_error_mm || scale == SCALES.0 {
+            let numbers = figure.into_numbers();
+            return Some(Quantised { scale, numbers });
+        }
+        scale = scale.saturating_sub(QUICK_STEP).max(SCALES.0);
+    }
 }
 
 /// The coefficients of a cycle in steps of this scale without a template; `None` where the format

@@ -128,6 +128,16 @@ fn a_person_of_a_population_is_the_same_in_any_slice() {
         first["subjects"][1]["avatar_bytes"]
     );
     assert_ne!(few["sections"]["codebook"], first["sections"]["codebook"]);
+    // Without a search walks take more bytes, and keep the error.
+    let quick = made("3..6 --quick", "quick.egp");
+    assert_eq!(quick["sections"]["codebook"], early["sections"]["codebook"]);
+    assert_eq!(quick["sections"]["avatars"], early["sections"]["avatars"]);
+    let bytes = |made: &Value| made["sections"]["clips"].as_u64().expect("bytes");
+    assert!(bytes(&quick) > bytes(&early) && bytes(&quick) < 2 * bytes(&early));
+    for clip in quick["clips"].as_array().expect("clips") {
+        let error_mm = clip["max_error_mm"].as_f64().expect("an error");
+        assert!((1.0..=5.0).contains(&error_mm), "{error_mm}");
+    }
 }
 
 #[test]

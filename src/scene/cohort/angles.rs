@@ -4,7 +4,7 @@
 use super::anthropometry::Dimensions;
 use super::norms::{
     Curve, ELBOW_FLEXION, PELVIC_OBLIQUITY, PELVIC_ROTATION, RUNNING, SHOULDER_ABDUCTION,
-    SHOULDER_FLEXION, THORAX_OBLIQUITY, THORAX_ROTATION, THORAX_TILT, WALKING, WalkingNorm,
+    SHOULDER_FLEXION, THORAX_OBLIQUITY, THORAX_ROTATION, THORAX_TILT, WALKING, WalkingNorm, Waves,
 };
 use super::regulated::GRAVITY;
 use super::style::Angle;
@@ -93,7 +93,8 @@ impl Norm {
 
     /// Mean, swing at a phase if one is given, and spread, degrees.
     fn numbers(&self, angle: Angle, phase: Option<f64>) -> (f64, f64, f64) {
-        let swing = |curve: &Curve| phase.map_or(0.0, |phase| curve.swing(phase));
+        let waves = phase.map(Waves::at);
+        let swing = |curve: &Curve| waves.as_ref().map_or(0.0, |waves| curve.swing(waves));
         let plain = |curve: &Curve| (curve.mean, swing(curve), curve.sd);
         let scaled = |curve: &Curve, by: f64| (curve.mean, by * swing(curve), curve.sd);
         match self {

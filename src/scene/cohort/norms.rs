@@ -4,6 +4,7 @@
 //! hip and knee flexion, ankle dorsiflexion, hip adduction, internal rotation,
 //! anterior tilt, same side up and same side forward are positive.
 
+use std::cell::Cell;
 use std::f64::consts::TAU;
 
 /// One angle's curve: `mean + sum(cos_k cos(2 pi k x) + sin_k sin(2 pi k x))`, degrees.
@@ -22,7 +23,7 @@ impl Curve {
     #[must_use]
     #[cfg(test)]
     fn at(&self, phase: f64) -> f64 {
-        self.mean + self.swing(phase)
+        self.mean + self.swing(&Waves::at(phase))
     }
 
     /// Size of the first harmonic, degrees.
@@ -32,16 +33,46 @@ impl Curve {
         libm::hypot(cosine, sine)
     }
 
-    /// The angle at `phase` without its mean, degrees.
+    /// The angle without its mean, degrees, by the waves of a phase.
     #[must_use]
-    pub(crate) fn swing(&self, phase: f64) -> f64 {
+    pub(super) fn swing(&self, waves: &Waves) -> f64 {
         let mut sum = 0.0;
-        for (index, (cosine, sine)) in (1u32..).zip(self.harmonics) {
-            let turns = f64::from(index) * phase;
-            let (sin, cos) = libm::sincos(TAU * (turns - turns.floor()));
+        for (index, (cosine, sine)) in self.harmonics.iter().enumerate() {
+            let (sin, cos) = waves.get(index);
             sum += cosine * cos + sine * sin;
         }
         sum
+    }
+}
+
+/// Sine and cosine of the harmonics of a phase, each computed once.
+pub(super) struct Waves {
+    phase: f64,
+    known: [Cell<Option<(f64, f64)>>; MOST_HARMONICS],
+}
+
+/// Harmonics of the longest curve.
+const MOST_HARMONICS: usize = 7;
+
+impl Waves {
+    /// Those of a phase, in cycles.
+    pub(super) fn at(phase: f64) -> Self {
+        Self {
+            phase,
+            known: [const { Cell::new(None) }; MOST_HARMONICS],
+        }
+    }
+
+    /// Sine and cosine of a harmonic, from 0 for the first.
+    fn get(&self, index: usize) -> (f64, f64) {
+        let known = &self.known[index];
+        known.get().unwrap_or_else(|| {
+            #[expect(clippy::cast_precision_loss, reason = "at most 7")]
+            let turns = (index + 1) as f64 * self.phase;
+            let wave = libm::sincos(TAU * (turns - turns.floor()));
+            known.set(Some(wave));
+            wave
+        })
     }
 }
 
