@@ -286,6 +286,28 @@ mod tests {
     }
 
     #[test]
+    fn steps_that_are_too_coarse_are_made_finer_without_a_search() {
+        let person = subject(&of(4, 1), 4).expect("a person");
+        let body = encode_avatar(&person.body, 2.0).expect("a body");
+        let skeleton = Avatar::parse(&body.bytes).expect("a body").skeleton();
+        let Track::Loop(cycle) = &person.walks[0].motion else {
+            panic!("a take");
+        };
+        let target = Target::new(cycle, skeleton).expect("a walk");
+        let sections = CODE.sections().expect("a code");
+        let parsed = sections.parsed().expect("a code");
+        for (from, most_mm) in [(140.0, 5.0), (60.0, 1.0), (140.0, 0.3)] {
+            let found = quickly(&target, &CODE.frames, (None, from), most_mm);
+            let found = found.expect("a cycle");
+            let (_, errors) = CODE
+                .entry(&target, (None, &found), &parsed)
+                .expect("a clip");
+            let worst = worst(&errors);
+            assert!((0.3 * most_mm..1.01 * most_mm).contains(&worst), "{worst}");
+        }
+    }
+
+    #[test]
     fn more_people_than_fit_are_refused_before_they_are_made() {
         let made = std::sync::atomic::AtomicUsize::new(0);
         let options = of(0, 1);

@@ -210,6 +210,15 @@ mod tests {
     }
 
     #[test]
+    fn feet_stand_level_where_their_heights_are_within_the_noise_of_a_capture() {
+        let rising = |by_m: f64| (0..40).map(|frame| 0.1 + by_m * f64::from(frame)).collect();
+        // Twenty frames from the first quarter to the last: 20 and 30 mm.
+        let height_m = level(rising(0.001)).expect("the feet stand level");
+        assert!((height_m - 0.12).abs() < 1e-12, "{height_m}");
+        assert_eq!(level(rising(0.0015)), None);
+    }
+
+    #[test]
     fn only_whole_stances_count_and_of_them_the_middle() {
         let stands: Vec<bool> = [(true, 4), (false, 3), (true, 8), (false, 2), (true, 9)]
             .iter()

@@ -390,6 +390,33 @@ mod tests {
     }
 
     #[test]
+    fn collar_bones_turn_by_so_much_from_how_they_usually_are_which_stays() {
+        let usual = DQuat::from_rotation_y(0.3);
+        let shrugs = |frame: usize| match frame % 40 {
+            0 => usual * DQuat::from_rotation_z(0.4),
+            1..20 => usual * DQuat::from_rotation_z(0.1),
+            _ => usual * DQuat::from_rotation_z(-0.1),
+        };
+        let mut take = take(Joint::LeftClavicle, shrugs);
+        let made = Take::of_person(&Person::average(Sex::Male), 5.0).rotations[0];
+        take.cut_off_hz = None;
+        let before = track(&take, Joint::LeftClavicle);
+        steady(&mut take);
+        let clavicle = Joint::LeftClavicle.index();
+        for (frame, (pose, before)) in take.rotations.iter().zip(before).enumerate() {
+            let turned = degrees(pose[clavicle].angle_between(made[clavicle] * usual));
+            if frame % 40 == 0 {
+                assert!((turned - CLAVICLE_DEG).abs() < 6.0, "{frame}: {turned}");
+            } else {
+                assert!(
+                    degrees(pose[clavicle].angle_between(before)) < 1e-5,
+                    "{frame}"
+                );
+            }
+        }
+    }
+
+    #[test]
     fn an_elbow_that_bends_backwards_bends_ahead_between_the_same_shoulder_and_wrist() {
         let arm = ARMS[0];
         // The made elbow bends by 25 to 50 degrees.
