@@ -1,10 +1,11 @@
 //! A body: joint offsets and low-poly convex hulls, read in place.
 
 use crate::bits::BitReader;
-use crate::budget::{MAX_HULLS, MAX_POINTS};
+use crate::budget::{MAX_DRAPED_HULLS, MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
+use crate::clothes::Clothes;
 use crate::format::{
-    AVATAR_HEADER_BYTES, FITTED, FITTED_BYTES, FormatError, HULL_COUNT_MASK, MAX_OFFSET_WIDTH,
-    OFFSET_STEP_M, OFFSET_WIDTH_BITS, SYMMETRIC_SKELETON, u16_at,
+    AVATAR_HEADER_BYTES, CLOTHES_BITS, DRESSED, FITTED, FITTED_BYTES, FormatError, HULL_COUNT_MASK,
+    JOINT_BITS, MAX_OFFSET_WIDTH, OFFSET_STEP_M, OFFSET_WIDTH_BITS, SYMMETRIC_SKELETON, u16_at,
 };
 pub use crate::hull::Hull;
 use crate::hull::mirrored;
@@ -72,30 +73,48 @@ impl<'a> Avatar<'a> {
                 "joint offsets of at most 16 bits",
             ));
         }
-        if self.hull_bits().is_overrun() {
+        let mut bits = self.bits_behind_offsets();
+        if bits.is_overrun() {
             return Err(FormatError::new(
                 self.bytes.len(),
                 "the rest of the joint offsets",
             ));
+        }
+        let at = self.header_bytes() + bits.position() / 8;
+        if read_clothes(&mut bits).is_some_and(|bits| Clothes::of_bits(bits).is_none()) {
+            return Err(FormatError::new(at, "a fit, and legs, of 0 to 2"));
         }
         Ok(())
     }
 
     /// Reads the hulls but for their points; the bits of the whole stream.
     fn check_hulls(&self) -> Result<usize, FormatError> {
-        let mut bits = self.hull_bits();
+        let mut stored = self.stored();
         let (mut hulls, mut points) = (0, 0);
-        for _ in 0..self.stored_hulls() {
-            let at = self.header_bytes() + bits.position() / 8;
-            let hull = Hull::read(&mut bits, self.step_um());
+        // Points of each draped hull.
+        let mut spanned = [0; MAX_DRAPED_HULLS];
+        loop {
+            let at = self.header_bytes() + stored.bits.position() / 8;
+            let Some(hull) = stored.next() else {
+                break;
+            };
             // First: past the end it read zeros, and found fault with them.
-            if bits.is_overrun() {
+            if stored.bits.is_overrun() {
                 return Err(FormatError::new(self.bytes.len(), "the rest of a hull"));
             }
             let hull = hull.map_err(|error| error.behind(self.header_bytes()))?;
             let copies = 1 + usize::from(hull.image().is_some());
             hulls += copies;
             points += copies * hull.len();
+            if let Some(drape) = hull.drape() {
+                let budget = "at most 5 draped hulls of 32 points each";
+                let spanned = spanned.get_mut(drape);
+                let spanned = spanned.ok_or_else(|| FormatError::new(at, budget))?;
+                *spanned += copies * hull.len();
+                if *spanned > MAX_HULL_POINTS {
+                    return Err(FormatError::new(at, budget));
+                }
+            }
             if hulls > MAX_HULLS || points > MAX_POINTS {
                 return Err(FormatError::new(
                     at,
@@ -103,7 +122,13 @@ impl<'a> Avatar<'a> {
                 ));
             }
         }
-        Ok(bits.position())
+        if stored.parts > 0 {
+            return Err(FormatError::new(
+                4,
+                "as many hulls as a draped one has parts",
+            ));
+        }
+        Ok(stored.bits.position())
     }
 
     /// The joint offsets.
@@ -146,13 +171,36 @@ impl<'a> Avatar<'a> {
         }
     }
 
-    /// The hulls, in file order, each mirrored one followed by its image.
+    /// The hulls, and the parts of draped ones, in file order, each mirrored one followed by its
+    /// image. The parts of a draped hull follow each other ([`Hull::drape`]).
     pub fn hulls(&self) -> impl Iterator<Item = Hull<'a>> + use<'a> {
-        let step_um = self.step_um();
-        let mut bits = self.hull_bits();
-        (0..self.stored_hulls())
-            .filter_map(move |_| Hull::read(&mut bits, step_um).ok())
+        self.stored()
+            .filter_map(Result::ok)
             .flat_map(|hull| [Some(hull), hull.image()].into_iter().flatten())
+    }
+
+    /// What the hulls of one that is dressed include; `None` for a body as it is.
+    #[must_use]
+    pub fn clothes(&self) -> Option<Clothes> {
+        read_clothes(&mut self.bits_behind_offsets()).and_then(Clothes::of_bits)
+    }
+
+    /// How many hulls are drawn: each draped one is one.
+    #[must_use]
+    pub fn drawn_hulls(&self) -> usize {
+        let rigid = self.hulls().filter(|hull| hull.drape().is_none()).count();
+        let draped = self.hulls().filter_map(|hull| hull.drape()).max();
+        rigid + draped.map_or(0, |last| last + 1)
+    }
+
+    fn stored(&self) -> Stored<'a> {
+        Stored {
+            bits: self.hull_bits(),
+            step_um: self.step_um(),
+            left: self.stored_hulls(),
+            drapes: 0,
+            parts: 0,
+        }
     }
 
     /// Greatest distance that the encoder measured between a hull's points and those that
@@ -191,8 +239,14 @@ impl<'a> Avatar<'a> {
         self.bytes.get(4).copied().unwrap_or_default()
     }
 
-    /// A reader before the first hull, behind the joint offsets.
+    /// A reader before the first hull.
     fn hull_bits(&self) -> BitReader<'a> {
+        let mut bits = self.bits_behind_offsets();
+        read_clothes(&mut bits);
+        bits
+    }
+
+    fn bits_behind_offsets(&self) -> BitReader<'a> {
         let mut bits = BitReader::new(self.stream());
         let width = bits.unsigned(OFFSET_WIDTH_BITS).min(MAX_OFFSET_WIDTH) as usize;
         let joints = Joint::ALL.into_iter().skip(1);
@@ -214,6 +268,43 @@ impl<'a> Avatar<'a> {
 
     fn stream(&self) -> &'a [u8] {
         self.bytes.get(self.header_bytes()..).unwrap_or_default()
+    }
+}
+
+/// Passes over what stands there of clothes, if something does.
+fn read_clothes(bits: &mut BitReader<'_>) -> Option<u8> {
+    if bits.clone().unsigned(JOINT_BITS) != DRESSED {
+        return None;
+    }
+    bits.skip(JOINT_BITS as usize);
+    u8::try_from(bits.unsigned(CLOTHES_BITS)).ok()
+}
+
+/// The hulls as they are stored.
+struct Stored<'a> {
+    bits: BitReader<'a>,
+    step_um: u16,
+    /// How many are still to be read.
+    left: u8,
+    /// How many draped hulls have begun.
+    drapes: u8,
+    /// How many of the next ones are parts of the last of them.
+    parts: u8,
+}
+
+impl<'a> Iterator for Stored<'a> {
+    type Item = Result<Hull<'a>, FormatError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.left = self.left.checked_sub(1)?;
+        if self.parts == 0 {
+            self.parts = Hull::read_parts(&mut self.bits);
+            self.drapes += u8::from(self.parts > 0);
+        }
+        let drape = (self.parts > 0).then(|| self.drapes - 1);
+        self.parts = self.parts.saturating_sub(1);
+        let hull = Hull::read(&mut self.bits, self.step_um);
+        Some(hull.map(|hull| hull.of_drape(drape)))
     }
 }
 

@@ -10,7 +10,7 @@ pub(crate) mod plane;
 #[cfg(test)]
 mod tests;
 
-use crate::avatar::Avatar;
+use crate::avatar::{Avatar, Hull};
 use crate::budget::{LANES, MAX_DRAPED_HULLS, MAX_FACETS, MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
 use crate::facets::Facets;
 use crate::raster::simd::Edges;
@@ -137,8 +137,20 @@ impl Body {
     #[must_use]
     pub fn new(avatar: &Avatar<'_>) -> Self {
         let mut body = Self::default();
-        for hull in avatar.hulls() {
-            let fits = body.push(hull.joint(), hull.points());
+        let mut hulls = avatar.hulls().peekable();
+        while let Some(hull) = hulls.next() {
+            let fits = match hull.drape() {
+                None => body.push(hull.joint(), hull.points()),
+                drape => {
+                    let others =
+                        core::iter::from_fn(|| hulls.next_if(|next| next.drape() == drape));
+                    let points = |part: Hull<'_>| {
+                        let joint = part.joint();
+                        part.points().map(move |point| (joint, point))
+                    };
+                    body.push_draped(core::iter::once(hull).chain(others).flat_map(points))
+                }
+            };
             debug_assert!(fits.is_ok(), "a parsed avatar is within the budget");
         }
         body

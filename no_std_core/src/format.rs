@@ -50,7 +50,7 @@ pub const SEX_BITS: u8 = 0b11;
 /// What a subject's age is counted from, years: 6 bits reach from 18 to 80.
 pub const UNDER_AGE_YEARS: u8 = 17;
 /// Bytes of a walk record: name offset `u32`, name length `u8`, gait `u8`,
-/// subject `u16`, cycle `u16`, speed in mm/s `u16`, clip `u16`, reserved `u16` = 0.
+/// subject `u16`, cycle `u16`, speed in mm/s `u16`, clip `u16`, avatar + 1 `u16` or 0.
 pub const WALK_BYTES: usize = 16;
 /// Bytes of one entry of a table of ends: `u32`.
 pub const END_BYTES: usize = 4;
@@ -77,6 +77,14 @@ pub const OFFSET_WIDTH_BITS: u32 = 5;
 pub const MAX_OFFSET_WIDTH: u32 = 16;
 /// Bits of a hull's joint.
 pub const JOINT_BITS: u32 = 5;
+/// What stands in the place of a joint before the first part of a draped hull.
+pub const DRAPED: u32 = 31;
+/// What stands in the place of the first hull's joint before what an avatar wears.
+pub const DRESSED: u32 = 30;
+/// Bits of what it wears.
+pub const CLOTHES_BITS: u32 = 8;
+/// Bits of a draped hull's number of stored parts less 1.
+pub const PARTS_BITS: u32 = 3;
 /// Bits of the number of the axis that the points of a row share: 0 none, 1 x, 2 y, 3 z.
 pub const SHARED_BITS: u32 = 2;
 /// Bits of the width of a hull's coordinates.

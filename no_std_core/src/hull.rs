@@ -6,18 +6,19 @@
 use crate::bits::BitReader;
 use crate::budget::MAX_HULL_POINTS;
 use crate::format::{
-    FormatError, HULL_STEP_M, JOINT_BITS, ROW_LENGTH_BITS, ROW_MIDDLE_BITS, ROWS_BITS, SHARED_BITS,
-    WIDTH_BITS,
+    DRAPED, FormatError, HULL_STEP_M, JOINT_BITS, PARTS_BITS, ROW_LENGTH_BITS, ROW_MIDDLE_BITS,
+    ROWS_BITS, SHARED_BITS, WIDTH_BITS,
 };
 use crate::skeleton::Joint;
 use glam::Vec3;
 
-/// One convex hull of an avatar, rigid with a joint. It is given by points alone:
-/// the silhouette of a convex hull is the convex hull of its projected points.
+/// One convex hull of an avatar, or a part of a draped one, rigid with a joint. It is given by
+/// points alone: the silhouette of a convex hull is the convex hull of its projected points.
 #[derive(Clone, Copy, Debug)]
 pub struct Hull<'a> {
     joint: Joint,
     is_mirrored: bool,
+    drape: Option<u8>,
     len: u8,
     rows: u8,
     layout: Layout,
@@ -68,8 +69,17 @@ impl<'a> Hull<'a> {
         Ok(hull)
     }
 
+    /// Passes over what stands before the first part of a draped hull: how many stored parts it
+    /// has; 0 where another hull follows.
+    pub(crate) fn read_parts(bits: &mut BitReader<'a>) -> u8 {
+        if bits.clone().unsigned(JOINT_BITS) != DRAPED {
+            return 0;
+        }
+        byte(bits.unsigned(JOINT_BITS + PARTS_BITS) >> JOINT_BITS) + 1
+    }
+
     /// Reads a hull's header. Its number of points is not known yet.
-    pub(crate) fn read_header(bits: &mut BitReader<'a>, step_um: u16) -> Result<Self, FormatError> {
+    fn read_header(bits: &mut BitReader<'a>, step_um: u16) -> Result<Self, FormatError> {
         let error =
             |bits: &BitReader<'_>, expected| FormatError::new(bits.position() / 8, expected);
         let start = *bits;
@@ -97,6 +107,7 @@ impl<'a> Hull<'a> {
         Ok(Self {
             joint,
             is_mirrored,
+            drape: None,
             len: 0,
             rows,
             layout: Layout {
@@ -108,6 +119,11 @@ impl<'a> Hull<'a> {
             step: Vec3::splat(f32::from(step_um) * HULL_STEP_M),
             bits: *bits,
         })
+    }
+
+    /// The same as a part of a draped hull.
+    pub(crate) const fn of_drape(self, drape: Option<u8>) -> Self {
+        Self { drape, ..self }
     }
 
     /// Its image on the other side, if it is stored for both.
@@ -124,6 +140,14 @@ impl<'a> Hull<'a> {
     #[must_use]
     pub const fn joint(&self) -> Joint {
         self.joint
+    }
+
+    /// The number of the draped hull that it is a part of: what all parts of that number span
+    /// together is drawn in their place, as cloth that is taut between them. `None` for a hull
+    /// of its own.
+    #[must_use]
+    pub fn drape(&self) -> Option<usize> {
+        self.drape.map(usize::from)
     }
 
     /// How many points it has, 1 to 32.

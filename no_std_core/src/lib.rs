@@ -23,7 +23,7 @@
 //! fn side_view(bytes: &[u8]) -> Option<Gei> {
 //!     let pack = Pack::parse(bytes).ok()?;
 //!     let walk = pack.walks().next()?;
-//!     let avatar = pack.avatar(pack.subject(walk.subject)?.avatar)?;
+//!     let avatar = pack.avatar(walk.avatar)?;
 //!     let cycle = pack.clip(walk.clip)?.as_loop()?;
 //!     let (body, skeleton) = (Body::new(&avatar), avatar.skeleton());
 //!     let mut figure = Figure::at_rest(&body);
@@ -71,6 +71,7 @@ pub mod body;
 pub mod budget;
 pub mod camera;
 pub mod clip;
+pub mod clothes;
 pub mod codebook;
 pub mod facets;
 pub mod format;

@@ -68,6 +68,8 @@ pub struct Walk<'a> {
     pub speed_mm_per_s: u16,
     /// Which clip is the motion.
     pub clip: usize,
+    /// Which avatar walks: the subject's own, or what the subject wears in this walk.
+    pub avatar: usize,
 }
 
 /// Walking or running.
@@ -193,8 +195,11 @@ impl<'a> Pack<'a> {
             if usize::from(u16_at(record, 12)) >= self.clips.len() {
                 return Err(FormatError::new(at + 12, "the number of a clip"));
             }
-            if u16_at(record, 14) != 0 {
-                return Err(FormatError::new(at + 14, "a reserved field of 0"));
+            if usize::from(u16_at(record, 14)) > self.avatars.len() {
+                return Err(FormatError::new(
+                    at + 14,
+                    "0 or the number of an avatar and 1",
+                ));
             }
         }
         Ok(())
@@ -259,9 +264,10 @@ impl<'a> Pack<'a> {
     }
 
     fn walk_of(&self, record: &[u8]) -> Walk<'a> {
+        let subject = usize::from(u16_at(record, 6));
         Walk {
             name: self.name(record).unwrap_or_default(),
-            subject: usize::from(u16_at(record, 6)),
+            subject,
             cycle: u16_at(record, 8),
             gait: if record.get(5) == Some(&1) {
                 Gait::Run
@@ -270,6 +276,10 @@ impl<'a> Pack<'a> {
             },
             speed_mm_per_s: u16_at(record, 10),
             clip: usize::from(u16_at(record, 12)),
+            avatar: match usize::from(u16_at(record, 14)) {
+                0 => usize::from(u16_at(self.subjects, SUBJECT_BYTES * subject + 10)),
+                worn => worn - 1,
+            },
         }
     }
 

@@ -336,8 +336,7 @@ fn everything_before_the_rasteriser_takes_nothing() {
         assert_eq!(expanded.pose(0.3), cycle.pose(0.3));
         let pack = Pack::parse(&bytes).expect("a pack");
         for walk in pack.walks() {
-            let subject = pack.subject(walk.subject).expect("a subject");
-            let avatar: Avatar<'_> = pack.avatar(subject.avatar).expect("an avatar");
+            let avatar: Avatar<'_> = pack.avatar(walk.avatar).expect("an avatar");
             let clip = pack.clip(walk.clip).expect("a clip");
             let mut body = Body::new(&avatar);
             let corners = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];

@@ -126,7 +126,8 @@ impl Decoded {
     #[must_use]
     pub(super) fn new(avatar: &Avatar<'_>, clip: &Loop<'_>) -> Self {
         let skeleton = avatar.skeleton();
-        let hulls = avatar.hulls().map(|hull| BodyHull {
+        let rigid = avatar.hulls().filter(|hull| hull.drape().is_none());
+        let hulls = rigid.map(|hull| BodyHull {
             joint: hull.joint(),
             points: hull.points().map(glam::Vec3::as_dvec3).collect(),
         });
@@ -147,6 +148,8 @@ impl Decoded {
             body: Body {
                 offsets: skeleton.offsets.map(glam::Vec3::as_dvec3),
                 hulls: hulls.collect(),
+                draped: Vec::new(),
+                clothes: None,
                 fit: None,
             },
             cycle,

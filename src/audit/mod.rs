@@ -107,7 +107,7 @@ impl Audit {
                 let walk = pack.walk(index)?;
                 let subject = pack.subject(walk.subject)?;
                 let clip = pack.clip(walk.clip)?.as_loop()?;
-                let avatar = pack.avatar(subject.avatar)?;
+                let avatar = pack.avatar(walk.avatar)?;
                 let kmh = (3.6e-3 * f64::from(walk.speed_mm_per_s)).round() as u16;
                 let measures = Decoded::new(&avatar, &clip).measures();
                 Some(((walk.gait, kmh, subject.sex), walk.subject, measures))

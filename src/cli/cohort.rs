@@ -3,7 +3,7 @@
 use super::args::{Common, Files};
 use super::encoding::{EncodingArgs, say_choice};
 use super::outputs::{Kind, Output};
-use super::values::SexArg;
+use super::values::{DressedArg, SexArg};
 use crate::dataset::{Header, write_bytes};
 use crate::encode::Effort;
 use crate::error::Result;
@@ -47,6 +47,16 @@ pub(super) struct Args {
     /// Mass of all of them [default: drawn]
     #[arg(long, value_name = "KG")]
     mass_kg: Option<f64>,
+    /// Draw clothes, hair and shoes for each person, for good or anew for each take [default: people
+    /// are bare]
+    #[arg(
+        long,
+        value_name = "WHEN",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "for-good"
+    )]
+    dressed: Option<DressedArg>,
     /// Measure people as they are decoded and drawn, and print it beside what is published
     #[cfg(feature = "import")]
     #[arg(long)]
@@ -140,6 +150,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
             stature_m: args.stature_m,
             mass_kg: args.mass_kg,
         },
+        dressed: args.dressed.map(DressedArg::dressing),
     };
     options.check()?;
     let known = stored(&options).filter(|_| args.encoding.is_usual());
@@ -165,6 +176,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         .with("people", options.people)
         .with("first_person", options.first)
         .with("quick", args.quick)
+        .with("dressed", args.dressed.map(DressedArg::name))
         .with("speeds_kmh", args.speeds_kmh.clone());
     let mut header = args.encoding.stated(header, &encoded);
     header.warnings.extend(encoded.missed_errors()?);

@@ -1,6 +1,7 @@
 //! Flags' names of the library's own choices, and what `--help` says of each.
 
 use crate::bench::Format;
+use crate::scene::cohort::Dressing;
 use crate::score::Provider;
 use crate::sweep::{Framing, Jitter, Lens};
 use crate::template::Template;
@@ -39,6 +40,32 @@ impl SexArg {
         match self {
             Self::Female => Sex::Female,
             Self::Male => Sex::Male,
+        }
+    }
+}
+
+/// How often people change their clothes, on the command line.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(super) enum DressedArg {
+    /// Clothes are a part of the person
+    ForGood,
+    /// Other clothes in each take, which packs carry as further bodies
+    PerTake,
+}
+
+impl DressedArg {
+    pub(super) const fn dressing(self) -> Dressing {
+        match self {
+            Self::ForGood => Dressing::ForGood,
+            Self::PerTake => Dressing::PerTake,
+        }
+    }
+
+    /// As results state it.
+    pub(super) const fn name(self) -> &'static str {
+        match self {
+            Self::ForGood => "for-good",
+            Self::PerTake => "per-take",
         }
     }
 }

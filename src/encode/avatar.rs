@@ -3,13 +3,14 @@
 
 use super::bits::{BitWriter, signed_width};
 use super::halves::{Halves, counts, distance, position};
-use super::hull::{Count, image};
+use super::hull::{Count, image, write_drape};
 use crate::error::{EncodeError, Result};
-use crate::scene::Body;
+use crate::scene::{Body, BodyHull};
 use edgegait_core::avatar::Avatar;
-use edgegait_core::budget::{MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
+use edgegait_core::budget::{MAX_DRAPED_HULLS, MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
 use edgegait_core::format::{
-    FITTED, HULL_STEP_M, OFFSET_STEP_M, OFFSET_WIDTH_BITS, SYMMETRIC_SKELETON, WIDTH_BITS,
+    CLOTHES_BITS, DRESSED, FITTED, HULL_STEP_M, JOINT_BITS, OFFSET_STEP_M, OFFSET_WIDTH_BITS,
+    PARTS_BITS, SYMMETRIC_SKELETON, WIDTH_BITS,
 };
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DVec3, Vec3};
@@ -18,6 +19,9 @@ use glam::{DVec3, Vec3};
 const MAX_COUNT: f64 = ((1 << ((1 << WIDTH_BITS) - 2)) - 1) as f64;
 /// Greatest error that the format states, mm.
 const MAX_STATED_MM: f64 = 655.35;
+
+/// Most parts of a draped hull, none of them the image of another.
+const MAX_PARTS: usize = 1 << PARTS_BITS;
 
 /// An avatar's bytes and how far its points moved.
 #[derive(Clone, Debug)]
@@ -58,20 +62,32 @@ pub fn encode_avatar(body: &Body, max_error_mm: f64) -> Result<EncodedAvatar> {
 }
 
 fn check_budget(body: &Body) -> Result<()> {
-    let points: usize = body.hulls.iter().map(|hull| hull.points.len()).sum();
+    let lens =
+        |hulls: &[BodyHull]| -> Vec<usize> { hulls.iter().map(|hull| hull.points.len()).collect() };
     let finite = |point: &DVec3| point.is_finite();
-    if !body.offsets.iter().all(finite) || !body.hulls.iter().all(|h| h.points.iter().all(finite)) {
+    let is_finite = |hull: &BodyHull| hull.points.iter().all(finite);
+    if !body.offsets.iter().all(finite) || !body.all_hulls().all(is_finite) {
         return Err(EncodeError::NotFinite("a body".into()).into());
     }
-    let largest = body.hulls.iter().map(|hull| hull.points.len()).max();
-    let smallest = body.hulls.iter().map(|hull| hull.points.len()).min();
-    if body.hulls.len() > MAX_HULLS
+    // A draped hull counts as a whole where points of one hull are counted.
+    let wholes = body.draped.iter().map(|parts| lens(parts).iter().sum());
+    let largest = lens(&body.hulls).into_iter().chain(wholes).max();
+    let hulls = body.all_hulls().count();
+    let points: usize = body.all_hulls().map(|hull| hull.points.len()).sum();
+    let is_empty = |hull: &BodyHull| hull.points.is_empty();
+    if hulls > MAX_HULLS
         || points > MAX_POINTS
         || largest > Some(MAX_HULL_POINTS)
-        || smallest == Some(0)
+        || body.draped.len() > MAX_DRAPED_HULLS
+        || body.all_hulls().any(is_empty)
+        || body
+            .draped
+            .iter()
+            .any(|parts| parts.is_empty() || parts.len() > MAX_PARTS)
     {
         return Err(EncodeError::BodyTooLarge {
-            hulls: body.hulls.len(),
+            hulls,
+            draped: body.draped.len(),
             points,
             largest: largest.unwrap_or(0),
         }
@@ -109,7 +125,7 @@ fn rounded_offsets(body: &Body) -> Result<[Count; JOINTS]> {
 /// The finest step in which the format counts all coordinates, micrometres.
 fn finest_step_um(body: &Body) -> Result<u16> {
     let mut finest = 1.0f64;
-    for point in body.hulls.iter().flat_map(|hull| &hull.points) {
+    for point in body.all_hulls().flat_map(|hull| &hull.points) {
         let farthest = point.abs().max_element();
         check_size(farthest)?;
         finest = finest.max((farthest / (MAX_COUNT * f64::from(HULL_STEP_M))).ceil());
@@ -127,7 +143,7 @@ fn finest_step_um(body: &Body) -> Result<u16> {
 /// farther from 0 than the error has to be counted, and one step is at most as far again.
 fn coarsest_step_um(body: &Body, max_error_mm: f64) -> u16 {
     let error_m = max_error_mm * 1e-3;
-    let points = body.hulls.iter().flat_map(|hull| &hull.points);
+    let points = body.all_hulls().flat_map(|hull| &hull.points);
     let counted = points.flat_map(|point| point.abs().to_array());
     let nearest = counted.filter(|&m| m > error_m).fold(f64::MAX, f64::min);
     let most = ((nearest + error_m) / f64::from(HULL_STEP_M)).ceil();
@@ -147,7 +163,7 @@ fn step_m(step_um: u16) -> f64 {
 /// Whether no point is further than this from a whole number of steps.
 fn is_within(body: &Body, step_um: u16, max_error_mm: f64) -> bool {
     let step_m = step_m(step_um);
-    let mut points = body.hulls.iter().flat_map(|hull| &hull.points);
+    let mut points = body.all_hulls().flat_map(|hull| &hull.points);
     points.all(|&point| {
         let found = position(counts(point, step_m), step_m);
         point.distance(found) * 1e3 <= max_error_mm
@@ -161,21 +177,38 @@ fn encode(
     step_um: u16,
     max_error_mm: f64,
 ) -> Result<EncodedAvatar> {
-    let halves = Halves {
-        hulls: &body.hulls,
-        step_m: step_m(step_um),
-        max_error_m: max_error_mm * 1e-3,
+    let stored_hulls = |hulls| {
+        let halves = Halves {
+            hulls,
+            step_m: step_m(step_um),
+            max_error_m: max_error_mm * 1e-3,
+        };
+        halves.stored_hulls()
     };
-    let (stored, sources) = halves.stored_hulls();
+    let (stored, mut sources) = stored_hulls(&body.hulls);
     let is_symmetric = is_symmetric(offsets);
     let mut writer = BitWriter::default();
     write_offsets(&mut writer, offsets, is_symmetric);
+    if let Some(clothes) = body.clothes {
+        writer.unsigned(DRESSED, JOINT_BITS);
+        writer.unsigned(u32::from(clothes.bits()), CLOTHES_BITS);
+    }
     for hull in &stored {
         hull.write(&mut writer);
     }
+    let mut stored_count = stored.len();
+    for parts in &body.draped {
+        let (parts, of_parts) = stored_hulls(parts);
+        write_drape(parts.len(), &mut writer);
+        for part in &parts {
+            part.write(&mut writer);
+        }
+        stored_count += parts.len();
+        sources.extend(of_parts);
+    }
     let skeleton = if is_symmetric { SYMMETRIC_SKELETON } else { 0 };
     let hull_count =
-        u8::try_from(stored.len()).map_err(|_| EncodeError::PackTooLarge(stored.len()))?;
+        u8::try_from(stored_count).map_err(|_| EncodeError::PackTooLarge(stored_count))?;
     let mut bytes = vec![0, 0];
     bytes.extend(step_um.to_le_bytes());
     let is_fitted = if body.fit.is_some() { FITTED } else { 0 };
@@ -259,6 +292,8 @@ mod tests {
         Body {
             offsets: [DVec3::ZERO; JOINTS],
             hulls: vec![BodyHull { joint, points }],
+            draped: Vec::new(),
+            clothes: None,
             fit: None,
         }
     }

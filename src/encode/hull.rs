@@ -2,7 +2,8 @@
 
 use super::bits::{BitWriter, signed_width};
 use edgegait_core::format::{
-    JOINT_BITS, ROW_LENGTH_BITS, ROW_MIDDLE_BITS, ROWS_BITS, SHARED_BITS, WIDTH_BITS,
+    DRAPED, JOINT_BITS, PARTS_BITS, ROW_LENGTH_BITS, ROW_MIDDLE_BITS, ROWS_BITS, SHARED_BITS,
+    WIDTH_BITS,
 };
 use edgegait_core::skeleton::Joint;
 use std::collections::{BTreeMap, BTreeSet};
@@ -26,6 +27,12 @@ pub(super) struct StoredHull {
     pub is_symmetric: bool,
     /// Its points, each once; those that are left out are not among them.
     pub points: BTreeSet<Count>,
+}
+
+/// Appends what stands before so many stored parts of a draped hull.
+pub(super) fn write_drape(parts: usize, writer: &mut BitWriter) {
+    writer.unsigned(DRAPED, JOINT_BITS);
+    writer.unsigned(narrow(parts - 1), PARTS_BITS);
 }
 
 /// Points that follow each other in the stream.

@@ -10,9 +10,10 @@ use crate::scene::{Subject, Track, Walk};
 use edgegait_core::avatar::Avatar;
 use edgegait_core::format::{
     CRC_AT, HEADER_BYTES, LENGTH_AT, MAGIC, SECTION_ENTRY_BYTES, SECTION_ORDER, SECTIONS_AT,
-    SEX_BITS, UNDER_AGE_YEARS, VERSION, VERSION_AT, crc32,
+    SEX_BITS, SUBJECT_BYTES, UNDER_AGE_YEARS, VERSION, VERSION_AT, crc32,
 };
 use edgegait_core::pack::{Gait, Pack, Sex};
+use edgegait_core::skeleton::Skeleton;
 use memchr::memmem;
 use rayon::prelude::*;
 use std::collections::HashSet;
@@ -43,11 +44,11 @@ pub fn encode_subjects(
     check_walks(subjects)?;
     let bodies = subjects
         .par_iter()
-        .map(|subject| Ok(encode_avatar(&subject.body, body_error_mm(max_error_mm))?.bytes))
+        .map(|subject| Bodies::encode(subject, body_error_mm(max_error_mm)))
         .collect::<Result<Vec<_>>>()?;
     let (mut motions, mut whose) = (Vec::new(), Vec::new());
-    for (subject, body) in subjects.iter().zip(&bodies) {
-        let skeleton = Avatar::parse(body)?.skeleton();
+    for (subject, bodies) in subjects.iter().zip(&bodies) {
+        let skeleton = bodies.skeleton()?;
         for walk in &subject.walks {
             whose.push((subject, walk));
             motions.push(match &walk.motion {
@@ -68,10 +69,10 @@ pub fn encode_subjects(
     })?;
     let mut clips = tracks.clips.into_iter();
     let mut builder = PackBuilder::default();
-    for (subject, body) in subjects.iter().zip(bodies) {
+    for (subject, bodies) in subjects.iter().zip(bodies) {
         builder.add(
             subject,
-            body,
+            bodies,
             clips.by_ref().take(subject.walks.len()).collect(),
         )?;
     }
@@ -158,6 +159,32 @@ pub fn encode_within(
     Ok((best, high))
 }
 
+/// A person's body, and bodies with what is worn on single walks.
+#[derive(Clone, Debug)]
+pub(super) struct Bodies {
+    own: Vec<u8>,
+    /// In the order of the walks.
+    worn: Vec<Option<Vec<u8>>>,
+}
+
+impl Bodies {
+    pub(super) fn encode(subject: &Subject, max_error_mm: f64) -> Result<Self> {
+        let encode = |body| Ok(encode_avatar(body, max_error_mm)?.bytes);
+        let worn = subject.walks.iter().map(|walk| walk.worn.as_ref());
+        Ok(Self {
+            own: encode(&subject.body)?,
+            worn: worn
+                .map(|body| body.map(encode).transpose())
+                .collect::<Result<_>>()?,
+        })
+    }
+
+    /// Where the joints are, which is the same whatever is worn.
+    pub(super) fn skeleton(&self) -> Result<Skeleton> {
+        Ok(Avatar::parse(&self.own)?.skeleton())
+    }
+}
+
 /// Collects records, names and encoded parts.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PackBuilder {
@@ -177,13 +204,13 @@ impl PackBuilder {
     pub(super) fn add(
         &mut self,
         subject: &Subject,
-        avatar: Vec<u8>,
+        bodies: Bodies,
         clips: Vec<Vec<u8>>,
     ) -> Result<()> {
         if !self.subject_names.insert(subject.name.clone()) {
             return Err(EncodeError::SameName(subject.name.clone()).into());
         }
-        let number = narrow::<u16>(self.avatars.len())?;
+        let number = narrow::<u16>(self.subjects.len() / SUBJECT_BYTES)?;
         let record = &mut self.subjects;
         push_name(&mut self.names, record, &subject.name)?;
         let sex = match subject.sex {
@@ -195,7 +222,8 @@ impl PackBuilder {
         record.extend(whole(subject.stature_m * 1e3, ("a stature of", "mm"))?.to_le_bytes());
         record.extend(whole(subject.mass_kg * 10.0, ("a mass of", "x 0.1 kg"))?.to_le_bytes());
         record.extend(narrow::<u16>(self.avatars.len())?.to_le_bytes());
-        for (walk, clip) in subject.walks.iter().zip(clips) {
+        self.avatars.push(bodies.own);
+        for ((walk, clip), worn) in subject.walks.iter().zip(clips).zip(bodies.worn) {
             let record = &mut self.walks;
             push_name(&mut self.names, record, &walk.name)?;
             record.push(match walk.gait {
@@ -206,16 +234,22 @@ impl PackBuilder {
             record.extend(walk.cycle.to_le_bytes());
             record.extend(whole_speed(walk)?.to_le_bytes());
             record.extend(narrow::<u16>(self.clips.len())?.to_le_bytes());
-            record.extend([0, 0]);
             self.clips.push(clip);
+            let avatar = match worn {
+                None => 0,
+                Some(avatar) => {
+                    self.avatars.push(avatar);
+                    narrow::<u16>(self.avatars.len())?
+                }
+            };
+            record.extend(avatar.to_le_bytes());
         }
-        self.avatars.push(avatar);
         Ok(())
     }
 
     /// How many people were added.
     pub(super) const fn people(&self) -> usize {
-        self.avatars.len()
+        self.subjects.len() / SUBJECT_BYTES
     }
 
     /// How many bytes the pack has with this code.

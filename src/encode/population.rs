@@ -6,16 +6,14 @@
 //! people are encoded as they are made.
 
 use super::MAX_ERROR_MM;
-use super::avatar::encode_avatar;
 use super::code::{Code, ErrorsOfAll, StoredCode};
 use super::cycle::{Quantised, quantise, quickly, rounded_at};
-use super::pack::{PackBuilder, body_error_mm, refused};
+use super::pack::{Bodies, PackBuilder, body_error_mm, refused};
 use super::target::{JointErrors, Target};
 use super::templates::difference;
 use super::tracks::{TIGHTER, TRIES, worst};
 use crate::error::{EncodeError, Error, Result};
 use crate::scene::{Subject, Track};
-use edgegait_core::avatar::Avatar;
 use edgegait_core::budget::{MAX_ENTRIES, MAX_PACK_BYTES};
 use edgegait_core::codebook::Codebook;
 use rayon::prelude::*;
@@ -54,7 +52,7 @@ const MARGIN: usize = 50;
 /// A person's bytes.
 struct Encoded {
     subject: Subject,
-    body: Vec<u8>,
+    bodies: Bodies,
     clips: Vec<(Vec<u8>, JointErrors)>,
 }
 
@@ -106,7 +104,7 @@ pub fn encode_population(
                     errors.add(&own);
                     bytes
                 });
-                builder.add(&person.subject, person.body, clips.collect())?;
+                builder.add(&person.subject, person.bodies, clips.collect())?;
             }
             // If those to come take as much as these.
             let bytes = builder.len_bytes(&sections) - shared;
@@ -137,8 +135,8 @@ fn one(
     (max_error_mm, effort): (f64, Effort),
     progress: &(dyn Fn() + Sync),
 ) -> Result<Encoded> {
-    let body = encode_avatar(&subject.body, body_error_mm(max_error_mm))?.bytes;
-    let skeleton = Avatar::parse(&body)?.skeleton();
+    let bodies = Bodies::encode(&subject, body_error_mm(max_error_mm))?;
+    let skeleton = bodies.skeleton()?;
     let clips = subject.walks.iter().map(|walk| {
         let clip = match &walk.motion {
             Track::Loop(cycle) => Target::new(cycle, skeleton.clone())
@@ -150,7 +148,7 @@ fn one(
     });
     let clips = clips.collect::<Result<_>>()?;
     Ok(Encoded {
-        body,
+        bodies,
         clips,
         subject,
     })

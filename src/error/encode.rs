@@ -1,6 +1,6 @@
 //! Why people and their walks are not encoded.
 
-use edgegait_core::budget::{MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
+use edgegait_core::budget::{MAX_DRAPED_HULLS, MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
 use edgegait_core::format::FormatError;
 use edgegait_core::skeleton::Joint;
 use std::ops::Range;
@@ -26,11 +26,13 @@ pub enum EncodeError {
     NotFinite(String),
     /// A body has more hulls or points than the core holds, or a hull without any.
     #[error(
-        "a body of {hulls} hulls, {points} points and at most {largest} in one: expected at most {MAX_HULLS} hulls of 1 to {MAX_HULL_POINTS} points, {MAX_POINTS} in all"
+        "a body of {hulls} hulls, {draped} of them draped, {points} points and at most {largest} in one: expected at most {MAX_HULLS} hulls of 1 to {MAX_HULL_POINTS} points, {MAX_POINTS} in all, and {MAX_DRAPED_HULLS} draped ones of 1 to 8 parts"
     )]
     BodyTooLarge {
-        /// Its hulls.
+        /// Its hulls, and the parts of draped ones.
         hulls: usize,
+        /// How many are draped.
+        draped: usize,
         /// Points of all of them.
         points: usize,
         /// Points of the largest.

@@ -3,10 +3,10 @@
 use super::gallery::{GalleryRow, Raster, TemplateCell, gallery, template_sheet};
 use super::pixels::{faded, mean, pixelated, warped};
 use super::scene::{Floor, Kind as Colour, Shot as Window, ShownHull, frame};
-use crate::confound::appearance::Part;
 use crate::confound::image::straightened;
 use crate::confound::{Condition, Kind};
 use crate::error::Result;
+use crate::scene::wear::Part;
 use crate::sweep::{
     Hulls, Job, Moments, Scene, Settings, Shot, Swept, Thing, View, scene, silhouettes, sweep,
 };

@@ -58,7 +58,9 @@ mod transfer;
 #[cfg(feature = "import")]
 mod unit;
 pub(crate) mod variation;
+pub(crate) mod wear;
 
+use edgegait_core::clothes::Clothes;
 use edgegait_core::pack::{Gait, Sex};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
@@ -95,6 +97,8 @@ pub struct Walk {
     pub speed_mps: f64,
     /// The motion, on the subject's own skeleton.
     pub motion: Track,
+    /// The body with what the subject wears on this walk, where that is not the subject's own.
+    pub worn: Option<Body>,
 }
 
 /// A motion: one that repeats, or one that does not.
@@ -149,8 +153,20 @@ pub struct Body {
     pub offsets: [DVec3; JOINTS],
     /// Convex hulls, each rigid with one joint.
     pub hulls: Vec<BodyHull>,
+    /// Draped hulls, by their parts: what the parts of one span together, each rigid with its
+    /// joint, as cloth that is taut between them.
+    pub draped: Vec<Vec<BodyHull>>,
+    /// What the hulls include, of a body that is dressed.
+    pub clothes: Option<Clothes>,
     /// How well they match the mesh that they were fitted to, if they were.
     pub fit: Option<Fit>,
+}
+
+impl Body {
+    /// Its hulls, then the parts of draped ones.
+    pub(crate) fn all_hulls(&self) -> impl Iterator<Item = &BodyHull> {
+        self.hulls.iter().chain(self.draped.iter().flatten())
+    }
 }
 
 /// How well a body's hulls match the mesh that they were fitted to.

@@ -388,6 +388,7 @@ pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<S
                 cycle,
                 gait: gait(speed_mps, leg_length_m(own)),
                 speed_mps,
+                worn: None,
                 motion,
             });
         };

@@ -55,6 +55,8 @@ pub(crate) fn thinned(body: &Body, most: usize) -> Result<Body> {
         offsets: body.offsets,
         hulls,
         // What was measured of more points is not true of fewer.
+        draped: Vec::new(),
+        clothes: None,
         fit: None,
     })
 }
@@ -252,6 +254,8 @@ mod tests {
         Body {
             offsets: [DVec3::ZERO; JOINTS],
             hulls,
+            draped: Vec::new(),
+            clothes: None,
             fit: None,
         }
     }

@@ -11,7 +11,7 @@ use edgegait_core::avatar::Avatar;
 use edgegait_core::pack::{Gait, Pack, Walk};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::Path;
 
@@ -58,6 +58,8 @@ struct SubjectSummary {
     name: String,
     sex: Option<&'static str>,
     age_years: Option<u8>,
+    /// Of one who is dressed, on the first walk.
+    clothes: Option<String>,
     /// What the pack states, or else the height of the hulls, standing; `None` without both.
     stature_m: Option<f64>,
     stature_from: Option<&'static str>,
@@ -77,6 +79,8 @@ struct SubjectSummary {
 struct ClipSummary {
     file: String,
     subject: String,
+    /// Of one who is dressed.
+    clothes: Option<String>,
     walk: String,
     cycle: u16,
     gait: &'static str,
@@ -253,10 +257,11 @@ impl Summary {
                         edgegait_core::pack::Sex::Male => "male",
                     }),
                     age_years: subject.age_years,
+                    clothes: avatar.clothes().map(|clothes| clothes.to_string()),
                     stature_m,
                     stature_from,
                     mass_kg: known(subject.mass_hg, 0.1),
-                    hulls: avatar.hulls().count(),
+                    hulls: avatar.drawn_hulls(),
                     points: avatar.hulls().map(|hull| hull.len()).sum(),
                     avatar_bytes: avatar.len_bytes(),
                     avatar_max_error_mm: rounded(f64::from(avatar.max_error_mm()), 2),
@@ -276,6 +281,10 @@ impl Summary {
                 Some(ClipSummary {
                     file: path.display().to_string(),
                     subject: subjects.get(walk.subject)?.name.clone(),
+                    clothes: pack
+                        .avatar(walk.avatar)
+                        .and_then(|avatar| avatar.clothes())
+                        .map(|clothes| clothes.to_string()),
                     walk: walk.name.into(),
                     cycle: walk.cycle,
                     gait: match walk.gait {
@@ -341,12 +350,15 @@ impl Summary {
 
     fn write_people(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut table = Table::new(&[Left(10), Right(6)]);
-        table.row(
-            "subject|sex|years|m|kg|hulls|points|body bytes|error mm|jaccard|walks|clip bytes"
-                .split('|'),
-        );
+        let is_dressed = self
+            .subjects
+            .iter()
+            .any(|subject| subject.clothes.is_some());
+        let columns =
+            "subject|sex|years|m|kg|hulls|points|body bytes|error mm|jaccard|walks|clip bytes";
+        table.row(columns.split('|').chain(is_dressed.then_some("clothes")));
         for subject in self.subjects.iter().take(SHOWN) {
-            table.row([
+            let cells = [
                 subject.name.clone(),
                 subject.sex.unwrap_or("-").into(),
                 subject
@@ -361,7 +373,9 @@ impl Summary {
                 optional(subject.jaccard, 4),
                 subject.walks.to_string(),
                 subject.clip_bytes.to_string(),
-            ]);
+            ];
+            let clothes = is_dressed.then(|| self.clothes_of(subject));
+            table.row(cells.into_iter().chain(clothes));
         }
         note_rest(&mut table, self.subjects.len());
         write!(f, "\n{table}")?;
@@ -372,6 +386,20 @@ impl Summary {
             )?;
         }
         Ok(())
+    }
+
+    /// What a person wears, or in how many ways the person is dressed.
+    fn clothes_of(&self, subject: &SubjectSummary) -> String {
+        let walks = self
+            .clips
+            .iter()
+            .filter(|clip| clip.subject == subject.name);
+        let ways: BTreeSet<_> = walks.map(|clip| &clip.clothes).collect();
+        match (ways.len(), &subject.clothes) {
+            (2.., _) => format!("{} ways", ways.len()),
+            (_, Some(clothes)) => clothes.clone(),
+            (_, None) => "-".into(),
+        }
     }
 
     fn write_joints(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -73,7 +73,11 @@ impl Dressed {
             skeleton: avatar.skeleton(),
             bare: None,
             crossing: None,
-            parts: vec![Part::Body; avatar.hulls().count()],
+            parts: Outfit::of(&avatar)
+                .hulls
+                .iter()
+                .map(|hull| hull.part)
+                .collect(),
         };
         if !dressed.plan.doses().list().is_empty() {
             dressed
@@ -386,7 +390,7 @@ fn parts<'a>(pack: &Pack<'a>, job: Job<'_>) -> Result<Parts<'a>> {
     let walk = pack.walk(job.walk);
     let subject = walk.and_then(|walk| pack.subject(walk.subject));
     let parts = walk.zip(subject).and_then(|(walk, subject)| {
-        let (avatar, clip) = (pack.avatar(subject.avatar)?, pack.clip(walk.clip)?);
+        let (avatar, clip) = (pack.avatar(walk.avatar)?, pack.clip(walk.clip)?);
         Some((walk, subject, avatar, clip))
     });
     parts.ok_or_else(|| {

@@ -11,6 +11,7 @@ use crate::body::{OverBudget, Place};
 use crate::budget::{MAX_HULL_POINTS, MAX_HULLS};
 use crate::camera::Camera;
 use crate::facets::each_triangle;
+use crate::format::JOINT_BITS;
 use crate::hull::mirrored;
 use crate::pose::ModelPose;
 use crate::raster::{DrawError, Extent, Hulls, framing};
@@ -52,7 +53,7 @@ impl Scale {
 
 #[derive(Clone, Copy, Debug)]
 struct BodyHull {
-    joint: u8,
+    carrier: Carrier,
     /// Whether its points' x are to be turned round.
     is_image: bool,
     /// Behind its last point and its last facet.
@@ -62,14 +63,35 @@ struct BodyHull {
     bounds: [[i8; 2]; 3],
 }
 
+/// A hull's joint in the low bits, and in the high ones the number of the draped hull that it is
+/// a part of, counted from 1; 0 for a hull of its own.
+#[derive(Clone, Copy, Debug)]
+struct Carrier(u8);
+
+impl Carrier {
+    fn of(hull: &Hull<'_>) -> Result<Self, OverBudget> {
+        let drape = hull.drape().map_or(0, |drape| drape + 1);
+        let bits = hull.joint().index() | drape << JOINT_BITS;
+        u8::try_from(bits).map(Self).map_err(|_| OverBudget)
+    }
+
+    fn joint(self) -> usize {
+        usize::from(self.0) & ((1 << JOINT_BITS) - 1)
+    }
+
+    const fn drape(self) -> u8 {
+        self.0 >> JOINT_BITS
+    }
+}
+
 /// How much room an avatar needs in a [`Body`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Room {
-    /// Hulls.
+    /// Hulls, and parts of draped ones.
     pub hulls: usize,
     /// Points of all hulls.
     pub points: usize,
-    /// Facets of all hulls, and sides of those that are flat.
+    /// Facets of all hulls but draped ones, and sides of those that are flat.
     pub facets: usize,
 }
 
@@ -80,7 +102,10 @@ impl Room {
         avatar.hulls().fold(Self::default(), |room, hull| Self {
             hulls: room.hulls + 1,
             points: room.points + hull.len(),
-            facets: room.facets + facets_of(&hull),
+            facets: match hull.drape() {
+                Some(_) => room.facets,
+                None => room.facets + facets_of(&hull),
+            },
         })
     }
 
@@ -172,13 +197,13 @@ impl<const POINTS: usize, const FACETS: usize> Body<POINTS, FACETS> {
             }
             self.points.push(point).map_err(|_| OverBudget)?;
         }
-        if FACETS > 0 {
+        if FACETS > 0 && hull.drape().is_none() {
             each_facet(hull, |corners| self.facets.push(corners)).map_err(|_| OverBudget)?;
         }
         self.scale.step = hull.step().y;
         let end = |len| u16::try_from(len).map_err(|_| OverBudget);
         let hull = BodyHull {
-            joint: u8::try_from(hull.joint().index()).map_err(|_| OverBudget)?,
+            carrier: Carrier::of(hull)?,
             points_end: end(self.points.len())?,
             facets_end: end(self.facets.len())?,
             is_image: hull.step().x < 0.0,
@@ -194,7 +219,7 @@ impl<const POINTS: usize, const FACETS: usize> Body<POINTS, FACETS> {
             scale: self.scale,
             hulls: &self.hulls,
             points: &self.points,
-            facets: &self.facets,
+            facets: (FACETS > 0).then_some(self.facets.as_slice()),
             pose,
         }
     }
@@ -206,7 +231,8 @@ pub struct Posed<'a> {
     scale: Scale,
     hulls: &'a [BodyHull],
     points: &'a [[i16; 3]],
-    facets: &'a [Corners],
+    /// None where there is no room for any.
+    facets: Option<&'a [Corners]>,
     pose: &'a ModelPose,
 }
 
@@ -216,7 +242,33 @@ impl<'a> Posed<'a> {
         self.hulls().flatten()
     }
 
-    /// Its hulls, one after another.
+    /// The numbers of the parts of each hull: one, but of a draped hull.
+    pub(super) fn wholes(&self) -> impl Iterator<Item = Range<usize>> + use<'a> {
+        let hulls = self.hulls;
+        let mut start = 0;
+        core::iter::from_fn(move || {
+            let drape = hulls.get(start)?.carrier.drape();
+            let rest = hulls.get(start + 1..).unwrap_or_default();
+            let others = rest
+                .iter()
+                .take_while(|hull| drape > 0 && hull.carrier.drape() == drape);
+            let parts = start..start + 1 + others.count();
+            start = parts.end;
+            Some(parts)
+        })
+    }
+
+    /// The points of one hull or part, metres.
+    fn points_of(&self, number: usize) -> impl Iterator<Item = Vec3> + use<'a> {
+        let hull = self.hull(number).into_iter();
+        hull.flat_map(|hull| {
+            let (place, step) = (hull.place, hull.step);
+            let points = hull.points.iter();
+            points.map(move |&point| place.carry(local(point, step)))
+        })
+    }
+
+    /// Its hulls and the parts of draped ones, one after another.
     pub(super) fn hull_parts(&self) -> impl Iterator<Item = PosedHull<'a>> + use<'a> {
         let posed = *self;
         (0..self.hulls.len()).filter_map(move |number| posed.hull(number))
@@ -236,14 +288,18 @@ impl<'a> Posed<'a> {
         let facets = range(facets_start, hull.facets_end);
         let steps = Vec3::splat(self.scale.step);
         Some(PosedHull {
-            place: Place::of(usize::from(hull.joint), self.pose),
+            place: Place::of(hull.carrier.joint(), self.pose),
+            is_draped: hull.carrier.drape() > 0,
             step: if hull.is_image {
                 mirrored(steps)
             } else {
                 steps
             },
             points: self.points.get(points).unwrap_or_default(),
-            facets: self.facets.get(facets).unwrap_or_default(),
+            facets: self
+                .facets
+                .and_then(|all| all.get(facets))
+                .unwrap_or_default(),
             bounds: hull.bounds,
         })
     }
@@ -251,11 +307,9 @@ impl<'a> Posed<'a> {
 
 impl Hulls for Posed<'_> {
     fn hulls(&self) -> impl Iterator<Item = impl Iterator<Item = Vec3>> {
-        self.hull_parts().map(|hull| {
-            let (place, step) = (hull.place, hull.step);
-            let points = hull.points.iter();
-            points.map(move |&point| place.carry(local(point, step)))
-        })
+        let posed = *self;
+        self.wholes()
+            .map(move |parts| parts.flat_map(move |part| posed.points_of(part)))
     }
 
     fn extent(&self, camera: &Camera) -> Result<Extent, DrawError> {
@@ -269,6 +323,7 @@ impl Hulls for Posed<'_> {
 #[derive(Debug)]
 pub struct PosedHull<'a> {
     place: Place,
+    is_draped: bool,
     /// How long the steps of its points are, metres.
     step: Vec3,
     points: &'a [[i16; 3]],

@@ -22,7 +22,7 @@
 //! fn side_view(bytes: &[u8], pixels: &mut [u8]) -> Option<()> {
 //!     let pack = Pack::parse(bytes).ok()?;
 //!     let walk = pack.walks().next()?;
-//!     let avatar = pack.avatar(pack.subject(walk.subject)?.avatar)?;
+//!     let avatar = pack.avatar(walk.avatar)?;
 //!     let cycle = pack.clip(walk.clip)?.as_loop()?;
 //!     let skeleton = avatar.skeleton();
 //!     let mut body = Body::<512, 1024>::EMPTY;

@@ -1,7 +1,7 @@
 //! A window of bit rows for one number at a time: what `raster/rows.rs` does for sixteen.
 
 use super::Posed;
-use super::body::{PosedHull, SeenHull, Sight};
+use super::body::{SeenHull, Sight};
 use crate::budget::{MAX_ROWS, WINDOW_COLUMNS};
 use crate::camera::Camera;
 use crate::raster::framing::Moments;
@@ -292,8 +292,8 @@ impl<const N: usize> Rows<N> {
         placement: &Placement,
     ) {
         let mut seen = SeenHull::new(sight);
-        for hull in posed.hull_parts() {
-            let rows = self.cross::<NARROW>(&mut seen, &hull, placement);
+        for parts in posed.wholes() {
+            let rows = self.cross::<NARROW>(&mut seen, parts, placement);
             self.fill::<NARROW>(rows);
         }
     }
@@ -303,13 +303,13 @@ impl<const N: usize> Rows<N> {
     fn cross<const NARROW: bool>(
         &mut self,
         seen: &mut SeenHull<'_>,
-        hull: &PosedHull<'_>,
+        parts: Range<usize>,
         placement: &Placement,
     ) -> Range<usize> {
         let most = u32::try_from(N * self.size.rows()).unwrap_or(0);
         let row = |y| first_row::<N>(y).min(most);
         let (spans, mut start, mut end) = (self.spans.as_flattened_mut(), most, 0);
-        seen.trace(hull, placement, row, |a, b| {
+        seen.trace(parts, placement, row, |a, b| {
             // Most lines of a small hull cross no row.
             if a.row == b.row {
                 return;

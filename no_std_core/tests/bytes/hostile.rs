@@ -87,8 +87,8 @@ impl Viewer {
             assert!(pack.avatar(subject.avatar).is_some());
         }
         for walk in pack.walks() {
-            let subject = pack.subject(walk.subject).expect("a checked subject");
-            let avatar = pack.avatar(subject.avatar).expect("a checked avatar");
+            assert!(pack.subject(walk.subject).is_some());
+            let avatar = pack.avatar(walk.avatar).expect("a checked avatar");
             let clip = pack.clip(walk.clip).expect("a checked clip");
             self.walk(&avatar, &clip);
         }
@@ -143,10 +143,12 @@ fn the_pack_made_by_hand_is_read_and_drawn() {
     );
     let walks: Vec<_> = pack.walks().map(|w| (w.name, w.subject, w.cycle)).collect();
     assert_eq!(walks, [("slow", 0, 0), ("fast", 0, 0), ("slow", 1, 3)]);
+    let worn: Vec<_> = pack.walks().map(|walk| walk.avatar).collect();
+    assert_eq!(worn, [0, 0, 0]);
     let mut viewer = Viewer::new();
     assert!(viewer.read(&bytes));
     for walk in pack.walks() {
-        let avatar = pack.avatar(walk.subject).expect("a body");
+        let avatar = pack.avatar(walk.avatar).expect("a body");
         let pose = pack.clip(walk.clip).expect("a clip").sample(0.1);
         let model = ModelPose::new(&avatar.skeleton(), &pose);
         let body = Body::new(&avatar);

@@ -159,8 +159,7 @@ fn a_gei_in_a_buffer_is_the_gei() {
     let pack = Pack::parse(&bytes).expect("a pack");
     let camera = Camera::orthographic(Viewpoint::from_degrees(72.0, 15.0).expect("a viewpoint"));
     for walk in pack.walks() {
-        let subject = pack.subject(walk.subject).expect("a subject");
-        let avatar = pack.avatar(subject.avatar).expect("an avatar");
+        let avatar = pack.avatar(walk.avatar).expect("an avatar");
         let cycle = pack.clip(walk.clip).and_then(|clip| clip.as_loop());
         let cycle = cycle.expect("a loop");
         let skeleton = avatar.skeleton();

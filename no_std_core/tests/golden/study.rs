@@ -52,7 +52,7 @@ pub fn job<'a>(pack: &Pack<'a>, number: usize) -> Job<'a> {
     Job {
         person: person.name,
         walk: walk.name,
-        avatar: pack.avatar(person.avatar).expect("an avatar"),
+        avatar: pack.avatar(walk.avatar).expect("an avatar"),
         cycle: cycle.expect("a cycle"),
         view,
         camera: Camera::orthographic(viewpoint.expect("a viewpoint")),

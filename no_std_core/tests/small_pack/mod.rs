@@ -34,7 +34,9 @@ pub fn small_pack() -> Vec<u8> {
     ] {
         walks.extend(at.to_le_bytes());
         walks.extend([4, gait]);
-        for field in [subject, cycle, 1_400, clip, 0] {
+        // Bob wears Ann's body.
+        let worn = u16::from(subject == 1);
+        for field in [subject, cycle, 1_400, clip, worn] {
             walks.extend(field.to_le_bytes());
         }
     }
@@ -85,7 +87,8 @@ fn table(entries: &[Vec<u8>]) -> Vec<u8> {
 }
 
 /// Joint offsets of up to 30 cm, half of the time symmetric, and so many stored hulls of
-/// 1 to 30 points, 5 to 30 cm large.
+/// 1 to 30 points, 5 to 30 cm large. From four on, the last three are parts of one or two draped
+/// hulls.
 pub fn avatar(random: &mut Random, hulls: usize) -> Vec<u8> {
     let is_symmetric = random.below(2) == 1;
     let mut bits = Vec::new();
@@ -98,8 +101,18 @@ pub fn avatar(random: &mut Random, hulls: usize) -> Vec<u8> {
             bits.push_bits(random.between(-3_000.0, 3_000.0) as i32 as u32, 13);
         }
     }
-    for _ in 0..hulls {
-        hull(&mut bits, random);
+    let parts = if hulls < 4 { 0 } else { 3 };
+    for _ in parts..hulls {
+        hull(&mut bits, random, 3);
+    }
+    let first = 1 + random.below(3);
+    for part in 0..parts {
+        if part == 0 || part == first {
+            let of_this = if part == 0 { first } else { parts - first };
+            bits.push_bits(31, 5);
+            bits.push_bits(of_this as u32 - 1, 3);
+        }
+        hull(&mut bits, random, 1);
     }
     let mut bytes = vec![150, 0];
     bytes.extend((random.between(2_000.0, 5_000.0) as u16).to_le_bytes());
@@ -108,13 +121,14 @@ pub fn avatar(random: &mut Random, hulls: usize) -> Vec<u8> {
     bytes
 }
 
-/// Joint, flags, axis, rows and widths, then up to three rows of up to five points.
-fn hull(bits: &mut Vec<bool>, random: &mut Random) {
+/// Joint, flags, axis, rows and widths, then so many rows of up to five points, or, of one row,
+/// up to two, which stand for eight at most.
+fn hull(bits: &mut Vec<bool>, random: &mut Random, most_rows: usize) {
     let joint = random.below(19);
     let is_symmetric = random.below(2) == 1;
     let is_left = (5..9).contains(&joint) || (13..16).contains(&joint);
     let shared = random.below(4);
-    let rows = 1 + random.below(3);
+    let rows = 1 + random.below(most_rows);
     bits.push_bits(joint as u32, 5);
     bits.push_bits(u32::from(is_symmetric), 1);
     bits.push_bits(u32::from(is_left && random.below(2) == 1), 1);
@@ -125,7 +139,7 @@ fn hull(bits: &mut Vec<bool>, random: &mut Random) {
         bits.push_bits(width, 4);
     }
     for _ in 0..rows {
-        let points = 1 + random.below(5);
+        let points = 1 + random.below(if most_rows == 1 { 2 } else { 5 });
         bits.push_bits(points as u32 - 1, 3);
         let middle = if is_symmetric {
             random.below(4).min(points)

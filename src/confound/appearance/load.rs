@@ -1,7 +1,6 @@
 //! What is carried: boxes with rounded edges, on the back, at the hip, and in a hand.
 
-use super::standing::Standing;
-use super::{Outfit, Part, Wearer, WornHull};
+use crate::scene::wear::{Outfit, Part, Standing, Wearer, WornHull};
 use edgegait_core::skeleton::Joint;
 use glam::DVec3;
 

@@ -13,78 +13,55 @@
 //!
 //! Sizes that are said to be ours were chosen by looking at pictures of built-in people.
 
-mod cloth;
-mod head;
 mod load;
 mod shape;
-mod standing;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use cloth::{coat, shoes, skirt, wide_trousers};
-pub(crate) use head::{hair, hat};
 pub(crate) use load::{backpack, shoulder_bag, suitcase};
 pub(crate) use shape::{age_body, body_mass, build};
 
 use crate::error::{Error, Result};
 use crate::scene::cohort::anthropometry::{DIMENSIONS, Dimensions, Population};
-use edgegait_core::avatar::Avatar;
+pub(crate) use crate::scene::wear::{
+    Outfit, Part, Wearer, coat, hair, hat, shoes, skirt, wide_trousers,
+};
+use crate::scene::wear::{Standing, WornHull};
+use edgegait_core::avatar::{Avatar, Hull};
 use edgegait_core::body::Body;
 use edgegait_core::budget::{MAX_DRAPED_HULLS, MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
 use edgegait_core::pack::{Sex, Subject};
 use edgegait_core::skeleton::{Joint, Skeleton};
-use glam::Vec3;
-use standing::Standing;
 
-/// What a hull is, as pictures colour it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Part {
-    /// The body itself.
-    Body,
-    /// Hair.
-    Hair,
-    /// Clothes; and parts of the body that clothes have made larger.
-    Garment,
-    /// What is carried.
-    Load,
-}
-
-/// A convex hull that a walker has.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct WornHull {
-    /// What it is.
-    pub part: Part,
-    /// Its points, metres, each in the frame of the joint that carries it.
-    pub points: Vec<(Joint, Vec3)>,
-}
-
-impl WornHull {
-    /// The joint that carries all of its points, if one does.
-    fn joint(&self) -> Option<Joint> {
-        let (first, _) = self.points.first()?;
-        let is_same = |(joint, _): &(Joint, Vec3)| joint == first;
-        self.points.iter().all(is_same).then_some(*first)
+/// What a hull is: of what hangs, that of the head is hair.
+fn part_of(hull: &Hull<'_>) -> Part {
+    match (hull.drape(), hull.joint()) {
+        (None, _) => Part::Body,
+        (Some(_), Joint::Head) => Part::Hair,
+        (Some(_), _) => Part::Garment,
     }
 }
 
-/// The hulls of a body and of all that it wears and carries.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Outfit {
-    /// The body's hulls in the avatar's order, then what was put on, in its order.
-    pub hulls: Vec<WornHull>,
-}
-
 impl Outfit {
-    /// An avatar that wears nothing.
+    /// An avatar, and nothing that it does not wear already.
     #[must_use]
     pub(crate) fn of(avatar: &Avatar<'_>) -> Self {
-        let worn = avatar.hulls().map(|hull| WornHull {
-            part: Part::Body,
-            points: hull.points().map(|point| (hull.joint(), point)).collect(),
-        });
-        Self {
-            hulls: worn.collect(),
+        let mut hulls: Vec<WornHull> = Vec::new();
+        let mut last = None;
+        for hull in avatar.hulls() {
+            let points = hull.points().map(|point| (hull.joint(), point));
+            match hulls.last_mut() {
+                Some(draped) if hull.drape().is_some() && hull.drape() == last => {
+                    draped.points.extend(points);
+                }
+                _ => hulls.push(WornHull {
+                    part: part_of(&hull),
+                    points: points.collect(),
+                }),
+            }
+            last = hull.drape();
         }
+        Self { hulls }
     }
 
     /// The hulls as a figure is drawn from: those of one joint keep their shape, those of
@@ -129,19 +106,6 @@ impl Outfit {
         }
         Ok(body)
     }
-}
-
-/// Whose outfit it is.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Wearer {
-    /// Where the joints are.
-    pub skeleton: Skeleton,
-    /// Sex, where it is known.
-    pub sex: Option<Sex>,
-    /// Stature, metres.
-    pub stature_m: f64,
-    /// Mass, kg.
-    pub mass_kg: f64,
 }
 
 impl Wearer {

@@ -1,8 +1,7 @@
 //! Bodies of other proportions: mass, build and age, by published dimensions.
 
-use super::standing::Standing;
-use super::{Outfit, Part, Wearer};
 use crate::scene::cohort::anthropometry::{DIMENSIONS, Dimensions, NAMES};
+use crate::scene::wear::{Outfit, Part, Standing, Wearer};
 use edgegait_core::pack::Sex;
 use edgegait_core::skeleton::{Joint, Skeleton};
 use glam::DVec3;

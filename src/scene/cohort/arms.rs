@@ -237,6 +237,8 @@ mod tests {
         Flanks::of(&Body {
             offsets,
             hulls,
+            draped: Vec::new(),
+            clothes: None,
             fit: None,
         })
     }

@@ -110,6 +110,8 @@ pub fn body(d: &Dimensions, offsets: [DVec3; JOINTS]) -> Body {
     Body {
         offsets,
         hulls,
+        draped: Vec::new(),
+        clothes: None,
         fit: None,
     }
 }

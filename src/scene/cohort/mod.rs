@@ -21,6 +21,7 @@ mod sole;
 mod steps;
 pub(in crate::scene) mod style;
 mod swing;
+mod wardrobe;
 
 use crate::error::{Error, Result};
 use crate::scene::{Body, Cycle, Subject, Track, Walk};
@@ -37,6 +38,8 @@ use rand_chacha::ChaCha8Rng;
 use std::ops::Range;
 use style::Style;
 pub use style::normal;
+pub use wardrobe::Dressing;
+use wardrobe::Worn;
 
 /// Seed of the people whom the shipped models know.
 pub const DEFAULT_SEED: u64 = 1;
@@ -224,6 +227,20 @@ impl Person {
         })
     }
 
+    /// The same person in clothes that are drawn for a take of this number: shoes are stood in, and
+    /// arms hang beside coats.
+    fn dressed(&self, seed: u64, number: usize, take: usize) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        // Streams of people are below 2^32, and of takes below 2^31.
+        rng.set_stream((1 << 63) | (take as u64) << 32 | number as u64);
+        let worn = Worn::random(&mut rng, self.sex);
+        let own = (self.sex, self.dimensions.stature, self.mass_kg);
+        Self {
+            body: worn.put_on(&self.body, own),
+            ..self.clone()
+        }
+    }
+
     /// One gait cycle at `speed_kmh`.
     #[must_use]
     pub fn cycle(&self, speed_kmh: f64) -> Cycle {
@@ -252,6 +269,8 @@ pub struct CohortOptions {
     pub speeds_kmh: Vec<f64>,
     /// What all of them have in common.
     pub profile: Profile,
+    /// Whether they are dressed, and how often they change their clothes.
+    pub dressed: Option<Dressing>,
 }
 
 impl Default for CohortOptions {
@@ -262,6 +281,7 @@ impl Default for CohortOptions {
             people: PEOPLE,
             speeds_kmh: SPEEDS_KMH.to_vec(),
             profile: Profile::default(),
+            dressed: None,
         }
     }
 }
@@ -310,8 +330,16 @@ pub fn subjects(options: &CohortOptions) -> Result<Vec<Subject>> {
 /// # Errors
 /// As [`Profile::check`].
 pub fn subject(options: &CohortOptions, number: usize) -> Result<Subject> {
-    let person = Person::with_profile(options.seed, number, &options.profile)?;
-    let walks = options.speeds_kmh.iter().map(|&speed| {
+    let bare = Person::with_profile(options.seed, number, &options.profile)?;
+    // The person in what is worn for the take of this number.
+    let dressed = |take: usize| match options.dressed {
+        None => None,
+        Some(Dressing::ForGood) if take > 0 => None,
+        Some(_) => Some(bare.dressed(options.seed, number, take)),
+    };
+    let person = dressed(0).unwrap_or_else(|| bare.clone());
+    let walks = options.speeds_kmh.iter().enumerate().map(|(take, &speed)| {
+        let changed = if take > 0 { dressed(take) } else { None };
         let gait = gait_at(speed);
         let verb = match gait {
             Gait::Walk => "walk",
@@ -322,11 +350,13 @@ pub fn subject(options: &CohortOptions, number: usize) -> Result<Subject> {
             cycle: 0,
             gait,
             speed_mps: speed / 3.6,
-            motion: Track::Loop(person.cycle(speed)),
+            motion: Track::Loop(changed.as_ref().unwrap_or(&person).cycle(speed)),
+            worn: changed.map(|person| person.body),
         }
     });
+    let walks = walks.collect();
     Ok(Subject {
-        walks: walks.collect(),
+        walks,
         name: person.name,
         sex: Some(person.sex),
         age_years: Some(person.age_years),

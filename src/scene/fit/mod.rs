@@ -69,6 +69,8 @@ pub(crate) fn fitted_body(
     Ok(Body {
         offsets: figure.offsets,
         hulls: level.hulls,
+        draped: Vec::new(),
+        clothes: None,
         fit: Some(Fit {
             jaccard: level.jaccard,
             frontier,

@@ -7,10 +7,14 @@
 //! near to 0 the product itself decides. Pixels are computed of the outline's corners alone.
 
 use super::{Corners, Posed, PosedHull, local};
-use crate::body::plane::normal;
+use crate::body::plane::{normal, sorted};
 use crate::budget::MAX_HULL_POINTS;
 use crate::camera::Camera;
+use crate::facets::each_triangle;
+use crate::hull::HullPoints;
 use crate::raster::place::Placement;
+use core::convert::Infallible;
+use core::ops::Range;
 use core::slice;
 use glam::{Vec2, Vec3};
 
@@ -99,17 +103,39 @@ impl<'a> SeenHull<'a> {
         }
     }
 
-    /// Gives `take` the lines of a hull's outline, whose corners `row` says the rows of.
+    /// Gives `take` the lines of the outline of what these parts span, whose corners `row` says
+    /// the rows of.
     #[inline]
     pub fn trace(
         &mut self,
-        hull: &PosedHull<'_>,
+        parts: Range<usize>,
         placement: &Placement,
-        row: impl Fn(f32) -> u32,
+        row: impl Fn(f32) -> u32 + Copy,
+        take: impl FnMut(Corner, Corner),
+    ) {
+        let Some(first) = self.sight.posed.hull(parts.start) else {
+            return;
+        };
+        if first.is_draped && self.sight.posed.facets.is_some() {
+            let len = self.wrap(parts, placement, row);
+            self.give(len, |_, _| (), take);
+        } else {
+            self.find_outline(&first);
+            let place = |seen: &mut Self, ends| seen.place(&first, placement, ends, row);
+            self.give(first.points.len(), place, take);
+        }
+    }
+
+    /// Gives `take` the lines that are on, and turns them off; `place` is called before, with the
+    /// bits of the points that are their ends.
+    #[inline]
+    fn give(
+        &mut self,
+        len: usize,
+        place: impl FnOnce(&mut Self, u32),
         mut take: impl FnMut(Corner, Corner),
     ) {
-        self.find_outline(hull);
-        let Some(points) = self.points.get(..hull.points.len()) else {
+        let Some(points) = self.points.get(..len) else {
             return;
         };
         let (mut begins, mut ends, mut own) = (0, 0, 1);
@@ -121,7 +147,7 @@ impl<'a> SeenHull<'a> {
             own <<= 1;
         }
         ends |= begins;
-        self.place(hull, placement, ends, row);
+        place(self, ends);
         while begins != 0 {
             let a = begins.trailing_zeros() as usize;
             begins &= begins - 1;
@@ -133,6 +159,53 @@ impl<'a> SeenHull<'a> {
                 take(self.corners[a], self.corners[b]);
             }
         }
+    }
+
+    /// Finds what the parts of a draped hull span where they are, the places of all its points,
+    /// and which lines are its outline; how many points it has.
+    ///
+    /// Its facets are of this pose alone, and nothing keeps them. Not inlined, so that their
+    /// stack is there for clothes alone.
+    #[inline(never)]
+    fn wrap(
+        &mut self,
+        parts: Range<usize>,
+        placement: &Placement,
+        row: impl Fn(f32) -> u32,
+    ) -> usize {
+        let Sight {
+            posed,
+            camera,
+            seen_from,
+            is_near,
+        } = self.sight;
+        let points: HullPoints = parts.flat_map(|part| posed.points_of(part)).collect();
+        let eye = if is_near {
+            Eye::At(seen_from)
+        } else {
+            Eye::Toward(seen_from)
+        };
+        let seen = &mut self.points;
+        let wrapped: Result<(), Infallible> = each_triangle(&points, |corners| {
+            let (numbers, is_clockwise) = sorted(corners);
+            let [a, b, c] = numbers.map(usize::from);
+            let turn = if is_clockwise { 1 << 31 } else { 0 };
+            let at = [a, b, c].map(|number| points.get(number).copied().unwrap_or_default());
+            if b == c {
+                // The side of a flat hull.
+                seen[a].lines ^= 1 << b;
+            } else if eye.is_before(at, turn) {
+                toggle(seen, [a, b, c]);
+            }
+            Ok(())
+        });
+        let Ok(()) = wrapped;
+        for (corner, &point) in self.corners.iter_mut().zip(&points) {
+            let pixel = placement.place(camera.project(point));
+            let row = row(pixel.y);
+            *corner = Corner { pixel, row };
+        }
+        points.len()
     }
 
     /// Finds the pixels and rows of the points whose bits are set.
@@ -232,7 +305,7 @@ fn draft(points: &mut Points, steps: &[[i16; 3]], [right, up]: [[i32; 3]; 2]) {
 fn toggle_seen(points: &mut Points, hull: &PosedHull<'_>, eye: &Eye) {
     for &corners in hull.facets {
         if eye.sees(hull, corners) {
-            toggle(points, corners);
+            toggle(points, corners.numbers());
         }
     }
 }
@@ -242,7 +315,7 @@ fn toggle_drafted(points: &mut Points, (hull, tolerance): (&PosedHull<'_>, i32),
     let mut facets = hull.facets.iter();
     while let Some(untold) = toggle_told(points, &mut facets, tolerance) {
         if eye.sees(hull, untold) {
-            toggle(points, untold);
+            toggle(points, untold.numbers());
         }
     }
 }
@@ -264,7 +337,7 @@ fn toggle_told(
         // A sign turned round, and one less: the tolerance has room for that.
         let side = turn(points, corners) ^ corners.turned();
         if side > tolerance {
-            toggle(points, corners);
+            toggle(points, corners.numbers());
         } else if side + tolerance >= 0 {
             break Some(corners);
         }
@@ -284,8 +357,7 @@ fn turn(points: &Points, corners: Corners) -> i32 {
 
 /// Turns a facet's edges on, or off.
 #[inline]
-fn toggle(points: &mut Points, corners: Corners) {
-    let [a, b, c] = corners.numbers();
+fn toggle(points: &mut Points, [a, b, c]: [usize; 3]) {
     let [b_bit, c_bit] = [b, c].map(|number| points[number].bit);
     points[a].lines ^= b_bit | c_bit;
     points[b].lines ^= c_bit;
@@ -305,14 +377,23 @@ impl Eye {
         let [Some(a), Some(b), Some(c)] = corners_at else {
             return false;
         };
-        let points = [a, b, c].map(|&steps| local(steps, hull.step));
+        self.is_before(
+            [a, b, c].map(|&steps| local(steps, hull.step)),
+            corners.turn(),
+        )
+    }
+
+    /// The same of a facet with these corners, and with the sign of an [`f32`] if they turn
+    /// clockwise.
+    #[inline]
+    fn is_before(&self, points: [Vec3; 3], turn: u32) -> bool {
         let normal = normal(points);
         let side = match self {
             Self::At(eye) => eye.dot(normal) - normal.dot(points[0]),
             Self::Toward(eye) => eye.dot(normal),
         };
         // A difference is above 0 where the first number is the greater.
-        (side.to_bits() ^ corners.turn()).cast_signed() > 0
+        (side.to_bits() ^ turn).cast_signed() > 0
     }
 }
 
@@ -390,6 +471,7 @@ mod tests {
                     turn: Mat3::from_quat(turn),
                     offset: Vec3::new(number(), number(), number()),
                 },
+                is_draped: false,
                 step: Vec3::new(if is_image { -0.001 } else { 0.001 }, 0.001, 0.001),
                 points: &points,
                 facets: &[],
@@ -454,6 +536,7 @@ mod tests {
                     turn,
                     offset: Vec3::ZERO,
                 },
+                is_draped: false,
                 step: Vec3::ONE,
                 points: &[],
                 facets: &[],

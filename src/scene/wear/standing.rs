@@ -11,10 +11,10 @@ use std::ops::RangeInclusive;
 
 /// Where the joints are at rest, metres; the pelvis is at the origin.
 #[derive(Clone, Debug)]
-pub(super) struct Standing([DVec3; JOINTS]);
+pub(crate) struct Standing([DVec3; JOINTS]);
 
 impl Standing {
-    pub(super) fn of(skeleton: &Skeleton) -> Self {
+    pub(crate) fn of(skeleton: &Skeleton) -> Self {
         let mut places = [DVec3::ZERO; JOINTS];
         for joint in Joint::ALL {
             if let Some(parent) = joint.parent() {
@@ -26,27 +26,27 @@ impl Standing {
     }
 
     /// Where a joint is.
-    pub(super) const fn at(&self, joint: Joint) -> DVec3 {
+    pub(crate) const fn at(&self, joint: Joint) -> DVec3 {
         self.0[joint.index()]
     }
 
     /// Where a point is.
-    pub(super) fn place(&self, (joint, point): (Joint, Vec3)) -> DVec3 {
+    pub(crate) fn place(&self, (joint, point): (Joint, Vec3)) -> DVec3 {
         self.at(joint) + point.as_dvec3()
     }
 
     /// A place as a point of a joint.
-    pub(super) fn hang(&self, joint: Joint, place: DVec3) -> (Joint, Vec3) {
+    pub(crate) fn hang(&self, joint: Joint, place: DVec3) -> (Joint, Vec3) {
         (joint, (place - self.at(joint)).as_vec3())
     }
 
     /// The height of a pair of joints.
-    pub(super) fn height(&self, left: Joint) -> f64 {
+    pub(crate) fn height(&self, left: Joint) -> f64 {
         0.5 * (self.at(left).y + self.at(left.mirrored()).y)
     }
 
     /// What the points on `joints` of each hull span between two heights.
-    pub(super) fn slice(
+    pub(crate) fn slice(
         &self,
         outfit: &Outfit,
         joints: &[Joint],
@@ -83,18 +83,18 @@ fn crossings(points: &[DVec3], height: f64) -> impl Iterator<Item = DVec3> {
 
 /// Points of a body, and of the sections that cut it off.
 #[derive(Clone, Debug)]
-pub(super) struct Slice {
+pub(crate) struct Slice {
     points: Vec<DVec3>,
 }
 
 impl Slice {
     /// Whether nothing is there.
-    pub(super) const fn is_empty(&self) -> bool {
+    pub(crate) const fn is_empty(&self) -> bool {
         self.points.is_empty()
     }
 
     /// The least and the greatest coordinates; of nothing, zeros.
-    pub(super) fn bounds(&self) -> (DVec3, DVec3) {
+    pub(crate) fn bounds(&self) -> (DVec3, DVec3) {
         let all = || self.points.iter().copied();
         let min = all().reduce(DVec3::min).unwrap_or_default();
         let max = all().reduce(DVec3::max).unwrap_or_default();
@@ -102,13 +102,13 @@ impl Slice {
     }
 
     /// The middle of the bounds.
-    pub(super) fn centre(&self) -> DVec3 {
+    pub(crate) fn centre(&self) -> DVec3 {
         let (min, max) = self.bounds();
         0.5 * (min + max)
     }
 
     /// How far it reaches from its centre in a horizontal direction (x, z).
-    pub(super) fn reach(&self, direction: DVec2) -> f64 {
+    pub(crate) fn reach(&self, direction: DVec2) -> f64 {
         let centre = self.centre();
         let along =
             |point: &DVec3| (point.x - centre.x) * direction.x + (point.z - centre.z) * direction.y;
@@ -124,7 +124,7 @@ impl Slice {
 /// their angles there, as far as takes the facet that turns away most out by the amount, at
 /// most twice it. The grown hull encloses the hull where no facet beside a corner looks away
 /// from where the corner goes.
-pub(super) fn swell(
+pub(crate) fn swell(
     hull: &mut WornHull,
     part: Part,
     along: DVec3,
