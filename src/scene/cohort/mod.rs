@@ -28,6 +28,7 @@ use crate::scene::{Body, Cycle, Subject, Track, Walk};
 use angles::gait_at;
 use anthropometry::{DIMENSIONS, Dimensions, Population};
 use edgegait_core::pack::{Gait, Sex};
+use edgegait_core::skeleton::Joint;
 use gait::Walker;
 #[cfg(feature = "import")]
 pub(super) use norms::{Curve, ELBOW_FLEXION, SHOULDER_ABDUCTION, SHOULDER_FLEXION, WALKING};
@@ -227,18 +228,23 @@ impl Person {
         })
     }
 
-    /// The same person in clothes that are drawn for a take of this number: shoes are stood in, and
-    /// arms hang beside coats.
-    fn dressed(&self, seed: u64, number: usize, take: usize) -> Self {
+    /// The same person in shoes that are drawn for a take of this number, and the body with all
+    /// that is worn then. Shoes change how a foot rolls; arms hang beside the body, since cloth
+    /// gives way.
+    fn dressed(&self, seed: u64, number: usize, take: usize) -> (Self, Body) {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         // Streams of people are below 2^32, and of takes below 2^31.
         rng.set_stream((1 << 63) | (take as u64) << 32 | number as u64);
         let worn = Worn::random(&mut rng, self.sex);
         let own = (self.sex, self.dimensions.stature, self.mass_kg);
-        Self {
-            body: worn.put_on(&self.body, own),
-            ..self.clone()
+        let dressed = worn.put_on(&self.body, own);
+        let mut shod = self.clone();
+        let is_foot = |joint| matches!(joint, Joint::LeftFoot | Joint::RightFoot);
+        let hulls = shod.body.hulls.iter_mut().zip(&dressed.hulls);
+        for (hull, worn) in hulls.filter(|(hull, _)| is_foot(hull.joint)) {
+            hull.points.clone_from(&worn.points);
         }
+        (shod, dressed)
     }
 
     /// One gait cycle at `speed_kmh`.
@@ -331,15 +337,16 @@ pub fn subjects(options: &CohortOptions) -> Result<Vec<Subject>> {
 /// As [`Profile::check`].
 pub fn subject(options: &CohortOptions, number: usize) -> Result<Subject> {
     let bare = Person::with_profile(options.seed, number, &options.profile)?;
-    // The person in what is worn for the take of this number.
+    // The person in shoes, and the body with all that is worn, for the take of this number.
     let dressed = |take: usize| match options.dressed {
         None => None,
         Some(Dressing::ForGood) if take > 0 => None,
         Some(_) => Some(bare.dressed(options.seed, number, take)),
     };
-    let person = dressed(0).unwrap_or_else(|| bare.clone());
+    let (person, body) = dressed(0).unwrap_or_else(|| (bare.clone(), bare.body.clone()));
     let walks = options.speeds_kmh.iter().enumerate().map(|(take, &speed)| {
         let changed = if take > 0 { dressed(take) } else { None };
+        let walker = changed.as_ref().map_or(&person, |(person, _)| person);
         let gait = gait_at(speed);
         let verb = match gait {
             Gait::Walk => "walk",
@@ -350,8 +357,8 @@ pub fn subject(options: &CohortOptions, number: usize) -> Result<Subject> {
             cycle: 0,
             gait,
             speed_mps: speed / 3.6,
-            motion: Track::Loop(changed.as_ref().unwrap_or(&person).cycle(speed)),
-            worn: changed.map(|person| person.body),
+            motion: Track::Loop(walker.cycle(speed)),
+            worn: changed.map(|(_, body)| body),
         }
     });
     let walks = walks.collect();
@@ -362,6 +369,6 @@ pub fn subject(options: &CohortOptions, number: usize) -> Result<Subject> {
         age_years: Some(person.age_years),
         stature_m: person.dimensions.stature,
         mass_kg: person.mass_kg,
-        body: person.body,
+        body,
     })
 }
