@@ -40,8 +40,8 @@ impl<'a> Avatar<'a> {
                 "a Jaccard index of at most 10,000",
             ));
         }
-        avatar.check_offsets()?;
-        let used = avatar.check_hulls()?;
+        let behind_offsets = avatar.check_offsets()?;
+        let used = avatar.check_hulls(behind_offsets)?;
         if used.div_ceil(8) != avatar.stream().len() {
             return Err(FormatError::new(
                 avatar.header_bytes() + used.div_ceil(8),
@@ -64,8 +64,8 @@ impl<'a> Avatar<'a> {
         Self { bytes }
     }
 
-    /// Reads the joint offsets.
-    fn check_offsets(&self) -> Result<(), FormatError> {
+    /// Reads the joint offsets and what is worn; a reader before the first hull.
+    fn check_offsets(&self) -> Result<BitReader<'a>, FormatError> {
         let width = BitReader::new(self.stream()).unsigned(OFFSET_WIDTH_BITS);
         if width > MAX_OFFSET_WIDTH {
             return Err(FormatError::new(
@@ -84,12 +84,12 @@ impl<'a> Avatar<'a> {
         if read_clothes(&mut bits).is_some_and(|bits| Clothes::of_bits(bits).is_none()) {
             return Err(FormatError::new(at, "a fit, and legs, of 0 to 2"));
         }
-        Ok(())
+        Ok(bits)
     }
 
     /// Reads the hulls but for their points; the bits of the whole stream.
-    fn check_hulls(&self) -> Result<usize, FormatError> {
-        let mut stored = self.stored();
+    fn check_hulls(&self, bits: BitReader<'a>) -> Result<usize, FormatError> {
+        let mut stored = self.stored(bits);
         let (mut hulls, mut points) = (0, 0);
         // Points of each draped hull.
         let mut spanned = [0; MAX_DRAPED_HULLS];
@@ -174,7 +174,7 @@ impl<'a> Avatar<'a> {
     /// The hulls, and the parts of draped ones, in file order, each mirrored one followed by its
     /// image. The parts of a draped hull follow each other ([`Hull::drape`]).
     pub fn hulls(&self) -> impl Iterator<Item = Hull<'a>> + use<'a> {
-        self.stored()
+        self.stored(self.hull_bits())
             .filter_map(Result::ok)
             .flat_map(|hull| [Some(hull), hull.image()].into_iter().flatten())
     }
@@ -193,9 +193,9 @@ impl<'a> Avatar<'a> {
         rigid + draped.map_or(0, |last| last + 1)
     }
 
-    fn stored(&self) -> Stored<'a> {
+    fn stored(&self, bits: BitReader<'a>) -> Stored<'a> {
         Stored {
-            bits: self.hull_bits(),
+            bits,
             step_um: self.step_um(),
             left: self.stored_hulls(),
             drapes: 0,
@@ -297,14 +297,25 @@ impl<'a> Iterator for Stored<'a> {
 
     fn next(&mut self) -> Option<Self::Item> {
         self.left = self.left.checked_sub(1)?;
-        if self.parts == 0 {
-            self.parts = Hull::read_parts(&mut self.bits);
-            self.drapes += u8::from(self.parts > 0);
+        let at = self.bits;
+        let hull = match Hull::read(&mut self.bits, self.step_um) {
+            Ok(hull) => hull,
+            Err(error) => return Some(Err(error)),
+        };
+        match (hull.parts(), self.parts) {
+            (0, 0) => return Some(Ok(hull)),
+            (0, _) => {}
+            (parts, 0) => {
+                self.parts = parts;
+                self.drapes += 1;
+            }
+            _ => {
+                let expected = "the other parts of a draped hull first";
+                return Some(Err(FormatError::new(at.position() / 8, expected)));
+            }
         }
-        let drape = (self.parts > 0).then(|| self.drapes - 1);
-        self.parts = self.parts.saturating_sub(1);
-        let hull = Hull::read(&mut self.bits, self.step_um);
-        Some(hull.map(|hull| hull.of_drape(drape)))
+        self.parts -= 1;
+        Some(Ok(hull.of_drape(self.drapes.checked_sub(1))))
     }
 }
 
@@ -474,6 +485,102 @@ mod tests {
         assert!(Avatar::parse(&bytes).is_ok());
         bytes[AVATAR_HEADER_BYTES + 93 / 8] ^= 1 << (93 % 8);
         assert_eq!(error(&bytes).byte, AVATAR_HEADER_BYTES + 92 / 8);
+    }
+
+    /// An avatar without offsets of so many stored hulls, of these bits behind the offsets' width.
+    fn avatar_of(stored: u8, fields: &[(i32, usize)]) -> heapless::Vec<u8, 400> {
+        let mut all = heapless::Vec::<(i32, usize), 400>::new();
+        all.push((0, 5 + 54)).expect("no offsets");
+        all.extend_from_slice(fields).expect("400 fields");
+        let mut bytes = heapless::Vec::new();
+        bytes.extend([0, 0, 1, 0, stored]);
+        bytes
+            .extend_from_slice(&crate::bits::packed(&all))
+            .expect("400 bytes");
+        bytes
+    }
+
+    /// A part of one point at 0, of a left joint for both sides or of any for itself; its rows
+    /// have so many points.
+    fn part(joint: i32, is_mirrored: i32, points: i32) -> [(i32, usize); 6] {
+        [
+            (joint, 5),
+            (0, 1),
+            (is_mirrored, 1),
+            (0, 2 + 5 + 12),
+            (points - 1, 3),
+            (0, 0),
+        ]
+    }
+
+    #[test]
+    fn parts_of_a_draped_hull_say_so_and_are_one_hull() {
+        // The head alone, then a skirt on the pelvis and both thighs, and the neck.
+        let fields = [
+            &part(4, 0, 1)[..],
+            &[(31, 5), (1, 3)],
+            &part(0, 0, 2),
+            &part(13, 1, 1),
+            &part(3, 0, 1),
+        ]
+        .concat();
+        let bytes = avatar_of(4, &fields);
+        let avatar = Avatar::parse(&bytes).expect("an avatar");
+        let found = avatar.hulls().map(|hull| (hull.joint(), hull.drape()));
+        assert!(found.eq([
+            (Joint::Head, None),
+            (Joint::Pelvis, Some(0)),
+            (Joint::LeftThigh, Some(0)),
+            (Joint::RightThigh, Some(0)),
+            (Joint::Neck, None),
+        ]));
+        assert_eq!((avatar.drawn_hulls(), avatar.clothes()), (3, None));
+        // With its last part left out, and one more than the room for a count of hulls.
+        let cut = [&[(31, 5), (1, 3)][..], &part(0, 0, 1)].concat();
+        assert_eq!(error(&avatar_of(1, &cut)).byte, 4);
+    }
+
+    #[test]
+    fn draped_hulls_are_few_and_small() {
+        let drapes = |count: usize, parts: i32| {
+            let one = [(31, 5), (parts - 1, 3)];
+            let mut fields = heapless::Vec::<(i32, usize), 400>::new();
+            for _ in 0..count {
+                fields.extend(one);
+                (0..parts).for_each(|_| fields.extend(part(0, 0, 8)));
+            }
+            let stored = u8::try_from(count).expect("a few") * u8::try_from(parts).expect("8");
+            let bytes = avatar_of(stored, &fields);
+            Avatar::parse(&bytes).map(|avatar| avatar.drawn_hulls())
+        };
+        assert_eq!(drapes(5, 4), Ok(5));
+        for beyond in [drapes(6, 1), drapes(1, 5)] {
+            let error = beyond.expect_err("beyond the budget");
+            assert_eq!(error.expected, "at most 5 draped hulls of 32 points each");
+        }
+    }
+
+    #[test]
+    fn clothes_stand_before_the_first_hull() {
+        let dressed = |bits: i32| {
+            let fields = [&[(30, 5), (bits, 8)][..], &part(4, 0, 1)].concat();
+            avatar_of(1, &fields)
+        };
+        let bytes = dressed(0b11_0110);
+        let avatar = Avatar::parse(&bytes).expect("an avatar");
+        let clothes = avatar.clothes().expect("a dressed one");
+        assert_eq!(clothes.bits(), 0b11_0110);
+        assert_eq!(
+            avatar.hulls().next().map(|hull| hull.joint()),
+            Some(Joint::Head)
+        );
+        for unknown in [3, 3 << 2, 1 << 7] {
+            // Behind the header and 59 bits of no offsets.
+            assert_eq!(error(&dressed(unknown)).byte, 5 + 59 / 8);
+        }
+        for length in 0..bytes.len() {
+            assert!(error(&bytes[..length]).byte <= length);
+        }
     }
 
     #[test]

@@ -19,6 +19,8 @@ pub struct Hull<'a> {
     joint: Joint,
     is_mirrored: bool,
     drape: Option<u8>,
+    /// How many stored parts a draped hull has that begins here; 0 if none does.
+    parts: u8,
     len: u8,
     rows: u8,
     layout: Layout,
@@ -69,21 +71,19 @@ impl<'a> Hull<'a> {
         Ok(hull)
     }
 
-    /// Passes over what stands before the first part of a draped hull: how many stored parts it
-    /// has; 0 where another hull follows.
-    pub(crate) fn read_parts(bits: &mut BitReader<'a>) -> u8 {
-        if bits.clone().unsigned(JOINT_BITS) != DRAPED {
-            return 0;
-        }
-        byte(bits.unsigned(JOINT_BITS + PARTS_BITS) >> JOINT_BITS) + 1
-    }
-
     /// Reads a hull's header. Its number of points is not known yet.
     fn read_header(bits: &mut BitReader<'a>, step_um: u16) -> Result<Self, FormatError> {
         let error =
             |bits: &BitReader<'_>, expected| FormatError::new(bits.position() / 8, expected);
-        let start = *bits;
-        let Some(joint) = Joint::from_index(bits.unsigned(JOINT_BITS) as usize) else {
+        let mut start = *bits;
+        let mut number = bits.unsigned(JOINT_BITS);
+        let mut parts = 0;
+        if number == DRAPED {
+            parts = byte(bits.unsigned(PARTS_BITS)) + 1;
+            start = *bits;
+            number = bits.unsigned(JOINT_BITS);
+        }
+        let Some(joint) = Joint::from_index(number as usize) else {
             return Err(error(&start, "a hull's joint, below 19"));
         };
         let flags = *bits;
@@ -108,6 +108,7 @@ impl<'a> Hull<'a> {
             joint,
             is_mirrored,
             drape: None,
+            parts,
             len: 0,
             rows,
             layout: Layout {
@@ -119,6 +120,11 @@ impl<'a> Hull<'a> {
             step: Vec3::splat(f32::from(step_um) * HULL_STEP_M),
             bits: *bits,
         })
+    }
+
+    /// How many stored parts a draped hull has that begins with this one; 0 if none does.
+    pub(crate) const fn parts(&self) -> u8 {
+        self.parts
     }
 
     /// The same as a part of a draped hull.

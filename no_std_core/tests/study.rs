@@ -1,12 +1,13 @@
-//! What firmware has to make of the study: its GEIs and answers, made here by what unpacks
+//! What firmware has to make of the studies: their GEIs and answers, made here by what unpacks
 //! bodies first.
 //!
-//! `UPDATE_GOLDEN=1 cargo test -p edgegait-core --test study` writes the list again.
+//! `UPDATE_GOLDEN=1 cargo test -p edgegait-core --test study` writes the lists again.
 
 #[path = "golden/study.rs"]
 mod study;
 
 use edgegait_core::body::{Body, Figure};
+use edgegait_core::clothes::Legs;
 use edgegait_core::lean::Room;
 use edgegait_core::linear::LinearRecognizer;
 use edgegait_core::pack::Pack;
@@ -16,7 +17,7 @@ use edgegait_core::silhouette::Size;
 use edgegait_core::template::{Gei, GeiBuilder};
 use glam::Vec2;
 use std::fmt::Write as _;
-use study::{ANSWERS, COHORT, FRAMES, Fnv, JOBS, Job, RECOGNIZER, job};
+use study::{BARE, DRESSED, FRAMES, Fnv, Job, RECOGNIZER, Study};
 
 fn gei(job: &Job<'_>, rasterizer: Rasterizer, recognizer: &LinearRecognizer<'_>) -> Gei {
     let (body, skeleton) = (Body::new(&job.avatar), job.avatar.skeleton());
@@ -32,12 +33,12 @@ fn gei(job: &Job<'_>, rasterizer: Rasterizer, recognizer: &LinearRecognizer<'_>)
     gei.gei()
 }
 
-/// The list by one rasteriser.
-fn list(rasterizer: Rasterizer) -> String {
-    let pack = Pack::parse(COHORT).expect("the cohort");
+/// The list of a study by one rasteriser.
+fn list(study: &Study, rasterizer: Rasterizer) -> String {
+    let pack = Pack::parse(study.pack).expect("a pack");
     let recognizer = LinearRecognizer::parse(RECOGNIZER).expect("the recognizer");
     let mut list = String::new();
-    for job in (0..JOBS).map(|number| job(&pack, number)) {
+    for job in (0..study.jobs()).map(|number| study.job(&pack, number)) {
         let gei = gei(&job, rasterizer, &recognizer);
         let (class, score) = recognizer.classify(gei.pixels()).expect("its size");
         let mut hash = Fnv::NEW;
@@ -61,24 +62,29 @@ fn list(rasterizer: Rasterizer) -> String {
 
 #[test]
 fn answers_are_those_of_the_list() {
-    let rasterizers = Rasterizer::ALL.iter().filter(|it| it.spacing() == 1.0);
-    let made: String = rasterizers.map(|&rasterizer| list(rasterizer)).collect();
-    if std::env::var_os("UPDATE_GOLDEN").is_some() {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/study.txt");
-        std::fs::write(path, &made).expect("a place to write");
-        return;
+    for (study, name, least) in [(BARE, "study.txt", 36), (DRESSED, "dressed.txt", 9)] {
+        let rasterizers = Rasterizer::ALL.iter().filter(|it| it.spacing() == 1.0);
+        let made = rasterizers.map(|&rasterizer| list(&study, rasterizer));
+        let made: String = made.collect();
+        if std::env::var_os("UPDATE_GOLDEN").is_some() {
+            let golden = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden");
+            let path = std::path::Path::new(golden).join(name);
+            std::fs::write(path, &made).expect("a place to write");
+            continue;
+        }
+        let is_made = |line: &&str| cfg!(feature = "skia") || !line.starts_with("skia");
+        let expected: Vec<&str> = study.answers.lines().filter(is_made).collect();
+        assert!(expected.len() >= least, "{} lines", expected.len());
+        assert_eq!(made.lines().collect::<Vec<_>>(), expected);
     }
-    let is_made = |line: &&str| cfg!(feature = "skia") || !line.starts_with("skia");
-    let expected: Vec<&str> = ANSWERS.lines().filter(is_made).collect();
-    assert!(expected.len() >= 36, "{} lines", expected.len());
-    assert_eq!(made.lines().collect::<Vec<_>>(), expected);
 }
 
 /// Three people at four speeds from three sides: most are found at the speed that `spread` was
 /// trained at, from the viewpoints it was trained on.
 #[test]
 fn people_who_walk_as_in_training_are_recognized() {
-    let lines = ANSWERS
+    let lines = BARE
+        .answers
         .lines()
         .map(|line| line.split(' ').collect::<Vec<_>>());
     let trained: Vec<_> = lines.filter(|fields| fields[2] == "walk-5kmh").collect();
@@ -94,15 +100,35 @@ fn people_who_walk_as_in_training_are_recognized() {
 }
 
 #[test]
-fn the_firmware_has_room_for_every_body_of_the_cohort() {
-    let pack = Pack::parse(COHORT).expect("the cohort");
-    let mut most = Room::default();
-    for subject in pack.subjects() {
-        let avatar = pack.avatar(subject.avatar).expect("an avatar");
-        let room = Room::of(&avatar);
-        most.points = most.points.max(room.points);
-        most.facets = most.facets.max(room.facets);
+fn the_firmware_has_room_for_every_body_of_its_studies() {
+    for (study, points, facets) in [
+        (BARE, 470..=488, 860..=896),
+        (DRESSED, 530..=548, 840..=896),
+    ] {
+        let pack = Pack::parse(study.pack).expect("a pack");
+        let avatars = (0..pack.avatar_count()).filter_map(|number| pack.avatar(number));
+        let most = avatars.map(|avatar| Room::of(&avatar));
+        let most = most.fold(Room::default(), Room::max);
+        assert!(points.contains(&most.points), "{most:?}");
+        assert!(facets.contains(&most.facets), "{most:?}");
     }
-    assert!((470..=488).contains(&most.points), "{most:?}");
-    assert!((860..=896).contains(&most.facets), "{most:?}");
+}
+
+#[test]
+fn the_dressed_study_has_a_coat_a_skirt_and_long_hair() {
+    let pack = Pack::parse(DRESSED.pack).expect("a pack");
+    let avatars = (0..pack.avatar_count()).filter_map(|number| pack.avatar(number));
+    let clothes: Vec<_> = avatars.filter_map(|avatar| avatar.clothes()).collect();
+    assert_eq!(clothes.len(), 3);
+    assert!(
+        clothes
+            .iter()
+            .any(|worn| worn.has_coat && worn.has_long_hair)
+    );
+    assert!(clothes.iter().any(|worn| worn.legs == Legs::Skirt));
+    let draped = [0, 1, 2].map(|number| {
+        let avatar = pack.avatar(number).expect("an avatar");
+        avatar.hulls().filter_map(|hull| hull.drape()).max()
+    });
+    assert_eq!(draped, [Some(1), None, Some(1)]);
 }

@@ -239,7 +239,7 @@ pub struct Posed<'a> {
 impl<'a> Posed<'a> {
     /// All points, hull by hull, metres.
     pub fn points(&self) -> impl Iterator<Item = Vec3> {
-        self.hulls().flatten()
+        self.hull_parts().flat_map(|hull| hull.places())
     }
 
     /// The numbers of the parts of each hull: one, but of a draped hull.
@@ -255,16 +255,6 @@ impl<'a> Posed<'a> {
             let parts = start..start + 1 + others.count();
             start = parts.end;
             Some(parts)
-        })
-    }
-
-    /// The points of one hull or part, metres.
-    fn points_of(&self, number: usize) -> impl Iterator<Item = Vec3> + use<'a> {
-        let hull = self.hull(number).into_iter();
-        hull.flat_map(|hull| {
-            let (place, step) = (hull.place, hull.step);
-            let points = hull.points.iter();
-            points.map(move |&point| place.carry(local(point, step)))
         })
     }
 
@@ -308,8 +298,8 @@ impl<'a> Posed<'a> {
 impl Hulls for Posed<'_> {
     fn hulls(&self) -> impl Iterator<Item = impl Iterator<Item = Vec3>> {
         let posed = *self;
-        self.wholes()
-            .map(move |parts| parts.flat_map(move |part| posed.points_of(part)))
+        let places = move |part| posed.hull(part).into_iter().flat_map(PosedHull::places);
+        self.wholes().map(move |parts| parts.flat_map(places))
     }
 
     fn extent(&self, camera: &Camera) -> Result<Extent, DrawError> {
@@ -329,6 +319,15 @@ pub struct PosedHull<'a> {
     points: &'a [[i16; 3]],
     facets: &'a [Corners],
     bounds: [[i8; 2]; 3],
+}
+
+impl<'a> PosedHull<'a> {
+    /// Where its points are, metres.
+    fn places(self) -> impl Iterator<Item = Vec3> + use<'a> {
+        let (place, step) = (self.place, self.step);
+        let points = self.points.iter();
+        points.map(move |&point| place.carry(local(point, step)))
+    }
 }
 
 /// A point in the frame of its joint, metres.

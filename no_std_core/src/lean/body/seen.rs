@@ -179,7 +179,10 @@ impl<'a> SeenHull<'a> {
             seen_from,
             is_near,
         } = self.sight;
-        let points: HullPoints = parts.flat_map(|part| posed.points_of(part)).collect();
+        let mut points = HullPoints::new();
+        for hull in parts.filter_map(|part| posed.hull(part)) {
+            points.extend(hull.places().take(MAX_HULL_POINTS - points.len()));
+        }
         let eye = if is_near {
             Eye::At(seen_from)
         } else {
