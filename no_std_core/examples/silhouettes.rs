@@ -36,8 +36,8 @@ fn main() {
     let simd = simd.expect("registers that this processor has");
     let mut renderer = Renderer::with_simd(*rasterizer.expect("a rasteriser"), Size::S50x30, simd);
 
-    let pack = Pack::parse(study::COHORT).expect("the cohort");
-    let job = study::job(&pack, 0);
+    let pack = Pack::parse(study::BARE.pack).expect("the cohort");
+    let job = study::BARE.job(&pack, 0);
     let (body, skeleton) = (Body::new(&job.avatar), job.avatar.skeleton());
     let viewpoints = AZIMUTHS_DEG.iter().flat_map(|&azimuth| {
         ELEVATIONS_DEG.map(|elevation| Viewpoint::from_degrees(azimuth, elevation))

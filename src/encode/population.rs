@@ -207,9 +207,10 @@ fn nearest(code: &Code, target: &Target<'_>) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::encode::encode_subjects;
     use crate::encode::tracks::{Motion, settled};
-    use crate::scene::cohort::{CohortOptions, subject, subjects};
+    use crate::encode::{encode_avatar, encode_subjects};
+    use crate::scene::cohort::{CohortOptions, Dressing, subject, subjects};
+    use edgegait_core::avatar::Avatar;
     use edgegait_core::pack::Pack;
 
     fn of(first: usize, people: usize) -> CohortOptions {
@@ -228,18 +229,36 @@ mod tests {
     }
 
     #[test]
-    fn a_person_has_the_same_bytes_in_any_pack() {
-        let all = pack(&of(0, 12), 5.0, Effort::Searched).expect("a pack");
-        let some = pack(&of(7, 3), 5.0, Effort::Searched).expect("a pack");
+    fn a_person_has_the_same_bytes_in_any_pack_and_in_any_clothes() {
+        for dressed in [None, Some(Dressing::ForGood), Some(Dressing::PerTake)] {
+            let of = |first, people| CohortOptions {
+                dressed,
+                ..of(first, people)
+            };
+            assert_same_bytes(&of(0, 12), &of(7, 3));
+        }
+    }
+
+    fn assert_same_bytes(all: &CohortOptions, some: &CohortOptions) {
+        let all = pack(all, 5.0, Effort::Searched).expect("a pack");
+        let some = pack(some, 5.0, Effort::Searched).expect("a pack");
         let [all, some] = [&all, &some].map(|bytes| Pack::parse(bytes).expect("a pack"));
         let entries = |pack: &Pack<'_>, subject: usize| {
-            let [_, _, walks, avatars, ..] = pack.section_bytes();
-            let _ = (walks, avatars);
             let own = pack.subject(subject).expect("a person");
             let avatar = pack.avatar(own.avatar).expect("a body");
-            let points: Vec<_> = avatar.hulls().flat_map(|hull| hull.points()).collect();
-            let walks = pack.walks().filter(|walk| walk.subject == subject);
-            let poses = walks.map(|walk| {
+            let walks = || pack.walks().filter(|walk| walk.subject == subject);
+            let worn = walks().filter_map(|walk| pack.avatar(walk.avatar));
+            let points: Vec<_> = worn
+                .map(|worn| {
+                    (
+                        worn.clothes(),
+                        worn.hulls()
+                            .flat_map(|hull| hull.points())
+                            .collect::<Vec<_>>(),
+                    )
+                })
+                .collect();
+            let poses = walks().map(|walk| {
                 let clip = pack.clip(walk.clip).expect("a clip");
                 (clip.len_bytes(), clip.as_loop().expect("a loop").pose(0.3))
             });

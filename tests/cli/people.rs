@@ -165,3 +165,66 @@ fn populations_that_no_pack_holds_are_refused_with_the_slice_that_fits() {
         assert!(!at.join("new.egp").exists(), "{people}");
     }
 }
+
+#[test]
+fn people_are_dressed_for_good_or_for_each_take() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let cohort = "cohort --people 60..66 --speeds-kmh 3,5 --quick --json - --out";
+    let made =
+        |flag: &str, name: &str| results(&done(at, &words(&format!("{cohort} {name} {flag}"))));
+    let bare = results(&done(at, &words(&format!("{cohort} bare.egp"))));
+    assert_eq!(bare["settings"]["dressed"], Value::Null);
+    let for_good = made("--dressed", "good.egp");
+    let per_take = made("--dressed=per-take", "take.egp");
+    assert_eq!(for_good["settings"]["dressed"], "for-good");
+    assert_eq!(per_take["settings"]["dressed"], "per-take");
+    let clothes = |results: &Value, list: &str| -> Vec<String> {
+        let list = results[list].as_array().expect("a list");
+        let clothes = list
+            .iter()
+            .map(|one| one["clothes"].as_str().unwrap_or("-").to_owned());
+        clothes.collect()
+    };
+    assert_eq!(clothes(&bare, "subjects"), ["-"; 6]);
+    let own = clothes(&for_good, "subjects");
+    assert!(own.iter().all(|worn| worn.contains('+')), "{own:?}");
+    assert_eq!(own, clothes(&per_take, "subjects"));
+    // Two walks each: the same twice, and another one mostly.
+    let pairs = |of: &Value| -> Vec<bool> {
+        let all = clothes(of, "clips");
+        all.chunks(2).map(|pair| pair[0] == pair[1]).collect()
+    };
+    assert_eq!(pairs(&for_good), [true; 6]);
+    assert!(pairs(&per_take).iter().filter(|same| !**same).count() >= 3);
+    let said = done(at, &words("inspect take.egp"));
+    assert!(
+        said.contains("clothes") && said.contains("2 ways"),
+        "{said}"
+    );
+    let [bare, good, take] = ["bare", "good", "take"].map(|name| {
+        let path = at.join(format!("{name}.egp"));
+        fs::metadata(path).expect("a pack").len()
+    });
+    assert!(bare < good && good < take, "{bare} {good} {take}");
+
+    // What is drawn differs, and is the same of any slice.
+    let sweep = "sweep PACK --subjects F33 --views side --template gei --out GEIS";
+    let geis = |pack: &str| {
+        let sweep = sweep
+            .replace("PACK", pack)
+            .replace("GEIS", &format!("{pack}.geis"));
+        done(at, &words(&sweep));
+        fs::read(at.join(format!("{pack}.geis/geis.npy"))).expect("GEIs")
+    };
+    let one = "cohort --people 64..65 --speeds-kmh 3,5 --quick --dressed --out one.egp";
+    done(at, &words(one));
+    assert_eq!(geis("good.egp"), geis("one.egp"));
+    assert_ne!(geis("good.egp"), geis("bare.egp"));
+    refused(
+        at,
+        &words("cohort --dressed=often --out no.egp"),
+        2,
+        &["often", "for-good, per-take"],
+    );
+}

@@ -18,6 +18,7 @@ const PARENTS: [usize; JOINTS] = [
 pub fn subject(person: usize, motions: Vec<Cycle>) -> Subject {
     let person = Person::of_cohort(1, person).expect("a person of the cohort");
     let walks = motions.into_iter().zip(0..).map(|(motion, cycle)| Walk {
+        worn: None,
         name: "walk".into(),
         cycle,
         gait: Gait::Walk,

@@ -17,6 +17,7 @@ use crate::pose::ModelPose;
 use crate::raster::{DrawError, Extent, Hulls, framing};
 use core::convert::Infallible;
 use core::ops::Range;
+use core::slice;
 use glam::Vec3;
 
 /// A body of at most `POINTS` points and `FACETS` facets: 6 bytes a point, 2 a facet, and 404
@@ -239,7 +240,7 @@ pub struct Posed<'a> {
 impl<'a> Posed<'a> {
     /// All points, hull by hull, metres.
     pub fn points(&self) -> impl Iterator<Item = Vec3> {
-        self.hull_parts().flat_map(|hull| hull.places())
+        self.places_of(0..self.hulls.len())
     }
 
     /// The numbers of the parts of each hull: one, but of a draped hull.
@@ -256,6 +257,17 @@ impl<'a> Posed<'a> {
             start = parts.end;
             Some(parts)
         })
+    }
+
+    /// Where the points of these parts are, metres.
+    fn places_of(&self, parts: Range<usize>) -> Places<'_> {
+        Places {
+            posed: self,
+            parts,
+            place: Place::of(0, self.pose),
+            step: Vec3::ZERO,
+            points: [].iter(),
+        }
     }
 
     /// Its hulls and the parts of draped ones, one after another.
@@ -297,9 +309,7 @@ impl<'a> Posed<'a> {
 
 impl Hulls for Posed<'_> {
     fn hulls(&self) -> impl Iterator<Item = impl Iterator<Item = Vec3>> {
-        let posed = *self;
-        let places = move |part| posed.hull(part).into_iter().flat_map(PosedHull::places);
-        self.wholes().map(move |parts| parts.flat_map(places))
+        self.wholes().map(|parts| self.places_of(parts))
     }
 
     fn extent(&self, camera: &Camera) -> Result<Extent, DrawError> {
@@ -321,12 +331,28 @@ pub struct PosedHull<'a> {
     bounds: [[i8; 2]; 3],
 }
 
-impl<'a> PosedHull<'a> {
-    /// Where its points are, metres.
-    fn places(self) -> impl Iterator<Item = Vec3> + use<'a> {
-        let (place, step) = (self.place, self.step);
-        let points = self.points.iter();
-        points.map(move |&point| place.carry(local(point, step)))
+/// Where the points of some parts are, metres.
+struct Places<'a> {
+    posed: &'a Posed<'a>,
+    /// Those that are still to come.
+    parts: Range<usize>,
+    place: Place,
+    step: Vec3,
+    points: slice::Iter<'a, [i16; 3]>,
+}
+
+impl Iterator for Places<'_> {
+    type Item = Vec3;
+
+    fn next(&mut self) -> Option<Vec3> {
+        loop {
+            if let Some(&point) = self.points.next() {
+                return Some(self.place.carry(local(point, self.step)));
+            }
+            let hull = self.posed.hull(self.parts.next()?)?;
+            (self.place, self.step) = (hull.place, hull.step);
+            self.points = hull.points.iter();
+        }
     }
 }
 

@@ -179,3 +179,192 @@ fn make_symmetric(bare: &Body, dressed: &mut Body) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::cohort::{CohortOptions, Person, subject};
+    use crate::scene::{Subject, Track, forward_kinematics};
+    use edgegait_core::skeleton::Joint;
+    use rand::SeedableRng;
+    use std::collections::BTreeSet;
+
+    fn person(dressed: Option<Dressing>, number: usize) -> Subject {
+        let options = CohortOptions {
+            speeds_kmh: vec![3.0, 5.0, 9.0],
+            dressed,
+            ..CohortOptions::default()
+        };
+        subject(&options, number).expect("a person")
+    }
+
+    fn drawn(sex: Sex) -> Vec<Worn> {
+        let mut rng = ChaCha8Rng::seed_from_u64(7);
+        (0..4_000).map(|_| Worn::random(&mut rng, sex)).collect()
+    }
+
+    #[test]
+    fn garments_are_as_frequent_as_is_stated() {
+        for (sex, skirts, long_hair) in [(Sex::Female, 0.22, 0.6), (Sex::Male, 0.0, 0.06)] {
+            let all = drawn(sex);
+            let assert_share = |stated: f64, is_worn: fn(&Worn) -> bool| {
+                let found = all.iter().filter(|worn| is_worn(worn)).count() as f64;
+                let (count, sd) = (4_000.0, (4_000.0 * stated * (1.0 - stated)).sqrt());
+                assert!(
+                    (found - count * stated).abs() <= 4.0 * sd,
+                    "{found} {stated}"
+                );
+            };
+            assert_share(skirts, |worn| worn.clothes.legs == Legs::Skirt);
+            assert_share((1.0 - skirts) * 0.07, |worn| {
+                worn.clothes.legs == Legs::Shorts
+            });
+            assert_share((1.0 - skirts) * 0.12, |worn| worn.clothes.has_coat);
+            assert_share((1.0 - skirts) * 0.15, |worn| worn.wide_trousers > 0.0);
+            assert_share(long_hair, |worn| worn.clothes.has_long_hair);
+            assert_share(0.3, |worn| worn.clothes.has_short_sleeves);
+            assert_share(0.25, |worn| worn.clothes.fit == Fit::Tight);
+            assert_share(0.5, |worn| worn.clothes.fit == Fit::Normal);
+        }
+    }
+
+    #[test]
+    fn clothes_say_what_is_worn() {
+        for worn in [drawn(Sex::Female), drawn(Sex::Male)].concat() {
+            let Clothes {
+                legs,
+                has_coat,
+                has_long_hair,
+                has_short_sleeves,
+                ..
+            } = worn.clothes;
+            assert_eq!(worn.skirt > 0.0, legs == Legs::Skirt);
+            assert_eq!(worn.coat > 0.0, has_coat);
+            assert_eq!(worn.long_hair > 0.0, has_long_hair);
+            assert_eq!(worn.short_hair_m > 0.0, !has_long_hair);
+            assert_eq!(worn.ease.forearms_m == 0.0, has_short_sleeves);
+            assert_eq!(worn.ease.shanks_m == 0.0, legs == Legs::Shorts);
+            assert!(!(has_coat && legs == Legs::Skirt));
+            let strengths = [worn.wide_trousers, worn.skirt, worn.coat, worn.long_hair];
+            assert!(
+                strengths
+                    .iter()
+                    .all(|strength| (0.0..=1.0).contains(strength))
+            );
+            assert!((0.2..=1.0).contains(&worn.shoes));
+        }
+    }
+
+    #[test]
+    fn clothes_are_for_good_or_for_a_take() {
+        let (mut kinds, mut changes) = (BTreeSet::new(), 0);
+        for number in 0..12 {
+            let bare = person(None, number);
+            let for_good = person(Some(Dressing::ForGood), number);
+            let per_take = person(Some(Dressing::PerTake), number);
+            assert!(bare.body.clothes.is_none() && bare.body.draped.is_empty());
+            let own = for_good.body.clothes.expect("a dressed person");
+            assert_eq!(per_take.body.clothes, Some(own));
+            kinds.insert(own.bits());
+            for (take, (kept, changed)) in for_good.walks.iter().zip(&per_take.walks).enumerate() {
+                assert!(kept.worn.is_none());
+                assert_eq!(changed.worn.is_some(), take > 0);
+                if let Some(worn) = &changed.worn {
+                    assert_eq!(worn.offsets, bare.body.offsets);
+                    changes += usize::from(worn.clothes != Some(own));
+                }
+            }
+        }
+        assert!(kinds.len() > 6 && changes > 12, "{kinds:?} {changes}");
+    }
+
+    /// How far a hull reaches.
+    fn support(hull: &BodyHull, direction: DVec3) -> f64 {
+        let along = hull.points.iter().map(|point| point.dot(direction));
+        along.fold(f64::MIN, f64::max)
+    }
+
+    #[test]
+    fn the_body_is_inside_and_both_sides_are_images() {
+        let mut draped = BTreeSet::new();
+        for number in 0..40 {
+            let bare = Person::of_cohort(3, number).expect("a person").body;
+            let options = CohortOptions {
+                seed: 3,
+                speeds_kmh: vec![5.0],
+                dressed: Some(Dressing::ForGood),
+                ..CohortOptions::default()
+            };
+            let body = subject(&options, number).expect("a person").body;
+            assert_eq!(body.hulls.len(), bare.hulls.len());
+            for (hull, before) in body.hulls.iter().zip(&bare.hulls) {
+                assert_eq!(hull.joint, before.joint);
+                for step in 0..200 {
+                    let (turn, up) = (2.4 * f64::from(step), f64::from(step) / 100.0 - 0.995);
+                    let level = (1.0 - up * up).sqrt();
+                    let way = DVec3::new(level * turn.cos(), up, level * turn.sin());
+                    let grown = support(hull, way) - support(before, way);
+                    assert!((-0.001..0.15).contains(&grown), "{:?} {grown}", hull.joint);
+                }
+                let other = body
+                    .hulls
+                    .iter()
+                    .find(|of| of.joint == hull.joint.mirrored());
+                let other = other.expect("the other side");
+                for point in &hull.points {
+                    let image = DVec3::new(-point.x, point.y, point.z);
+                    let off = other.points.iter().map(|p| p.distance(image));
+                    assert!(off.fold(f64::MAX, f64::min) < 1e-9, "{:?}", hull.joint);
+                }
+            }
+            for parts in &body.draped {
+                draped.insert(parts.iter().map(|part| part.joint).collect::<Vec<_>>());
+            }
+        }
+        // Hair, and a skirt or a coat that hangs over the knees.
+        let legs = [
+            Joint::LeftThigh,
+            Joint::LeftShank,
+            Joint::RightThigh,
+            Joint::RightShank,
+        ];
+        let long: Vec<Joint> = [Joint::Spine, Joint::Pelvis]
+            .into_iter()
+            .chain(legs)
+            .collect();
+        assert!(draped.contains(&vec![Joint::Head, Joint::Thorax]));
+        assert!(draped.contains(&long), "{draped:?}");
+    }
+
+    #[test]
+    fn shoes_are_on_the_floor() {
+        // The lowest point of both feet, over a cycle at 5 km/h.
+        let lowest = |subject: &Subject| {
+            let Track::Loop(cycle) = &subject.walks[1].motion else {
+                panic!("a take");
+            };
+            let frames = cycle.root.iter().zip(&cycle.rotations);
+            let lows = frames.map(|(root, rotations)| {
+                let (places, turns) = forward_kinematics(&subject.body.offsets, *root, rotations);
+                let feet = subject.body.hulls.iter();
+                let feet =
+                    feet.filter(|hull| matches!(hull.joint, Joint::LeftFoot | Joint::RightFoot));
+                let heights = feet.flat_map(|hull| {
+                    let at = hull.joint.index();
+                    let points = hull.points.iter();
+                    points.map(move |point| (places[at] + turns[at] * *point).y)
+                });
+                heights.fold(f64::MAX, f64::min)
+            });
+            lows.collect::<Vec<f64>>()
+        };
+        for number in 0..8 {
+            let lows = lowest(&person(Some(Dressing::ForGood), number));
+            let bare = lowest(&person(None, number));
+            let mean = |lows: &[f64]| lows.iter().sum::<f64>() / lows.len() as f64;
+            let least = lows.iter().copied().fold(f64::MAX, f64::min);
+            assert!((mean(&lows) - mean(&bare)).abs() < 0.004, "{number}");
+            assert!(least > -0.015, "{number}: {least}");
+        }
+    }
+}

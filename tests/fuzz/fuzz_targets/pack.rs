@@ -24,8 +24,9 @@ fuzz_target!(|data: &[u8]| {
     let Ok(pack) = Pack::parse(&bytes) else {
         return;
     };
-    for subject in pack.subjects() {
-        let avatar = pack.avatar(subject.avatar).expect("a checked avatar");
+    let own = pack.subjects().map(|subject| subject.avatar);
+    for number in own.chain(pack.walks().map(|walk| walk.avatar)) {
+        let avatar = pack.avatar(number).expect("a checked avatar");
         let rest = ModelPose::new(&avatar.skeleton(), &Pose::REST);
         let body = Body::new(&avatar);
         let figure = Figure::new(&body, &rest);

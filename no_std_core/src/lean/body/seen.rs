@@ -6,6 +6,9 @@
 //! integers and in half of the instructions: [`Scale`] says when it is, and where a sign is too
 //! near to 0 the product itself decides. Pixels are computed of the outline's corners alone.
 
+#[cfg(test)]
+mod tests;
+
 use super::{Corners, Posed, PosedHull, local};
 use crate::body::plane::{normal, sorted};
 use crate::budget::MAX_HULL_POINTS;
@@ -179,10 +182,7 @@ impl<'a> SeenHull<'a> {
             seen_from,
             is_near,
         } = self.sight;
-        let mut points = HullPoints::new();
-        for hull in parts.filter_map(|part| posed.hull(part)) {
-            points.extend(hull.places().take(MAX_HULL_POINTS - points.len()));
-        }
+        let points: HullPoints = posed.places_of(parts).take(MAX_HULL_POINTS).collect();
         let eye = if is_near {
             Eye::At(seen_from)
         } else {
@@ -431,125 +431,5 @@ impl Scale {
             // skew, 34 * 2^-22 and 12 * SKEW of the reach's square, which is 2^58 / 3.
             tolerance: 8 * i32::from(reach) + 1_000,
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::Body;
-    use super::*;
-    use crate::body::Place;
-    use crate::camera::Viewpoint;
-    use crate::pose::ModelPose;
-    use glam::{Mat3, Quat};
-
-    /// Numbers of a fixed sequence (Roberts 2018), -1 to 1.
-    fn numbers() -> impl FnMut() -> f32 {
-        let mut sum = 0.0f32;
-        move || {
-            sum = (sum + 0.618_034).fract();
-            let mixed = (sum * 97.31).fract();
-            2.0 * mixed - 1.0
-        }
-    }
-
-    /// How many of the triangles of random points the draft tells of, all as floats do.
-    fn told(reach: f32, is_image: bool) -> [usize; 2] {
-        let (mut number, mut counts) = (numbers(), [0; 2]);
-        for round in 0..40 {
-            let mut points = [[0; 3]; MAX_HULL_POINTS];
-            for coordinate in points.as_flattened_mut() {
-                *coordinate = (reach * number()) as i16;
-            }
-            // Every third time all in a plane that is seen edge-on, but for rounding.
-            if round % 3 == 0 {
-                points.iter_mut().for_each(|point| point[0] = 0);
-            }
-            let mut body = Body::<0, 0>::EMPTY;
-            body.scale.reach = reach as u16;
-            let turn = Quat::from_xyzw(number(), number(), number(), number()).normalize();
-            let turn = if round % 3 == 0 { Quat::IDENTITY } else { turn };
-            let hull = PosedHull {
-                place: Place {
-                    turn: Mat3::from_quat(turn),
-                    offset: Vec3::new(number(), number(), number()),
-                },
-                is_draped: false,
-                step: Vec3::new(if is_image { -0.001 } else { 0.001 }, 0.001, 0.001),
-                points: &points,
-                facets: &[],
-                bounds: [[0; 2]; 3],
-            };
-            let azimuth = if round % 3 == 0 {
-                0.0
-            } else {
-                180.0 * number()
-            };
-            let viewpoint = Viewpoint::from_degrees(azimuth, 60.0 * number());
-            let camera = Camera::orthographic(viewpoint.expect("a viewpoint"));
-            let posed = body.posed(&ModelPose::REST);
-            let sight = Sight::new(&posed, &camera);
-            let mut seen = SeenHull::new(&sight);
-            let toward = hull.place.direction(sight.seen_from);
-            assert!(seen.draft(&hull, toward));
-            for a in 0..10u8 {
-                for (b, c) in [(11, 12), (13, 17), (21, 30), (12, 31)] {
-                    let corners = Corners::of([a, b, c]);
-                    let side = turn_of(&seen, corners);
-                    counts[usize::from(side.is_some())] += 1;
-                    if let Some(is_seen) = side {
-                        let eye = Eye::Toward(toward);
-                        assert_eq!(is_seen, eye.sees(&hull, corners), "{hull:?} {corners:?}");
-                    }
-                }
-            }
-        }
-        counts
-    }
-
-    fn turn_of(seen: &SeenHull<'_>, corners: Corners) -> Option<bool> {
-        let (turn, tolerance) = (turn(&seen.points, corners), seen.scale.tolerance);
-        let is_clear = turn.abs() > tolerance;
-        is_clear.then_some((turn.cast_unsigned() ^ corners.turn()).cast_signed() >= 0)
-    }
-
-    #[test]
-    fn what_a_draft_tells_is_what_floats_say() {
-        for reach in [3.0, 40.0, 450.0, 5_000.0, 32_767.0] {
-            for is_image in [false, true] {
-                let [untold, told] = told(reach, is_image);
-                assert!(told > untold, "{reach}: {untold} untold, {told} told");
-            }
-        }
-    }
-
-    #[test]
-    fn a_frame_that_is_not_turned_alone_has_no_draft() {
-        let (pose, camera) = (
-            ModelPose::REST,
-            Camera::orthographic(Viewpoint::from_degrees(30.0, 20.0).expect("a viewpoint")),
-        );
-        let body = Body::<0, 0>::EMPTY;
-        let posed = body.posed(&pose);
-        let sight = Sight::new(&posed, &camera);
-        let mut seen = SeenHull::new(&sight);
-        let mut drafted = |turn: Mat3| {
-            let hull = PosedHull {
-                place: Place {
-                    turn,
-                    offset: Vec3::ZERO,
-                },
-                is_draped: false,
-                step: Vec3::ONE,
-                points: &[],
-                facets: &[],
-                bounds: [[0; 2]; 3],
-            };
-            seen.draft(&hull, hull.place.direction(sight.seen_from))
-        };
-        assert!(drafted(Mat3::IDENTITY));
-        assert!(!drafted(1.000_01 * Mat3::IDENTITY));
-        assert!(!drafted(Mat3::from_diagonal(Vec3::new(1.0, 1.0, -1.0))));
-        assert!(!drafted(Mat3::from_diagonal(Vec3::splat(f32::NAN))));
     }
 }
