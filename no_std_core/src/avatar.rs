@@ -318,6 +318,6 @@ impl<'a> Iterator for Stored<'a> {
             }
         }
         self.parts -= 1;
-        Some(Ok(hull.of_drape(self.drapes.checked_sub(1))))
+        Some(Ok(hull.of_drape(self.drapes)))
     }
 }

@@ -18,7 +18,8 @@ use glam::Vec3;
 pub struct Hull<'a> {
     joint: Joint,
     is_mirrored: bool,
-    drape: Option<u8>,
+    /// Counted from 1, the draped hull that it is a part of; 0 for none.
+    drape: u8,
     /// How many stored parts a draped hull has that begins here; 0 if none does.
     parts: u8,
     len: u8,
@@ -107,7 +108,7 @@ impl<'a> Hull<'a> {
         Ok(Self {
             joint,
             is_mirrored,
-            drape: None,
+            drape: 0,
             parts,
             len: 0,
             rows,
@@ -127,8 +128,8 @@ impl<'a> Hull<'a> {
         self.parts
     }
 
-    /// The same as a part of a draped hull.
-    pub(crate) const fn of_drape(self, drape: Option<u8>) -> Self {
+    /// The same as a part of the draped hull of this number, counted from 1.
+    pub(crate) const fn of_drape(self, drape: u8) -> Self {
         Self { drape, ..self }
     }
 
@@ -153,7 +154,7 @@ impl<'a> Hull<'a> {
     /// of its own.
     #[must_use]
     pub fn drape(&self) -> Option<usize> {
-        self.drape.map(usize::from)
+        usize::from(self.drape).checked_sub(1)
     }
 
     /// How many points it has, 1 to 32.
