@@ -97,7 +97,8 @@
 //!        -> evaluate -> report
 //! ```
 //!
-//! `summary` says what a pack holds; `frontier` measures what the whole chain costs and what
+//! `design` says of what a training set is made, from people to templates, and is upstream of
+//! `dataset`; `summary` says what a pack holds; `frontier` measures what the whole chain costs and what
 //! it gets wrong, for the command; `bench` what a recognizer costs on the machine at hand.
 
 #![warn(unreachable_pub)]
@@ -108,6 +109,7 @@ mod bench;
 pub mod cli;
 pub mod confound;
 pub mod dataset;
+pub mod design;
 pub mod encode;
 pub mod error;
 pub mod evaluate;

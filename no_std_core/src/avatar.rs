@@ -110,7 +110,7 @@ impl<'a> Avatar<'a> {
             hulls += copies;
             points += copies * hull.len();
             if let Some(drape) = hull.drape() {
-                let budget = "at most 5 draped hulls of 32 points each";
+                let budget = "at most 4 draped hulls of 32 points each";
                 let spanned = spanned.get_mut(drape);
                 let spanned = spanned.ok_or_else(|| FormatError::new(at, budget))?;
                 *spanned += copies * hull.len();

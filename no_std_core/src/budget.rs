@@ -24,9 +24,9 @@ pub const MAX_TEMPLATE_BYTES: usize = FREQUENCIES * MAX_PIXELS;
 
 /// Hulls of one avatar. Ours: 24 for a fitted body and 8 for what it wears or carries.
 pub const MAX_HULLS: usize = 32;
-/// Hulls of one body whose points hang on several joints. Ours: hair and a skirt or a coat that a
-/// person wears, and all three again that a condition puts on; each takes 3 kB of a figure.
-pub const MAX_DRAPED_HULLS: usize = 5;
+/// Hulls of one body whose points hang on several joints. Ours: hair, a skirt or a coat that a
+/// person wears, and another skirt and coat that a condition puts on; each takes 3 kB of a figure.
+pub const MAX_DRAPED_HULLS: usize = 4;
 /// Points of one hull. Keeps tiny-skia's edge list within 64 entries.
 pub const MAX_HULL_POINTS: usize = 32;
 /// Points of one avatar: 24 hulls of 32 points.

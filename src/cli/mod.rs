@@ -14,6 +14,7 @@ mod drawing;
 mod encoding;
 #[cfg(feature = "plots")]
 mod frontier;
+mod generate;
 mod hints;
 #[cfg(feature = "import")]
 mod import;
@@ -69,6 +70,7 @@ enum Command {
     Confounders(confounders::Args),
     #[cfg(feature = "plots")]
     Frontier(frontier::Args),
+    Generate(generate::Args),
     #[cfg(feature = "import")]
     Import(import::Args),
     Inspect(inspect::Args),
@@ -124,6 +126,7 @@ fn run(command: &Command) -> Result<()> {
         Command::Confounders(args) => run!(confounders, args),
         #[cfg(feature = "plots")]
         Command::Frontier(args) => run!(frontier, args),
+        Command::Generate(args) => run!(generate, args),
         #[cfg(feature = "import")]
         Command::Import(args) => run!(import, args),
         Command::Inspect(args) => run!(inspect, args),

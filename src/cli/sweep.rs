@@ -321,5 +321,5 @@ impl<'w> Work<'w> {
 
 /// A speed in km/h, to 0.01, from mm/s.
 pub(super) fn kmh(speed_mm_per_s: u16) -> f64 {
-    (f64::from(speed_mm_per_s) * 0.36).round() * 0.01
+    (f64::from(speed_mm_per_s) * 0.36).round() / 100.0
 }

@@ -211,18 +211,26 @@ impl Conditions {
     pub fn parse(path: &Path, text: &str) -> Result<Self> {
         let conditions: Self =
             toml::from_str(text).map_err(|error| Error::toml(path, text, &error))?;
-        let names = conditions.list.iter().enumerate();
+        match conditions.check() {
+            Err(problem) => Err(Error::input(path, problem)),
+            Ok(()) => Ok(conditions),
+        }
+    }
+
+    /// Refuses what is no list of conditions.
+    pub(crate) fn check(&self) -> std::result::Result<(), String> {
+        let names = self.list.iter().enumerate();
         let twice = names.filter(|(at, condition)| {
-            let before = &conditions.list[..*at];
+            let before = &self.list[..*at];
             before.iter().any(|other| other.name == condition.name)
         });
         let twice = twice.map(|(_, c)| format!("condition {:?} is there twice", c.name));
-        let empty = conditions.list.is_empty();
+        let empty = self.list.is_empty();
         let empty = empty.then(|| "expected at least one [[conditions]]".to_owned());
-        let problems = conditions.list.iter().filter_map(Condition::problem);
+        let problems = self.list.iter().filter_map(Condition::problem);
         match empty.into_iter().chain(problems).chain(twice).next() {
-            Some(problem) => Err(Error::input(path, problem)),
-            None => Ok(conditions),
+            Some(problem) => Err(problem),
+            None => Ok(()),
         }
     }
 

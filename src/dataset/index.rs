@@ -50,6 +50,25 @@ pub struct IndexRow {
     pub seed: u64,
 }
 
+/// One row of `walkers.csv`: who walks in one walk of one person.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WalkerRow {
+    /// Who walks, as in the index.
+    pub subject: String,
+    /// Which walk of the subject.
+    pub walk: String,
+    /// `female` or `male`.
+    pub sex: String,
+    /// Age, whole years.
+    pub age_years: Option<u8>,
+    /// Stature, metres.
+    pub stature_m: f64,
+    /// Mass, kg.
+    pub mass_kg: f64,
+    /// What is worn, in one word such as `loose+shorts+long-hair`; empty of a body as it is.
+    pub clothes: String,
+}
+
 /// Reads `index.csv`. Refuses other columns, values out of range and files that
 /// are not text, naming the line.
 pub(super) fn read_index(path: &Path, bytes: &[u8]) -> Result<Vec<IndexRow>> {

@@ -5,6 +5,9 @@
 //! what made them and which bytes they are. NumPy and a spreadsheet open the
 //! first two without us; the third lets a result be traced and repeated.
 //!
+//! Where the command `generate` made it, `walkers.csv` says of each walk of each person who that is:
+//! sex, age, stature, mass, and what is worn.
+//!
 //! Other templates are in a file of their name, such as `mhi.npy` (`frequency.npy` is
 //! `[N, 150, 30]`, three images one below the other; vectors are `[N, D]`), and the manifest names
 //! them.
@@ -21,7 +24,7 @@ mod writer;
 
 pub use file::{hex, sha256_of_bytes, sha256_of_file, write_atomically, write_bytes};
 pub use header::{Header, InputFile, SCHEMA};
-pub use index::IndexRow;
+pub use index::{IndexRow, WalkerRow};
 pub use npy::write_npy;
 pub use reader::Dataset;
 pub use staging::{Staging, remove_unfinished};
@@ -33,6 +36,7 @@ use serde::{Deserialize, Serialize};
 
 const INDEX: &str = "index.csv";
 const MANIFEST: &str = "manifest.json";
+const WALKERS: &str = "walkers.csv";
 
 /// What `manifest.json` says of a dataset: what made it, and which bytes it is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -46,7 +50,7 @@ pub struct Manifest {
     /// GEIs in `geis.npy`, or templates in the file of their name, which is also the number of
     /// rows of `index.csv`.
     pub geis: usize,
-    /// The other two files with their SHA-256. A dataset made elsewhere may
+    /// The other files with their SHA-256. A dataset made elsewhere may
     /// leave them out: then its bytes are not checked.
     #[serde(default)]
     pub files: Vec<InputFile>,

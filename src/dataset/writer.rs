@@ -9,15 +9,15 @@ use std::path::{Path, PathBuf};
 
 use super::reader::read_manifest;
 use super::staging::{Staging, folder_of, together};
-use super::{INDEX, IndexRow, MANIFEST, file_of};
+use super::{INDEX, IndexRow, MANIFEST, WALKERS, WalkerRow, file_of};
 use crate::dataset::{Header, InputFile, Manifest, sha256_of_file};
 use crate::error::{ChoiceError, Error, Result};
 use crate::template::{Shape, Template};
 use edgegait_core::silhouette::Size;
 use ndarray_npy::write_zeroed_npy;
 
-/// What makes datasets: the command that their manifests name.
-const COMMAND: &str = "sweep";
+/// What makes datasets: the commands that their manifests name.
+const COMMANDS: [&str; 2] = ["sweep", "generate"];
 
 /// What to do with a folder that is already there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,6 +48,8 @@ pub struct DatasetWriter {
     staging: Staging,
     images: BufWriter<File>,
     index: csv::Writer<File>,
+    /// Who walks, if anything was said of them.
+    walkers: Option<csv::Writer<File>>,
     template: Template,
     size: Size,
     count: usize,
@@ -104,6 +106,7 @@ impl DatasetWriter {
             staging,
             images: BufWriter::with_capacity(1 << 16, file),
             index,
+            walkers: None,
             template,
             size,
             count,
@@ -150,6 +153,22 @@ impl DatasetWriter {
         Ok(())
     }
 
+    /// Says who walks in one walk.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn describe(&mut self, row: &WalkerRow) -> Result<()> {
+        let error = |error| csv_error(&self.target, error);
+        let walkers = match &mut self.walkers {
+            Some(walkers) => walkers,
+            none => {
+                let path = self.staging.path().join("made").join(WALKERS);
+                none.insert(csv::Writer::from_path(path).map_err(error)?)
+            }
+        };
+        walkers.serialize(row).map_err(error)
+    }
+
     /// What one of them is called.
     fn name(&self) -> &'static str {
         match self.template {
@@ -171,6 +190,7 @@ impl DatasetWriter {
             staging,
             images,
             index,
+            walkers,
             template,
             count,
             written,
@@ -188,6 +208,10 @@ impl DatasetWriter {
             .map_err(|error| io(error.into_error()))?;
         close_index(index, written).map_err(|error| csv_error(&target, error))?;
 
+        let has_walkers = walkers.is_some();
+        if let Some(mut walkers) = walkers {
+            walkers.flush().map_err(io)?;
+        }
         let made = staging.path().join("made");
         let file = |name: &str| -> Result<InputFile> {
             Ok(InputFile {
@@ -199,7 +223,11 @@ impl DatasetWriter {
             header,
             template,
             geis: count,
-            files: vec![file(&file_of(template))?, file(INDEX)?],
+            files: [file_of(template), INDEX.to_owned()]
+                .into_iter()
+                .chain(has_walkers.then(|| WALKERS.to_owned()))
+                .map(|name| file(&name))
+                .collect::<Result<_>>()?,
         };
         let mut json = serde_json::to_string_pretty(&manifest)?;
         json.push('\n');
@@ -266,7 +294,10 @@ pub fn check_replaceable(target: &Path, existing: Existing) -> Result<()> {
     }
     names.sort();
     let images = Template::ALL.map(file_of);
-    let files = images.iter().map(String::as_str).chain([INDEX, MANIFEST]);
+    let files = images
+        .iter()
+        .map(String::as_str)
+        .chain([INDEX, MANIFEST, WALKERS]);
     if let Some(other) = names
         .iter()
         .find(|name| !files.clone().any(|file| *name == file))
@@ -282,7 +313,7 @@ pub fn check_replaceable(target: &Path, existing: Existing) -> Result<()> {
         ));
     }
     let manifest = read_manifest(&target.join(MANIFEST))?;
-    if existing == Existing::ReplaceOwn && manifest.header.command != COMMAND {
+    if existing == Existing::ReplaceOwn && !COMMANDS.contains(&manifest.header.command.as_str()) {
         return Err(ChoiceError::ForeignDataset(target.to_path_buf()).into());
     }
     Ok(())

@@ -28,6 +28,7 @@ use edgegait_core::silhouette::{Frame, Silhouette, Size};
 use film::{Film, Sight};
 use glam::Vec3;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use walker::Dressed;
 
 /// Frames of a take that are posed at once, where they do not depend on others: 9 MB.
@@ -162,13 +163,53 @@ pub fn sweep<'c, R: Send>(
     views: &[View],
     settings: Settings,
     map: impl Fn(Job<'c>, Swept) -> Result<R> + Sync,
+    sink: impl FnMut(Job<'c>, R) -> Result<()>,
+) -> Result<()> {
+    let firsts = views::firsts(views);
+    let seen = |_| Ok((Cow::Borrowed(views), Cow::Borrowed(&firsts[..])));
+    sweep_from(
+        pack,
+        (jobs, settings),
+        seen,
+        |job, _, swept| map(job, swept),
+        sink,
+    )
+}
+
+/// The same of jobs that are seen from views of their own, which `map` is given too.
+///
+/// # Errors
+/// As [`sweep`], and as `views_of`.
+pub fn sweep_each<'c, R: Send>(
+    pack: &Pack<'_>,
+    jobs: &[Job<'c>],
+    views_of: impl Fn(Job<'c>) -> Result<Vec<View>> + Sync,
+    settings: Settings,
+    map: impl Fn(Job<'c>, &[View], Swept) -> Result<R> + Sync,
+    sink: impl FnMut(Job<'c>, R) -> Result<()>,
+) -> Result<()> {
+    let seen = |job| {
+        let views = views_of(job)?;
+        let firsts = views::firsts(&views);
+        Ok((Cow::Owned(views), Cow::Owned(firsts)))
+    };
+    sweep_from(pack, (jobs, settings), seen, map, sink)
+}
+
+/// Views, and for each of them the first one that is the same.
+type Seeing<'v> = (Cow<'v, [View]>, Cow<'v, [usize]>);
+
+fn sweep_from<'c, 'v, R: Send>(
+    pack: &Pack<'_>,
+    (jobs, settings): (&[Job<'c>], Settings),
+    seen: impl Fn(Job<'c>) -> Result<Seeing<'v>> + Sync,
+    map: impl Fn(Job<'c>, &[View], Swept) -> Result<R> + Sync,
     mut sink: impl FnMut(Job<'c>, R) -> Result<()>,
 ) -> Result<()> {
     settings.check()?;
     if (settings.rasterizer, settings.template) == (Raster::Columns, Template::Silhouettes) {
         return Err(ChoiceError::ColumnsSumFrames(Template::Silhouettes.name()).into());
     }
-    let firsts = views::firsts(views);
     let chunk = 2 * rayon::current_num_threads();
     for jobs in jobs.chunks(chunk.max(1)) {
         let results: Vec<Result<R>> = jobs
@@ -179,7 +220,8 @@ pub fn sweep<'c, R: Send>(
                     let dressed = Dressed::new(pack, job, settings.seed)?;
                     let mut film = Film::new(pack, job, &dressed, settings)?;
                     film.pose(Moments::Cycle, 0..settings.frames_per_cycle);
-                    map(job, painter.sweep(&mut film, views, &firsts)?)
+                    let (views, firsts) = seen(job)?;
+                    map(job, &views, painter.sweep(&mut film, &views, &firsts)?)
                 },
             )
             .collect();

@@ -13,6 +13,7 @@ mod two;
 
 mod clip_command;
 mod commands;
+mod designs;
 mod digest;
 mod guide;
 mod keep_going;

@@ -230,10 +230,10 @@ fn draped_hulls_are_few_and_small() {
         let bytes = avatar_of(stored, &fields);
         Avatar::parse(&bytes).map(|avatar| avatar.drawn_hulls())
     };
-    assert_eq!(drapes(5, 4), Ok(5));
-    for beyond in [drapes(6, 1), drapes(1, 5)] {
+    assert_eq!(drapes(4, 4), Ok(4));
+    for beyond in [drapes(5, 1), drapes(1, 5)] {
         let error = beyond.expect_err("beyond the budget");
-        assert_eq!(error.expected, "at most 5 draped hulls of 32 points each");
+        assert_eq!(error.expected, "at most 4 draped hulls of 32 points each");
     }
 }
 

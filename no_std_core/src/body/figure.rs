@@ -11,7 +11,7 @@ use core::ops::Range;
 use glam::{Mat3, Vec3};
 
 /// A body in a pose, in the walker's space: computed once a frame, seen from every
-/// viewpoint. 22 kB, of which 12 kB are for draped hulls.
+/// viewpoint. 20 kB, of which 9 kB are for draped hulls.
 #[derive(Clone, Debug)]
 pub struct Figure<'a> {
     pub(super) body: &'a Body,

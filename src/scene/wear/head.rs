@@ -53,16 +53,19 @@ const HEAD: [Joint; 1] = [Joint::Head];
 
 /// Full and long hair. Strength 1: 3 cm thick above, behind and beside the face, and down the
 /// back to 22 cm below the base of the neck (ours). One draped hull of 27 points, on the head
-/// and the thorax.
+/// and the thorax, in the place of long hair that is there.
 pub(crate) fn hair(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
+    if strength == 0.0 {
+        return;
+    }
+    outfit
+        .hulls
+        .retain(|hull| hull.part != Part::Hair || hull.joint().is_some());
     let standing = Standing::of(&wearer.skeleton);
     let round = |along| Round::of(outfit, &standing, along);
     let (Some(top), Some(temples), Some(nape)) = (round(0.92), round(0.60), round(0.25)) else {
         return;
     };
-    if strength == 0.0 {
-        return;
-    }
     let thick = HAIR_M * strength;
     let span = 0.85 + 0.23 * strength;
     let mut places = Vec::new();

@@ -1,6 +1,7 @@
 //! What is worn: around the body, off the floor, and as large as it is said to be.
 
 use super::*;
+use std::collections::BTreeSet;
 
 #[test]
 fn what_is_worn_hides_nothing_that_showed() {
@@ -159,4 +160,45 @@ fn soles_are_as_thick_as_published() {
             assert!((thick - expected).abs() < 1e-6, "{thick}");
         }
     }
+}
+
+#[test]
+fn dressed_people_put_on_whatever_a_condition_says() {
+    use crate::scene::cohort::{CohortOptions, Dressing, subject};
+    let options = CohortOptions {
+        speeds_kmh: vec![5.0],
+        dressed: Some(Dressing::ForGood),
+        ..CohortOptions::default()
+    };
+    let mut draped = BTreeSet::new();
+    for number in 0..60 {
+        let body = subject(&options, number).expect("a person").body;
+        let bytes = encode_avatar(&body, 2.0).expect("a body").bytes;
+        let avatar = Avatar::parse(&bytes).expect("a body");
+        let worn = Outfit::of(&avatar);
+        assert_eq!(worn.hulls.len(), avatar.drawn_hulls());
+        let hangs = |outfit: &Outfit| {
+            let hulls = outfit.hulls.iter().filter(|hull| hull.joint().is_none());
+            hulls.map(|hull| hull.part).collect::<Vec<_>>()
+        };
+        draped.insert(hangs(&worn).len());
+        let wearer = Wearer {
+            skeleton: avatar.skeleton(),
+            sex: None,
+            stature_m: 1.7,
+            mass_kg: 70.0,
+        };
+        let mut outfit = worn.clone();
+        for (_, dress) in SHAPES.iter().chain(&GARMENTS) {
+            dress(&mut outfit, &wearer, 1.0);
+        }
+        // Hair in the place of hair.
+        let hair = hangs(&outfit)
+            .iter()
+            .filter(|part| **part == Part::Hair)
+            .count();
+        assert_eq!(hair, 1);
+        assert!(outfit.body().is_ok(), "{number}");
+    }
+    assert_eq!(draped, BTreeSet::from([0, 1, 2]));
 }

@@ -1,0 +1,257 @@
+//! Designs: who walks, how, under which conditions and seen from where, in one TOML file from
+//! which a whole training set is made again.
+
+mod drawn;
+mod images;
+mod numbers;
+mod written;
+
+use crate::confound::Condition;
+use crate::error::{Error, Place, Result};
+use crate::named::toml_of;
+use crate::scene::Subject;
+use crate::scene::cohort::{self, CohortOptions, Dressing, Profile};
+use crate::sweep::{Job, Settings, View};
+use edgegait_core::pack::{Pack, Sex};
+use std::ops::Range;
+use std::path::Path;
+
+/// Names of the designs that are built in.
+pub const NAMES: [&str; 2] = ["casia-b-like", "domain-random"];
+const BUILT_IN: [&str; 2] = [
+    include_str!("built_in/casia-b-like.toml"),
+    include_str!("built_in/domain-random.toml"),
+];
+
+/// Cycles of one take of a made walk: variations `8 t` to `8 t + 7` of a stored cycle are of take
+/// `t`.
+const CYCLES_OF_A_TAKE: u32 = crate::scene::variation::CYCLES_OF_A_TAKE;
+
+/// What a dataset is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Design {
+    /// Who walks.
+    pub population: Population,
+    /// Which takes of each walk there are.
+    pub takes: Vec<Take>,
+    /// How many cycles of each, at most 8.
+    pub cycles: u32,
+    /// From where each cycle is seen.
+    pub views: Viewpoints,
+    /// Under what each cycle is walked; as it is where there are none.
+    pub conditions: Vec<Condition>,
+    /// How it is drawn; with the seed of everything.
+    pub settings: Settings,
+    /// Which people belong together: they share nobody, and are at least one.
+    pub splits: Vec<Split>,
+}
+
+/// Cycles of a walk that belong together, as one recording does.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Take {
+    /// What the index calls it, such as `bg-01`, instead of by the walk.
+    pub name: Option<String>,
+    /// Where it has a name, the number of the condition that acts on it, if one does. Takes
+    /// without a name are walked under each.
+    pub condition: Option<usize>,
+}
+
+/// People of a population who go into one dataset.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Split {
+    /// What it is called; `None` where there is but one.
+    pub name: Option<String>,
+    /// Their numbers.
+    pub people: Range<usize>,
+}
+
+/// People as [`crate::scene::cohort`] makes them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Population {
+    /// Sex of all of them.
+    pub sex: Option<Sex>,
+    /// Ages, years, from which theirs are drawn evenly; without them as a cohort's.
+    pub ages: Option<[f64; 2]>,
+    /// How fast they walk.
+    pub speeds: Speeds,
+    /// Whether they are dressed.
+    pub dressed: Option<Dressing>,
+}
+
+/// How fast people walk.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Speeds {
+    /// Each person at each of these, km/h.
+    Each(Vec<f64>),
+    /// Each person at so many of their own, drawn evenly between two in steps of 0.1 km/h.
+    Drawn {
+        /// Slowest and fastest, km/h.
+        between: [f64; 2],
+        /// How many.
+        walks: usize,
+    },
+}
+
+/// From where cycles are seen.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Viewpoints {
+    /// Each of them from all of these.
+    Grid(Vec<View>),
+    /// Each from so many of its own.
+    Drawn {
+        /// Azimuths, degrees.
+        azimuth: Angles,
+        /// Elevations, degrees.
+        elevation: Angles,
+        /// How many.
+        count: usize,
+    },
+}
+
+/// Angles that are drawn from, degrees.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Angles {
+    /// One of these.
+    Choice(Vec<f32>),
+    /// Anything between the two, in steps of an eighth.
+    Between([f32; 2]),
+}
+
+impl Design {
+    /// The one that is built in under a name, or that of a `.toml` file.
+    ///
+    /// # Errors
+    /// If there is none of this name, or the file is no design, with the line and the reason.
+    pub fn named(name: &str) -> Result<Self> {
+        let text = toml_of(name, "design", &NAMES, &BUILT_IN)?;
+        Self::parse(Path::new(name), &text)
+    }
+
+    /// A design from TOML; `path` is for messages.
+    ///
+    /// # Errors
+    /// If the text is not TOML, a key is unknown, or people, speeds, views or conditions are none
+    /// that can be made.
+    pub fn parse(path: &Path, text: &str) -> Result<Self> {
+        let written: written::Written =
+            toml::from_str(text).map_err(|error| Error::toml(path, text, &error))?;
+        written.design().map_err(|(at, problem)| {
+            let line = 1 + text.get(..at).unwrap_or(text).matches('\n').count();
+            Error::at(path, Place::Line(line), problem)
+        })
+    }
+
+    /// How many people there are in all splits.
+    #[must_use]
+    pub fn people(&self) -> usize {
+        self.splits.iter().map(|split| split.people.len()).sum()
+    }
+
+    /// How many walks each of them has.
+    #[must_use]
+    pub const fn walks(&self) -> usize {
+        match &self.population.speeds {
+            Speeds::Each(speeds) => speeds.len(),
+            Speeds::Drawn { walks, .. } => *walks,
+        }
+    }
+
+    /// How many cycles are drawn of each person.
+    #[must_use]
+    pub fn cycles(&self) -> usize {
+        let of_take = |take: &Take| match take.name {
+            Some(_) => 1,
+            None => self.conditions.len().max(1),
+        };
+        let takes: usize = self.takes.iter().map(of_take).sum();
+        self.walks() * takes * self.cycles as usize
+    }
+
+    /// From how many viewpoints each is seen.
+    #[must_use]
+    pub const fn viewpoints(&self) -> usize {
+        match &self.views {
+            Viewpoints::Grid(views) => views.len(),
+            Viewpoints::Drawn { count, .. } => *count,
+        }
+    }
+
+    /// The person of a number, at every speed: whoever else is made.
+    ///
+    /// # Errors
+    /// As [`cohort::subject`].
+    pub fn subject(&self, number: usize) -> Result<Subject> {
+        let mut draw = drawn::of_person(self.settings.seed, number);
+        let ages = self.population.ages;
+        let age = ages.map(|ages| drawn::years(&mut draw, ages));
+        let speeds = self.population.speeds.drawn(&mut draw);
+        cohort::subject(&self.options_at(number, age, speeds), number)
+    }
+
+    /// All cycles of a pack's walks, walk by walk.
+    #[must_use]
+    pub fn jobs(&self, pack: &Pack<'_>) -> Vec<Job<'_>> {
+        let mut jobs = Vec::new();
+        for walk in 0..pack.walks().len() {
+            for (take, first) in self
+                .takes
+                .iter()
+                .zip((0..).step_by(CYCLES_OF_A_TAKE as usize))
+            {
+                for variation in first..first + self.cycles {
+                    let plain = Job::plain(walk, variation);
+                    let condition = take.condition.and_then(|at| self.conditions.get(at));
+                    match take.name {
+                        Some(_) => jobs.push(Job { condition, ..plain }),
+                        None => jobs.extend(Job::under(&[plain], &self.conditions)),
+                    }
+                }
+            }
+        }
+        jobs
+    }
+
+    /// What the index calls the walk of a cycle, where its take has a name.
+    #[must_use]
+    pub fn take_of(&self, job: Job<'_>) -> Option<&str> {
+        let take = self.takes.get((job.variation / CYCLES_OF_A_TAKE) as usize);
+        take.and_then(|take| take.name.as_deref())
+    }
+
+    /// From where a cycle is seen.
+    ///
+    /// # Errors
+    /// Never: angles have been checked.
+    pub fn views_of(&self, pack: &Pack<'_>, job: Job<'_>) -> Result<Vec<View>> {
+        match &self.views {
+            Viewpoints::Grid(views) => Ok(views.clone()),
+            Viewpoints::Drawn {
+                azimuth,
+                elevation,
+                count,
+            } => {
+                let mut draw = drawn::of_cycle(self.settings.seed, pack, job);
+                let view = |_| View::new(azimuth.drawn(&mut draw), elevation.drawn(&mut draw));
+                (0..*count).map(view).collect()
+            }
+        }
+    }
+
+    fn options_at(&self, number: usize, age: Option<f64>, speeds_kmh: Vec<f64>) -> CohortOptions {
+        CohortOptions {
+            seed: self.settings.seed,
+            first: number,
+            people: 1,
+            speeds_kmh,
+            profile: Profile {
+                sex: self.population.sex,
+                age_years: age,
+                ..Profile::default()
+            },
+            dressed: self.population.dressed,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
