@@ -2,6 +2,7 @@
 
 use crate::command::done;
 use edgegait::confound::Conditions;
+use edgegait::design::Design;
 use edgegait::score::Contract;
 use std::collections::BTreeMap;
 use std::fs;
@@ -61,11 +62,14 @@ fn every_flag_of_every_command_in_the_guide_is_one_that_the_command_has() {
 
 #[test]
 fn the_files_that_the_guide_shows_can_be_read() {
-    let mut read = [0, 0];
+    let mut read = [0, 0, 0];
     for (path, text) in pages() {
         for block in text.split("```toml\n").skip(1) {
             let block = block.split("```").next().expect("the block's end");
-            if block.contains("[[conditions]]") {
+            if block.contains("[views]") {
+                Design::parse(&path, block).expect("a design");
+                read[2] += 1;
+            } else if block.contains("[[conditions]]") {
                 Conditions::parse(&path, block).expect("conditions");
                 read[0] += 1;
             } else {
@@ -74,7 +78,7 @@ fn the_files_that_the_guide_shows_can_be_read() {
             }
         }
     }
-    assert_eq!(read, [1, 1]);
+    assert_eq!(read, [1, 1, 1]);
 }
 
 #[test]
