@@ -5,6 +5,7 @@ use crate::command::done;
 use crate::data::given;
 use crate::npy::npy;
 use crate::people::{Row, body, recordings, rows};
+use edgegait::dataset::Silhouettes;
 use edgegait::sweep::Framing;
 use edgegait::train::{Components, Method, Options, fit};
 use edgegait::{Dataset, Tree};
@@ -16,7 +17,7 @@ use std::path::Path;
 
 /// People for choices; figures are stated on the others with `EDGEGAIT_PEOPLE=final`, and on both
 /// with `all`.
-const CHOICES: [&str; 19] = [
+pub const CHOICES: [&str; 19] = [
     "101", "102", "104", "105", "106", "107", "108", "109", "110", "111", "113", "114", "117",
     "118", "120", "121", "122", "123", "124",
 ];
@@ -43,17 +44,24 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// Frames of one sequence of the other set.
-struct Seen {
+pub struct Seen {
     pixels: Vec<u8>,
     size: usize,
 }
 
 impl Seen {
+    pub fn of(silhouettes: &Silhouettes) -> Self {
+        Self {
+            size: silhouettes.pixels.len() / silhouettes.frames,
+            pixels: silhouettes.pixels.clone(),
+        }
+    }
+
     fn frame(&self, index: usize) -> Option<&[u8]> {
         self.pixels.get(index * self.size..(index + 1) * self.size)
     }
 
-    fn gei(&self, (from, to): (f64, f64)) -> Vec<f64> {
+    pub fn gei(&self, (from, to): (f64, f64)) -> Vec<f64> {
         let frames = from.ceil() as usize..to.ceil() as usize;
         let frames: Vec<&[u8]> = frames.filter_map(|frame| self.frame(frame)).collect();
         let pixel = |at: usize| mean(frames.iter().map(|frame| f64::from(frame[at])));
@@ -248,10 +256,7 @@ mod slow {
                     tree.silhouettes(place.expect("a sequence"), Size::S50x30, Framing::Height);
                 let seen = seen.expect("silhouettes");
                 assert_eq!(seen.empty, 0);
-                let seen = Seen {
-                    size: seen.pixels.len() / seen.frames,
-                    pixels: seen.pixels,
-                };
+                let seen = Seen::of(&seen);
                 let source = Path::new(&row["source"]);
                 let stem = source.file_stem().expect("a name").to_string_lossy();
                 let index = geis

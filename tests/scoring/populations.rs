@@ -1,0 +1,271 @@
+//! What bare, dressed and randomised people are worth to recognizers of people whom other software
+//! made of skinned bodies in clothes.
+
+use crate::command::done;
+use crate::data::given;
+use crate::people::{Row, rows};
+use crate::skinned::{CHOICES, Seen, spans};
+use edgegait::score::{Model, Runtime};
+use edgegait::sweep::Framing;
+use edgegait::{Dataset, Tree};
+use edgegait_core::silhouette::Size;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+/// Viewpoints of the other set: name, azimuth and elevation, degrees.
+const VIEWS: [(&str, f64, f64); 5] = [
+    ("000", 0.0, 0.0),
+    ("045", 45.0, 0.0),
+    ("090", 90.0, 0.0),
+    ("135", 135.0, 0.0),
+    ("090e15", 90.0, 15.0),
+];
+
+/// A GEI, from 0 to 255, and what it shows.
+struct Shown {
+    person: String,
+    take: String,
+    view: usize,
+    gei: Vec<f64>,
+    /// What a recognizer makes of it.
+    embedding: Vec<f64>,
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| (a - b) * (a - b))
+        .sum::<f64>()
+        .sqrt()
+}
+
+/// Root mean square of 255.
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    distance(a, b) / (a.len() as f64).sqrt()
+}
+
+fn mean_of<'a>(geis: impl Iterator<Item = &'a [f64]> + Clone) -> Vec<f64> {
+    let count = geis.clone().count() as f64;
+    let mut sum = vec![0.0; geis.clone().next().map_or(0, <[f64]>::len)];
+    for gei in geis {
+        sum.iter_mut()
+            .zip(gei)
+            .for_each(|(sum, pixel)| *sum += pixel);
+    }
+    sum.iter().map(|sum| sum / count).collect()
+}
+
+/// The mean of a view's GEIs of each person.
+fn people(shown: &[Shown], view: usize) -> BTreeMap<&str, Vec<f64>> {
+    let mut of: BTreeMap<&str, Vec<&[f64]>> = BTreeMap::new();
+    for one in shown.iter().filter(|one| one.view == view) {
+        of.entry(&one.person).or_default().push(&one.gei);
+    }
+    of.into_iter()
+        .map(|(person, geis)| (person, mean_of(geis.into_iter())))
+        .collect()
+}
+
+/// A mean over probes and half of its 95 % interval over people, in percent or whatever they are
+/// in, as a ratio of sums (Cochran 1977, 6.3).
+fn over_people(probes: &[(&str, f64)]) -> (f64, f64) {
+    let mut people: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
+    for (person, value) in probes {
+        let person = people.entry(person).or_default();
+        *person = (person.0 + value, person.1 + 1.0);
+    }
+    let all = probes.len() as f64;
+    let mean = people.values().map(|person| person.0).sum::<f64>() / all;
+    let count = people.len() as f64;
+    let squares = people
+        .values()
+        .map(|(sum, probes)| (sum - mean * probes).powi(2));
+    (
+        mean,
+        1.96 * (squares.sum::<f64>() * count / (count - 1.0)).sqrt() / all,
+    )
+}
+
+/// The share of probes, in percent, whose nearest GEI among those that `is_gallery` takes for it is
+/// of the same person.
+fn rank1(
+    shown: &[Shown],
+    of: fn(&Shown) -> &[f64],
+    is_probe: impl Fn(&Shown) -> bool,
+    is_gallery: impl Fn(&Shown, &Shown) -> bool,
+) -> (f64, f64) {
+    let mut probes = Vec::new();
+    for probe in shown.iter().filter(|probe| is_probe(probe)) {
+        let gallery = shown.iter().filter(|other| is_gallery(probe, other));
+        let nearest = gallery.min_by(|a, b| {
+            let [a, b] = [a, b].map(|other| distance(of(other), of(probe)));
+            a.total_cmp(&b)
+        });
+        if let Some(nearest) = nearest {
+            let is_right = nearest.person == probe.person;
+            probes.push((probe.person.as_str(), 100.0 * f64::from(u8::from(is_right))));
+        }
+    }
+    over_people(&probes)
+}
+
+/// The cycles of the people for choices.
+fn seen(data: &Path) -> Vec<Shown> {
+    let takes = rows(&data.join("people/manifest.csv"));
+    let tree = Tree::open(data.join("people/people")).expect("a tree");
+    let mut shown = Vec::new();
+    for row in takes
+        .iter()
+        .filter(|row| CHOICES.contains(&row["id"].as_str()))
+    {
+        let of = |row: &Row| VIEWS.iter().position(|view| row["view"] == view.0);
+        let Some(view) = of(row) else { continue };
+        let place = tree.sequences().iter().position(|one| {
+            one.subject == row["id"] && one.take == row["take"] && one.view == row["view"]
+        });
+        let seen = tree.silhouettes(place.expect("a sequence"), Size::S50x30, Framing::Height);
+        let seen = Seen::of(&seen.expect("silhouettes"));
+        for span in spans(&row["phase_cycles"]) {
+            shown.push(Shown {
+                person: row["id"].clone(),
+                take: row["take"].clone(),
+                view,
+                gei: seen.gei(span),
+                embedding: Vec::new(),
+            });
+        }
+    }
+    shown
+}
+
+/// A design's table of viewpoints.
+const FIXED: &str = "[views]\nazimuth_deg = [0, 45, 90, 135]\nelevation_deg = [0, 15]";
+const RANDOM: &str = "[views]\nazimuth_deg = { uniform = [0, 180] }\nelevation_deg = { uniform = [0, 20] }\ncount = 8";
+
+/// What is made of so many people: name, dressing, conditions, viewpoints.
+const POPULATIONS: [(&str, &str, &str, &str); 5] = [
+    ("bare", "never", "", FIXED),
+    ("dressed for good", "for-good", "", FIXED),
+    ("dressed per take", "per-take", "", FIXED),
+    ("dressed per take, from anywhere", "per-take", "", RANDOM),
+    (
+        "domain-random, from anywhere",
+        "never",
+        "conditions = \"domain-random\"\n",
+        RANDOM,
+    ),
+];
+
+mod slow {
+    use super::*;
+
+    #[test]
+    #[ignore = "slow without optimisation; needs EDGEGAIT_DATA"]
+    fn recognizers_of_bare_dressed_and_random_people_on_those_of_other_software() {
+        let data = given();
+        let count: usize =
+            std::env::var("EDGEGAIT_COUNT").map_or(300, |it| it.parse().expect("a number"));
+        let mut shown = seen(&data);
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = folder.path();
+        println!(
+            "{} cycles of {} people for choices; {count} made people",
+            shown.len() / 5,
+            CHOICES.len()
+        );
+
+        println!(
+            "mean GEIs apart, of 255 (of people of the other set, one from the rest: mean); and how near the nearest made person is"
+        );
+        let mut rates = Vec::new();
+        let pixels: fn(&Shown) -> &[f64] = |shown| &shown.gei;
+        let embedded: fn(&Shown) -> &[f64] = |shown| &shown.embedding;
+        for (name, dressed, conditions, views) in POPULATIONS {
+            let design = format!(
+                "seed = 11\n{conditions}\n[population]\npeople = \"0..{count}\"\ndressed = \"{dressed}\"\n[walks]\nspeeds_kmh = {{ uniform = [3, 6], walks = 2 }}\ntakes = 2\n{views}\n[images]\nraster = \"rows\"\nlens = \"persp\"\ndistance_m = 6\n"
+            );
+            fs::write(at.join("design.toml"), design).expect("a design");
+            done(
+                at,
+                &["generate", "design.toml", "--out", "made", "--overwrite"],
+            );
+            if views == FIXED {
+                let made = Dataset::open(at.join("made")).expect("a dataset");
+                let made: Vec<Shown> = made
+                    .index()
+                    .iter()
+                    .enumerate()
+                    .filter_map(|(index, row)| {
+                        let view = VIEWS.iter().position(|view| {
+                            (view.1, view.2) == (row.azimuth_deg, row.elevation_deg)
+                        })?;
+                        Some(Shown {
+                            person: row.subject.clone(),
+                            take: String::new(),
+                            view,
+                            gei: made.bytes(index).iter().copied().map(f64::from).collect(),
+                            embedding: Vec::new(),
+                        })
+                    })
+                    .collect();
+                let cells = (0..VIEWS.len()).map(|view| {
+                    let (made, seen) = (people(&made, view), people(&shown, view));
+                    let mean =
+                        |of: &BTreeMap<&str, Vec<f64>>| mean_of(of.values().map(Vec::as_slice));
+                    let nearest: Vec<(&str, f64)> = seen
+                        .iter()
+                        .map(|(person, own)| {
+                            let all = made.values().map(|other| apart(own, other));
+                            (*person, all.fold(f64::MAX, f64::min))
+                        })
+                        .collect();
+                    let (near, half) = over_people(&nearest);
+                    let means = apart(&mean(&made), &mean(&seen));
+                    format!("{}: {means:.1}, {near:.1} +-{half:.1}", VIEWS[view].0)
+                });
+                println!("{name}: {}", cells.collect::<Vec<_>>().join("; "));
+            }
+            done(at, &["train", "made", "--out", "model.onnx", "--overwrite"]);
+            let model = Model::open(at.join("model.onnx")).expect("a model");
+            let recognizer = Runtime::rten().load(&model).expect("a model");
+            for one in &mut shown {
+                let input: Vec<f32> = one.gei.iter().map(|pixel| (pixel / 255.0) as f32).collect();
+                let outputs = recognizer.run(&input, 1).expect("answers");
+                one.embedding = outputs.embedding.iter().copied().map(f64::from).collect();
+            }
+            rates.push((name, rates_of(&shown, embedded)));
+        }
+        rates.insert(0, ("pixels", rates_of(&shown, pixels)));
+        println!(
+            "Rank-1, %, +- 95 % over people: another take from the same side (5 views); any take from 090, 045 and 000 among those from another side"
+        );
+        for (name, cells) in rates {
+            let cells = cells.map(|(rate, half)| format!("{rate:>5.1} +-{half:>4.1}"));
+            println!("{name:>32}: {}", cells.join(" | "));
+        }
+    }
+
+    /// Another take; from another side: of all, and 045 among 090, 000 among 045 and 000 among 090.
+    fn rates_of(shown: &[Shown], of: fn(&Shown) -> &[f64]) -> [(f64, f64); 5] {
+        let has_more = |one: &Shown| {
+            shown
+                .iter()
+                .any(|other| other.person == one.person && other.take != one.take)
+        };
+        let is_same = |a: &Shown, b: &Shown| a.person == b.person && a.take == b.take;
+        let other_take = rank1(shown, of, has_more, |probe, other| {
+            probe.view == other.view && !is_same(probe, other)
+        });
+        let across = |probe_view: usize, gallery_view: usize| {
+            rank1(
+                shown,
+                of,
+                |probe| probe.view == probe_view,
+                |_, other| other.view == gallery_view,
+            )
+        };
+        let all = rank1(shown, of, |_| true, |probe, other| probe.view != other.view);
+        [other_take, all, across(1, 2), across(0, 1), across(0, 2)]
+    }
+}
