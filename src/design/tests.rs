@@ -269,6 +269,10 @@ fn what_does_not_go_together_is_refused_with_what_to_do() {
             "{error}"
         );
     }
+    // Who is not said to be bare is dressed, for good.
+    let text = TWENTY.replace("dressed = \"per-take\"\n", "");
+    let dressed = parsed(&text).expect("a design").population.dressed;
+    assert_eq!(dressed, Some(Dressing::ForGood));
     let error = Design::named("casia-c").expect_err("no design").to_string();
     assert!(
         error.contains("casia-b-like, domain-random or a .toml file"),

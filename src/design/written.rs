@@ -53,8 +53,9 @@ enum WrittenSex {
 #[derive(Clone, Copy, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum WrittenDressing {
-    #[default]
     Never,
+    /// Nearer to people of other software than bare ones are: see the guide.
+    #[default]
     ForGood,
     PerTake,
 }
