@@ -113,11 +113,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
         made.push((split, writer));
     }
     for (split, writer) in &mut made {
-        let numbers: Vec<usize> = split.people.clone().collect();
-        for numbers in numbers.chunks(PEOPLE_AT_ONCE) {
-            if let [first, .., last] | [first @ last] = *numbers {
-                draw(&design, first..last + 1, writer, &progress)?;
-            }
+        for first in split.people.clone().step_by(PEOPLE_AT_ONCE) {
+            let people = first..split.people.end.min(first + PEOPLE_AT_ONCE);
+            draw(&design, people, writer, &progress)?;
         }
     }
     let mut header = Header::new("generate", design.settings.seed)
