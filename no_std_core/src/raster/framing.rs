@@ -18,13 +18,14 @@ pub(crate) struct Sitting<'a, F, W: Pixels> {
 }
 
 impl<F, W: Fill<F>> Sitting<'_, F, W> {
-    /// Draws the figure, of this extent; the share of it that does not show.
+    /// Draws the figure, of this extent: where it was placed, and the share of it that does not
+    /// show.
     pub fn draw(
         &mut self,
         extent: &Extent,
         framing: Framing,
         jitter: Vec2,
-    ) -> Result<f32, DrawError> {
+    ) -> Result<(Placement, f32), DrawError> {
         let size = self.window.size();
         match framing {
             Framing::Height => self.by_height(extent, jitter),
@@ -34,7 +35,7 @@ impl<F, W: Fill<F>> Sitting<'_, F, W> {
                 if self.cut(0) == 0 {
                     return Err(DrawError::Vanished);
                 }
-                Ok(0.0)
+                Ok((placement, 0.0))
             }
             Framing::Fixed {
                 centre,
@@ -42,7 +43,8 @@ impl<F, W: Fill<F>> Sitting<'_, F, W> {
             } => {
                 let centre = projected(self.camera, centre)?;
                 let placement = place::fixed(centre, pixels_per_metre, image(size))?;
-                self.at(extent, placement, jitter)
+                let clipped_share = self.at(extent, placement, jitter)?;
+                Ok((placement.moved(jitter), clipped_share))
             }
         }
     }
@@ -56,8 +58,9 @@ impl<F, W: Fill<F>> Sitting<'_, F, W> {
         self.window.cut(left, self.image)
     }
 
-    /// Draws a figure that fills the rows; the share of it that is cut off.
-    fn by_height(&mut self, extent: &Extent, jitter: Vec2) -> Result<f32, DrawError> {
+    /// Draws a figure that fills the rows: where it was placed, and the share of it that is cut
+    /// off.
+    fn by_height(&mut self, extent: &Extent, jitter: Vec2) -> Result<(Placement, f32), DrawError> {
         let (size, limit) = (self.window.size(), self.window.width());
         let columns = |columns| self.window.columns(columns);
         let (placement, windows, columns) = place::by_height(extent, size, (limit, columns))?;
@@ -74,16 +77,16 @@ impl<F, W: Fill<F>> Sitting<'_, F, W> {
         }
         let middle = (size.columns() / 2).cast_signed();
         let mut left = whole.centroid_column(jitter.x) - middle;
+        #[expect(clippy::cast_precision_loss, reason = "a few thousand columns")]
+        let shifted = placement.moved(Vec2::new(left as f32, 0.0));
         if windows > 1 {
-            #[expect(clippy::cast_precision_loss, reason = "a few thousand columns")]
-            let shifted = placement.moved(Vec2::new(left as f32, 0.0));
             self.fill(&shifted, columns);
             left = 0;
         }
         let area = self.cut(left);
         #[expect(clippy::cast_precision_loss, reason = "a share")]
         let clipped_share = 1.0 - (area as f32 / whole.area as f32).min(1.0);
-        Ok(clipped_share)
+        Ok((shifted, clipped_share))
     }
 
     /// Draws a figure where `placement` says, whatever of it that shows; the share that does not.

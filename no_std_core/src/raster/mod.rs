@@ -34,7 +34,7 @@ pub use error::DrawError;
 pub use framing::projected;
 use framing::{Sitting, check_jitter};
 use glam::Vec2;
-pub use place::Extent;
+pub use place::{Extent, Placement};
 pub use rows::Samples;
 pub use simd::Simd;
 #[cfg(feature = "skia")]
@@ -119,6 +119,8 @@ pub struct Drawing<'a, I = Frame> {
     /// inside each stretched to the window: within 0.03 of exact areas of random bodies
     /// (`tests/framing.rs`).
     pub clipped_share: f32,
+    /// Where points of the image appear in [`Self::frame`].
+    pub placement: Placement,
 }
 
 /// How a figure is seen and fitted into the image: what [`Renderer::draw`] takes.
@@ -265,10 +267,11 @@ impl<W: Pixels> Renderer<W> {
             window: &mut self.window,
             image: &mut self.image,
         };
-        let clipped_share = sitting.draw(&extent, *framing, *jitter)?;
+        let (placement, clipped_share) = sitting.draw(&extent, *framing, *jitter)?;
         Ok(Drawing {
             frame: &self.image,
             clipped_share,
+            placement,
         })
     }
 }

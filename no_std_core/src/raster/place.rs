@@ -9,7 +9,8 @@ use glam::Vec2;
 /// thinner than a sample is a thousandth of a pixel.
 const MAX_GROWTH: f32 = 1_024.0;
 
-/// From image metres to pixels, y turned downwards.
+/// From metres in the image, which [`projected`](super::projected) gives, to pixels, y turned
+/// downwards.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
     /// Pixels a metre, to the right and down.
@@ -23,6 +24,7 @@ pub struct Placement {
 impl Placement {
     /// The pixel coordinates of an image point: x to the right, y down, pixel
     /// `(c, r)` covers `c..c+1` by `r..r+1`.
+    #[must_use]
     pub fn place(&self, point: Vec2) -> Vec2 {
         Vec2::new(
             (point.x - self.origin.x) * self.scale.x + self.at.x,
@@ -31,7 +33,7 @@ impl Placement {
     }
 
     /// The part of `extent` that falls within so many columns and rows.
-    pub fn shown(&self, extent: &Extent, pixels: Vec2) -> Extent {
+    pub(crate) fn shown(&self, extent: &Extent, pixels: Vec2) -> Extent {
         let corner = |x: f32, y: f32| {
             let metres = (Vec2::new(x, y) - self.at) / self.scale;
             self.origin + Vec2::new(metres.x, -metres.y)
@@ -44,7 +46,8 @@ impl Placement {
 
     /// The same placement seen from a window, or sampled at points, this many pixels further
     /// right and down.
-    pub fn moved(&self, pixels: Vec2) -> Self {
+    #[must_use]
+    pub(crate) fn moved(&self, pixels: Vec2) -> Self {
         Self {
             at: self.at - pixels,
             ..*self
