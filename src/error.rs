@@ -165,6 +165,8 @@ pub enum Remedy {
     FolderIsSubject,
     /// To frame a tree's pictures anew instead of taking them as they are stored.
     FrameAnew,
+    /// To make a dataset of templates, or a tree.
+    OtherTemplate,
 }
 
 /// A place in an input file.

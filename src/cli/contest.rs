@@ -8,7 +8,7 @@ use super::progress::Progress;
 use super::recognizers::load;
 use super::source::{SelectionArgs, SourceArgs};
 use crate::confound::Condition;
-use crate::dataset::{Header, InputFile};
+use crate::dataset::{Dataset, Header, InputFile};
 use crate::error::{Error, Result};
 use crate::evaluate::contest::{Contest, Drawn, Entrant, Stored, Wish, usual};
 use crate::evaluate::protocol::Protocol;
@@ -275,9 +275,7 @@ impl ContestArgs {
         }
         let mut stored = None;
         if let Source::Dataset(geis) = &source {
-            header
-                .inputs
-                .push(InputFile::of(path.join("manifest.json"))?);
+            header.inputs.extend(Dataset::inputs(path)?);
             let found = Stored::of(geis.dataset(), path)?;
             if found.framing.is_none() {
                 header.warnings.push(format!(

@@ -96,6 +96,11 @@ impl DrawArgs {
         }
     }
 
+    /// Whether a size was given.
+    pub(super) const fn has_size(&self) -> bool {
+        self.size.is_some()
+    }
+
     /// The flags without the template, where silhouettes are drawn and made into templates later.
     #[must_use]
     pub(super) fn without_template(&self) -> Self {

@@ -1,16 +1,21 @@
 //! `edgegait generate`: whole training sets from a design, as datasets.
 
 use super::args::{Common, Files};
-use super::outputs::{Kind, Output};
+use super::export::{ExportArgs, sized, take_name};
 use super::progress::Progress;
 use super::sweep::{kmh, peak_rss_bytes};
-use crate::dataset::{DatasetWriter, Existing, Header, IndexRow, InputFile, WalkerRow};
+use crate::dataset::{
+    Contents, DatasetWriter, Format, Header, IndexRow, InputFile, Item, Run, WalkerRow,
+};
 use crate::design::{Design, Split};
 use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
 use crate::error::{Error, Result};
 use crate::scene::cohort::DEFAULT_SEED;
-use crate::sweep::{View, drawn, sweep_each};
+use crate::scene::variation::CYCLES_OF_A_TAKE;
+use crate::sweep::{Swept, View, drawn, sweep_each};
+use crate::template::Template;
 use edgegait_core::pack::{Pack, Sex};
+use edgegait_core::silhouette::Size;
 use serde::Serialize;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -32,6 +37,8 @@ pub(super) struct Args {
     /// At most so many people of each split, to try a design
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     people: Option<u32>,
+    #[command(flatten)]
+    export: ExportArgs,
     #[command(flatten)]
     pub common: Common,
 }
@@ -59,8 +66,8 @@ impl Args {
         let is_file = Path::new(&self.design).extension().is_some();
         let folders = match Design::named(&self.design) {
             Ok(design) => {
-                let folder = |split: &Split| folder_of(&self.out, split);
-                design.splits.iter().map(folder).collect()
+                let parts = self.parts(&design).into_iter();
+                parts.map(|part| part.folder).collect()
             }
             // What is wrong is said when it is read again.
             Err(_) => Vec::new(),
@@ -72,51 +79,94 @@ impl Args {
                 .collect(),
             outputs: folders
                 .iter()
-                .map(|folder| Output::new("--out", folder, Kind::Dataset))
+                .map(|folder| self.export.output(folder))
                 .collect(),
         }
     }
 }
 
-fn folder_of(out: &Path, split: &Split) -> PathBuf {
-    match &split.name {
-        Some(name) => out.join(name),
-        None => out.to_path_buf(),
+/// People who go into one dataset, and its folder.
+struct Part<'d> {
+    folder: PathBuf,
+    splits: Vec<&'d Split>,
+}
+
+impl Part<'_> {
+    /// The number of each person, and the name of the split.
+    fn people(&self) -> impl Iterator<Item = (usize, &str)> {
+        self.splits.iter().flat_map(|split| {
+            let name = split.name.as_deref().unwrap_or("train");
+            split.people.clone().map(move |number| (number, name))
+        })
+    }
+}
+
+impl Args {
+    /// What is written: a dataset for each split, or one tree of them all.
+    fn parts<'d>(&self, design: &'d Design) -> Vec<Part<'d>> {
+        if self.export.format().is_tree() {
+            return vec![Part {
+                folder: self.out.clone(),
+                splits: design.splits.iter().collect(),
+            }];
+        }
+        let part = |split: &'d Split| Part {
+            folder: match (&split.name, self.export.format()) {
+                (None, _) => self.out.clone(),
+                (Some(name), Format::Npz) => self.out.join(format!("{name}.npz")),
+                (Some(name), _) => self.out.join(name),
+            },
+            splits: vec![split],
+        };
+        design.splits.iter().map(part).collect()
+    }
+
+    /// The design, with as many people as are asked for, and how it is drawn.
+    fn design(&self) -> Result<Design> {
+        let mut design = Design::named(&self.design)?;
+        if self.common.seed != DEFAULT_SEED && self.common.seed != design.settings.seed {
+            return Err(Error::Usage(
+                "--seed: a design states its own (change `seed` in a copy of it)".into(),
+            ));
+        }
+        if let Some(most) = self.people {
+            for split in &mut design.splits {
+                let most = split.people.start.saturating_add(most as usize);
+                split.people.end = split.people.end.min(most);
+            }
+        }
+        let format = self.export.format();
+        if format.is_tree() {
+            design.images.wanted.templates = vec![Template::Silhouettes];
+        }
+        // What OpenGait cuts to 64x44 is 64x64 in its files.
+        let is_other = design.images.has_size && design.settings.size != Size::S64x44;
+        design.settings = sized(design.settings, is_other, format);
+        design.settings.template = design.images.wanted.templates[0];
+        let wanted = &design.images.wanted;
+        self.export
+            .check(&wanted.templates, design.settings.size, wanted.joints)?;
+        let mut names = design
+            .splits
+            .iter()
+            .filter_map(|split| split.name.as_deref());
+        let other = names.find(|name| !["train", "test"].contains(name));
+        if let (Format::Opengait, Some(other)) = (format, other) {
+            return Err(Error::Usage(format!(
+                "--format opengait: OpenGait knows those who train and those who are tested, found split {other:?} (call splits train and test)"
+            )));
+        }
+        Ok(design)
     }
 }
 
 /// Runs the subcommand.
 pub(super) fn run(args: &Args) -> Result<()> {
-    let mut design = Design::named(&args.design)?;
-    if args.common.seed != DEFAULT_SEED && args.common.seed != design.settings.seed {
-        return Err(Error::Usage(
-            "--seed: a design states its own (change `seed` in a copy of it)".into(),
-        ));
-    }
-    if let Some(most) = args.people {
-        for split in &mut design.splits {
-            let most = split.people.start.saturating_add(most as usize);
-            split.people.end = split.people.end.min(most);
-        }
-    }
+    let design = args.design()?;
     let started = Instant::now();
-    let progress = Progress::new("people", design.people());
-    let mut made = Vec::new();
-    for split in &design.splits {
-        let count = split.people.len() * design.cycles() * design.viewpoints();
-        let writer = DatasetWriter::create(
-            folder_of(&args.out, split),
-            (design.settings.template, design.settings.size),
-            count,
-            Existing::of(args.common.overwrite),
-        )?;
-        made.push((split, writer));
-    }
-    for (split, writer) in &mut made {
-        for first in split.people.clone().step_by(PEOPLE_AT_ONCE) {
-            let people = first..split.people.end.min(first + PEOPLE_AT_ONCE);
-            draw(&design, people, writer, &progress)?;
-        }
+    let parts = args.parts(&design);
+    for part in &parts {
+        args.export.check_unfinished(&part.folder)?;
     }
     let mut header = Header::new("generate", design.settings.seed)
         .drawn(&design.settings)
@@ -130,32 +180,74 @@ pub(super) fn run(args: &Args) -> Result<()> {
     if !design.conditions.is_empty() {
         header = header.with("conditions", serde_json::json!(design.conditions));
     }
+    if let Some(fps) = design.images.wanted.fps {
+        header = header.with("fps", fps);
+    }
     header.inputs = match Path::new(&args.design).extension() {
         Some(_) => vec![InputFile::of(&args.design)?],
         None => Vec::new(),
     };
-    for (split, writer) in made {
-        let Range { start, end } = split.people;
-        let people = format!("{start}..{end}");
-        writer.finish(header.clone().with("people", people))?;
+    let mut shares = Vec::new();
+    for part in &parts {
+        let all: Vec<(usize, &str)> = part.people().collect();
+        shares.push(all[args.export.units(all.len())?].to_vec());
+    }
+    let progress = Progress::new("people", shares.iter().map(Vec::len).sum());
+    let (mut rows, mut drawn) = (0, 0);
+    for (part, share) in parts.iter().zip(&shares) {
+        let ranges = part.splits.iter().map(|split| {
+            let Range { start, end } = split.people;
+            format!("{start}..{end}")
+        });
+        let run = Run {
+            header: header
+                .clone()
+                .with("people", ranges.collect::<Vec<_>>().join(",")),
+            contents: Contents {
+                templates: design.images.wanted.templates.clone(),
+                size: design.settings.size,
+                joints: design.images.wanted.joints,
+            },
+            format: args.export.format(),
+            units: share.len(),
+            shard: args.export.shard,
+        };
+        let Some(mut writer) = args
+            .export
+            .begin(&part.folder, run, args.common.overwrite)?
+        else {
+            args.common
+                .say(format_args!("{} is whole already", part.folder.display()));
+            continue;
+        };
+        let left = &share[writer.done()..];
+        drawn += left.len();
+        for people in left.chunks(PEOPLE_AT_ONCE) {
+            draw(&design, people, &mut writer, &progress)?;
+        }
+        rows += writer.rows();
+        writer.finish()?;
     }
     let seconds = started.elapsed().as_secs_f64();
-    let people = design.people();
     let results = Results {
         header,
-        people,
-        walks: people * design.walks(),
-        geis: people * design.cycles() * design.viewpoints(),
+        people: drawn,
+        walks: drawn * design.walks(),
+        geis: rows,
         seconds,
-        people_per_second: people as f64 / seconds,
+        people_per_second: drawn as f64 / seconds,
         threads: rayon::current_num_threads(),
         peak_rss_bytes: peak_rss_bytes(),
     };
+    let what = match *design.images.wanted.templates.as_slice() {
+        [Template::Silhouettes] => "sequences".to_owned(),
+        [template] => template.plural().to_owned(),
+        ref several => format!("rows of {} templates", several.len()),
+    };
     args.common.say(format_args!(
-        "wrote {}: {} {} of {} walks of {people} people in {seconds:.1} s, {:.0} people a second on {} threads",
+        "wrote {}: {} {what} of {} walks of {drawn} people in {seconds:.1} s, {:.0} people a second on {} threads",
         args.out.display(),
         results.geis,
-        design.settings.template.plural(),
         results.walks,
         results.people_per_second,
         results.threads
@@ -166,28 +258,44 @@ pub(super) fn run(args: &Args) -> Result<()> {
 /// Makes people, encodes them quickly, draws them and forgets them.
 fn draw(
     design: &Design,
-    people: Range<usize>,
+    people: &[(usize, &str)],
     writer: &mut DatasetWriter,
     progress: &Progress,
 ) -> Result<()> {
-    let make = |number| design.subject(number);
-    let bytes = encode_population(people, &make, (MAX_ERROR_MM, Effort::Quick), &|| {})?;
+    let make = |at: usize| design.subject(people[at].0);
+    let bytes = encode_population(
+        0..people.len(),
+        &make,
+        (MAX_ERROR_MM, Effort::Quick),
+        &|| {},
+    )?;
     let pack = Pack::parse(&bytes)?;
-    describe(&pack, writer)?;
     let (walks, settings) = (pack.walks().collect::<Vec<_>>(), design.settings);
     let subjects: Vec<_> = pack.subjects().collect();
+    let wanted = &design.images.wanted;
+    let jobs = design.jobs(&pack);
     let mut last = None;
+    let mut at = 0;
     sweep_each(
         &pack,
-        &design.jobs(&pack),
+        &jobs,
         |job| design.views_of(&pack, job),
-        settings,
+        (settings, wanted),
         |_, views, swept| Ok((views.to_vec(), swept)),
-        |job, (views, swept): (Vec<View>, _)| {
+        |job, (views, swept): (Vec<View>, Swept)| {
             let walk = walks[job.walk];
             if last.replace(walk.subject) != Some(walk.subject) {
-                progress.step();
+                writer.belongs(subjects[walk.subject].name, people[walk.subject].1);
+                describe(&pack, walk.subject, writer)?;
             }
+            writer.clip(swept.clipped);
+            let take = match design.take_of(job) {
+                Some(take) => take.to_owned(),
+                None => {
+                    let take = job.variation / CYCLES_OF_A_TAKE;
+                    take_name(walk.name, job.condition_name(), Some(take))
+                }
+            };
             let row = IndexRow {
                 subject: subjects[walk.subject].name.into(),
                 walk: design.take_of(job).unwrap_or(walk.name).into(),
@@ -198,26 +306,39 @@ fn draw(
                 elevation_deg: 0.0,
                 condition: job.condition_name().into(),
                 alternative: drawn(&pack, job, settings.seed)?,
-                frames: settings.frames_per_cycle,
+                frames: swept.frames,
                 seed: settings.seed,
             };
-            for (view, bytes) in views.iter().zip(&swept.templates) {
+            let templates = swept.templates.chunks_exact(wanted.templates.len());
+            for ((view, templates), keypoints) in views.iter().zip(templates).zip(&swept.keypoints)
+            {
                 let (azimuth_deg, elevation_deg) = view.angles_deg();
                 let row = IndexRow {
                     azimuth_deg,
                     elevation_deg,
                     ..row.clone()
                 };
-                writer.push(bytes, &row)?;
+                writer.push(Item {
+                    row: &row,
+                    take: &take,
+                    templates,
+                    joints: [&swept.joints, keypoints],
+                })?;
+            }
+            at += 1;
+            let next = jobs.get(at).map(|job| walks[job.walk].subject);
+            if next != Some(walk.subject) {
+                progress.step();
+                writer.end_unit()?;
             }
             Ok(())
         },
     )
 }
 
-/// Says who walks in each walk of a pack.
-fn describe(pack: &Pack<'_>, writer: &mut DatasetWriter) -> Result<()> {
-    for walk in pack.walks() {
+/// Says who walks in each walk of a person.
+fn describe(pack: &Pack<'_>, person: usize, writer: &mut DatasetWriter) -> Result<()> {
+    for walk in pack.walks().filter(|walk| walk.subject == person) {
         let Some((subject, avatar)) = pack.subject(walk.subject).zip(pack.avatar(walk.avatar))
         else {
             continue;

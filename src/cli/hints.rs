@@ -65,6 +65,9 @@ fn way_out(error: &Error) -> Option<String> {
                 "--subject-from folder takes the folder's name as the subject's"
             }
             Remedy::FrameAnew => "do without --as-stored",
+            Remedy::OtherTemplate => {
+                "make another dataset with --template gei, or a tree with --format opengait"
+            }
         },
         Error::Score(error) => return asked(error),
         Error::Choice(error) => match error {
@@ -84,7 +87,9 @@ fn way_out(error: &Error) -> Option<String> {
             C::NoCondition { .. } => "--conditions",
             C::NoLibrary { .. } => "--ort-lib names it",
             C::EmbeddedProvider(_) | C::BareEmbedded => "use --runtime ort",
-            C::ForeignDataset(_) => "name another folder, or use --overwrite",
+            C::ForeignDataset(_) | C::HoldsTree(_) => "name another folder, or use --overwrite",
+            C::IsThere(_) => "name another, or use --overwrite",
+            C::Unfinished { .. } => "go on with --resume, or remove the folder",
             _ => return None,
         },
         Error::Sweep(error) => match error {

@@ -1,9 +1,9 @@
 //! What happens when the user, or the system, ends the command before its work is done.
 
-use crate::dataset::remove_unfinished;
+use crate::dataset::{remove_unfinished, unfinished_work};
 use crate::error::{Error, Result};
 
-/// From now on, SIGINT, SIGTERM and SIGHUP remove what is half-made and end the process, with 128
+/// From now on, SIGINT, SIGTERM and SIGHUP remove what is half-made, unless it can be gone on with, and end the process, with 128
 /// and the signal's number as shells have it. Results that have their names already stay. Signals
 /// that the process was started to ignore (`nohup`, a script's background) stay ignored.
 ///
@@ -22,11 +22,22 @@ pub(super) fn listen() -> Result<()> {
     let wait = move || {
         if let Some(signal) = signals.forever().next() {
             remove_unfinished();
+            tell_unfinished();
             std::process::exit(128 + signal);
         }
     };
     let started = std::thread::Builder::new().spawn(wait);
     started.map(drop).map_err(failed)
+}
+
+/// Says where work waits to be gone on with, for a process that ends before its work is done.
+pub(super) fn tell_unfinished() {
+    for folder in unfinished_work() {
+        eprintln!(
+            "{} keeps what is done: go on with --resume",
+            folder.display()
+        );
+    }
 }
 
 /// Elsewhere a process that is interrupted leaves its hidden folders behind.

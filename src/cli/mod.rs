@@ -12,6 +12,7 @@ mod confounders;
 mod contest;
 mod drawing;
 mod encoding;
+mod export;
 #[cfg(feature = "plots")]
 mod frontier;
 mod generate;
@@ -21,6 +22,7 @@ mod import;
 mod inspect;
 mod interrupt;
 mod keep_going;
+mod merge;
 mod outputs;
 mod progress;
 mod quantize;
@@ -74,6 +76,7 @@ enum Command {
     #[cfg(feature = "import")]
     Import(import::Args),
     Inspect(inspect::Args),
+    Merge(merge::Args),
     Quantize(quantize::Args),
     Render(render::Args),
     Score(score::Args),
@@ -106,6 +109,7 @@ pub fn main() -> std::process::ExitCode {
         Ok(()) => std::process::ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {}", WithFlags(&error));
+            interrupt::tell_unfinished();
             std::process::ExitCode::from(error.exit_code())
         }
     }
@@ -130,6 +134,7 @@ fn run(command: &Command) -> Result<()> {
         #[cfg(feature = "import")]
         Command::Import(args) => run!(import, args),
         Command::Inspect(args) => run!(inspect, args),
+        Command::Merge(args) => run!(merge, args),
         Command::Quantize(args) => run!(quantize, args),
         Command::Render(args) => run!(render, args),
         Command::Score(args) => run!(score, args),

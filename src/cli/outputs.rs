@@ -3,7 +3,7 @@
 //! An input is never written over. An earlier result of the same kind is replaced; whatever else is
 //! there, only with `--overwrite`. Folders that lack are made when the result is written.
 
-use crate::dataset::{Existing, check_replaceable};
+use crate::dataset::{Existing, Format, check_replaceable};
 use crate::error::{Error, Result};
 use crate::report::{SVG_START, is_own_png};
 use crate::score::Contract;
@@ -49,8 +49,10 @@ pub(super) enum Kind {
         expect(dead_code, reason = "only `frontier` writes one")
     )]
     Frontier,
-    /// A folder that holds a dataset and nothing else.
-    Dataset,
+    /// A dataset: a folder that holds nothing else, or a file.
+    Dataset(Format),
+    /// The same where an earlier run is gone on with: whether it is there already is found out then.
+    Resumed,
 }
 
 /// Something that a command will write.
@@ -118,8 +120,10 @@ impl Output {
                 ));
             }
             let found = fs::metadata(&path).ok();
-            if kind == Kind::Dataset {
-                check_replaceable(&path, Existing::of(overwrite))?;
+            if let Kind::Dataset(format) = kind {
+                check_replaceable(&path, format, Existing::of(overwrite))?;
+            } else if kind == Kind::Resumed {
+                continue;
             } else if found.as_ref().is_some_and(Metadata::is_dir) {
                 return refuse(format!("{part}expected a file to write, found a folder"));
             } else if let Some(found) = found.filter(Metadata::is_file)
@@ -219,7 +223,7 @@ fn is_own(path: &Path, kind: Kind, found: &Metadata) -> bool {
         }
         Kind::Report => text().is_some_and(|text| text.contains(crate::report::TITLE_END)),
         Kind::Svg => begins(SVG_START.as_bytes()),
-        Kind::Npy | Kind::Dataset | Kind::Frontier => false,
+        Kind::Npy | Kind::Dataset(_) | Kind::Resumed | Kind::Frontier => false,
     }
 }
 

@@ -1,40 +1,40 @@
 //! `edgegait sweep`: walks by viewpoints, as a dataset.
 
+mod work;
+
 use super::args::{Common, Files, ViewArgs, gei_rmse, stated_choice};
 use super::augment::AugmentArgs;
 use super::conditions::{ConditionArgs, listing};
 use super::drawing::DrawArgs;
-use super::outputs::{Kind, Output};
-use super::progress::Progress;
+use super::export::{ExportArgs, sized, templates_of};
 use super::source::SourceArgs;
 pub(super) use crate::bench::peak_rss_bytes;
-use crate::dataset::{DatasetWriter, Existing, Header, IndexRow, hex};
+use crate::dataset::{Contents, Header, Run, check_folder_name};
 use crate::error::{Error, Result};
 use crate::frontier::choose;
-use crate::sweep::{Job, Settings, Swept, View, drawn, jobs, sweep};
+use crate::sweep::{Job, Settings, Wanted, is_take, walk_name};
 use crate::template::Template;
-use crate::template::augment::{Variant, varied};
 use edgegait_core::pack::Pack;
 use serde::Serialize;
-use sha2::{Digest as _, Sha256};
-use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Instant;
+use work::{Work, grouped};
 
 /// Sweep walks over viewpoints into a dataset of GEIs or other templates
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait sweep --out dataset                 # 26 people at 5 km/h, 703 viewpoints\n  edgegait sweep cohort.egp --views side --cycles 8 --out side --json -\n  edgegait sweep --views side --template mhi --augment flip,crop --out mhi\n  edgegait sweep cohort.egp --cycles 250 --raster columns --framing cycle --digest"
+    after_help = "Examples:\n  edgegait sweep --out dataset                 # 26 people at 5 km/h, 703 viewpoints\n  edgegait sweep cohort.egp --views side --cycles 8 --out side --json -\n  edgegait sweep --views side --template mhi --augment flip,crop --out mhi\n  edgegait sweep --views side --template gei,silhouettes --joints --out sequences\n  edgegait sweep --views side --conditions casia-b --format opengait --out tree\n  edgegait sweep --shard 1/3 --out one    # the others elsewhere; then: edgegait merge one two three --out whole\n  edgegait sweep cohort.egp --cycles 250 --raster columns --framing cycle --digest"
 )]
 pub(super) struct Args {
     #[command(flatten)]
     source: SourceArgs,
-    /// Folder to write (geis.npy or, of another template, NAME.npy; index.csv, manifest.json)
+    /// What to write: a folder with geis.npy or, of another template, NAME.npy; index.csv,
+    /// manifest.json; or as --format says
     #[arg(long, value_name = "PATH", default_value = "dataset")]
     out: PathBuf,
     /// Store nothing, and print one hash of all templates: SHA-256 of the SHA-256 of each cycle's,
     /// in the order of a dataset
-    #[arg(long, conflicts_with = "out")]
+    #[arg(long, conflicts_with_all = ["out", "format", "shard", "resume"])]
     digest: bool,
     /// Cycles of each walk: the stored one, then seeded variations of it
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
@@ -53,16 +53,22 @@ pub(super) struct Args {
     draw: DrawArgs,
     /// Choose the fastest rasteriser, jitter and frames per cycle whose GEIs are this close to exact
     /// coverage, root mean square of 255, on a sample of these walks and viewpoints
-    #[arg(long, value_name = "X", value_parser = gei_rmse, conflicts_with_all = ["raster", "jitter", "frames_per_cycle"])]
+    #[arg(long, value_name = "X", value_parser = gei_rmse, conflicts_with_all = ["raster", "jitter", "frames_per_cycle", "resume", "shard", "fps"])]
     max_gei_rmse: Option<f64>,
+    /// Tell joints besides, of 19 where they are and where they appear (joints.npy, keypoints.npy)
+    #[arg(long, conflicts_with_all = ["digest", "augment"])]
+    joints: bool,
+    /// Frames a second, in place of --frames-per-cycle; whole takes are swept from start to end
+    /// [default for takes: 25]
+    #[arg(long, value_name = "F", value_parser = fps, conflicts_with = "frames_per_cycle")]
+    fps: Option<f64>,
+    #[command(flatten)]
+    export: ExportArgs,
     #[command(flatten)]
     augment: AugmentArgs,
     #[command(flatten)]
     pub common: Common,
 }
-
-/// Cycles that are listed at once: enough for all cores, and a list of 48 kB.
-const CYCLES_AT_ONCE: usize = 2_048;
 
 /// The results of a sweep.
 #[derive(Serialize)]
@@ -95,7 +101,7 @@ impl Args {
             outputs: if self.digest {
                 Vec::new()
             } else {
-                vec![Output::new("--out", &self.out, Kind::Dataset)]
+                vec![self.export.output(&self.out)]
             },
         }
     }
@@ -110,27 +116,21 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let mut header = Header::new("sweep", args.common.seed);
     let conditions = args.conditions.load(None, &mut header)?;
     let views = args.views.views("paper")?;
-    let mut settings = args.draw.settings(args.common.seed)?;
-    let (template, size) = (settings.template, settings.size);
-    if template == Template::Silhouettes {
-        return Err(Error::Usage(
-            "--template silhouettes: a dataset holds one image of each cycle (`render --out x.npy` writes silhouettes)".into(),
-        ));
-    }
-    if args.max_gei_rmse.is_some() && template != Template::Gei {
-        return Err(Error::Usage(format!(
-            "--max-gei-rmse is about GEIs, found --template {}",
-            template.name()
-        )));
-    }
+    let (mut settings, wanted) = args.wanted()?;
     let augmentation = args.augment.augmentation()?;
-    augmentation.check(template, size)?;
+    for &template in &wanted.templates {
+        augmentation.check(template, settings.size)?;
+    }
     let variants = augmentation.variants();
     let source = args.source.load()?;
     let pack = Pack::parse(&source.bytes)?;
     let walks = args.source.choose(&pack)?;
     let cycles = args.first_cycle..args.first_cycle + args.cycles;
-    let firsts = jobs(&pack, &walks, cycles.start..cycles.start + 1)?;
+    let firsts: Vec<Job<'_>> = walks
+        .iter()
+        .map(|&walk| Job::plain(walk, cycles.start))
+        .collect();
+    args.check_walks(&pack, &firsts, (&settings, &wanted), views.list.len())?;
     let firsts = Job::under(&firsts, &conditions);
     let choice = match args.max_gei_rmse {
         Some(most) => {
@@ -141,28 +141,23 @@ pub(super) fn run(args: &Args) -> Result<()> {
         }
         None => None,
     };
-    let work = Work {
+    let format = args.export.format();
+    let mut work = Work {
         pack: &pack,
+        groups: if format.is_tree() {
+            grouped(&pack, &firsts)
+        } else {
+            Vec::new()
+        },
         firsts: &firsts,
         variations: cycles,
         views: &views.list,
         settings,
+        wanted: &wanted,
         variants: &variants,
+        units: 0..0,
     };
-    let drawn = work.cycles() * views.list.len();
-    let geis = drawn * variants.len();
-    let existing = Existing::of(args.common.overwrite);
-    let create = || DatasetWriter::create(&args.out, (template, size), geis, existing);
-    let mut writer = (!args.digest).then(create).transpose()?;
-    let started = Instant::now();
-    let (clipped, digest) = match &mut writer {
-        Some(writer) => (work.store(writer)?, None),
-        None => work
-            .digest()
-            .map(|(clipped, digest)| (clipped, Some(digest)))?,
-    };
-    let seconds = started.elapsed().as_secs_f64();
-    let silhouettes = drawn as u64 * u64::from(settings.frames_per_cycle);
+    work.units = args.export.units(work.all_units())?;
     let mut header = header
         .drawn(&settings)
         .with("pack", source.name.as_str())
@@ -171,155 +166,194 @@ pub(super) fn run(args: &Args) -> Result<()> {
         .with("walks", walks.len())
         .with("first_cycle", args.first_cycle)
         .with("cycles", args.cycles);
+    if let Some(fps) = args.fps {
+        header = header.with("fps", fps);
+    }
     if let Some(choice) = &choice {
         header = stated_choice(header, args.max_gei_rmse, choice);
     }
     header = header.augmented(augmentation);
     header.inputs.extend(source.inputs);
-    if let Some(writer) = writer {
-        writer.finish(header.clone())?;
+    let started = Instant::now();
+    if args.digest {
+        let (clipped, digest) = work.digest()?;
+        let drawn = work.cycles() * views.list.len();
+        let made = Made {
+            rows: drawn * variants.len(),
+            silhouettes: drawn as u64 * u64::from(settings.frames_per_cycle),
+            clipped,
+            said: format!("sha256 {digest}"),
+            digest: Some(digest),
+        };
+        return args.report(header, (&settings, &wanted), made, started);
     }
-    let made = match &digest {
-        Some(digest) => format!("sha256 {digest}"),
-        None => format!("wrote {}", args.out.display()),
+    let run = Run {
+        header: header.clone(),
+        contents: Contents {
+            templates: wanted.templates.clone(),
+            size: settings.size,
+            joints: wanted.joints,
+        },
+        format,
+        units: work.units.len(),
+        shard: args.export.shard,
     };
-    let results = Results {
-        header,
-        silhouettes,
-        geis: geis as u64,
-        seconds,
-        silhouettes_per_second: silhouettes as f64 / seconds,
-        threads: rayon::current_num_threads(),
-        raster: settings.rasterizer.name(),
-        framing: settings.framing.name(),
-        peak_rss_bytes: peak_rss_bytes(),
-        clipped_share: clipped / silhouettes as f64,
-        digest,
+    let Some(mut writer) = args.export.begin(&args.out, run, args.common.overwrite)? else {
+        args.common
+            .say(format_args!("{} is whole already", args.out.display()));
+        return Ok(());
     };
-    args.common.say(format_args!(
-        "{made}: {} {} of {} silhouettes in {:.1} s, {:.0} silhouettes a second on {} threads; {:.2} % of the figures lay outside of the image",
-        results.geis,
-        template.plural(),
-        results.silhouettes,
-        results.seconds,
-        results.silhouettes_per_second,
-        results.threads,
-        100.0 * results.clipped_share
-    ));
-    args.common.write_json(&results)
+    work.store(&mut writer)?;
+    let made = Made {
+        rows: writer.rows(),
+        silhouettes: (writer.frames() / variants.len()) as u64,
+        clipped: writer.clipped(),
+        said: format!("wrote {}", args.out.display()),
+        digest: None,
+    };
+    writer.finish()?;
+    args.report(header, (&settings, &wanted), made, started)
 }
 
-/// What is swept.
-struct Work<'w> {
-    pack: &'w Pack<'w>,
-    /// The first cycle of each walk under each condition.
-    firsts: &'w [Job<'w>],
-    /// Which cycles of each.
-    variations: Range<u32>,
-    views: &'w [View],
-    settings: Settings,
-    /// What is made of each image, first of all itself.
-    variants: &'w [Variant],
+/// What was made.
+struct Made {
+    rows: usize,
+    silhouettes: u64,
+    clipped: f64,
+    said: String,
+    digest: Option<String>,
 }
 
-impl<'w> Work<'w> {
-    /// How many there are.
-    fn cycles(&self) -> usize {
-        self.firsts.len() * self.variations.len()
-    }
-
-    /// Sweeps all cycles, in the order of a dataset; memory does not grow with their number.
-    fn each<R: Send>(
-        &self,
-        map: impl Fn(Swept) -> R + Sync,
-        mut sink: impl FnMut(Job<'w>, R) -> Result<()>,
-    ) -> Result<()> {
-        let progress = Progress::new("cycles", self.cycles());
-        let mut all = self.firsts.iter().flat_map(|&first| {
-            let cycles = self.variations.clone();
-            cycles.map(move |variation| Job { variation, ..first })
-        });
-        loop {
-            let jobs: Vec<_> = all.by_ref().take(CYCLES_AT_ONCE).collect();
-            if jobs.is_empty() {
-                return Ok(());
-            }
-            let map = |_, swept| {
-                progress.step();
-                Ok(map(swept))
-            };
-            sweep(self.pack, &jobs, self.views, self.settings, map, &mut sink)?;
+impl Args {
+    /// How silhouettes are drawn, and what is made of them.
+    fn wanted(&self) -> Result<(Settings, Wanted)> {
+        let format = self.export.format();
+        self.export.check_unfinished(&self.out)?;
+        let templates = templates_of(&self.draw.template, format);
+        let settings = Settings {
+            template: templates[0],
+            ..self.draw.without_template().settings(self.common.seed)?
+        };
+        let settings = sized(settings, self.draw.has_size(), format);
+        settings.check()?;
+        self.export.check(&templates, settings.size, self.joints)?;
+        if self.max_gei_rmse.is_some() && templates != [Template::Gei] {
+            return Err(Error::Usage(format!(
+                "--max-gei-rmse is about GEIs, found --template {}",
+                templates[0].name()
+            )));
         }
+        let wanted = Wanted {
+            templates,
+            joints: self.joints,
+            blanks: true,
+            fps: self.fps,
+        };
+        wanted.check(&settings)?;
+        Ok((settings, wanted))
     }
 
-    /// Hashes all templates. Sum over all silhouettes of the share that lay outside of the image,
-    /// and SHA-256 of the cycles' SHA-256: cycles are hashed where they are made, on all cores.
-    fn digest(&self) -> Result<(f64, String)> {
-        let (mut clipped, mut digest) = (0.0, Sha256::new());
-        self.each(
-            |swept| {
-                let mut cycle = Sha256::new();
-                for bytes in &swept.templates {
-                    cycle.update(bytes);
-                    for &variant in self.variants.iter().skip(1) {
-                        cycle.update(varied(bytes, self.settings.size, variant));
-                    }
-                }
-                (swept.clipped, cycle.finalize())
-            },
-            |_, (share, cycle)| {
-                clipped += share;
-                digest.update(cycle);
-                Ok(())
-            },
-        )?;
-        Ok((clipped, hex(&digest.finalize())))
-    }
-
-    /// Writes all templates. Sum over all silhouettes of the share that lay outside of the image.
-    fn store(&self, writer: &mut DatasetWriter) -> Result<f64> {
-        let walks: Vec<_> = self.pack.walks().collect();
-        let subjects: Vec<_> = self.pack.subjects().collect();
-        let settings = self.settings;
-        let mut clipped = 0.0;
-        self.each(
-            |swept| swept,
-            |job, swept| {
-                clipped += swept.clipped;
+    /// Refuses, before any work, walks that cannot be swept.
+    fn check_walks(
+        &self,
+        pack: &Pack<'_>,
+        jobs: &[Job<'_>],
+        (settings, wanted): (&Settings, &Wanted),
+        views: usize,
+    ) -> Result<()> {
+        let varied = self.first_cycle > 0 || self.cycles > 1;
+        let walks: Vec<_> = pack.walks().collect();
+        let subjects: Vec<_> = pack.subjects().collect();
+        for &job in jobs {
+            if varied && is_take(pack, job.walk) {
+                return Err(Error::Usage(format!(
+                    "--cycles, --first-cycle: {} is a whole take, which is as it was recorded",
+                    walk_name(pack, job.walk)
+                )));
+            }
+            let frames = wanted.frames(pack, job, settings)? as usize;
+            let numbers: usize = wanted
+                .templates
+                .iter()
+                .map(|one| match one {
+                    Template::Silhouettes => frames * settings.size.pixels(),
+                    other => other.shape(settings.size).numbers(),
+                })
+                .sum();
+            let kept = if self.export.format().is_tree() {
+                self.cycles as usize
+            } else {
+                1
+            };
+            if numbers.saturating_mul(views).saturating_mul(kept) > MOST_BYTES {
+                return Err(Error::Usage(format!(
+                    "{}: expected at most {MOST_BYTES} bytes of a walk, which are held at once, found {numbers} from each of {views} viewpoints (ask for fewer viewpoints, frames or cycles)",
+                    walk_name(pack, job.walk)
+                )));
+            }
+            if self.export.format().is_tree() {
                 let walk = walks[job.walk];
-                let subject = subjects[walk.subject].name;
-                let alternative = drawn(self.pack, job, settings.seed)?;
-                for (view, bytes) in self.views.iter().zip(&swept.templates) {
-                    let row = IndexRow {
-                        subject: subject.into(),
-                        walk: walk.name.into(),
-                        cycle: u32::from(walk.cycle),
-                        variation: job.variation,
-                        speed_kmh: kmh(walk.speed_mm_per_s),
-                        azimuth_deg: f64::from(view.azimuth_deg),
-                        elevation_deg: f64::from(view.elevation_deg),
-                        condition: job.condition_name().into(),
-                        alternative: alternative.clone(),
-                        frames: settings.frames_per_cycle,
-                        seed: settings.seed,
-                    };
-                    writer.push(bytes, &row)?;
-                    for &variant in self.variants.iter().skip(1) {
-                        let row = IndexRow {
-                            condition: variant.condition(&row.condition),
-                            ..row.clone()
-                        };
-                        writer.push(&varied(bytes, settings.size, variant), &row)?;
-                    }
-                }
-                Ok(())
-            },
-        )?;
-        Ok(clipped)
+                check_folder_name(walk.name)?;
+                check_folder_name(subjects[walk.subject].name)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Says what was made.
+    fn report(
+        &self,
+        header: Header,
+        (settings, wanted): (&Settings, &Wanted),
+        made: Made,
+        started: Instant,
+    ) -> Result<()> {
+        let seconds = started.elapsed().as_secs_f64();
+        let results = Results {
+            header,
+            silhouettes: made.silhouettes,
+            geis: made.rows as u64,
+            seconds,
+            silhouettes_per_second: made.silhouettes as f64 / seconds,
+            threads: rayon::current_num_threads(),
+            raster: settings.rasterizer.name(),
+            framing: settings.framing.name(),
+            peak_rss_bytes: peak_rss_bytes(),
+            clipped_share: made.clipped / made.silhouettes.max(1) as f64,
+            digest: made.digest,
+        };
+        let what = match *wanted.templates.as_slice() {
+            [Template::Silhouettes] => "sequences".to_owned(),
+            [template] => template.plural().to_owned(),
+            ref several => format!("rows of {} templates", several.len()),
+        };
+        self.common.say(format_args!(
+            "{}: {} {what} of {} silhouettes in {:.1} s, {:.0} silhouettes a second on {} threads; {:.2} % of the figures lay outside of the image",
+            made.said,
+            results.geis,
+            results.silhouettes,
+            results.seconds,
+            results.silhouettes_per_second,
+            results.threads,
+            100.0 * results.clipped_share
+        ));
+        self.common.write_json(&results)
     }
 }
+
+/// Most bytes of what is made of one walk at once: a gigabyte is in memory with four of them.
+const MOST_BYTES: usize = 1 << 28;
 
 /// A speed in km/h, to 0.01, from mm/s.
 pub(super) fn kmh(speed_mm_per_s: u16) -> f64 {
     (f64::from(speed_mm_per_s) * 0.36).round() / 100.0
+}
+
+/// The value of `--fps`.
+fn fps(text: &str) -> std::result::Result<f64, String> {
+    let found = text
+        .parse()
+        .ok()
+        .filter(|fps: &f64| *fps > 0.0 && *fps <= 1e4);
+    found.ok_or_else(|| "expected a number above 0, at most 10,000".to_owned())
 }

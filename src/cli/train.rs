@@ -192,7 +192,7 @@ impl Args {
                 path.display()
             ));
         }
-        header.inputs = vec![InputFile::of(path.join("manifest.json"))?];
+        header.inputs = Dataset::inputs(path)?;
         Ok((samples, header))
     }
 

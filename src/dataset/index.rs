@@ -22,6 +22,17 @@ pub(super) const COLUMNS: [&str; 11] = [
     "seed",
 ];
 
+/// The columns of `walkers.csv`, in order.
+pub(super) const WALKER_COLUMNS: [&str; 7] = [
+    "subject",
+    "walk",
+    "sex",
+    "age_years",
+    "stature_m",
+    "mass_kg",
+    "clothes",
+];
+
 /// One row of `index.csv`: what one GEI shows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct IndexRow {
@@ -69,13 +80,90 @@ pub struct WalkerRow {
     pub clothes: String,
 }
 
+/// What a table of one's own says of a template, beside the person.
+#[derive(Deserialize)]
+struct PlainRow {
+    subject: String,
+    #[serde(default)]
+    walk: String,
+    #[serde(default)]
+    cycle: u32,
+    #[serde(default)]
+    variation: u32,
+    #[serde(default)]
+    speed_kmh: f64,
+    #[serde(default)]
+    azimuth_deg: f64,
+    #[serde(default)]
+    elevation_deg: f64,
+    #[serde(default)]
+    condition: String,
+    #[serde(default)]
+    alternative: String,
+    #[serde(default = "one")]
+    frames: u32,
+    #[serde(default)]
+    seed: u64,
+}
+
+const fn one() -> u32 {
+    1
+}
+
+impl From<PlainRow> for IndexRow {
+    fn from(row: PlainRow) -> Self {
+        Self {
+            subject: row.subject,
+            walk: row.walk,
+            cycle: row.cycle,
+            variation: row.variation,
+            speed_kmh: row.speed_kmh,
+            azimuth_deg: row.azimuth_deg,
+            elevation_deg: row.elevation_deg,
+            condition: row.condition,
+            alternative: row.alternative,
+            frames: row.frames,
+            seed: row.seed,
+        }
+    }
+}
+
+/// Reads a table of one's own: the person, and what else of `index.csv` it has; columns that lack
+/// are empty, 0, and a frame. Refuses what [`read_index`] refuses, but for columns that lack.
+pub(super) fn read_plain_index(path: &Path, bytes: &[u8]) -> Result<Vec<IndexRow>> {
+    let mut reader = ReaderBuilder::new().from_reader(bytes);
+    let header = reader
+        .headers()
+        .map_err(|error| refusal(path, &StringRecord::new(), &error))?
+        .clone();
+    let refuse = |problem: String| Err(Error::at(path, Place::Line(1), problem));
+    let mut names = header.iter().enumerate();
+    let other = names.find(|(at, name)| {
+        !COLUMNS.contains(name) || header.iter().take(*at).any(|before| before == *name)
+    });
+    if let Some((_, other)) = other {
+        return refuse(format!(
+            "expected columns of {}, each once, found {other:?}",
+            COLUMNS.join(",")
+        ));
+    }
+    if !header.iter().any(|name| name == "subject") {
+        return refuse("expected a column subject, found none".into());
+    }
+    rows(path, &mut reader, &header, |record| {
+        record
+            .deserialize::<PlainRow>(Some(&header))
+            .map(IndexRow::from)
+    })
+}
+
 /// Reads `index.csv`. Refuses other columns, values out of range and files that
 /// are not text, naming the line.
 pub(super) fn read_index(path: &Path, bytes: &[u8]) -> Result<Vec<IndexRow>> {
     let mut reader = ReaderBuilder::new().from_reader(bytes);
     let header = reader
         .headers()
-        .map_err(|error| refusal(path, &error))?
+        .map_err(|error| refusal(path, &StringRecord::new(), &error))?
         .clone();
     if header != *COLUMNS.as_slice() {
         return Err(Error::at(
@@ -88,15 +176,25 @@ pub(super) fn read_index(path: &Path, bytes: &[u8]) -> Result<Vec<IndexRow>> {
             ),
         ));
     }
+    rows(path, &mut reader, &header, |record| {
+        record.deserialize(Some(&header))
+    })
+}
+
+/// All rows, each made by `of`.
+fn rows(
+    path: &Path,
+    reader: &mut csv::Reader<&[u8]>,
+    header: &StringRecord,
+    of: impl Fn(&StringRecord) -> csv::Result<IndexRow>,
+) -> Result<Vec<IndexRow>> {
     let mut rows = Vec::new();
     let mut record = StringRecord::new();
     while reader
         .read_record(&mut record)
-        .map_err(|error| refusal(path, &error))?
+        .map_err(|error| refusal(path, header, &error))?
     {
-        let row: IndexRow = record
-            .deserialize(Some(&header))
-            .map_err(|error| refusal(path, &error))?;
+        let row = of(&record).map_err(|error| refusal(path, header, &error))?;
         if let Some(problem) = row.problem() {
             return Err(Error::at(
                 path,
@@ -140,17 +238,17 @@ fn line(position: Option<&csv::Position>) -> usize {
     })
 }
 
-fn refusal(path: &Path, error: &csv::Error) -> Error {
+fn refusal(path: &Path, header: &StringRecord, error: &csv::Error) -> Error {
     let place = Place::Line(line(error.position()));
     let problem = match error.kind() {
         ErrorKind::UnequalLengths { len, .. } => {
-            format!("expected {} fields, found {len}", COLUMNS.len())
+            format!("expected {} fields, found {len}", header.len())
         }
         ErrorKind::Utf8 { .. } => "expected text in UTF-8, found other bytes".into(),
         ErrorKind::Deserialize { err, .. } => {
             let column = err
                 .field()
-                .and_then(|field| COLUMNS.get(usize::try_from(field).ok()?));
+                .and_then(|field| header.get(usize::try_from(field).ok()?));
             match column {
                 Some(column) => format!("{column}: {}", err.kind()),
                 None => err.kind().to_string(),

@@ -12,24 +12,36 @@
 //! `[N, 150, 30]`, three images one below the other; vectors are `[N, D]`), and the manifest names
 //! them.
 
+mod arrays;
+mod contents;
+mod existing;
 mod file;
 mod header;
 mod index;
+mod merge;
 mod npy;
+mod npz;
 mod reader;
+mod sequences;
 mod staging;
 mod stated;
 mod tree;
+mod unfinished;
 mod writer;
 
+pub use contents::{Contents, Format, Shard};
+pub use existing::{Existing, check_replaceable};
 pub use file::{hex, sha256_of_bytes, sha256_of_file, write_atomically, write_bytes};
 pub use header::{Header, InputFile, SCHEMA};
 pub use index::{IndexRow, WalkerRow};
+pub use merge::merge;
 pub use npy::write_npy;
 pub use reader::Dataset;
+pub use sequences::check_folder_name;
 pub use staging::{Staging, remove_unfinished};
 pub use tree::{Silhouettes, Tree, TreeSequence};
-pub use writer::{DatasetWriter, Existing, check_replaceable};
+pub use unfinished::{check_unfinished, unfinished_work};
+pub use writer::{DatasetWriter, Item, Run, is_whole};
 
 use crate::template::Template;
 use serde::{Deserialize, Serialize};
@@ -47,6 +59,18 @@ pub struct Manifest {
     /// Which template it holds; GEIs if it does not say.
     #[serde(default, skip_serializing_if = "is_gei")]
     pub template: Template,
+    /// The others of the same silhouettes, each in the file of its name.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub besides: Vec<Template>,
+    /// Whether `joints.npy` and `keypoints.npy` are there.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub joints: bool,
+    /// How it is written; a folder of arrays if it does not say.
+    #[serde(default, skip_serializing_if = "is_folder")]
+    pub format: Format,
+    /// Which part of the whole it is; the whole if it does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shard: Option<Shard>,
     /// GEIs in `geis.npy`, or templates in the file of their name, which is also the number of
     /// rows of `index.csv`.
     pub geis: usize,
@@ -58,10 +82,23 @@ pub struct Manifest {
 
 /// The name of the file that holds the templates.
 fn file_of(template: Template) -> String {
-    match template {
-        Template::Gei => "geis.npy".to_owned(),
-        other => format!("{}.npy", other.name()),
-    }
+    format!("{}.npy", contents::name_of(template))
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde calls it with a reference"
+)]
+const fn is_false(it: &bool) -> bool {
+    !*it
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde calls it with a reference"
+)]
+fn is_folder(format: &Format) -> bool {
+    *format == Format::Folder
 }
 
 #[expect(

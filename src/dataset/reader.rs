@@ -3,11 +3,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::index::read_index;
+use super::index::{read_index, read_plain_index};
 use super::npy::template_bytes;
-use super::{INDEX, IndexRow, MANIFEST, Manifest, SCHEMA, file_of};
-use crate::dataset::sha256_of_bytes;
-use crate::error::{Error, Place, Result};
+use super::{Format, Header, INDEX, IndexRow, MANIFEST, Manifest, SCHEMA, file_of};
+use crate::dataset::{InputFile, sha256_of_bytes};
+use crate::error::{Error, Place, Remedy, Result};
 use crate::template::Template;
 use edgegait_core::silhouette::Size;
 
@@ -22,7 +22,8 @@ pub struct Dataset {
 }
 
 impl Dataset {
-    /// Reads a dataset folder and checks it.
+    /// Reads a dataset folder and checks it. A folder without a manifest has GEIs of one's own:
+    /// `geis.npy`, and `index.csv` with a column `subject` and what else of the columns is known.
     ///
     /// # Errors
     ///
@@ -31,15 +32,28 @@ impl Dataset {
     /// error names the file and, for text, the line.
     pub fn open(dir: impl AsRef<Path>) -> Result<Self> {
         let dir = dir.as_ref();
-        let manifest = read_manifest(&dir.join(MANIFEST))?;
+        let has_manifest = dir.join(MANIFEST).exists();
+        let manifest = if has_manifest {
+            Some(read_manifest(&dir.join(MANIFEST))?)
+        } else {
+            None
+        };
+        let manifest = manifest.unwrap_or_else(Manifest::plain);
         let (template, name) = (manifest.template, file_of(manifest.template));
+        if template == Template::Silhouettes {
+            return Err(Error::input(
+                dir.join(MANIFEST),
+                "expected one template of each row, found silhouettes",
+            )
+            .with_remedy(Remedy::OtherTemplate));
+        }
         let (npy_path, npy) = read(dir, &name, &manifest)?;
         let stated = manifest.header.settings.get("size");
         let stated = Size::ALL
             .into_iter()
             .find(|size| stated.is_some_and(|stated| stated == size.name()));
         let (first, size, count) = template_bytes(&npy_path, &npy, (template, stated))?;
-        if count != manifest.geis {
+        if has_manifest && count != manifest.geis {
             return Err(Error::input(
                 npy_path,
                 format!(
@@ -50,7 +64,11 @@ impl Dataset {
             ));
         }
         let (index_path, text) = read(dir, INDEX, &manifest)?;
-        let index = read_index(&index_path, &text)?;
+        let index = if has_manifest {
+            read_index(&index_path, &text)?
+        } else {
+            read_plain_index(&index_path, &text)?
+        };
         if index.len() != count {
             return Err(Error::input(
                 index_path,
@@ -71,6 +89,23 @@ impl Dataset {
             first,
             size,
         })
+    }
+
+    /// The files that state what is in a dataset folder: the manifest, which has the hashes of the
+    /// others; without one the others.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn inputs(folder: &Path) -> Result<Vec<InputFile>> {
+        let manifest = folder.join(MANIFEST);
+        if manifest.exists() {
+            return Ok(vec![InputFile::of(manifest)?]);
+        }
+        let files = [file_of(Template::Gei), INDEX.to_owned()];
+        files
+            .iter()
+            .map(|name| InputFile::of(folder.join(name)))
+            .collect()
     }
 
     /// What made the dataset.
@@ -137,6 +172,22 @@ fn read(dir: &Path, name: &str, manifest: &Manifest) -> Result<(PathBuf, Vec<u8>
     Ok((path, bytes))
 }
 
+impl Manifest {
+    /// Of a folder that has none.
+    fn plain() -> Self {
+        Self {
+            header: Header::new("", 0),
+            template: Template::Gei,
+            besides: Vec::new(),
+            joints: false,
+            format: Format::Folder,
+            shard: None,
+            geis: 0,
+            files: Vec::new(),
+        }
+    }
+}
+
 pub(super) fn read_manifest(path: &Path) -> Result<Manifest> {
     let text = fs::read(path).map_err(|source| Error::io(path, source))?;
     let manifest: Manifest = serde_json::from_slice(&text)
@@ -156,7 +207,7 @@ pub(super) fn read_manifest(path: &Path) -> Result<Manifest> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::{DatasetWriter, Existing, Header};
+    use crate::dataset::{Contents, DatasetWriter, Existing, Format, Header, Item, Run};
     use edgegait_core::budget::PIXELS;
 
     fn row(subject: &str, azimuth_deg: f64) -> IndexRow {
@@ -175,17 +226,37 @@ mod tests {
         }
     }
 
+    fn write(dir: &Path, contents: Contents, header: Header, rows: &[(Vec<u8>, IndexRow)]) {
+        let run = Run {
+            header,
+            contents,
+            format: Format::Folder,
+            units: 0,
+            shard: None,
+        };
+        let mut writer = DatasetWriter::begin(dir, run, Existing::ReplaceOwn, false).unwrap();
+        for (bytes, row) in rows {
+            let item = Item {
+                row,
+                take: "w1",
+                templates: std::slice::from_ref(bytes),
+                joints: [&[], &[]],
+            };
+            writer.push(item).unwrap();
+        }
+        writer.finish().unwrap();
+    }
+
     fn written() -> (tempfile::TempDir, PathBuf) {
         let folder = tempfile::tempdir().unwrap();
         let dir = folder.path().join("walks");
-        let mut writer =
-            DatasetWriter::create(&dir, (Template::Gei, Size::S50x30), 2, Existing::ReplaceOwn)
-                .unwrap();
-        writer.push(&[3; PIXELS], &row("a", 0.0)).unwrap();
-        writer.push(&[250; PIXELS], &row("b", 90.0)).unwrap();
-        writer
-            .finish(Header::new("sweep", 1).with("framing", "height"))
-            .unwrap();
+        let rows = [
+            (vec![3; PIXELS], row("a", 0.0)),
+            (vec![250; PIXELS], row("b", 90.0)),
+        ];
+        let contents = Contents::one(Template::Gei, Size::S50x30);
+        let header = Header::new("sweep", 1).with("framing", "height");
+        write(&dir, contents, header, &rows);
         (folder, dir)
     }
 
@@ -218,14 +289,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let dir = folder.path().join("walks");
         let size = Size::S64x44;
-        let mut writer =
-            DatasetWriter::create(&dir, (template, size), 2, Existing::ReplaceOwn).unwrap();
-        for (shade, subject) in [(3, "a"), (250, "b")] {
+        let rows = [(3, "a"), (250, "b")].map(|(shade, subject)| {
             let bytes = vec![shade; template.shape(size).numbers()];
-            writer.push(&bytes, &row(subject, 0.0)).unwrap();
-        }
+            (bytes, row(subject, 0.0))
+        });
         let header = Header::new("sweep", 1).with("size", size.name());
-        writer.finish(header).unwrap();
+        write(&dir, Contents::one(template, size), header, &rows);
         (folder, dir)
     }
 
@@ -299,6 +368,60 @@ mod tests {
     }
 
     #[test]
+    fn geis_of_ones_own_need_a_person_each_and_no_more() {
+        let (_folder, dir) = written();
+        fs::remove_file(dir.join(MANIFEST)).unwrap();
+        let index = |text: &str| fs::write(dir.join(INDEX), text).unwrap();
+        index("subject,walk,azimuth_deg\nann,nm-01,90\nbob,\"bg, 1\",-18\n");
+        let dataset = Dataset::open(&dir).unwrap();
+        assert_eq!(
+            (dataset.template(), dataset.size()),
+            (Template::Gei, Size::S50x30)
+        );
+        let rows: Vec<_> = dataset
+            .index()
+            .iter()
+            .map(|row| (&*row.subject, &*row.walk, row.azimuth_deg))
+            .collect();
+        assert_eq!(rows, [("ann", "nm-01", 90.0), ("bob", "bg, 1", -18.0)]);
+        assert_eq!(dataset.bytes(1), [250; PIXELS]);
+        for (text, problem) in [
+            (
+                "walk,azimuth_deg\na,9\nb,9\n",
+                "index.csv:1: expected a column subject, found none",
+            ),
+            ("subject,view\na,9\nb,9\n", "each once, found \"view\""),
+            (
+                "subject,walk,subject\na,9,a\nb,9,b\n",
+                "each once, found \"subject\"",
+            ),
+            (
+                "subject\na\n",
+                "index.csv: expected 2 rows, one for each GEI of geis.npy, found 1",
+            ),
+            (
+                "subject,azimuth_deg\na,90\nb,left\n",
+                "index.csv:3: azimuth_deg: invalid float",
+            ),
+            (
+                "subject,azimuth_deg\na,90\nb,900\n",
+                "index.csv:3: expected azimuth_deg from -360",
+            ),
+            (
+                "subject,walk\na,90\nb\n",
+                "index.csv:3: expected 2 fields, found 1",
+            ),
+            (
+                "subject\na\n\"\"\n",
+                "index.csv:3: expected a subject, found an empty field",
+            ),
+        ] {
+            index(text);
+            assert!(refusal(&dir).contains(problem), "{}", refusal(&dir));
+        }
+    }
+
+    #[test]
     fn a_manifest_of_another_version_or_none_is_refused() {
         let (_folder, dir) = written();
         let manifest = fs::read_to_string(dir.join(MANIFEST)).unwrap();
@@ -314,12 +437,6 @@ mod tests {
         fs::write(dir.join(MANIFEST), "{\n\"schema\": 1,\n").unwrap();
         assert!(
             refusal(&dir).starts_with("manifest.json:3: EOF"),
-            "{}",
-            refusal(&dir)
-        );
-        fs::remove_file(dir.join(MANIFEST)).unwrap();
-        assert!(
-            refusal(&dir).starts_with("manifest.json: No such file"),
             "{}",
             refusal(&dir)
         );

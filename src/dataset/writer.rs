@@ -1,155 +1,246 @@
-//! Writes a dataset as its templates come, and leaves nothing half-written behind.
+//! Writes a dataset as its rows come, and leaves nothing half-written under its name.
 //!
-//! Everything is made in a hidden folder beside the target and renamed at the
-//! end. Memory does not grow with their number.
+//! Everything is made in a folder beside the target, which is gone on with if the work is ended
+//! before it is done, and renamed at the end. Memory does not grow with the number of rows.
 
-use std::fs::{self, File};
-use std::io::{BufWriter, Write};
+use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::arrays::{Growing, Table};
+use super::contents::{Contents, Format, Shard};
+use super::existing::{Existing, check_replaceable};
+use super::index::{COLUMNS, WALKER_COLUMNS};
 use super::reader::read_manifest;
-use super::staging::{Staging, folder_of, together};
-use super::{INDEX, IndexRow, MANIFEST, WALKERS, WalkerRow, file_of};
+use super::sequences::{PARTITION, SEQUENCES, Sequences, partition};
+use super::unfinished::Unfinished;
+use super::{INDEX, IndexRow, MANIFEST, WALKERS, WalkerRow, npz};
 use crate::dataset::{Header, InputFile, Manifest, sha256_of_file};
-use crate::error::{ChoiceError, Error, Result};
-use crate::template::{Shape, Template};
-use edgegait_core::silhouette::Size;
-use ndarray_npy::write_zeroed_npy;
+use crate::error::{Error, Result};
+use serde_json::{Value, json};
 
-/// What makes datasets: the commands that their manifests name.
-const COMMANDS: [&str; 2] = ["sweep", "generate"];
-
-/// What to do with a folder that is already there.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Existing {
-    /// Replace it if it is an earlier dataset of this program and holds nothing else.
-    ReplaceOwn,
-    /// Replace it if it is a dataset, whoever made it, and holds nothing else.
-    Replace,
+/// What is written: everything of which its bytes depend.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// What makes it.
+    pub header: Header,
+    /// What it holds of each row.
+    pub contents: Contents,
+    /// How it is written.
+    pub format: Format,
+    /// Pieces of work after which it can be gone on with.
+    pub units: usize,
+    /// Which part of the whole it is; none if it is the whole.
+    pub shard: Option<Shard>,
 }
 
-impl Existing {
-    /// What may be replaced where `--overwrite` was given, or was not.
-    #[must_use]
-    pub const fn of(overwrite: bool) -> Self {
-        if overwrite {
-            Self::Replace
-        } else {
-            Self::ReplaceOwn
+impl Run {
+    /// What another run must agree with to go on with this one.
+    fn stated(&self) -> Result<Value> {
+        let mut stated = serde_json::to_value(&self.header)?;
+        let templates: Vec<&str> = self.contents.templates.iter().map(|t| t.name()).collect();
+        stated["written"] = json!({
+            "templates": templates,
+            "size": self.contents.size.name(),
+            "joints": self.contents.joints,
+            "format": self.format,
+            "units": self.units,
+            "shard": self.shard,
+        });
+        Ok(stated)
+    }
+
+    /// What the manifest says of so many rows in these files.
+    fn manifest(&self, rows: usize, files: Vec<InputFile>) -> Manifest {
+        let mut templates = self.contents.templates.iter().copied();
+        Manifest {
+            header: self.header.clone(),
+            template: templates.next().unwrap_or_default(),
+            besides: templates.collect(),
+            joints: self.contents.joints,
+            format: self.format,
+            shard: self.shard,
+            geis: rows,
+            files,
         }
     }
 }
 
-/// A dataset in the making. Dropped before [`Self::finish`] it leaves nothing.
+/// A row of the index with what belongs to it.
+#[derive(Clone, Copy, Debug)]
+pub struct Item<'a> {
+    /// What it shows.
+    pub row: &'a IndexRow,
+    /// The recording that it is of: the name of a folder in trees.
+    pub take: &'a str,
+    /// The templates' bytes, images row by row from the top, in the order of
+    /// [`Contents::templates`].
+    pub templates: &'a [Vec<u8>],
+    /// Where joints are, f32 `[frames][19][3]`, and where they appear, `[frames][19][2]`, if the
+    /// dataset holds that.
+    pub joints: [&'a [u8]; 2],
+}
+
+/// A dataset in the making. Dropped before [`Self::finish`] it waits to be gone on with.
 #[derive(Debug)]
 pub struct DatasetWriter {
     target: PathBuf,
     existing: Existing,
-    staging: Staging,
-    images: BufWriter<File>,
-    index: csv::Writer<File>,
+    run: Run,
+    work: Unfinished,
+    index: Table,
     /// Who walks, if anything was said of them.
-    walkers: Option<csv::Writer<File>>,
-    template: Template,
-    size: Size,
-    count: usize,
-    written: usize,
+    walkers: Option<Table>,
+    store: Store,
+}
+
+/// Where silhouettes and templates go.
+#[derive(Debug)]
+enum Store {
+    Arrays(Vec<Growing>),
+    Tree(Sequences),
 }
 
 impl DatasetWriter {
-    /// Begins a dataset of `count` templates of silhouettes of this size that will be the folder `dir`. The folder
-    /// that holds it is made if need be; `dir` itself is not touched yet.
+    /// Begins a dataset that will be `target`, or goes on with it: [`Self::done`] says where. The
+    /// folder that holds it is made if need be; `target` itself is not touched yet.
     ///
     /// # Errors
     ///
-    /// If `dir` is there and must not be replaced ([`Existing`]), or the system's.
-    pub fn create(
-        dir: impl AsRef<Path>,
-        (template, size): (Template, Size),
-        count: usize,
+    /// If `target` is there and must not be replaced ([`Existing`]), if unfinished work is there and
+    /// `resume` is false or it is of another run, or the system's.
+    pub fn begin(
+        target: impl AsRef<Path>,
+        run: Run,
         existing: Existing,
+        resume: bool,
     ) -> Result<Self> {
-        let target = target_of(dir.as_ref())?;
-        check_replaceable(&target, existing)?;
-        let parent = folder_of(&target);
-        fs::create_dir_all(&parent).map_err(|source| Error::io(&parent, source))?;
-        let staging = Staging::beside(&target)?;
-        let made = staging.path().join("made");
-        fs::create_dir(&made).map_err(|source| Error::io(&made, source))?;
-
-        let path = made.join(file_of(template));
-        let file = File::create(&path).map_err(|source| Error::io(&path, source))?;
-        if count
-            .checked_mul(template.shape(size).numbers())
-            .is_none_or(|bytes| i64::try_from(bytes).is_err())
-        {
-            return Err(Error::Usage(format!(
-                "{count} {} are more than a file can hold",
-                template.plural()
-            )));
-        }
-        // Leaves the cursor at the first one.
-        match template.shape(size) {
-            Shape::Image {
-                planes,
-                rows,
-                columns,
-            } => write_zeroed_npy::<u8, _>(&file, (count, planes * rows, columns)),
-            Shape::Vector(numbers) => write_zeroed_npy::<u8, _>(&file, (count, numbers)),
-        }
-        .map_err(|error| Error::input(&path, error.to_string()))?;
-        let index_path = made.join(INDEX);
-        let index = csv::Writer::from_path(&index_path).map_err(|e| csv_error(&index_path, e))?;
+        let target = target_of(target.as_ref())?;
+        check_replaceable(&target, run.format, existing)?;
+        let work = Unfinished::begin(&target, run.stated()?, resume)?;
+        let made = work.made();
+        let known = |name: &str| work.journal.files.get(name).copied();
+        let store = if run.format.is_tree() {
+            let known = known(SEQUENCES);
+            Store::Tree(Sequences::open(
+                &made,
+                run.format,
+                run.contents.size,
+                known,
+            )?)
+        } else {
+            let open = |array: super::contents::Array| {
+                let known = known(&array.file());
+                Growing::open(&made, array, known)
+            };
+            let arrays = run.contents.arrays().into_iter().map(open);
+            Store::Arrays(arrays.collect::<Result<_>>()?)
+        };
+        let index = Table::open(&made, (INDEX, &COLUMNS), known(INDEX))?;
+        let walkers = known(WALKERS)
+            .map(|bytes| Table::open(&made, (WALKERS, &WALKER_COLUMNS), Some(bytes)))
+            .transpose()?;
         Ok(Self {
             target,
             existing,
-            staging,
-            images: BufWriter::with_capacity(1 << 16, file),
+            run,
+            work,
             index,
-            walkers: None,
-            template,
-            size,
-            count,
-            written: 0,
+            walkers,
+            store,
         })
     }
 
-    /// Appends a template, row by row from the top, and what it shows.
+    /// How many pieces of work are done.
+    #[must_use]
+    pub const fn done(&self) -> usize {
+        self.work.journal.done
+    }
+
+    /// How many rows there are.
+    #[must_use]
+    pub const fn rows(&self) -> usize {
+        self.work.journal.rows
+    }
+
+    /// How many frames all rows have.
+    #[must_use]
+    pub const fn frames(&self) -> usize {
+        self.work.journal.frames
+    }
+
+    /// Sum over all silhouettes of the share that lay outside of the image.
+    #[must_use]
+    pub const fn clipped(&self) -> f64 {
+        self.work.journal.clipped
+    }
+
+    /// Adds to [`Self::clipped`].
+    pub fn clip(&mut self, share: f64) {
+        self.work.journal.clipped += share;
+    }
+
+    /// Says that a person belongs to a part of the people, such as `train`.
+    pub fn belongs(&mut self, subject: &str, part: &str) {
+        let people = self.work.journal.parts.entry(part.to_owned()).or_default();
+        if people.last().is_none_or(|last| last != subject) {
+            people.push(subject.to_owned());
+        }
+    }
+
+    /// Appends a row.
     ///
     /// # Errors
     ///
-    /// If the row cannot be (a speed below 0, say), if the template is of another size, if there are already as many
-    /// as [`Self::create`] was told, or the system's.
-    pub fn push(&mut self, bytes: &[u8], row: &IndexRow) -> Result<()> {
+    /// If the row cannot be (a speed below 0, say), if something is of another size, or the
+    /// system's.
+    pub fn push(&mut self, item: Item<'_>) -> Result<()> {
+        let Item { row, templates, .. } = item;
         let place = |problem: String| {
-            let place = format!("{} {}: {problem}", self.name(), self.written);
+            let place = format!("row {}: {problem}", self.work.journal.rows);
             Error::input(&self.target, place)
         };
-        if self.written == self.count {
-            return Err(place(format!(
-                "expected no more than {} {}",
-                self.count,
-                self.template.plural()
-            )));
-        }
-        let numbers = self.template.shape(self.size).numbers();
-        if bytes.len() != numbers {
-            return Err(place(format!(
-                "expected the {numbers} pixels of {}, found {}",
-                self.size,
-                bytes.len()
-            )));
-        }
         if let Some(problem) = row.problem() {
             return Err(place(problem));
         }
-        self.images
-            .write_all(bytes)
-            .map_err(|source| Error::io(&self.target, source))?;
-        self.index
-            .serialize(row)
-            .map_err(|error| csv_error(&self.target, error))?;
-        self.written += 1;
+        let all = templates.iter().map(Vec::as_slice);
+        let joints = item.joints.into_iter().filter(|_| self.run.contents.joints);
+        let all: Vec<&[u8]> = all.chain(joints).collect();
+        let arrays = self.run.contents.arrays();
+        if arrays.len() != all.len() {
+            return Err(place(format!(
+                "expected {} arrays, found {}",
+                arrays.len(),
+                all.len()
+            )));
+        }
+        for (array, bytes) in arrays.iter().zip(&all) {
+            let count = if array.is_of_frames {
+                row.frames as usize
+            } else {
+                1
+            };
+            let expected = count * array.bytes();
+            if bytes.len() != expected {
+                return Err(place(format!(
+                    "expected the {expected} bytes of {}, found {}",
+                    array.name,
+                    bytes.len()
+                )));
+            }
+        }
+        match &mut self.store {
+            Store::Arrays(arrays) => {
+                for (array, bytes) in arrays.iter_mut().zip(all) {
+                    array
+                        .push(bytes)
+                        .map_err(|source| Error::io(&self.target, source))?;
+                }
+            }
+            Store::Tree(sequences) => sequences.push(row, item.take, all[0])?,
+        }
+        self.index.push(row)?;
+        self.work.journal.rows += 1;
+        self.work.journal.frames += row.frames as usize;
         Ok(())
     }
 
@@ -158,107 +249,160 @@ impl DatasetWriter {
     /// # Errors
     /// The system's.
     pub fn describe(&mut self, row: &WalkerRow) -> Result<()> {
-        let error = |error| csv_error(&self.target, error);
-        let walkers = match &mut self.walkers {
+        self.walkers()?.push(row)
+    }
+
+    fn walkers(&mut self) -> Result<&mut Table> {
+        Ok(match &mut self.walkers {
             Some(walkers) => walkers,
-            none => {
-                let path = self.staging.path().join("made").join(WALKERS);
-                none.insert(csv::Writer::from_path(path).map_err(error)?)
-            }
-        };
-        walkers.serialize(row).map_err(error)
+            none => none.insert(Table::open(
+                &self.work.made(),
+                (WALKERS, &WALKER_COLUMNS),
+                None,
+            )?),
+        })
     }
 
-    /// What one of them is called.
-    fn name(&self) -> &'static str {
-        match self.template {
-            Template::Gei => "GEI",
-            other => other.name(),
+    /// A piece of work is done.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn end_unit(&mut self) -> Result<()> {
+        if let Store::Tree(sequences) = &mut self.store {
+            sequences.write()?;
         }
+        self.work.journal.done += 1;
+        if self.work.is_due() {
+            self.note()?;
+        }
+        Ok(())
     }
 
-    /// Writes the manifest and gives the folder its name.
+    /// Gives everything to the system, and notes it.
+    fn note(&mut self) -> Result<()> {
+        let io = |source| Error::io(&self.target, source);
+        let mut files = Vec::new();
+        match &mut self.store {
+            Store::Arrays(arrays) => {
+                for array in arrays {
+                    files.push((array.array.file(), array.flush().map_err(io)?));
+                }
+            }
+            Store::Tree(sequences) => {
+                let table = sequences.table();
+                files.push((table.name().to_owned(), table.flush().map_err(io)?));
+            }
+        }
+        for table in [Some(&mut self.index), self.walkers.as_mut()]
+            .into_iter()
+            .flatten()
+        {
+            files.push((table.name().to_owned(), table.flush().map_err(io)?));
+        }
+        self.work.journal.files = files.into_iter().collect();
+        self.work.note()
+    }
+
+    /// Writes the manifest and gives the dataset its name.
     ///
     /// # Errors
     ///
-    /// If fewer templates came than [`Self::create`] was told, if `dir` has appeared
-    /// meanwhile and must not be replaced, or the system's; then `dir` is as before.
-    pub fn finish(self, header: Header) -> Result<()> {
+    /// If fewer pieces of work are done than [`Run::units`], if `target` has appeared
+    /// meanwhile and must not be replaced, or the system's; then `target` is as before.
+    pub fn finish(mut self) -> Result<()> {
+        let units = self.run.units;
+        if self.done() != units {
+            return Err(Error::input(
+                &self.target,
+                format!("expected {units} pieces of work, found {}", self.done()),
+            ));
+        }
+        self.note()?;
         let Self {
             target,
             existing,
-            staging,
-            images,
-            index,
+            run,
+            work,
             walkers,
-            template,
-            count,
-            written,
+            store,
             ..
         } = self;
-        if written != count {
-            return Err(Error::input(
-                &target,
-                format!("expected {count} {}, found {written}", template.plural()),
-            ));
-        }
         let io = |source| Error::io(&target, source);
-        images
-            .into_inner()
-            .map_err(|error| io(error.into_error()))?;
-        close_index(index, written).map_err(|error| csv_error(&target, error))?;
-
-        let has_walkers = walkers.is_some();
-        if let Some(mut walkers) = walkers {
-            walkers.flush().map_err(io)?;
+        let made = work.made();
+        let mut names = Vec::new();
+        match store {
+            Store::Arrays(arrays) => {
+                for array in arrays {
+                    names.push(array.array.file());
+                    array.close().map_err(io)?;
+                }
+            }
+            Store::Tree(_) => {
+                names.push(SEQUENCES.to_owned());
+                if run.format == Format::Opengait {
+                    let text = partition(&work.journal.parts)?;
+                    fs::write(made.join(PARTITION), text).map_err(io)?;
+                    names.push(PARTITION.to_owned());
+                }
+            }
         }
-        let made = staging.path().join("made");
-        let file = |name: &str| -> Result<InputFile> {
-            Ok(InputFile {
-                path: name.to_owned(),
-                sha256: sha256_of_file(made.join(name))?,
-            })
+        names.push(INDEX.to_owned());
+        names.extend(walkers.map(|_| WALKERS.to_owned()));
+        let file = |name: String| -> Result<InputFile> {
+            let sha256 = sha256_of_file(made.join(&name))?;
+            Ok(InputFile { path: name, sha256 })
         };
-        let manifest = Manifest {
-            header,
-            template,
-            geis: count,
-            files: [file_of(template), INDEX.to_owned()]
-                .into_iter()
-                .chain(has_walkers.then(|| WALKERS.to_owned()))
-                .map(|name| file(&name))
-                .collect::<Result<_>>()?,
-        };
+        let files = names.iter().cloned().map(file).collect::<Result<_>>()?;
+        let manifest = run.manifest(work.journal.rows, files);
         let mut json = serde_json::to_string_pretty(&manifest)?;
         json.push('\n');
         fs::write(made.join(MANIFEST), json).map_err(io)?;
-
-        check_replaceable(&target, existing)?;
-        if target.is_dir() {
-            let former = staging.path().join("former");
-            // Between the two the former dataset lies where unfinished work does.
-            return together(|| {
-                fs::rename(&target, &former).map_err(io)?;
-                if let Err(source) = fs::rename(&made, &target) {
-                    fs::rename(&former, &target).map_err(io)?;
-                    return Err(io(source));
-                }
-                Ok(())
-            });
+        check_replaceable(&target, run.format, existing)?;
+        if run.format == Format::Npz {
+            npz::write(&made, &names)?;
+            return work.finish(Some(npz::FILE));
         }
-        together(|| fs::rename(&made, &target)).map_err(io)
+        work.finish(None)
     }
-}
 
-/// Flushes the index; an empty one still has its column names.
-fn close_index(
-    mut index: csv::Writer<File>,
-    written: usize,
-) -> std::result::Result<(), csv::Error> {
-    if written == 0 {
-        index.write_record(super::index::COLUMNS)?;
+    /// Appends a shard that is a folder of its own, as one piece of work.
+    ///
+    /// # Errors
+    /// If its bytes are not those of which its manifest tells, or the system's.
+    pub(super) fn append(&mut self, shard: &Path, manifest: &Manifest) -> Result<()> {
+        let checked = |name: &str| super::merge::Checked::open(shard, name, manifest);
+        match &mut self.store {
+            Store::Arrays(arrays) => {
+                for array in arrays {
+                    let mut from = checked(&array.array.file())?;
+                    from.skip_header()?;
+                    let io = |source| Error::io(&self.target, source);
+                    from.copy(|bytes| array.push(bytes).map_err(io))?;
+                }
+            }
+            Store::Tree(sequences) => {
+                sequences.append(shard, manifest)?;
+                for (part, people) in super::merge::parts_of(shard, manifest)? {
+                    for subject in people {
+                        let people = self.work.journal.parts.entry(part.clone()).or_default();
+                        people.push(subject);
+                    }
+                }
+            }
+        }
+        let mut from = checked(INDEX)?;
+        from.skip_line()?;
+        from.copy(|bytes| self.index.append(bytes))?;
+        if manifest.files.iter().any(|file| file.path == WALKERS) {
+            let mut from = checked(WALKERS)?;
+            from.skip_line()?;
+            let walkers = self.walkers()?;
+            from.copy(|bytes| walkers.append(bytes))?;
+        }
+        self.work.journal.rows += manifest.geis;
+        self.work.journal.done += 1;
+        self.note()
     }
-    Ok(index.flush()?)
 }
 
 /// The absolute path of the folder, through links if it is there.
@@ -269,222 +413,19 @@ fn target_of(dir: &Path) -> Result<PathBuf> {
     std::path::absolute(dir).map_err(|source| Error::io(dir, source))
 }
 
-/// Refuses a folder that must not be replaced by a dataset.
+/// Whether this is whole already: what this run would make.
 ///
 /// # Errors
-/// If `dir` is there and must not be replaced ([`Existing`]), or the system's.
-pub fn check_replaceable(target: &Path, existing: Existing) -> Result<()> {
-    if !target.exists() {
-        return Ok(());
+/// As reading a manifest.
+pub fn is_whole(target: &Path, run: &Run) -> Result<bool> {
+    let path = target.join(MANIFEST);
+    if !path.is_file() {
+        return Ok(false);
     }
-    let refuse = |problem: String| Err(Error::Usage(format!("{}: {problem}", target.display())));
-    if !target.is_dir() {
-        return refuse("expected a folder or nothing, found a file (name another folder)".into());
-    }
-    let mut names = Vec::new();
-    for entry in fs::read_dir(target).map_err(|source| Error::io(target, source))? {
-        names.push(
-            entry
-                .map_err(|source| Error::io(target, source))?
-                .file_name(),
-        );
-    }
-    if names.is_empty() {
-        return Ok(());
-    }
-    names.sort();
-    let images = Template::ALL.map(file_of);
-    let files = images
-        .iter()
-        .map(String::as_str)
-        .chain([INDEX, MANIFEST, WALKERS]);
-    if let Some(other) = names
-        .iter()
-        .find(|name| !files.clone().any(|file| *name == file))
-    {
-        return refuse(format!(
-            "holds {}, which is no part of a dataset (name another folder)",
-            other.to_string_lossy()
-        ));
-    }
-    if !names.iter().any(|name| name == MANIFEST) {
-        return refuse(format!(
-            "holds files but no {MANIFEST}, so it is no dataset (name another folder)"
-        ));
-    }
-    let manifest = read_manifest(&target.join(MANIFEST))?;
-    if existing == Existing::ReplaceOwn && !COMMANDS.contains(&manifest.header.command.as_str()) {
-        return Err(ChoiceError::ForeignDataset(target.to_path_buf()).into());
-    }
-    Ok(())
-}
-
-fn csv_error(path: &Path, error: csv::Error) -> Error {
-    let text = error.to_string();
-    match error.into_kind() {
-        csv::ErrorKind::Io(source) => Error::io(path, source),
-        _ => Error::input(path, text),
-    }
+    let found = read_manifest(&path)?;
+    let expected = run.manifest(found.geis, found.files.clone());
+    Ok(found == expected)
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::dataset::Dataset;
-    use edgegait_core::budget::PIXELS;
-
-    fn row() -> IndexRow {
-        IndexRow {
-            subject: "s".into(),
-            walk: "w".into(),
-            cycle: 0,
-            variation: 0,
-            speed_kmh: 4.0,
-            azimuth_deg: 90.0,
-            elevation_deg: 0.0,
-            condition: "normal".into(),
-            alternative: String::new(),
-            frames: 8,
-            seed: 1,
-        }
-    }
-
-    fn write(dir: &Path, shade: u8, existing: Existing) -> Result<()> {
-        let mut writer = DatasetWriter::create(dir, (Template::Gei, Size::S50x30), 1, existing)?;
-        writer.push(&[shade; PIXELS], &row())?;
-        writer.finish(Header::new("sweep", 1))
-    }
-
-    fn names(folder: &Path) -> Vec<String> {
-        let entries = fs::read_dir(folder).unwrap();
-        entries
-            .map(|e| e.unwrap().file_name().into_string().unwrap())
-            .collect()
-    }
-
-    #[test]
-    fn a_dataset_that_is_not_finished_leaves_nothing() {
-        let folder = tempfile::tempdir().unwrap();
-        let mut writer = DatasetWriter::create(
-            folder.path().join("d"),
-            (Template::Gei, Size::S50x30),
-            2,
-            Existing::ReplaceOwn,
-        )
-        .unwrap();
-        writer.push(&[1; PIXELS], &row()).unwrap();
-        assert_eq!(names(folder.path()).len(), 1, "the hidden folder");
-        let short = writer
-            .finish(Header::new("sweep", 1))
-            .unwrap_err()
-            .to_string();
-        assert!(short.ends_with("/d: expected 2 GEIs, found 1"), "{short}");
-        assert!(names(folder.path()).is_empty());
-    }
-
-    #[test]
-    fn a_folder_with_files_is_kept_unless_it_is_a_dataset_to_replace() {
-        let folder = tempfile::tempdir().unwrap();
-        let dir = folder.path().join("d");
-        fs::create_dir(&dir).unwrap();
-        write(&dir, 1, Existing::ReplaceOwn).expect("an empty folder is no loss");
-        write(&dir, 2, Existing::ReplaceOwn).expect("an earlier dataset of ours");
-        let manifest = fs::read_to_string(dir.join(MANIFEST)).unwrap();
-        let foreign = manifest.replace("\"sweep\"", "\"camera\"");
-        fs::write(dir.join(MANIFEST), foreign).unwrap();
-        let refused = write(&dir, 3, Existing::ReplaceOwn).unwrap_err();
-        assert!(
-            refused
-                .to_string()
-                .ends_with("a dataset that edgegait sweep did not make"),
-            "{refused}"
-        );
-        assert_eq!(refused.exit_code(), 2);
-        write(&dir, 2, Existing::Replace).unwrap();
-        assert_eq!(Dataset::open(&dir).unwrap().bytes(0)[0], 2);
-
-        fs::write(dir.join("thesis.tex"), "years").unwrap();
-        let refused = write(&dir, 3, Existing::Replace).unwrap_err().to_string();
-        assert!(
-            refused.contains("holds thesis.tex, which is no part"),
-            "{refused}"
-        );
-        assert_eq!(Dataset::open(&dir).unwrap().bytes(0)[0], 2);
-        assert_eq!(names(folder.path()), ["d"]);
-
-        fs::remove_file(dir.join("thesis.tex")).unwrap();
-        fs::remove_file(dir.join(MANIFEST)).unwrap();
-        let refused = write(&dir, 3, Existing::Replace).unwrap_err().to_string();
-        assert!(
-            refused.contains("no manifest.json, so it is no dataset"),
-            "{refused}"
-        );
-    }
-
-    #[test]
-    fn a_file_where_the_folder_should_be_is_kept() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("d");
-        fs::write(&path, "mine").unwrap();
-        assert!(write(&path, 1, Existing::Replace).is_err());
-        assert_eq!(fs::read(&path).unwrap(), b"mine");
-    }
-
-    #[test]
-    fn a_row_that_cannot_be_and_geis_of_another_size_or_too_many_are_refused() {
-        let folder = tempfile::tempdir().unwrap();
-        let mut writer = DatasetWriter::create(
-            folder.path().join("d"),
-            (Template::Gei, Size::S64x44),
-            1,
-            Existing::ReplaceOwn,
-        )
-        .unwrap();
-        let refused = writer.push(&[0; PIXELS], &row()).unwrap_err().to_string();
-        assert!(
-            refused.ends_with("GEI 0: expected the 2816 pixels of 64x44, found 1500"),
-            "{refused}"
-        );
-        let bad = IndexRow { frames: 0, ..row() };
-        let refused = writer.push(&[0; 64 * 44], &bad).unwrap_err().to_string();
-        assert!(
-            refused.ends_with("GEI 0: expected frames >= 1, found 0"),
-            "{refused}"
-        );
-        writer.push(&[0; 64 * 44], &row()).unwrap();
-        let refused = writer.push(&[0; 64 * 44], &row()).unwrap_err().to_string();
-        assert!(
-            refused.ends_with("GEI 1: expected no more than 1 GEIs"),
-            "{refused}"
-        );
-    }
-
-    #[test]
-    fn two_runs_write_the_same_bytes() {
-        let folder = tempfile::tempdir().unwrap();
-        let (a, b) = (folder.path().join("a"), folder.path().join("b"));
-        write(&a, 5, Existing::ReplaceOwn).unwrap();
-        write(&b, 5, Existing::ReplaceOwn).unwrap();
-        for name in ["geis.npy", INDEX, MANIFEST] {
-            assert_eq!(
-                fs::read(a.join(name)).unwrap(),
-                fs::read(b.join(name)).unwrap()
-            );
-        }
-    }
-
-    #[test]
-    fn an_empty_dataset_opens() {
-        let folder = tempfile::tempdir().unwrap();
-        let dir = folder.path().join("new/d");
-        let writer =
-            DatasetWriter::create(&dir, (Template::Gei, Size::S64x64), 0, Existing::ReplaceOwn)
-                .unwrap();
-        writer.finish(Header::new("sweep", 1)).unwrap();
-        let dataset = Dataset::open(&dir).unwrap();
-        assert_eq!(
-            (dataset.templates().len(), dataset.size()),
-            (0, Size::S64x64)
-        );
-    }
-}
+mod tests;

@@ -1,6 +1,7 @@
 //! How a design's silhouettes are drawn, as users write it.
 
-use crate::sweep::{Framing, Lens, Raster, Sensor, Settings};
+use super::Images;
+use crate::sweep::{Framing, Lens, Raster, Sensor, Settings, Wanted};
 use crate::template::Template;
 use edgegait_core::silhouette::Size;
 use serde::Deserialize;
@@ -8,14 +9,28 @@ use serde::Deserialize;
 /// The table `[images]`; what is left out is as `sweep` has it.
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Images {
-    template: Option<Template>,
+pub(super) struct WrittenImages {
+    template: Option<WrittenTemplates>,
+    #[serde(default)]
+    joints: bool,
+    fps: Option<f64>,
     size: Option<WrittenSize>,
     raster: Option<WrittenRaster>,
     framing: Option<Framing>,
     lens: Option<WrittenLens>,
     distance_m: Option<f64>,
     frames_per_cycle: Option<u32>,
+}
+
+/// One name, or several.
+#[derive(Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected the name of a template, or a list of names"
+)]
+enum WrittenTemplates {
+    One(Template),
+    Several(Vec<Template>),
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -57,7 +72,35 @@ enum WrittenLens {
     Persp,
 }
 
-impl Images {
+impl WrittenImages {
+    /// What is made of each cycle.
+    pub(super) fn images(&self) -> Result<Images, String> {
+        let templates = match &self.template {
+            None => vec![Template::Gei],
+            Some(WrittenTemplates::One(template)) => vec![*template],
+            Some(WrittenTemplates::Several(templates)) => templates.clone(),
+        };
+        let twice = (1..templates.len()).any(|at| templates[..at].contains(&templates[at]));
+        if templates.is_empty() || twice {
+            return Err("expected templates by name, each once".into());
+        }
+        if self.fps.is_some_and(|fps| !(fps > 0.0 && fps <= 1e4)) {
+            return Err("expected fps above 0, at most 10000".into());
+        }
+        if self.fps.is_some() && self.frames_per_cycle.is_some() {
+            return Err("expected fps or frames_per_cycle, found both".into());
+        }
+        Ok(Images {
+            wanted: Wanted {
+                templates,
+                joints: self.joints,
+                blanks: true,
+                fps: self.fps,
+            },
+            has_size: self.size.is_some(),
+        })
+    }
+
     pub(super) fn settings(&self, seed: u64) -> Result<Settings, String> {
         let usual = Settings::default();
         let lens = match self.lens {
@@ -72,7 +115,7 @@ impl Images {
             ));
         }
         let settings = Settings {
-            template: self.template.unwrap_or_default(),
+            template: self.images()?.wanted.templates[0],
             size: self.size.map_or(usual.size, |size| size.0),
             rasterizer: self.raster.map_or(usual.rasterizer, |raster| raster.0),
             framing: self.framing.unwrap_or_default(),
@@ -85,9 +128,6 @@ impl Images {
             seed,
             ..usual
         };
-        if settings.template == Template::Silhouettes {
-            return Err("expected a template, of which a dataset holds one image for each cycle, found silhouettes".into());
-        }
         if self.distance_m.is_some() && !settings.uses_sensor() {
             return Err("distance_m changes nothing with parallel rays (lens = \"persp\", or framing = \"camera\")".into());
         }

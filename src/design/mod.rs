@@ -11,7 +11,7 @@ use crate::error::{Error, Place, Result};
 use crate::named::toml_of;
 use crate::scene::Subject;
 use crate::scene::cohort::{self, CohortOptions, Dressing, Profile};
-use crate::sweep::{Job, Settings, View};
+use crate::sweep::{Job, Settings, View, Wanted};
 use edgegait_core::pack::{Pack, Sex};
 use std::ops::Range;
 use std::path::Path;
@@ -42,8 +42,19 @@ pub struct Design {
     pub conditions: Vec<Condition>,
     /// How it is drawn; with the seed of everything.
     pub settings: Settings,
+    /// What is made of each cycle.
+    pub images: Images,
     /// Which people belong together: they share nobody, and are at least one.
     pub splits: Vec<Split>,
+}
+
+/// What is made of each cycle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Images {
+    /// Templates, the first of which is the settings', and joints.
+    pub wanted: Wanted,
+    /// Whether it says of which size they are.
+    pub has_size: bool,
 }
 
 /// Cycles of a walk that belong together, as one recording does.

@@ -248,8 +248,24 @@ fn what_does_not_go_together_is_refused_with_what_to_do() {
         ),
         (
             "raster = \"rows\"",
-            "template = \"silhouettes\"",
-            "found silhouettes",
+            "template = [\"gei\", \"mhi\", \"gei\"]",
+            "expected templates by name, each once",
+        ),
+        (
+            "raster = \"rows\"",
+            "template = [\"gei\", \"gie\"]",
+            "expected the name of a template, or a list of names",
+        ),
+        (
+            "raster = \"rows\"",
+            "fps = 25\nframes_per_cycle = 32",
+            "expected fps or frames_per_cycle, found both",
+        ),
+        ("raster = \"rows\"", "fps = 0", "expected fps above 0"),
+        (
+            "raster = \"rows\"",
+            "raster = \"columns\"\nframing = \"camera\"\njoints = true",
+            "joints",
         ),
         (
             "raster = \"rows\"",

@@ -1,6 +1,6 @@
 //! Designs as users write them.
 
-use super::images::Images;
+use super::images::WrittenImages;
 use super::numbers::{Count, MOST, Slice, WrittenSpeeds, WrittenViews, check_range};
 use super::{CYCLES_OF_A_TAKE, Design, Population, Speeds, Split, Take};
 use crate::confound::{Condition, Conditions};
@@ -22,7 +22,7 @@ pub(super) struct Written {
     population: Option<Spanned<WrittenPopulation>>,
     walks: Option<Spanned<Walks>>,
     views: Spanned<WrittenViews>,
-    images: Option<Spanned<Images>>,
+    images: Option<Spanned<WrittenImages>>,
     #[serde(default)]
     conditions: WrittenConditions,
     #[serde(default)]
@@ -256,12 +256,14 @@ impl Written {
             return Err((at_walks, problem));
         }
         let settings = images.settings(self.seed);
+        let wanted = images.images();
         let design = Design {
             takes: takes_of(walks.takes, &conditions)?,
             cycles: u32::try_from(cycles).unwrap_or(1),
             views: views.viewpoints().map_err(|problem| (at_views, problem))?,
             conditions,
             settings: settings.map_err(|problem| (at_images, problem))?,
+            images: wanted.map_err(|problem| (at_images, problem))?,
             splits,
             population: Population {
                 speeds: walks.speeds_kmh.0,
@@ -288,7 +290,9 @@ impl Written {
         let options = design.options_at(0, None, design.population.speeds.bounds());
         let checked = options.check().map_err(said);
         checked.map_err(|problem| (at_walks, problem))?;
-        let checked = design.settings.check().map_err(said);
+        let checked = design.settings.check();
+        let checked = checked.and_then(|()| design.images.wanted.check(&design.settings));
+        let checked = checked.map_err(said);
         checked.map_err(|problem| (at_images, problem))?;
         Ok(design)
     }

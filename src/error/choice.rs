@@ -9,6 +9,25 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ChoiceError {
+    /// A run was ended before it was done, and waits to be gone on with.
+    #[error("{}: a run that was to be {} ended before it was done", folder.display(), target.display())]
+    Unfinished {
+        /// Where it waits.
+        folder: PathBuf,
+        /// What it was to be.
+        target: PathBuf,
+    },
+    /// A file is there already.
+    #[error("{}: is there already", .0.display())]
+    IsThere(PathBuf),
+    /// A tree of silhouettes is there already.
+    #[error("{}: holds a tree of silhouettes", .0.display())]
+    HoldsTree(PathBuf),
+    /// A name cannot be that of a folder on every system.
+    #[error(
+        "{0:?}: expected a name that can be a folder's, without / \\ : * ? \" < > | and no dot at its start"
+    )]
+    FolderName(String),
     /// One scale for a cycle needs rays without an eye.
     #[error("framing cycle fits one scale for all elevations, which only parallel rays have")]
     CycleNeedsParallelRays,

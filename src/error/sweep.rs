@@ -20,6 +20,16 @@ pub enum SweepError {
     /// A take is not varied.
     #[error("{0} is a whole take: it has no variations")]
     TakeHasNoVariations(String),
+    /// A walk has more frames than are drawn.
+    #[error("{walk}: expected at most {most} frames, found {frames} (ask for fewer a second)")]
+    TooManyFrames {
+        /// The walk.
+        walk: String,
+        /// How many it has.
+        frames: f64,
+        /// How many are drawn.
+        most: u32,
+    },
     /// A walk, or a walk under a condition, cannot be drawn.
     #[error("{what}: {cause}")]
     Undrawn {

@@ -6,6 +6,8 @@
 pub mod boards {}
 #[doc = include_str!("confounders.md")]
 pub mod confounders {}
+#[doc = include_str!("datasets.md")]
+pub mod datasets {}
 #[doc = include_str!("designs.md")]
 pub mod designs {}
 #[doc = include_str!("encoding.md")]

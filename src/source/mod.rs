@@ -208,7 +208,7 @@ pub enum Source<'a> {
     /// Walks that are drawn.
     Walks(Walks<'a>),
     /// GEIs in a folder.
-    Dataset(dataset::Geis),
+    Dataset(Box<dataset::Geis>),
     /// Silhouettes in folders.
     Tree(Recordings),
 }
@@ -219,7 +219,10 @@ impl Source<'_> {
     /// # Errors
     /// If it is neither, or cannot be read.
     pub fn open(path: &Path, made: &[Made]) -> Result<Self> {
-        if Tree::is_at(path) && !path.join("manifest.json").exists() {
+        // A tree that was made here has a manifest too, and no templates.
+        let has_templates =
+            path.join("manifest.json").exists() && !path.join("sequences.csv").exists();
+        if Tree::is_at(path) && !has_templates {
             return Ok(Self::Tree(Recordings::open(path)?));
         }
         let files = ["manifest.json", "index.csv", "geis.npy"];
@@ -231,7 +234,7 @@ impl Source<'_> {
         }
         let dataset = Dataset::open(path)?;
         let geis = dataset::Geis::new(dataset, path.to_path_buf(), made);
-        Ok(Self::Dataset(geis))
+        Ok(Self::Dataset(Box::new(geis)))
     }
 
     /// The labels.

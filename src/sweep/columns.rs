@@ -1,7 +1,7 @@
 //! Sweeps by columns: all elevations of an azimuth at once.
 
-use super::Seen;
 use super::film::{Film, Sight};
+use super::painter::Seen;
 use super::views::{View, by_azimuth};
 use crate::error::{ChoiceError, Error, Result};
 use edgegait_core::raster::columns::{self, Azimuth, Images};
@@ -59,9 +59,9 @@ impl Columns {
             }
             for (elevation, (&at, clipped)) in group.views.iter().zip(clipped).enumerate() {
                 seen[at] = Some(Seen {
-                    template: self.tally.gei(elevation).pixels().to_vec(),
+                    templates: vec![self.tally.gei(elevation).pixels().to_vec()],
                     clipped,
-                    empty: 0,
+                    ..Seen::default()
                 });
             }
         }

@@ -8,13 +8,12 @@ use super::walker::{Dressed, Posed, Walker};
 use super::{Job, Moments, View, walk_name};
 use crate::confound::Plan;
 use crate::error::{Cause, Error, Result, SweepError};
-use crate::template::Builder;
 use edgegait_core::camera::{self, Camera, Viewpoint};
 use edgegait_core::pack::Pack;
 use edgegait_core::raster::columns::{Azimuth, Images, Place};
-use edgegait_core::raster::{self, Drawing, Renderer};
+use edgegait_core::raster::{self, Drawing, Placement, Renderer};
 use edgegait_core::silhouette::Size;
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use std::ops::Range;
 
 /// Share of the scale that a fitted framing gives up, so that rounding never clips: 0.005 of 50
@@ -150,15 +149,36 @@ impl<'a> Film<'a> {
         self.settings.size
     }
 
-    /// What makes templates as the settings say.
-    pub(super) fn builder(&self) -> Builder {
-        let Settings {
-            template,
-            size,
-            frames_per_cycle,
-            ..
-        } = self.settings;
-        Builder::new(template, size, frames_per_cycle)
+    /// Where the joints are, metres: `[frames][19][3]`, f32, little-endian.
+    pub(super) fn joints(&self) -> Vec<u8> {
+        let positions = self.frames.iter().flat_map(|frame| frame.model.positions);
+        let numbers = positions.flat_map(|at| at.to_array());
+        numbers.flat_map(f32::to_le_bytes).collect()
+    }
+
+    /// Where the joints of one of the posed frames appear that was `placed` so, pixels: `[19][2]`,
+    /// f32, little-endian; no numbers where nothing is known.
+    ///
+    /// # Errors
+    /// As [`Self::draw`].
+    pub(super) fn keypoints(
+        &self,
+        index: usize,
+        sight: &Sight<'_>,
+        placed: Option<Placement>,
+    ) -> Result<Vec<u8>> {
+        let camera = self.seen(index, sight)?.camera;
+        let appears = |point: Vec3| {
+            let image = raster::projected(&camera, point).ok()?;
+            Some(placed?.place(image))
+        };
+        let positions = self.frames[index].model.positions;
+        let places = positions.map(|at| appears(at).unwrap_or(Vec2::NAN).to_array());
+        Ok(places
+            .into_iter()
+            .flatten()
+            .flat_map(f32::to_le_bytes)
+            .collect())
     }
 
     /// A view with the framing that the frames share there.

@@ -5,30 +5,31 @@
 
 mod columns;
 mod film;
+mod painter;
 mod recording;
 mod scene;
 mod settings;
 mod stage;
 mod views;
 mod walker;
+mod wanted;
 
 pub use scene::{Hulls, Scene, Thing, scene};
 pub use settings::{Aim, FRAMES_PER_CYCLE, Framing, Jitter, Lens, Raster, Sensor, Settings};
 pub use views::{View, Views};
 pub use walker::drawn;
+pub use wanted::{MAX_FRAMES, TAKE_FPS, Wanted};
 
-use crate::confound::image::FineRenderer;
-use crate::confound::{Condition, NORMAL};
-use crate::error::{ChoiceError, Result, SweepError};
-use crate::template::{Builder, Template};
-use columns::Columns;
+use crate::confound::{Condition, Kind, NORMAL};
+use crate::error::{Result, SweepError};
 use edgegait_core::pack::Pack;
-use edgegait_core::raster::{Rasterizer, Renderer};
-use edgegait_core::silhouette::{Frame, Silhouette, Size};
-use film::{Film, Sight};
+use edgegait_core::silhouette::Frame;
+use film::Film;
 use glam::Vec3;
+use painter::Painter;
 use rayon::prelude::*;
 use std::borrow::Cow;
+use std::ops::Range;
 use walker::Dressed;
 
 /// Frames of a take that are posed at once, where they do not depend on others: 9 MB.
@@ -83,11 +84,7 @@ impl<'c> Job<'c> {
 ///
 /// # Errors
 /// Naming the first walk that is a take: it has no cycles.
-pub fn jobs(
-    pack: &Pack<'_>,
-    walks: &[usize],
-    variations: std::ops::Range<u32>,
-) -> Result<Vec<Job<'static>>> {
+pub fn jobs(pack: &Pack<'_>, walks: &[usize], variations: Range<u32>) -> Result<Vec<Job<'static>>> {
     if let Some(take) = walks.iter().copied().find(|&walk| is_take(pack, walk)) {
         return Err(SweepError::TakeHasNoCycle(walk_name(pack, take)).into());
     }
@@ -140,11 +137,20 @@ pub struct Shot<'a> {
     pub views: &'a [View],
 }
 
-/// The templates of one job, one for each view.
-#[derive(Clone, Debug)]
+/// What was made of one job.
+#[derive(Clone, Debug, Default)]
 pub struct Swept {
-    /// In the order of the views: the bytes of each, as many as its shape has.
+    /// In the order of the views, and of each view in the order in which they are wanted: the bytes
+    /// of each template, as many as its shape has, and of silhouettes that for each frame.
     pub templates: Vec<Vec<u8>>,
+    /// How many frames there were.
+    pub frames: u32,
+    /// Where the joints are, metres, if that is wanted: `[frames][19][3]`, f32, little-endian.
+    pub joints: Vec<u8>,
+    /// Of each view where the joints appear, if that is wanted: columns from the left and rows from
+    /// the top, pixels, of frames without a figure no numbers; `[frames][19][2]`, f32,
+    /// little-endian.
+    pub keypoints: Vec<Vec<u8>>,
     /// Sum over all frames and views of the share that lay outside of the image.
     pub clipped: f64,
     /// Frames in which nothing was left of the figure, over all views: no template has them.
@@ -169,22 +175,24 @@ pub fn sweep<'c, R: Send>(
     let seen = |_| Ok((Cow::Borrowed(views), Cow::Borrowed(&firsts[..])));
     sweep_from(
         pack,
-        (jobs, settings),
+        jobs,
+        (settings, &Wanted::one(settings.template)),
         seen,
         |job, _, swept| map(job, swept),
         sink,
     )
 }
 
-/// The same of jobs that are seen from views of their own, which `map` is given too.
+/// The same of jobs that are seen from views of their own, which `map` is given too, and of which
+/// more than a template may be `wanted`; the settings' is one of those.
 ///
 /// # Errors
-/// As [`sweep`], and as `views_of`.
+/// As [`sweep`], as `views_of`, and as [`Wanted::check`].
 pub fn sweep_each<'c, R: Send>(
     pack: &Pack<'_>,
     jobs: &[Job<'c>],
     views_of: impl Fn(Job<'c>) -> Result<Vec<View>> + Sync,
-    settings: Settings,
+    (settings, wanted): (Settings, &Wanted),
     map: impl Fn(Job<'c>, &[View], Swept) -> Result<R> + Sync,
     sink: impl FnMut(Job<'c>, R) -> Result<()>,
 ) -> Result<()> {
@@ -193,7 +201,7 @@ pub fn sweep_each<'c, R: Send>(
         let firsts = views::firsts(&views);
         Ok((Cow::Owned(views), Cow::Owned(firsts)))
     };
-    sweep_from(pack, (jobs, settings), seen, map, sink)
+    sweep_from(pack, jobs, (settings, wanted), seen, map, sink)
 }
 
 /// Views, and for each of them the first one that is the same.
@@ -201,15 +209,14 @@ type Seeing<'v> = (Cow<'v, [View]>, Cow<'v, [usize]>);
 
 fn sweep_from<'c, 'v, R: Send>(
     pack: &Pack<'_>,
-    (jobs, settings): (&[Job<'c>], Settings),
+    jobs: &[Job<'c>],
+    (settings, wanted): (Settings, &Wanted),
     seen: impl Fn(Job<'c>) -> Result<Seeing<'v>> + Sync,
     map: impl Fn(Job<'c>, &[View], Swept) -> Result<R> + Sync,
     mut sink: impl FnMut(Job<'c>, R) -> Result<()>,
 ) -> Result<()> {
     settings.check()?;
-    if (settings.rasterizer, settings.template) == (Raster::Columns, Template::Silhouettes) {
-        return Err(ChoiceError::ColumnsSumFrames(Template::Silhouettes.name()).into());
-    }
+    wanted.check(&settings)?;
     let chunk = 2 * rayon::current_num_threads();
     for jobs in jobs.chunks(chunk.max(1)) {
         let results: Vec<Result<R>> = jobs
@@ -217,11 +224,13 @@ fn sweep_from<'c, 'v, R: Send>(
             .map_init(
                 || Painter::new(&settings),
                 |painter, &job| {
-                    let dressed = Dressed::new(pack, job, settings.seed)?;
-                    let mut film = Film::new(pack, job, &dressed, settings)?;
-                    film.pose(Moments::Cycle, 0..settings.frames_per_cycle);
                     let (views, firsts) = seen(job)?;
-                    map(job, &views, painter.sweep(&mut film, &views, &firsts)?)
+                    let sights = (&*views, &*firsts);
+                    map(
+                        job,
+                        &views,
+                        swept(pack, job, (settings, wanted), sights, painter)?,
+                    )
                 },
             )
             .collect();
@@ -232,171 +241,66 @@ fn sweep_from<'c, 'v, R: Send>(
     Ok(())
 }
 
-/// Views whose templates are made at once: few enough for their sums to stay in a processor's
-/// cache, and many enough for a figure to be worth fetching.
-const VIEWS_AT_ONCE: usize = 16;
-
-/// What draws, by one of the ways of [`Raster`].
-enum Painter {
-    Each(Box<Brush>, Vec<Builder>),
-    Columns(Box<Columns>),
+/// What is wanted of one job.
+fn swept(
+    pack: &Pack<'_>,
+    job: Job<'_>,
+    (settings, wanted): (Settings, &Wanted),
+    sights: (&[View], &[usize]),
+    painter: &mut Painter,
+) -> Result<Swept> {
+    let (moments, settings) = wanted.moments(pack, job, settings)?;
+    let dressed = Dressed::new(pack, job, settings.seed)?;
+    if wanted.joints && dressed.plan().strength(Kind::RadialDistortion).is_some() {
+        return Err(SweepError::Undrawn {
+            what: format!("condition {}", job.condition_name()),
+            cause: "it distorts images, in which joints are not known".into(),
+        }
+        .into());
+    }
+    let mut film = Film::new(pack, job, &dressed, settings)?;
+    let frames = moments.count(settings.frames_per_cycle);
+    let mut swept = Swept::default();
+    for range in chunks(moments, &settings) {
+        film.pose(moments, range.clone());
+        let part = painter.sweep(&mut film, sights, wanted)?;
+        if range == (0..frames) {
+            return Ok(part);
+        }
+        swept.append(part);
+    }
+    Ok(swept)
 }
 
-impl Painter {
-    fn new(settings: &Settings) -> Self {
-        match settings.rasterizer {
-            Raster::Each(rasterizer) => {
-                Self::Each(Box::new(Brush::new(rasterizer, settings.size)), Vec::new())
+/// The frames of a job that are posed together, one range after another: all of a cycle, as its
+/// templates need them.
+fn chunks(moments: Moments, settings: &Settings) -> impl Iterator<Item = Range<u32>> {
+    let frames = moments.count(settings.frames_per_cycle);
+    let step = if moments == Moments::Cycle || settings.needs_all_frames() {
+        frames.max(1)
+    } else {
+        FRAMES_AT_ONCE
+    };
+    let range = move |first: u32| first..frames.min(first.saturating_add(step));
+    (0..frames).step_by(step as usize).map(range)
+}
+
+impl Swept {
+    /// Adds what was made of later frames of the same job.
+    fn append(&mut self, later: Self) {
+        self.clipped += later.clipped;
+        self.empty += later.empty;
+        self.frames += later.frames;
+        self.joints.extend(later.joints);
+        let more = |own: &mut Vec<Vec<u8>>, later: Vec<Vec<u8>>| {
+            own.resize_with(later.len(), Vec::new);
+            for (own, later) in own.iter_mut().zip(later) {
+                own.extend(later);
             }
-            Raster::Columns => Self::Columns(Box::new(Columns::new(settings.size))),
-        }
-    }
-
-    /// One job's templates; views that are the same are drawn once.
-    fn sweep(&mut self, film: &mut Film<'_>, views: &[View], firsts: &[usize]) -> Result<Swept> {
-        let drawn: Vec<usize> = (0..views.len()).filter(|&at| firsts[at] == at).collect();
-        let seen = match self {
-            Self::Each(brush, builders) => {
-                let seen = see(film, views, &drawn, (brush, builders));
-                if seen.is_err() {
-                    // They hold a part of what could not be drawn.
-                    builders.clear();
-                }
-                seen?
-            }
-            Self::Columns(columns) => columns.see(film, views, &drawn)?,
         };
-        let seen = firsts.iter().filter_map(|&first| seen[first].as_ref());
-        Ok(Swept {
-            clipped: seen.clone().map(|seen| seen.clipped).sum(),
-            empty: seen.clone().map(|seen| seen.empty).sum(),
-            templates: seen.map(|seen| seen.template.clone()).collect(),
-        })
+        more(&mut self.templates, later.templates);
+        more(&mut self.keypoints, later.keypoints);
     }
-
-    /// One frame from one view.
-    fn frame(&mut self, film: &Film<'_>, frame: usize, sight: Sight<'_>) -> Result<Frame> {
-        match self {
-            Self::Each(brush, _) => {
-                let (frame, _) = brush.draw(film, frame, &sight)?;
-                let size = film.size();
-                Ok(frame.map_or_else(|| Frame::Binary(Silhouette::empty(size)), |frame| *frame))
-            }
-            Self::Columns(columns) => columns.frame(film, frame, sight),
-        }
-    }
-}
-
-/// What draws frames one by one.
-struct Brush {
-    renderer: Renderer,
-    /// Of what is confounded before it is framed; made when it is needed.
-    fine: Option<FineRenderer>,
-    framed: Frame,
-}
-
-impl Brush {
-    fn new(rasterizer: Rasterizer, size: Size) -> Self {
-        Self {
-            renderer: Renderer::new(rasterizer, size),
-            fine: None,
-            framed: Frame::Binary(Silhouette::empty(size)),
-        }
-    }
-
-    /// One of the posed frames from several views: gives `take` the number of each view and what
-    /// [`Self::draw`] makes there.
-    fn draw_views(
-        &mut self,
-        film: &Film<'_>,
-        frame: usize,
-        sights: &[Sight<'_>],
-        mut take: impl FnMut(usize, Option<&Frame>, f64) -> Result<()>,
-    ) -> Result<()> {
-        if !film.acts_on_images() {
-            return film.draw_views(frame, sights, &mut self.renderer, |number, drawing| {
-                let clipped = f64::from(drawing.clipped_share);
-                take(number, Some(drawing.frame), clipped)
-            });
-        }
-        for (number, sight) in sights.iter().enumerate() {
-            let (drawn, clipped) = self.draw(film, frame, sight)?;
-            take(number, drawn, clipped)?;
-        }
-        Ok(())
-    }
-
-    /// One of the posed frames, if anything is left of the figure, and the share of it outside
-    /// of the image.
-    fn draw(
-        &mut self,
-        film: &Film<'_>,
-        frame: usize,
-        sight: &Sight<'_>,
-    ) -> Result<(Option<&Frame>, f64)> {
-        if !film.acts_on_images() {
-            let drawing = film.draw(frame, sight, &mut self.renderer)?;
-            return Ok((Some(drawing.frame), f64::from(drawing.clipped_share)));
-        }
-        let fine = match &mut self.fine {
-            Some(fine) => fine,
-            none => none.insert(FineRenderer::new(
-                self.renderer.rasterizer(),
-                self.renderer.size(),
-            )?),
-        };
-        let Some(framed) = film.segmented(frame, sight, fine)? else {
-            return Ok((None, 0.0));
-        };
-        self.framed = Frame::Binary(framed.silhouette);
-        Ok((Some(&self.framed), f64::from(framed.clipped_share)))
-    }
-}
-
-/// A view's template.
-#[derive(Clone, Debug, Default)]
-struct Seen {
-    template: Vec<u8>,
-    /// Sum over the frames of the share that lay outside of the image.
-    clipped: f64,
-    /// Frames in which nothing was left of the figure.
-    empty: u64,
-}
-
-/// The templates of the views of these numbers; none of the other views.
-fn see(
-    film: &mut Film<'_>,
-    views: &[View],
-    numbers: &[usize],
-    (brush, builders): (&mut Brush, &mut Vec<Builder>),
-) -> Result<Vec<Option<Seen>>> {
-    let mut seen = vec![None; views.len()];
-    while builders.len() < numbers.len().min(VIEWS_AT_ONCE) {
-        builders.push(film.builder());
-    }
-    for batch in numbers.chunks(VIEWS_AT_ONCE) {
-        let mut all = vec![Seen::default(); batch.len()];
-        let sights: Vec<Sight<'_>> = batch
-            .iter()
-            .map(|&at| film.sight(&views[at]))
-            .collect::<Result<_>>()?;
-        for frame in 0..film.len() {
-            brush.draw_views(film, frame, &sights, |number, drawn, clipped| {
-                let seen = &mut all[number];
-                seen.clipped += clipped;
-                match drawn {
-                    Some(frame) => builders[number].add(frame)?,
-                    None => seen.empty += 1,
-                }
-                Ok(())
-            })?;
-        }
-        for (&at, (builder, mut one)) in batch.iter().zip(builders.iter_mut().zip(all)) {
-            one.template = builder.finish();
-            seen[at] = Some(one);
-        }
-    }
-    Ok(seen)
 }
 
 /// The figures of one cycle of a job: of each frame the points of each hull, metres.
@@ -420,19 +324,9 @@ pub fn silhouettes(pack: &Pack<'_>, shot: Shot<'_>, settings: Settings) -> Resul
     let mut film = Film::new(pack, shot.job, &dressed, settings)?;
     let mut painter = Painter::new(&settings);
     let firsts = views::firsts(shot.views);
-    let frames = match shot.moments {
-        Moments::Cycle => settings.frames_per_cycle,
-        Moments::Seconds { frames, .. } => frames,
-    };
-    let step = if settings.needs_all_frames() {
-        frames.max(1)
-    } else {
-        FRAMES_AT_ONCE
-    };
     let mut all = vec![Vec::new(); shot.views.len()];
-    for first in (0..frames).step_by(step as usize) {
-        let end = frames.min(first.saturating_add(step));
-        film.pose(shot.moments, first..end);
+    for range in chunks(shot.moments, &settings) {
+        film.pose(shot.moments, range);
         for (at, view) in shot.views.iter().enumerate() {
             if firsts[at] < at {
                 let known: Vec<Frame> = all[firsts[at]][all[at].len()..].to_vec();

@@ -29,8 +29,8 @@ impl Builder {
     /// Most frames of one template.
     pub const MAX_FRAMES: u32 = <TemplateBuilder>::MAX_FRAMES;
 
-    /// No frame yet; `frames` are to come for each template, at most [`Self::MAX_FRAMES`]: one
-    /// cycle. Motion is remembered over all of it, and a silhouette fades by 1 a frame.
+    /// No frame yet; `frames` are to come for each template, at most [`Self::MAX_FRAMES`] unless it
+    /// is the silhouettes themselves: one cycle. Motion is remembered over all of it, and a silhouette fades by 1 a frame.
     #[must_use]
     pub fn new(template: Template, size: Size, frames: u32) -> Self {
         let made_from = match template {
@@ -47,10 +47,25 @@ impl Builder {
         Self {
             template,
             size,
-            frames: frames.clamp(1, Self::MAX_FRAMES),
+            frames: match template {
+                Template::Silhouettes => frames,
+                _ => frames.clamp(1, Self::MAX_FRAMES),
+            },
             added: 0,
             made_from,
         }
+    }
+
+    /// Which template it makes.
+    #[must_use]
+    pub const fn template(&self) -> Template {
+        self.template
+    }
+
+    /// How many frames are to come for each.
+    #[must_use]
+    pub const fn frames(&self) -> u32 {
+        self.frames
     }
 
     /// Adds a frame.

@@ -222,12 +222,12 @@ fn inspect_says_what_drawing_takes_on_a_board_and_on_a_host() {
         let walk = 240 + 16 + 128 + 228 + 316 + 912 + 56;
         // Hulls and their boxes, 6 bytes a point and 2 a facet, each filled up to 8; pixels.
         let body = 416 + 2_912 + (2 * facets).next_multiple_of(8);
-        let lean = walk + body + 64 + 16 + 24 + 50 * 30;
+        let lean = walk + body + 64 + 40 + 24 + 50 * 30;
         assert_eq!(number(&budget["body_bytes"]), body);
         assert_eq!(ram("rows"), lean + 2_072);
         // tiny-skia asks for no facets.
         assert_eq!(ram("skia"), lean - (2 * facets).next_multiple_of(8) + 624);
-        let unpacked = walk + 80_824 + 20_104 + 47_960 + 16 + 16_416 + 64 * 64;
+        let unpacked = walk + 80_824 + 20_104 + 47_960 + 40 + 16_416 + 64 * 64;
         assert_eq!(ram("unpacked"), unpacked);
     }
     let people = done(at, &["inspect", "two.egp"]);

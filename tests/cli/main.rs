@@ -15,6 +15,7 @@ mod clip_command;
 mod commands;
 mod designs;
 mod digest;
+mod exports;
 mod guide;
 mod keep_going;
 mod made;

@@ -192,7 +192,7 @@ fn heeding_signals() -> std::process::Command {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn an_interrupted_sweep_leaves_nothing_and_what_was_there() {
+fn an_interrupted_sweep_leaves_what_was_there_and_what_it_can_go_on_with() {
     let folder = folder();
     let at = folder.path();
     let sweep = ["sweep", "two.egp", "--out", "walks", "--views", "side"];
@@ -205,14 +205,16 @@ fn an_interrupted_sweep_leaves_nothing_and_what_was_there() {
             .stderr(std::process::Stdio::null())
             .spawn()
             .expect("the command starts");
-        wait_until("it works in a hidden folder", || names(at).len() == 3);
+        let journal = at.join("walks.unfinished/journal.json");
+        wait_until("it notes what is done", || journal.exists());
         let kill = std::process::Command::new("kill")
             .args([signal, &child.id().to_string()])
             .status();
         assert!(kill.expect("kill runs").success());
         let status = child.wait().expect("it ends");
         assert_eq!(status.code(), Some(code_of_signal));
-        assert_eq!(names(at), ["two.egp", "walks"]);
+        assert_eq!(names(at), ["two.egp", "walks", "walks.unfinished"]);
+        fs::remove_dir_all(at.join("walks.unfinished")).expect("there");
         assert_eq!(npy(at.join("walks/geis.npy")).1, before);
     }
 }
@@ -233,7 +235,8 @@ fn a_signal_that_was_ignored_at_the_start_stays_ignored() {
         .stderr(std::process::Stdio::null())
         .spawn()
         .expect("the command starts");
-    wait_until("it works in a hidden folder", || names(at).len() == 2);
+    let journal = at.join("walks.unfinished/journal.json");
+    wait_until("it notes what is done", || journal.exists());
     for (signal, ends) in [("-HUP", false), ("-TERM", true)] {
         let kill = std::process::Command::new("kill")
             .args([signal, &child.id().to_string()])
@@ -246,7 +249,7 @@ fn a_signal_that_was_ignored_at_the_start_stays_ignored() {
             assert!(child.try_wait().expect("its state").is_none());
         }
     }
-    assert_eq!(names(at), ["two.egp"]);
+    assert_eq!(names(at), ["two.egp", "walks.unfinished"]);
 }
 
 #[test]

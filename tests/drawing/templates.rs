@@ -286,16 +286,20 @@ fn templates_are_rendered_side_by_side_and_what_makes_no_sense_is_refused() {
         2,
         &["which makes a gei", "--raster rows"],
     );
-    let silhouettes = [
-        "sweep",
+    refused(
+        at,
+        &[&columns[..], &["--template", "silhouettes"]].concat(),
+        2,
+        &["which makes a gei, not silhouettes", "--raster rows"],
+    );
+    let several = [
+        "train",
         "two.egp",
         "--template",
-        "silhouettes",
+        "gei,mhi",
         "--out",
-        "no",
+        "no.onnx",
     ];
-    refused(at, &silhouettes, 2, &["render --out x.npy"]);
-    let several = ["sweep", "two.egp", "--template", "gei,mhi", "--out", "no"];
     refused(at, &several, 2, &["expected one name"]);
     let chosen = [
         "sweep",

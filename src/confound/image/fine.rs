@@ -188,6 +188,19 @@ impl Fine {
         FINE as f64 * self.scale
     }
 
+    /// The image point from which samples are counted, metres.
+    pub(super) const fn anchor(&self) -> DVec2 {
+        self.anchor
+    }
+
+    /// Samples for each metre, to the right and down, and the sample on which
+    /// [`Self::anchor`] falls.
+    pub(super) fn samples(&self) -> (DVec2, DVec2) {
+        let corner = DVec2::new(self.left as f64, self.above as f64);
+        let at = self.at + corner - self.view.jitter.as_dvec2();
+        (self.samples_per_metre(), FINE as f64 * at)
+    }
+
     /// Draws the figure that the picture is of, and tells where it is on. Its framing is the
     /// silhouette that the core draws.
     ///

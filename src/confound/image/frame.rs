@@ -9,7 +9,9 @@ use super::fine::Fine;
 use super::phases::{FINE, thirds};
 use super::picture::{Bounds, Picture};
 use edgegait_core::camera::Framing;
+use edgegait_core::raster::Placement;
 use edgegait_core::silhouette::Silhouette;
+use glam::DVec2;
 
 /// A silhouette, and how much of the picture it leaves out.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +21,8 @@ pub(crate) struct Framed {
     /// The share of what is on that lies outside of the silhouette, 0..=1; by
     /// [`Framing::Height`] counted as the core does, by [`Framing::Fixed`] in fine samples.
     pub clipped_share: f32,
+    /// Where points of the image appear in the silhouette.
+    pub placement: Placement,
 }
 
 /// Samples along an axis, evenly, in whole numbers.
@@ -55,6 +59,13 @@ impl Axis {
         isize::try_from(self.at(number)).ok()
     }
 
+    /// The pixel coordinate at which a sample begins, from that of pixel 0.
+    fn pixel(self, sample: f64) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "a few thousand")]
+        let [halves, pixels, span] = [self.halves, self.pixels, self.span].map(|it| it as f64);
+        (sample - halves / 2.0) * pixels / span
+    }
+
     /// The last pixel whose middle is at or before the start of a sample.
     fn before(self, sample: usize) -> i64 {
         let at = (2 * signed(sample) - self.halves) * self.pixels - self.span;
@@ -84,6 +95,7 @@ impl Fine {
                 let silhouette = self.sampled(picture, &Grid { first, ..grid });
                 Some(Framed {
                     clipped_share: clipped_share(silhouette.area().into(), area),
+                    placement: self.placement(&Grid { first, ..grid }),
                     silhouette,
                 })
             }
@@ -92,6 +104,7 @@ impl Fine {
                 (silhouette.area() > 0).then_some(Framed {
                     silhouette,
                     clipped_share: 0.0,
+                    placement: self.placement(&grid),
                 })
             }
             Framing::Fixed { .. } => {
@@ -103,6 +116,7 @@ impl Fine {
                 Some(Framed {
                     silhouette: self.sampled(picture, &grid),
                     clipped_share: clipped_share(shown.sum(), picture.area()),
+                    placement: self.placement(&grid),
                 })
             }
         }
@@ -138,6 +152,24 @@ impl Fine {
             }
         }
         picture.bounds()
+    }
+
+    /// Where points of the image appear among the pixels.
+    fn placement(&self, grid: &Grid) -> Placement {
+        let (scale, at) = self.samples();
+        let (rows, columns) = (grid.rows, grid.columns);
+        #[expect(clippy::cast_precision_loss, reason = "a few thousand")]
+        let first = grid.first as f64;
+        let origin = DVec2::new(columns.pixel(at.x) - first, rows.pixel(at.y));
+        let next = DVec2::new(
+            columns.pixel(at.x + scale.x) - first,
+            rows.pixel(at.y + scale.y),
+        );
+        Placement {
+            scale: (next - origin).as_vec2(),
+            origin: self.anchor().as_vec2(),
+            at: origin.as_vec2(),
+        }
     }
 
     /// Where the pixels are, those of [`Framing::Height`] counted from the figure's middle.

@@ -20,6 +20,7 @@ use crate::sweep::Framing;
 use angle::Angle;
 use edgegait_core::silhouette::Size;
 use frame::{Fit, Picture};
+pub(super) use pickle::pickled;
 
 /// Most sequences of a tree: OU-MVLP has 288,596.
 const MAX_SEQUENCES: usize = 1 << 19;

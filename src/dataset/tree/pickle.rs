@@ -7,6 +7,33 @@
 use std::borrow::Cow;
 use std::rc::Rc;
 
+/// An array of bytes in C order as a pickle of protocol 3, as NumPy writes it; every NumPy reads
+/// the names of modules that are in it.
+pub(in crate::dataset) fn pickled(shape: [usize; 3], bytes: &[u8]) -> Vec<u8> {
+    let mut pickle = b"\x80\x03cnumpy.core.multiarray\n_reconstruct\ncnumpy\nndarray\n".to_vec();
+    pickle.extend(b"K\x00\x85C\x01b\x87R(K\x01");
+    for side in shape {
+        match (u8::try_from(side), i32::try_from(side)) {
+            (Ok(side), _) => pickle.extend([b'K', side]),
+            (_, Ok(side)) => {
+                pickle.push(b'J');
+                pickle.extend(side.to_le_bytes());
+            }
+            // No sequence has two thousand million frames.
+            _ => pickle.extend(b"K\x00"),
+        }
+    }
+    pickle
+        .extend(b"\x87cnumpy\ndtype\nX\x02\x00\x00\x00u1\x89\x88\x87R(K\x03X\x01\x00\x00\x00|NNN");
+    pickle.extend(b"J\xff\xff\xff\xffJ\xff\xff\xff\xffK\x00tb\x89");
+    pickle.push(b'B');
+    let length = u32::try_from(bytes.len()).unwrap_or(u32::MAX);
+    pickle.extend(length.to_le_bytes());
+    pickle.extend(bytes);
+    pickle.extend(b"tb.");
+    pickle
+}
+
 /// Most instructions, values in the memo and values on the stack. An array takes about 50, 20
 /// and 12.
 const MAX_STEPS: usize = 256;

@@ -1,5 +1,5 @@
 use super::*;
-use crate::dataset::{DatasetWriter, Existing, Header, IndexRow};
+use crate::dataset::{Contents, DatasetWriter, Existing, Format, Header, IndexRow, Item, Run};
 use crate::score::{InputRange, Outputs, RuntimeName};
 use crate::sweep::Settings;
 use crate::template::Template;
@@ -48,14 +48,16 @@ const SIDE: (f64, f64) = (90.0, 0.0);
 fn outcome(protocol: &str, classes: &[&str], geis: &[Gei<'_>]) -> Result<Outcome> {
     let folder = tempfile::tempdir().expect("a folder");
     let dir = folder.path().join("geis");
-    let mut writer = DatasetWriter::create(
-        &dir,
-        (Template::Gei, Size::S50x30),
-        geis.len(),
-        Existing::ReplaceOwn,
-    )?;
+    let run = Run {
+        header: Header::new("sweep", 1),
+        contents: Contents::one(Template::Gei, Size::S50x30),
+        format: Format::Folder,
+        units: 0,
+        shard: None,
+    };
+    let mut writer = DatasetWriter::begin(&dir, run, Existing::ReplaceOwn, false)?;
     for &(subject, walk, (azimuth_deg, elevation_deg), (first, second)) in geis {
-        let mut pixels = [0; PIXELS];
+        let mut pixels = vec![0; PIXELS];
         pixels[..2].copy_from_slice(&[first, second]);
         let row = IndexRow {
             subject: subject.into(),
@@ -70,9 +72,14 @@ fn outcome(protocol: &str, classes: &[&str], geis: &[Gei<'_>]) -> Result<Outcome
             frames: 32,
             seed: 1,
         };
-        writer.push(&pixels, &row)?;
+        writer.push(Item {
+            row: &row,
+            take: walk,
+            templates: &[pixels],
+            joints: [&[], &[]],
+        })?;
     }
-    writer.finish(Header::new("sweep", 1))?;
+    writer.finish()?;
     let protocol = Protocol::named(protocol)?;
     let contest = Contest::new(Source::open(&dir, &protocol.made)?, protocol)?;
     let entrant = Entrant {

@@ -1,0 +1,181 @@
+//! How datasets are written: flags of the commands that make them.
+
+use super::outputs::{Kind, Output};
+use crate::dataset::{DatasetWriter, Existing, Format, Run, Shard, check_unfinished, is_whole};
+use crate::error::{Error, Result};
+use crate::sweep::Settings;
+use crate::template::Template;
+use edgegait_core::silhouette::Size;
+use std::ops::Range;
+use std::path::Path;
+
+/// The flags.
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct ExportArgs {
+    /// How it is written: a folder of arrays (.npy) and tables (.csv), the same in one .npz, or
+    /// silhouettes in folders of people, recordings and viewpoints: pickles as OpenGait reads them, or
+    /// PNG frames as CASIA-B has them
+    #[arg(long, value_name = "FORMAT", default_value = "folder")]
+    pub format: FormatArg,
+    /// Make part I of N of the index; `merge` puts all of them together to the bytes of one run
+    #[arg(long, value_name = "I/N", value_parser = shard)]
+    pub shard: Option<Shard>,
+    /// Go on with a run that was ended before it was done
+    #[arg(long)]
+    pub resume: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum FormatArg {
+    Folder,
+    Npz,
+    Opengait,
+    CasiaB,
+}
+
+impl From<FormatArg> for Format {
+    fn from(format: FormatArg) -> Self {
+        match format {
+            FormatArg::Folder => Self::Folder,
+            FormatArg::Npz => Self::Npz,
+            FormatArg::Opengait => Self::Opengait,
+            FormatArg::CasiaB => Self::CasiaB,
+        }
+    }
+}
+
+/// A part from `I/N`.
+fn shard(text: &str) -> std::result::Result<Shard, String> {
+    let numbers = text.split_once('/');
+    let numbers = numbers.and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+    match numbers {
+        Some((number, of)) if (1..=of).contains(&number) && of <= 65_535 => {
+            Ok(Shard { number, of })
+        }
+        _ => Err("expected a part of so many, from 1/N to N/N, as in 1/3".to_owned()),
+    }
+}
+
+impl ExportArgs {
+    /// The format.
+    pub(super) fn format(&self) -> Format {
+        self.format.into()
+    }
+
+    /// What will be written.
+    pub(super) fn output(&self, path: &Path) -> Output {
+        let kind = if self.resume {
+            Kind::Resumed
+        } else {
+            Kind::Dataset(self.format())
+        };
+        Output::new("--out", path, kind)
+    }
+
+    /// Refuses, before any work, a format that does not go with what it shall hold.
+    pub(super) fn check(&self, templates: &[Template], size: Size, joints: bool) -> Result<()> {
+        let format = self.format();
+        let refuse = |problem: String| {
+            Err(Error::Usage(format!(
+                "--format {}: {problem}",
+                format.name()
+            )))
+        };
+        if format == Format::Npz && self.shard.is_some() {
+            return refuse(
+                "a shard is a folder (`merge --format npz` puts folders together into one file)"
+                    .into(),
+            );
+        }
+        if !format.is_tree() {
+            return Ok(());
+        }
+        if templates != [Template::Silhouettes] {
+            return refuse("it holds silhouettes and no other template".into());
+        }
+        if joints {
+            return refuse("it has no place for joints (use folder or npz)".into());
+        }
+        if format == Format::Opengait && size != Size::S64x64 {
+            return refuse(format!(
+                "OpenGait reads 64x64 and cuts what it needs, found --size {size}"
+            ));
+        }
+        Ok(())
+    }
+
+    /// Begins or goes on with a run; none if it is whole already and was asked to go on.
+    pub(super) fn begin(
+        &self,
+        out: &Path,
+        run: Run,
+        overwrite: bool,
+    ) -> Result<Option<DatasetWriter>> {
+        if self.resume && is_whole(out, &run)? {
+            return Ok(None);
+        }
+        let existing = Existing::of(overwrite);
+        DatasetWriter::begin(out, run, existing, self.resume).map(Some)
+    }
+
+    /// The units of the whole that are to be done here.
+    pub(super) fn units(&self, all: usize) -> Result<Range<usize>> {
+        let Some(shard) = self.shard else {
+            return Ok(0..all);
+        };
+        if shard.of > all {
+            return Err(Error::Usage(format!(
+                "--shard {}/{}: there are only {all} pieces of work to share",
+                shard.number, shard.of
+            )));
+        }
+        Ok(shard.of_units(all))
+    }
+
+    /// Refuses unfinished work beside `out`, unless it is to be gone on with.
+    pub(super) fn check_unfinished(&self, out: &Path) -> Result<()> {
+        check_unfinished(out, self.resume)
+    }
+}
+
+/// What a tree calls the take of a walk, under a condition if any acts.
+pub(super) fn take_name(walk: &str, condition: &str, number: Option<u32>) -> String {
+    let mut name = walk.to_owned();
+    if condition != crate::confound::NORMAL {
+        name = format!("{name}-{condition}");
+    }
+    match number {
+        Some(number) => format!("{name}-{:02}", number + 1),
+        None => name,
+    }
+}
+
+/// The settings' template and those that were asked for besides: silhouettes in a tree unless others
+/// were asked for.
+pub(super) fn templates_of(asked: &[Template], format: Format) -> Vec<Template> {
+    let mut templates: Vec<Template> = Vec::new();
+    for &template in asked {
+        if !templates.contains(&template) {
+            templates.push(template);
+        }
+    }
+    if templates.is_empty() {
+        templates.push(if format.is_tree() {
+            Template::Silhouettes
+        } else {
+            Template::Gei
+        });
+    }
+    templates
+}
+
+/// The settings with the size that a format asks for, where none was given.
+pub(super) fn sized(settings: Settings, given: bool, format: Format) -> Settings {
+    if format == Format::Opengait && !given {
+        return Settings {
+            size: Size::S64x64,
+            ..settings
+        };
+    }
+    settings
+}

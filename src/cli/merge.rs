@@ -1,0 +1,74 @@
+//! `edgegait merge`: shards put together to the bytes of one run.
+
+use super::args::{Common, Files};
+use super::export::FormatArg;
+use super::outputs::{Kind, Output};
+use crate::dataset::{Existing, Format, Header, InputFile, check_unfinished, merge};
+use crate::error::Result;
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// Put the shards of a `sweep` or `generate` together to the bytes of one run
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Examples:\n  edgegait sweep --shard 1/2 --out one\n  edgegait sweep --shard 2/2 --out two\n  edgegait merge one two --out whole"
+)]
+pub(super) struct Args {
+    /// Folders that `--shard` made, in any order
+    #[arg(value_name = "SHARD", required = true)]
+    shards: Vec<PathBuf>,
+    /// What to write
+    #[arg(long, value_name = "PATH")]
+    out: PathBuf,
+    /// How it is written [default: as the shards are]
+    #[arg(long, value_name = "FORMAT")]
+    format: Option<FormatArg>,
+    /// Go on with a run that was ended before it was done
+    #[arg(long)]
+    resume: bool,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+#[derive(Serialize)]
+struct Results {
+    #[serde(flatten)]
+    header: Header,
+    rows: usize,
+}
+
+impl Args {
+    /// What it reads and writes.
+    pub(super) fn files(&self) -> Files {
+        let format = self.format.map_or(Format::Folder, Format::from);
+        let kind = if self.resume {
+            Kind::Resumed
+        } else {
+            Kind::Dataset(format)
+        };
+        Files {
+            inputs: self.shards.clone(),
+            outputs: vec![Output::new("--out", &self.out, kind)],
+        }
+    }
+}
+
+/// Runs the subcommand.
+pub(super) fn run(args: &Args) -> Result<()> {
+    check_unfinished(&args.out, args.resume)?;
+    let format = args.format.map(Format::from);
+    let existing = Existing::of(args.common.overwrite);
+    let rows = merge(&args.shards, &args.out, format, (existing, args.resume))?;
+    let mut header = Header::new("merge", args.common.seed);
+    for shard in &args.shards {
+        header
+            .inputs
+            .push(InputFile::of(shard.join("manifest.json"))?);
+    }
+    args.common.say(format_args!(
+        "wrote {}: {rows} rows of {} shards",
+        args.out.display(),
+        args.shards.len()
+    ));
+    args.common.write_json(&Results { header, rows })
+}

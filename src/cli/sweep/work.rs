@@ -1,0 +1,221 @@
+//! What a sweep does, piece by piece.
+
+use super::kmh;
+use crate::cli::export::take_name;
+use crate::cli::progress::Progress;
+use crate::dataset::{DatasetWriter, IndexRow, Item, hex};
+use crate::error::Result;
+use crate::scene::variation::CYCLES_OF_A_TAKE;
+use crate::sweep::{Job, Settings, Swept, View, Wanted, drawn, is_take, sweep_each};
+use crate::template::augment::{Variant, varied};
+use edgegait_core::pack::Pack;
+use sha2::{Digest as _, Sha256};
+use std::ops::Range;
+
+/// Cycles that are listed at once: enough for all cores, and a list of 48 kB.
+const CYCLES_AT_ONCE: usize = 2_048;
+
+/// Consecutive jobs of one walk of one person under one condition: a recording, of which a tree has
+/// one sequence for each viewpoint.
+pub(super) fn grouped(pack: &Pack<'_>, firsts: &[Job<'_>]) -> Vec<Range<usize>> {
+    let walks: Vec<_> = pack.walks().collect();
+    let key = |job: &Job<'_>| {
+        let walk = walks[job.walk];
+        (job.condition_name().to_owned(), walk.subject, walk.name)
+    };
+    let mut groups: Vec<Range<usize>> = Vec::new();
+    for (at, job) in firsts.iter().enumerate() {
+        match groups.last_mut() {
+            Some(last) if key(&firsts[last.start]) == key(job) => last.end = at + 1,
+            _ => groups.push(at..at + 1),
+        }
+    }
+    groups
+}
+
+/// What is swept.
+pub(super) struct Work<'w> {
+    pub pack: &'w Pack<'w>,
+    /// Which of [`Self::firsts`] are one piece of work, in all their variations; if there are none,
+    /// each cycle is one.
+    pub groups: Vec<Range<usize>>,
+    /// The first cycle of each walk under each condition.
+    pub firsts: &'w [Job<'w>],
+    /// Which cycles of each.
+    pub variations: Range<u32>,
+    pub views: &'w [View],
+    pub settings: Settings,
+    pub wanted: &'w Wanted,
+    /// What is made of each image, first of all itself.
+    pub variants: &'w [Variant],
+    /// Which pieces of work are done here.
+    pub units: Range<usize>,
+}
+
+impl<'w> Work<'w> {
+    /// How many cycles there are.
+    pub(super) fn cycles(&self) -> usize {
+        self.firsts.len() * self.variations.len()
+    }
+
+    /// How many pieces of work there are in all.
+    pub(super) fn all_units(&self) -> usize {
+        if self.groups.is_empty() {
+            self.cycles()
+        } else {
+            self.groups.len()
+        }
+    }
+
+    /// The cycles of a piece of work, in the order of a dataset.
+    fn jobs_of(&self, unit: usize) -> Vec<Job<'w>> {
+        let varied = |first: Job<'w>| {
+            let cycles = self.variations.clone();
+            cycles.map(move |variation| Job { variation, ..first })
+        };
+        match self.groups.get(unit) {
+            Some(group) => self.firsts[group.clone()]
+                .iter()
+                .copied()
+                .flat_map(varied)
+                .collect(),
+            None => {
+                let cycles = self.variations.len();
+                let variation = self.variations.start + (unit % cycles) as u32;
+                vec![Job {
+                    variation,
+                    ..self.firsts[unit / cycles]
+                }]
+            }
+        }
+    }
+
+    /// Sweeps the cycles of these pieces of work, in the order of a dataset; memory does not grow
+    /// with their number. `sink` is told whether a cycle is the last of its piece.
+    fn each<R: Send>(
+        &self,
+        units: Range<usize>,
+        map: impl Fn(Swept) -> R + Sync,
+        mut sink: impl FnMut(Job<'w>, R, bool) -> Result<()>,
+    ) -> Result<()> {
+        let progress = Progress::new(
+            "cycles",
+            units.clone().map(|unit| self.jobs_of(unit).len()).sum(),
+        );
+        let mut units = units.peekable();
+        while units.peek().is_some() {
+            let mut jobs: Vec<Job<'w>> = Vec::new();
+            let mut is_last = Vec::new();
+            while let (true, Some(unit)) = (jobs.len() < CYCLES_AT_ONCE, units.peek()) {
+                jobs.extend(self.jobs_of(*unit));
+                is_last.resize(jobs.len(), false);
+                if let Some(last) = is_last.last_mut() {
+                    *last = true;
+                }
+                units.next();
+            }
+            let mut is_last = is_last.into_iter();
+            sweep_each(
+                self.pack,
+                &jobs,
+                |_| Ok(self.views.to_vec()),
+                (self.settings, self.wanted),
+                |_, _, swept| {
+                    progress.step();
+                    Ok(map(swept))
+                },
+                |job, made| sink(job, made, is_last.next().unwrap_or(true)),
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Hashes all templates. Sum over all silhouettes of the share that lay outside of the image,
+    /// and SHA-256 of the cycles' SHA-256: cycles are hashed where they are made, on all cores.
+    pub(super) fn digest(&self) -> Result<(f64, String)> {
+        let (mut clipped, mut digest) = (0.0, Sha256::new());
+        self.each(
+            0..self.all_units(),
+            |swept| {
+                let mut cycle = Sha256::new();
+                for bytes in &swept.templates {
+                    cycle.update(bytes);
+                    for &variant in self.variants.iter().skip(1) {
+                        cycle.update(varied(bytes, self.settings.size, variant));
+                    }
+                }
+                (swept.clipped, cycle.finalize())
+            },
+            |_, (share, cycle), _| {
+                clipped += share;
+                digest.update(cycle);
+                Ok(())
+            },
+        )?;
+        Ok((clipped, hex(&digest.finalize())))
+    }
+
+    /// Writes all that is wanted and not yet done.
+    pub(super) fn store(&self, writer: &mut DatasetWriter) -> Result<()> {
+        let walks: Vec<_> = self.pack.walks().collect();
+        let subjects: Vec<_> = self.pack.subjects().collect();
+        let (settings, of_view) = (self.settings, self.wanted.templates.len());
+        let left = self.units.start + writer.done()..self.units.end;
+        self.each(
+            left,
+            |swept| swept,
+            |job, swept, is_last| {
+                writer.clip(swept.clipped);
+                let walk = walks[job.walk];
+                let subject = subjects[walk.subject].name;
+                writer.belongs(subject, "train");
+                let take =
+                    (!is_take(self.pack, job.walk)).then_some(job.variation / CYCLES_OF_A_TAKE);
+                let take = take_name(walk.name, job.condition_name(), take);
+                let alternative = drawn(self.pack, job, settings.seed)?;
+                let templates = swept.templates.chunks_exact(of_view);
+                for ((view, templates), keypoints) in
+                    self.views.iter().zip(templates).zip(&swept.keypoints)
+                {
+                    let row = IndexRow {
+                        subject: subject.into(),
+                        walk: walk.name.into(),
+                        cycle: u32::from(walk.cycle),
+                        variation: job.variation,
+                        speed_kmh: kmh(walk.speed_mm_per_s),
+                        azimuth_deg: f64::from(view.azimuth_deg),
+                        elevation_deg: f64::from(view.elevation_deg),
+                        condition: job.condition_name().into(),
+                        alternative: alternative.clone(),
+                        frames: swept.frames,
+                        seed: settings.seed,
+                    };
+                    writer.push(Item {
+                        row: &row,
+                        take: &take,
+                        templates,
+                        joints: [&swept.joints, keypoints],
+                    })?;
+                    for &variant in self.variants.iter().skip(1) {
+                        let row = IndexRow {
+                            condition: variant.condition(&row.condition),
+                            ..row.clone()
+                        };
+                        let varied = |bytes: &Vec<u8>| varied(bytes, settings.size, variant);
+                        let templates: Vec<Vec<u8>> = templates.iter().map(varied).collect();
+                        writer.push(Item {
+                            row: &row,
+                            take: &take,
+                            templates: &templates,
+                            joints: [&[], &[]],
+                        })?;
+                    }
+                }
+                if is_last {
+                    writer.end_unit()?;
+                }
+                Ok(())
+            },
+        )
+    }
+}

@@ -1,0 +1,136 @@
+//! Arrays that grow: .npy files whose first side is known at the end.
+
+use std::fs::File;
+use std::io::{BufWriter, Seek as _, SeekFrom, Write as _};
+use std::path::Path;
+
+use super::contents::{Array, NPY_HEADER, npy_header};
+use crate::error::{Error, Result};
+
+/// An array in the making.
+#[derive(Debug)]
+pub(super) struct Growing {
+    pub array: Array,
+    file: BufWriter<File>,
+    bytes: u64,
+}
+
+impl Growing {
+    /// Opens the array's file in a folder, which has so many bytes already, if any.
+    pub(super) fn open(folder: &Path, array: Array, known: Option<u64>) -> Result<Self> {
+        let path = folder.join(array.file());
+        let (file, bytes) = open(&path, known)?;
+        let mut growing = Self {
+            array,
+            file: BufWriter::with_capacity(1 << 16, file),
+            bytes,
+        };
+        if bytes == 0 {
+            let room = [0; NPY_HEADER];
+            growing
+                .push(&room)
+                .map_err(|source| Error::io(path, source))?;
+        }
+        Ok(growing)
+    }
+
+    /// Appends numbers.
+    pub(super) fn push(&mut self, bytes: &[u8]) -> std::io::Result<()> {
+        self.file.write_all(bytes)?;
+        self.bytes += bytes.len() as u64;
+        Ok(())
+    }
+
+    /// Gives everything to the system; how many bytes the file has.
+    pub(super) fn flush(&mut self) -> std::io::Result<u64> {
+        self.file.flush()?;
+        Ok(self.bytes)
+    }
+
+    /// Writes the header, now that its first side is known.
+    pub(super) fn close(mut self) -> std::io::Result<()> {
+        self.file.flush()?;
+        let count = (self.bytes - NPY_HEADER as u64) / self.array.bytes() as u64;
+        let count = usize::try_from(count).map_err(std::io::Error::other)?;
+        let shape = [&[count][..], &self.array.sides].concat();
+        let mut file = self
+            .file
+            .into_inner()
+            .map_err(std::io::IntoInnerError::into_error)?;
+        file.seek(SeekFrom::Start(0))?;
+        file.write_all(&npy_header(self.array.descr, &shape))
+    }
+}
+
+/// Opens a file to append to it: of so many bytes if they are known, else anew.
+pub(super) fn open(path: &Path, known: Option<u64>) -> Result<(File, u64)> {
+    let io = |source| Error::io(path, source);
+    let Some(bytes) = known else {
+        return Ok((File::create(path).map_err(io)?, 0));
+    };
+    let mut file = File::options().write(true).open(path).map_err(io)?;
+    file.seek(SeekFrom::Start(bytes)).map_err(io)?;
+    Ok((file, bytes))
+}
+
+/// A table that grows.
+#[derive(Debug)]
+pub(super) struct Table {
+    name: &'static str,
+    file: BufWriter<File>,
+    bytes: u64,
+}
+
+impl Table {
+    /// Opens a table in a folder, which has so many bytes already, if any; a new one gets these
+    /// columns.
+    pub(super) fn open(
+        folder: &Path,
+        (name, columns): (&'static str, &[&str]),
+        known: Option<u64>,
+    ) -> Result<Self> {
+        let (file, bytes) = open(&folder.join(name), known)?;
+        let mut table = Self {
+            name,
+            file: BufWriter::with_capacity(1 << 16, file),
+            bytes,
+        };
+        if bytes == 0 {
+            table.push(&columns)?;
+        }
+        Ok(table)
+    }
+
+    /// Its file's name.
+    pub(super) const fn name(&self) -> &'static str {
+        self.name
+    }
+
+    /// Appends a row.
+    pub(super) fn push(&mut self, row: &impl serde::Serialize) -> Result<()> {
+        let failed = |error: String| Error::input(self.name, error);
+        let mut builder = csv::WriterBuilder::new();
+        let mut line = builder
+            .has_headers(false)
+            .buffer_capacity(1 << 8)
+            .from_writer(Vec::new());
+        line.serialize(row)
+            .map_err(|error| failed(error.to_string()))?;
+        let line = line.into_inner();
+        self.append(&line.map_err(|error| failed(error.to_string()))?)
+    }
+
+    /// Appends rows as they are.
+    pub(super) fn append(&mut self, bytes: &[u8]) -> Result<()> {
+        let written = self.file.write_all(bytes);
+        written.map_err(|source| Error::io(self.name, source))?;
+        self.bytes += bytes.len() as u64;
+        Ok(())
+    }
+
+    /// Gives everything to the system; how many bytes the file has.
+    pub(super) fn flush(&mut self) -> std::io::Result<u64> {
+        self.file.flush()?;
+        Ok(self.bytes)
+    }
+}

@@ -1,0 +1,218 @@
+//! What a dataset holds of each row of its index, and as which arrays.
+
+use crate::template::{Shape, Template};
+use edgegait_core::silhouette::Size;
+use edgegait_core::skeleton::JOINTS;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+
+/// How a dataset is written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Format {
+    /// A folder of arrays and tables.
+    #[default]
+    Folder,
+    /// The same arrays in one file, and the tables' columns as arrays.
+    Npz,
+    /// Silhouettes as OpenGait reads them: a pickled array for each recording and viewpoint.
+    Opengait,
+    /// Silhouettes as CASIA-B has them: a picture for each frame.
+    CasiaB,
+}
+
+impl Format {
+    /// The name under which flags and manifests state it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Folder => "folder",
+            Self::Npz => "npz",
+            Self::Opengait => "opengait",
+            Self::CasiaB => "casia-b",
+        }
+    }
+
+    /// Whether recordings are in folders of their people.
+    #[must_use]
+    pub const fn is_tree(self) -> bool {
+        matches!(self, Self::Opengait | Self::CasiaB)
+    }
+}
+
+/// Which of a set of shards a dataset is: a part of the index, in order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Shard {
+    /// Its number, from 1.
+    pub number: usize,
+    /// How many there are.
+    pub of: usize,
+}
+
+impl Shard {
+    /// Its part of so many pieces of work.
+    #[must_use]
+    pub fn of_units(self, units: usize) -> Range<usize> {
+        let bound = |number: usize| number.saturating_mul(units) / self.of;
+        bound(self.number - 1)..bound(self.number)
+    }
+}
+
+/// What a dataset holds of each row.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Contents {
+    /// At least one, each once.
+    pub templates: Vec<Template>,
+    /// Rows and columns of the silhouettes that they are made of.
+    pub size: Size,
+    /// Whether joints are in it.
+    pub joints: bool,
+}
+
+/// One of the arrays of a dataset.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Array {
+    /// The name of its file without `.npy`.
+    pub name: String,
+    /// NumPy's word for the type of its numbers.
+    pub descr: &'static str,
+    /// Its sides behind the first.
+    pub sides: Vec<usize>,
+    /// Whether its first side counts frames, of all rows one after another, instead of rows.
+    pub is_of_frames: bool,
+}
+
+impl Array {
+    /// Bytes of a row or a frame.
+    pub(super) fn bytes(&self) -> usize {
+        let number = if self.descr == BYTES { 1 } else { 4 };
+        self.sides.iter().product::<usize>() * number
+    }
+
+    /// The name of its file.
+    pub(super) fn file(&self) -> String {
+        format!("{}.npy", self.name)
+    }
+}
+
+const BYTES: &str = "|u1";
+const FLOATS: &str = "<f4";
+
+impl Contents {
+    /// One template.
+    #[must_use]
+    pub fn one(template: Template, size: Size) -> Self {
+        Self {
+            templates: vec![template],
+            size,
+            joints: false,
+        }
+    }
+
+    /// The arrays, in the order of templates; joints come last.
+    pub(super) fn arrays(&self) -> Vec<Array> {
+        let of = |&template: &Template| Array {
+            name: name_of(template).to_owned(),
+            descr: BYTES,
+            sides: match template.shape(self.size) {
+                Shape::Image {
+                    planes,
+                    rows,
+                    columns,
+                } => vec![planes * rows, columns],
+                Shape::Vector(numbers) => vec![numbers],
+            },
+            is_of_frames: template == Template::Silhouettes,
+        };
+        let joints = [("joints", 3), ("keypoints", 2)].map(|(name, axes)| Array {
+            name: name.to_owned(),
+            descr: FLOATS,
+            sides: vec![JOINTS, axes],
+            is_of_frames: true,
+        });
+        let templates = self.templates.iter().map(of);
+        templates
+            .chain(joints.into_iter().filter(|_| self.joints))
+            .collect()
+    }
+}
+
+/// What a template's array is called.
+pub(super) const fn name_of(template: Template) -> &'static str {
+    match template {
+        Template::Gei => "geis",
+        other => other.name(),
+    }
+}
+
+/// The header of a .npy file, version 1.0 (NEP 1): 128 bytes for our shapes, the text filled up
+/// with spaces.
+pub(super) fn npy_header(descr: &str, shape: &[usize]) -> Vec<u8> {
+    let mut sides: Vec<String> = shape.iter().map(usize::to_string).collect();
+    if sides.len() == 1 {
+        sides.push(String::new());
+    }
+    let sides = sides.join(", ");
+    let text = format!(
+        "{{'descr': '{descr}', 'fortran_order': False, 'shape': ({})}}",
+        sides.trim_end()
+    );
+    let mut bytes = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
+    bytes.extend(text.as_bytes());
+    bytes.resize(NPY_HEADER - 1, b' ');
+    bytes.push(b'\n');
+    bytes
+}
+
+/// Bytes of [`npy_header`].
+pub(super) const NPY_HEADER: usize = 128;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray_npy::WriteNpyExt as _;
+
+    #[test]
+    fn headers_are_those_of_another_writer() {
+        let size = Size::S64x44;
+        let bytes = ndarray::Array3::<u8>::zeros((2, 64, 44));
+        let mut expected = Vec::new();
+        bytes.write_npy(&mut expected).expect("memory");
+        let templates = vec![Template::Silhouettes];
+        let contents = Contents {
+            templates,
+            size,
+            joints: true,
+        };
+        let [silhouettes, joints, keypoints] = &contents.arrays()[..] else {
+            panic!("three arrays");
+        };
+        let header =
+            |array: &Array, count| npy_header(array.descr, &[&[count][..], &array.sides].concat());
+        assert_eq!(header(silhouettes, 2), expected[..128]);
+        let mut expected = Vec::new();
+        let floats = ndarray::Array3::<f32>::zeros((12345, 19, 3));
+        floats.write_npy(&mut expected).expect("memory");
+        assert_eq!(header(joints, 12345), expected[..128]);
+        assert_eq!((joints.bytes(), keypoints.bytes()), (228, 152));
+        let mut expected = Vec::new();
+        ndarray::Array1::<u8>::zeros(7)
+            .write_npy(&mut expected)
+            .expect("memory");
+        assert_eq!(npy_header("|u1", &[7]), expected[..128]);
+    }
+
+    #[test]
+    fn shards_are_parts_in_order() {
+        for (units, of) in [(10, 3), (3, 3), (1000, 7), (5, 1)] {
+            let mut next = 0;
+            for number in 1..=of {
+                let part = Shard { number, of }.of_units(units);
+                assert_eq!(part.start, next);
+                assert!(part.len().abs_diff(units / of) <= 1, "{part:?}");
+                next = part.end;
+            }
+            assert_eq!(next, units);
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! What is there already where a dataset shall be.
+
+use std::fs;
+use std::path::Path;
+
+use super::contents::{Format, name_of};
+use super::reader::read_manifest;
+use super::{INDEX, MANIFEST, WALKERS};
+use crate::error::{ChoiceError, Error, Result};
+use crate::template::Template;
+
+/// What makes datasets: the commands that their manifests name.
+const COMMANDS: [&str; 2] = ["sweep", "generate"];
+
+/// What to do with a folder that is already there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Existing {
+    /// Replace it if it is an earlier dataset of this program and holds nothing else.
+    ReplaceOwn,
+    /// Replace it if it is a dataset, whoever made it, and holds nothing else.
+    Replace,
+}
+
+impl Existing {
+    /// What may be replaced where `--overwrite` was given, or was not.
+    #[must_use]
+    pub const fn of(overwrite: bool) -> Self {
+        if overwrite {
+            Self::Replace
+        } else {
+            Self::ReplaceOwn
+        }
+    }
+}
+
+/// Refuses what must not be replaced by a dataset of this format.
+///
+/// # Errors
+/// If `target` is there and must not be replaced ([`Existing`]), or the system's.
+pub fn check_replaceable(target: &Path, format: Format, existing: Existing) -> Result<()> {
+    if !target.exists() {
+        return Ok(());
+    }
+    let refuse = |problem: String| Err(Error::Usage(format!("{}: {problem}", target.display())));
+    if format == Format::Npz {
+        return match (target.is_file(), existing) {
+            (true, Existing::Replace) => Ok(()),
+            (true, Existing::ReplaceOwn) => Err(ChoiceError::IsThere(target.to_path_buf()).into()),
+            (false, _) => refuse("expected a file to write, found a folder".into()),
+        };
+    }
+    if !target.is_dir() {
+        return refuse("expected a folder or nothing, found a file (name another folder)".into());
+    }
+    let mut names = Vec::new();
+    for entry in fs::read_dir(target).map_err(|source| Error::io(target, source))? {
+        names.push(
+            entry
+                .map_err(|source| Error::io(target, source))?
+                .file_name(),
+        );
+    }
+    if names.is_empty() {
+        return Ok(());
+    }
+    names.sort();
+    let has_manifest = names.iter().any(|name| name == MANIFEST);
+    let manifest = if has_manifest {
+        Some(read_manifest(&target.join(MANIFEST))?)
+    } else {
+        None
+    };
+    if manifest
+        .as_ref()
+        .is_some_and(|found| found.format.is_tree())
+    {
+        // Whether all in it is part of it would take long to find out.
+        return match existing {
+            Existing::Replace => Ok(()),
+            Existing::ReplaceOwn => Err(ChoiceError::HoldsTree(target.to_path_buf()).into()),
+        };
+    }
+    let arrays = Template::ALL.map(name_of);
+    let arrays = arrays.iter().chain(&["joints", "keypoints"]);
+    let arrays: Vec<String> = arrays.map(|name| format!("{name}.npy")).collect();
+    let files = arrays
+        .iter()
+        .map(String::as_str)
+        .chain([INDEX, MANIFEST, WALKERS]);
+    if let Some(other) = names
+        .iter()
+        .find(|name| !files.clone().any(|file| *name == file))
+    {
+        return refuse(format!(
+            "holds {}, which is no part of a dataset (name another folder)",
+            other.to_string_lossy()
+        ));
+    }
+    let Some(manifest) = manifest else {
+        return refuse(format!(
+            "holds files but no {MANIFEST}, so it is no dataset (name another folder)"
+        ));
+    };
+    if existing == Existing::ReplaceOwn && !COMMANDS.contains(&manifest.header.command.as_str()) {
+        return Err(ChoiceError::ForeignDataset(target.to_path_buf()).into());
+    }
+    Ok(())
+}

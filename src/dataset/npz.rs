@@ -1,0 +1,97 @@
+//! A dataset as one file that NumPy reads: arrays, and the index's columns as arrays.
+//!
+//! Nothing is compressed, and no time is written: the same dataset is the same bytes.
+
+use std::fs::File;
+use std::io::{BufReader, BufWriter, Write as _};
+use std::path::Path;
+
+use super::contents::npy_header;
+use super::index::COLUMNS;
+use super::{INDEX, MANIFEST};
+use crate::error::{Error, Result};
+use zip::CompressionMethod;
+use zip::write::{SimpleFileOptions, ZipWriter};
+
+/// Its name where it is made.
+pub(super) const FILE: &str = "whole.npz";
+
+/// The type of the numbers of a column, by the column's name; text otherwise.
+fn descr(column: &str) -> Option<&'static str> {
+    match column {
+        "cycle" | "variation" | "frames" => Some("<u4"),
+        "seed" => Some("<u8"),
+        "speed_kmh" | "azimuth_deg" | "elevation_deg" => Some("<f8"),
+        _ => None,
+    }
+}
+
+/// Puts the files of these names and the manifest into one; columns are read one at a time, so that
+/// memory does not grow with the rows.
+pub(super) fn write(made: &Path, names: &[String]) -> Result<()> {
+    let path = made.join(FILE);
+    let io = |source| Error::io(&path, source);
+    let failed = |error: zip::result::ZipError| Error::input(&path, error.to_string());
+    let file = File::create(&path).map_err(io)?;
+    let mut archive = ZipWriter::new(BufWriter::with_capacity(1 << 16, file));
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Stored)
+        .last_modified_time(zip::DateTime::default())
+        .large_file(true);
+    let whole = [MANIFEST.to_owned()];
+    for name in names.iter().filter(|name| *name != INDEX).chain(&whole) {
+        archive.start_file(name.as_str(), options).map_err(failed)?;
+        let mut from = File::open(made.join(name)).map_err(io)?;
+        std::io::copy(&mut from, &mut archive).map_err(io)?;
+    }
+    let index = made.join(INDEX);
+    for (at, column) in COLUMNS.into_iter().enumerate() {
+        archive
+            .start_file(format!("{column}.npy"), options)
+            .map_err(failed)?;
+        let (mut rows, mut width) = (0, 1);
+        each(&index, at, |text| {
+            rows += 1;
+            width = width.max(text.chars().count());
+            Ok(())
+        })?;
+        let descr = descr(column).map_or_else(|| format!("<U{width}"), str::to_owned);
+        archive
+            .write_all(&npy_header(&descr, &[rows]))
+            .map_err(io)?;
+        each(&index, at, |text| {
+            let bytes = bytes(&descr, text, width);
+            let bytes = bytes.ok_or_else(|| Error::input(&index, format!("{column}: {text:?}")))?;
+            archive.write_all(&bytes).map_err(io)
+        })?;
+    }
+    let file = archive.finish().map_err(failed)?;
+    file.into_inner().map_err(|error| io(error.into_error()))?;
+    Ok(())
+}
+
+/// Gives `take` each row's text in a column.
+fn each(index: &Path, column: usize, mut take: impl FnMut(&str) -> Result<()>) -> Result<()> {
+    let file = File::open(index).map_err(|source| Error::io(index, source))?;
+    let mut reader = csv::Reader::from_reader(BufReader::new(file));
+    let mut record = csv::StringRecord::new();
+    let refuse = |error: csv::Error| Error::input(index, error.to_string());
+    while reader.read_record(&mut record).map_err(refuse)? {
+        take(record.get(column).unwrap_or_default())?;
+    }
+    Ok(())
+}
+
+/// A number or a text as NumPy has it; text in UCS-4, filled up with zeros.
+fn bytes(descr: &str, text: &str, width: usize) -> Option<Vec<u8>> {
+    Some(match descr {
+        "<u4" => text.parse::<u32>().ok()?.to_le_bytes().to_vec(),
+        "<u8" => text.parse::<u64>().ok()?.to_le_bytes().to_vec(),
+        "<f8" => text.parse::<f64>().ok()?.to_le_bytes().to_vec(),
+        _ => {
+            let letters = text.chars().map(u32::from);
+            let filled = letters.chain(std::iter::repeat(0)).take(width);
+            filled.flat_map(u32::to_le_bytes).collect()
+        }
+    })
+}

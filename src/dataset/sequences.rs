@@ -1,0 +1,277 @@
+//! Trees of silhouettes: a folder for each person, in it one for each recording, in it one for each
+//! viewpoint.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::arrays::Table;
+use super::contents::Format;
+use super::index::IndexRow;
+use super::merge::Checked;
+use super::{Manifest, hex, tree};
+use crate::error::{ChoiceError, Error, Result};
+use edgegait_core::silhouette::Size;
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder as _};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+use sha2::{Digest as _, Sha256};
+
+/// The table of what was written.
+pub(super) const SEQUENCES: &str = "sequences.csv";
+/// Who trains and who is tested, as OpenGait reads it.
+pub(super) const PARTITION: &str = "partition.json";
+const COLUMNS: [&str; 3] = ["path", "frames", "sha256"];
+
+/// The parts of people that OpenGait knows, by the names of splits.
+const PARTS: [(&str, &str); 2] = [("train", "TRAIN_SET"), ("test", "TEST_SET")];
+
+/// A row of [`SEQUENCES`].
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+struct SequenceRow {
+    /// The pickle, or the folder of pictures.
+    path: String,
+    /// How many silhouettes.
+    frames: usize,
+    /// SHA-256 of the pickle, or of all pictures one after another.
+    sha256: String,
+}
+
+/// Sequences in the making.
+#[derive(Debug)]
+pub(super) struct Sequences {
+    root: PathBuf,
+    format: Format,
+    size: Size,
+    table: Table,
+    /// Those of the present piece of work, in the order of their first row.
+    pending: Vec<Pending>,
+}
+
+/// A sequence whose rows still come.
+#[derive(Debug)]
+struct Pending {
+    /// Person, recording and viewpoint.
+    names: [String; 3],
+    pixels: Vec<u8>,
+}
+
+/// The name of the folder of a viewpoint, as our reader has it: `090`, `022.5`, `045e15`.
+fn name_of_view(row: &IndexRow) -> String {
+    let (azimuth, elevation) = (row.azimuth_deg + 0.0, row.elevation_deg + 0.0);
+    let sign = if azimuth < 0.0 { "-" } else { "" };
+    let whole = azimuth.abs().trunc();
+    let rest = format!("{}", azimuth.abs());
+    let rest = rest
+        .split_once('.')
+        .map_or(String::new(), |(_, rest)| format!(".{rest}"));
+    if elevation == 0.0 {
+        format!("{sign}{whole:03}{rest}")
+    } else {
+        format!("{sign}{whole:03}{rest}e{elevation}")
+    }
+}
+
+/// Refuses what cannot be the name of a folder on every system.
+///
+/// # Errors
+/// Naming it.
+pub fn check_folder_name(name: &str) -> Result<()> {
+    let is_plain = |c: char| !c.is_control() && !r#"/\:*?"<>|"#.contains(c);
+    if name.is_empty() || name.starts_with('.') || name.len() > 200 || !name.chars().all(is_plain) {
+        return Err(ChoiceError::FolderName(name.to_owned()).into());
+    }
+    Ok(())
+}
+
+impl Sequences {
+    pub(super) fn open(
+        made: &Path,
+        format: Format,
+        size: Size,
+        known: Option<u64>,
+    ) -> Result<Self> {
+        Ok(Self {
+            root: made.to_path_buf(),
+            format,
+            size,
+            table: Table::open(made, (SEQUENCES, &COLUMNS), known)?,
+            pending: Vec::new(),
+        })
+    }
+
+    pub(super) const fn table(&mut self) -> &mut Table {
+        &mut self.table
+    }
+
+    /// Appends silhouettes to the sequence that they are of.
+    pub(super) fn push(&mut self, row: &IndexRow, take: &str, pixels: &[u8]) -> Result<()> {
+        check_folder_name(&row.subject)?;
+        check_folder_name(take)?;
+        let names = [row.subject.clone(), take.to_owned(), name_of_view(row)];
+        let known = self.pending.iter().position(|one| one.names == names);
+        match known {
+            Some(at) => self.pending[at].pixels.extend_from_slice(pixels),
+            None => self.pending.push(Pending {
+                names,
+                pixels: pixels.to_vec(),
+            }),
+        }
+        Ok(())
+    }
+
+    /// Writes what is pending, on all cores.
+    pub(super) fn write(&mut self) -> Result<()> {
+        let pending = std::mem::take(&mut self.pending);
+        let (root, format, size) = (&self.root, self.format, self.size);
+        let rows: Vec<Result<Option<SequenceRow>>> = pending
+            .par_iter()
+            .map(|one| one.write(root, format, size))
+            .collect();
+        for row in rows {
+            if let Some(row) = row? {
+                self.table.push(&row)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Copies the sequences of another tree.
+    pub(super) fn append(&mut self, from: &Path, manifest: &Manifest) -> Result<()> {
+        let text = Checked::open(from, SEQUENCES, manifest)?.whole()?;
+        let path = from.join(SEQUENCES);
+        let refuse = |error: csv::Error| Error::input(&path, error.to_string());
+        for row in csv::Reader::from_reader(text.as_slice()).deserialize() {
+            let row: SequenceRow = row.map_err(refuse)?;
+            let names: Vec<&str> = row.path.split('/').collect();
+            for name in &names {
+                check_folder_name(name).map_err(|error| Error::input(&path, error.to_string()))?;
+            }
+            let found = copy(&from.join(&row.path), &self.root.join(&row.path))?;
+            if found != row.sha256 {
+                return Err(Error::input(
+                    from.join(&row.path),
+                    format!(
+                        "expected SHA-256 {}, as {SEQUENCES} says, found {found} (make the shard again)",
+                        row.sha256
+                    ),
+                ));
+            }
+            self.table.push(&row)?;
+        }
+        Ok(())
+    }
+}
+
+/// Copies a file, or the files of a folder; SHA-256 of them one after another, by name.
+fn copy(from: &Path, to: &Path) -> Result<String> {
+    let io = |source| Error::io(from, source);
+    let make =
+        |folder: &Path| fs::create_dir_all(folder).map_err(|source| Error::io(folder, source));
+    let mut digest = Sha256::new();
+    let files = if from.is_dir() {
+        make(to)?;
+        let entries = fs::read_dir(from).map_err(io)?;
+        let mut names = entries
+            .map(|entry| entry.map(|entry| entry.file_name()))
+            .collect::<std::io::Result<Vec<_>>>()
+            .map_err(io)?;
+        names.sort();
+        names
+            .iter()
+            .map(|name| (from.join(name), to.join(name)))
+            .collect()
+    } else {
+        make(to.parent().unwrap_or(to))?;
+        vec![(from.to_path_buf(), to.to_path_buf())]
+    };
+    for (from, to) in files {
+        let bytes = fs::read(&from).map_err(|source| Error::io(&from, source))?;
+        digest.update(&bytes);
+        fs::write(&to, bytes).map_err(|source| Error::io(&to, source))?;
+    }
+    Ok(hex(&digest.finalize()))
+}
+
+impl Pending {
+    /// Writes the frames that have a figure; nothing if none has.
+    fn write(&self, root: &Path, format: Format, size: Size) -> Result<Option<SequenceRow>> {
+        let [subject, take, view] = &self.names;
+        let folder = [subject, take, view].map(String::as_str).join("/");
+        let frames = self.pixels.chunks_exact(size.pixels()).zip(1..);
+        let frames: Vec<(&[u8], usize)> = frames
+            .filter(|(pixels, _)| pixels.iter().any(|&pixel| pixel > 0))
+            .collect();
+        if frames.is_empty() {
+            return Ok(None);
+        }
+        let at = root.join(&folder);
+        fs::create_dir_all(&at).map_err(|source| Error::io(&at, source))?;
+        let mut digest = Sha256::new();
+        let mut write = |name: String, bytes: &[u8]| {
+            digest.update(bytes);
+            let path = at.join(name);
+            fs::write(&path, bytes).map_err(|source| Error::io(&path, source))
+        };
+        let path = if format == Format::Opengait {
+            let pixels: Vec<u8> = frames
+                .iter()
+                .flat_map(|(pixels, _)| *pixels)
+                .copied()
+                .collect();
+            let shape = [frames.len(), size.rows(), size.columns()];
+            write(format!("{view}.pkl"), &tree::pickled(shape, &pixels))?;
+            format!("{folder}/{view}.pkl")
+        } else {
+            for (pixels, number) in &frames {
+                let name = format!("{subject}-{take}-{view}-{number:03}.png");
+                write(name, &png(pixels, size)?)?;
+            }
+            folder
+        };
+        Ok(Some(SequenceRow {
+            path,
+            frames: frames.len(),
+            sha256: hex(&digest.finalize()),
+        }))
+    }
+}
+
+/// A silhouette as a grey PNG.
+fn png(pixels: &[u8], size: Size) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let encoder =
+        PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::NoFilter);
+    let side = |side: usize| u32::try_from(side).unwrap_or(u32::MAX);
+    encoder
+        .write_image(
+            pixels,
+            side(size.columns()),
+            side(size.rows()),
+            ExtendedColorType::L8,
+        )
+        .map_err(|error| Error::Failed(error.to_string()))?;
+    Ok(bytes)
+}
+
+/// OpenGait's partition: people of a part that has no name are trained with.
+pub(super) fn partition(parts: &BTreeMap<String, Vec<String>>) -> Result<String> {
+    let of = |part: &str| parts.get(part).cloned().unwrap_or_default();
+    let [train, test] = PARTS.map(|(part, _)| of(part));
+    let mut text = serde_json::to_string_pretty(&json!({ PARTS[0].1: train, PARTS[1].1: test }))?;
+    text.push('\n');
+    Ok(text)
+}
+
+/// The parts in OpenGait's partition.
+pub(super) fn parts(text: &[u8]) -> std::result::Result<Vec<(String, Vec<String>)>, String> {
+    let read: BTreeMap<String, Vec<String>> =
+        serde_json::from_slice(text).map_err(|error| error.to_string())?;
+    let of = |(part, set): (&str, &str)| {
+        let people = read.get(set).cloned().unwrap_or_default();
+        (part.to_owned(), people)
+    };
+    Ok(PARTS.map(of).into())
+}

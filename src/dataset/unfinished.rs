@@ -1,0 +1,315 @@
+//! Long work that survives its end: a folder beside the target, and a journal of what is done.
+//!
+//! `NAME.unfinished` holds `journal.json` and, in `made`, the files as far as they are. Files only
+//! grow, and the journal says how long each was when so many pieces of work were done: what was
+//! written later is cut off when the work goes on. The journal is replaced whole, so that it is
+//! always one or the other. This survives the end of the process, whatever ends it, and a full
+//! disk; after a power cut the system may have kept the journal and lost what it speaks of.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File, TryLockError};
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::SCHEMA;
+use super::staging::{folder_of, together};
+use crate::error::{ChoiceError, Error, Place, Result};
+
+const JOURNAL: &str = "journal.json";
+const LOCK: &str = "lock";
+const MADE: &str = "made";
+const FORMER: &str = "former";
+
+/// Time between two entries of the journal. It has no influence on what is made.
+const INTERVAL: Duration = Duration::from_millis(100);
+
+/// Folders of this process, and whether anything in them is worth to be gone on with.
+static ALIVE: Mutex<BTreeMap<PathBuf, bool>> = Mutex::new(BTreeMap::new());
+
+/// What is done.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Journal {
+    schema: u32,
+    /// What is being made: everything of which the bytes depend.
+    run: Value,
+    /// Pieces of work that are done.
+    pub done: usize,
+    /// Rows of the index.
+    pub rows: usize,
+    /// Frames of all rows.
+    pub frames: usize,
+    /// Sum over all silhouettes of the share that lay outside of the image.
+    pub clipped: f64,
+    /// Who belongs to which part, in the order of their first appearance.
+    pub parts: BTreeMap<String, Vec<String>>,
+    /// Bytes of each file.
+    pub files: BTreeMap<String, u64>,
+}
+
+/// Work in its folder.
+#[derive(Debug)]
+pub(super) struct Unfinished {
+    folder: PathBuf,
+    target: PathBuf,
+    pub journal: Journal,
+    noted: Instant,
+    /// Held until the end, so that no other process works here.
+    _lock: File,
+}
+
+impl Unfinished {
+    /// Begins the work that will be `target`, or goes on with it where it was ended.
+    ///
+    /// # Errors
+    /// If there is unfinished work and `resume` is false, it is of another run, another process is
+    /// at it, or the system's.
+    pub(super) fn begin(target: &Path, run: Value, resume: bool) -> Result<Self> {
+        let folder = path_beside(target)?;
+        let io = |source| Error::io(&folder, source);
+        let parent = folder_of(target);
+        fs::create_dir_all(&parent).map_err(|source| Error::io(&parent, source))?;
+        check_unfinished(target, resume)?;
+        fs::create_dir_all(&folder).map_err(io)?;
+        let lock = File::create(folder.join(LOCK)).map_err(io)?;
+        match lock.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => {
+                return Err(Error::Usage(format!(
+                    "{}: another process is at it",
+                    folder.display()
+                )));
+            }
+            Err(TryLockError::Error(source)) => return Err(io(source)),
+        }
+        let journal = match read(&folder)? {
+            Some(journal) => {
+                if let Some(differs) = difference(&journal.run, &run) {
+                    return Err(Error::Usage(format!(
+                        "{}: it is of another run: {differs} (say what was said then, or remove the folder)",
+                        folder.display()
+                    )));
+                }
+                journal
+            }
+            None => Journal {
+                schema: SCHEMA,
+                run,
+                done: 0,
+                rows: 0,
+                frames: 0,
+                clipped: 0.0,
+                parts: BTreeMap::new(),
+                files: BTreeMap::new(),
+            },
+        };
+        alive().insert(folder.clone(), journal.done > 0);
+        let unfinished = Self {
+            folder: folder.clone(),
+            target: target.to_path_buf(),
+            journal,
+            noted: Instant::now(),
+            _lock: lock,
+        };
+        fs::create_dir_all(unfinished.made()).map_err(io)?;
+        unfinished.cut()?;
+        Ok(unfinished)
+    }
+
+    /// Where files are made.
+    pub(super) fn made(&self) -> PathBuf {
+        self.folder.join(MADE)
+    }
+
+    /// Cuts files to what the journal says, and removes those of which it says nothing.
+    fn cut(&self) -> Result<()> {
+        let made = self.made();
+        let io = |source| Error::io(&made, source);
+        for entry in fs::read_dir(&made).map_err(io)? {
+            let entry = entry.map_err(io)?;
+            let path = entry.path();
+            // Recordings are written again where they are not done.
+            if entry.file_type().map_err(io)?.is_dir() {
+                continue;
+            }
+            let name = entry.file_name().to_string_lossy().into_owned();
+            let Some(&length) = self.journal.files.get(&name) else {
+                fs::remove_file(&path).map_err(io)?;
+                continue;
+            };
+            let file = File::options().write(true).open(&path).map_err(io)?;
+            if file.metadata().map_err(io)?.len() < length {
+                return Err(Error::input(
+                    &path,
+                    format!(
+                        "expected {length} bytes or more, as {JOURNAL} says (remove {} and begin anew)",
+                        self.folder.display()
+                    ),
+                ));
+            }
+            file.set_len(length).map_err(io)?;
+        }
+        Ok(())
+    }
+
+    /// Whether it is time for an entry.
+    pub(super) fn is_due(&self) -> bool {
+        self.noted.elapsed() >= INTERVAL
+    }
+
+    /// Notes what is done, all of which has been given to the system.
+    pub(super) fn note(&mut self) -> Result<()> {
+        let io = |source| Error::io(&self.folder, source);
+        let next = self.folder.join("journal.next");
+        fs::write(&next, serde_json::to_vec(&self.journal)?).map_err(io)?;
+        fs::rename(&next, self.folder.join(JOURNAL)).map_err(io)?;
+        self.noted = Instant::now();
+        if self.journal.done > 0 {
+            alive().insert(self.folder.clone(), true);
+        }
+        Ok(())
+    }
+
+    /// Gives `name` of what was made, or all of it, the target's name, in place of what has it now.
+    pub(super) fn finish(self, name: Option<&str>) -> Result<()> {
+        let io = |source| Error::io(&self.target, source);
+        let made = name.map_or_else(|| self.made(), |name| self.made().join(name));
+        let former = self.folder.join(FORMER);
+        together(|| {
+            if self.target.exists() {
+                fs::rename(&self.target, &former).map_err(io)?;
+                if let Err(source) = fs::rename(&made, &self.target) {
+                    fs::rename(&former, &self.target).map_err(io)?;
+                    return Err(io(source));
+                }
+                return Ok(());
+            }
+            fs::rename(&made, &self.target).map_err(io)
+        })?;
+        // Nothing in it is needed any more.
+        alive().insert(self.folder.clone(), false);
+        Ok(())
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        let mut alive = alive();
+        // What is worth nothing goes with it; of what is, people are told in the end.
+        if alive.get(&self.folder) == Some(&false) {
+            alive.remove(&self.folder);
+            let _ = fs::remove_dir_all(&self.folder);
+        }
+    }
+}
+
+/// Folders in which work of this process waits to be gone on with; those that hold nothing are
+/// removed. For a process that ends before its work does.
+pub fn unfinished_work() -> Vec<PathBuf> {
+    let alive = alive();
+    let kept = alive.iter().filter(|(folder, is_worth)| {
+        if !**is_worth {
+            // Again if another thread makes a file in it meanwhile. The process ends: there is nobody
+            // to tell.
+            let _ = (0..3).any(|_| fs::remove_dir_all(folder).is_ok());
+        }
+        **is_worth
+    });
+    kept.map(|(folder, _)| folder.clone()).collect()
+}
+
+/// Refuses a target beside which unfinished work lies, unless it is to be gone on with.
+///
+/// # Errors
+/// Saying what to do.
+pub fn check_unfinished(target: &Path, resume: bool) -> Result<()> {
+    let folder = path_beside(target)?;
+    // Ended between the last two steps: the target is whole.
+    if folder.is_dir() && !folder.join(MADE).exists() && !folder.join(FORMER).exists() {
+        fs::remove_dir_all(&folder).map_err(|source| Error::io(&folder, source))?;
+    }
+    if folder.exists() && !resume {
+        let target = target.to_path_buf();
+        return Err(ChoiceError::Unfinished { folder, target }.into());
+    }
+    Ok(())
+}
+
+/// The folder of a target's unfinished work.
+fn path_beside(target: &Path) -> Result<PathBuf> {
+    let name = target.file_name().ok_or_else(|| {
+        Error::Usage(format!(
+            "{}: expected a path that ends in a name",
+            target.display()
+        ))
+    })?;
+    let mut name = name.to_os_string();
+    name.push(".unfinished");
+    Ok(target.with_file_name(name))
+}
+
+fn read(folder: &Path) -> Result<Option<Journal>> {
+    let path = folder.join(JOURNAL);
+    let text = match fs::read(&path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(Error::io(path, error)),
+    };
+    let journal: Journal = serde_json::from_slice(&text)
+        .map_err(|error| Error::at(&path, Place::Line(error.line().max(1)), error.to_string()))?;
+    if journal.schema != SCHEMA {
+        return Err(Error::input(
+            path,
+            format!("expected schema {SCHEMA}, found {}", journal.schema),
+        ));
+    }
+    Ok(Some(journal))
+}
+
+/// What differs first between two values, for a message.
+pub(super) fn difference(there: &Value, here: &Value) -> Option<String> {
+    fn find(place: &str, there: &Value, here: &Value) -> Option<String> {
+        let inner = |name: &str| {
+            let dot = if place.is_empty() { "" } else { "." };
+            format!("{place}{dot}{name}")
+        };
+        match (there, here) {
+            (Value::Object(there), Value::Object(here)) => {
+                let mut names: Vec<&String> = there.keys().chain(here.keys()).collect();
+                names.sort_unstable();
+                names.into_iter().find_map(|name| {
+                    let of = |map: &serde_json::Map<String, Value>| {
+                        map.get(name).cloned().unwrap_or(Value::Null)
+                    };
+                    find(&inner(name), &of(there), &of(here))
+                })
+            }
+            _ if there == here => None,
+            _ => {
+                let short = |value: &Value| {
+                    let text = value.to_string();
+                    let cut: String = text.chars().take(60).collect();
+                    if cut == text {
+                        text
+                    } else {
+                        format!("{cut}...")
+                    }
+                };
+                Some(format!(
+                    "{place} is {} there, {} here",
+                    short(there),
+                    short(here)
+                ))
+            }
+        }
+    }
+    find("", there, here)
+}
+
+fn alive() -> MutexGuard<'static, BTreeMap<PathBuf, bool>> {
+    ALIVE.lock().unwrap_or_else(PoisonError::into_inner)
+}
