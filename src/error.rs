@@ -167,6 +167,10 @@ pub enum Remedy {
     FrameAnew,
     /// To make a dataset of templates, or a tree.
     OtherTemplate,
+    /// To take the names of views for those of cameras or recordings.
+    NamedViews,
+    /// To name one of the modalities in a folder.
+    OneModality,
 }
 
 /// A place in an input file.

@@ -97,7 +97,7 @@
 //!        -> evaluate -> report
 //! ```
 //!
-//! `design` says of what a training set is made, from people to templates, and is upstream of
+//! `cache` keeps what is costly for the next run. `design` says of what a training set is made, from people to templates, and is upstream of
 //! `dataset`; `summary` says what a pack holds; `frontier` measures what the whole chain costs and what
 //! it gets wrong, for the command; `bench` what a recognizer costs on the machine at hand.
 
@@ -106,6 +106,7 @@
 #[cfg(feature = "import")]
 pub mod audit;
 mod bench;
+pub mod cache;
 pub mod cli;
 pub mod confound;
 pub mod dataset;

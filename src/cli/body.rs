@@ -1,5 +1,6 @@
 //! Which bodies walk: made from measurements, or fitted to a mesh.
 
+use super::cache::CacheArgs;
 use super::hints::WithFlags;
 use super::keep_going::{KeepGoing, with_hint};
 use super::progress::Progress;
@@ -9,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::import::{Motion, Source, is_gltf, skinned_body};
 use crate::scene::Body;
 use crate::scene::figure::from_obj;
-use crate::scene::fit::{STEPS, USUAL_POINTS, fitted_body};
+use crate::scene::fit::{STEPS, USUAL_POINTS, kept_body};
 use crate::scene::measured::MeasuredPeople;
 use crate::scene::recorded::{BodyOptions, Recording};
 use std::collections::BTreeMap;
@@ -39,6 +40,8 @@ pub(super) struct BodyArgs {
     /// Skeleton of the .obj: a file whose rest pose is that of the mesh [default: found in the mesh]
     #[arg(long, value_name = "FILE", requires = "body")]
     skeleton: Option<PathBuf>,
+    #[command(flatten)]
+    cache: CacheArgs,
 }
 
 impl BodyArgs {
@@ -89,11 +92,12 @@ impl BodyArgs {
             let warnings = measured.warnings(&names, self.stature_m.is_some());
             header.warnings.extend(warnings);
         }
+        let cache = self.cache.cache();
         let fit = |path: &Path, mesh: &Motion| {
             let progress = Progress::new("hulls", STEPS);
             let points = points.unwrap_or(USUAL_POINTS);
-            let body = fitted_body(mesh, points, seed, &|| progress.step());
-            body.map_err(|error| match error {
+            let found = kept_body(mesh, (points, seed), &cache, &|| progress.step());
+            found.map(|(body, _)| body).map_err(|error| match error {
                 Error::Mesh(problem) => Error::input(path, problem),
                 other => other,
             })

@@ -1,6 +1,7 @@
 //! `edgegait confounders`: what each confounder does to recognizers.
 
 use super::args::{Common, Files, ViewArgs};
+use super::cache::CacheArgs;
 use super::drawing::DrawArgs;
 use super::outputs::{Kind, Output};
 use super::progress::Progress;
@@ -56,6 +57,8 @@ pub(super) struct Args {
     out: PathBuf,
     #[command(flatten)]
     runtime: RuntimeArgs,
+    #[command(flatten)]
+    cache: CacheArgs,
     #[command(flatten)]
     views: ViewArgs,
     #[command(flatten)]
@@ -135,7 +138,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
         )));
     }
     let mut header = Header::new("confounders", seed).with("runtime", runtime.name().name);
-    let entrants = load(&models, &runtime, (&args.draw, seed, None), &mut header)?;
+    let (setup, cache) = ((&args.draw, seed, None), args.cache.cache());
+    let entrants = load(&models, (&runtime, &cache), setup, &mut header)?;
     let source_args = SourceArgs {
         pack: data,
         selection: args.selection.clone(),

@@ -1,17 +1,19 @@
 //! Who is looked for among whom: the flags of it, and what they come to.
 
 use super::args::{ViewArgs, file_with};
+use super::cache::CacheArgs;
 use super::conditions::ConditionArgs;
 use super::drawing::DrawArgs;
 use super::keep_going::{KeepGoing, with_hint};
+use super::layout::LayoutArgs;
 use super::progress::Progress;
 use super::recognizers::load;
 use super::source::{SelectionArgs, SourceArgs};
 use crate::confound::Condition;
-use crate::dataset::{Dataset, Header, InputFile};
+use crate::dataset::{Dataset, Header, InputFile, Partition};
 use crate::error::{Error, Result};
 use crate::evaluate::contest::{Contest, Drawn, Entrant, Stored, Wish, usual};
-use crate::evaluate::protocol::Protocol;
+use crate::evaluate::protocol::{PARTITION, Protocol};
 use crate::score::Runtime;
 use crate::source::{Form, Source};
 use crate::sweep::Views;
@@ -24,22 +26,31 @@ pub(super) struct ContestArgs {
     #[command(flatten)]
     selection: SelectionArgs,
     /// Who is looked for among whom: closed-set, first-take, leave-one-take-out, cross-view,
-    /// verification, casia-b, ou-mvlp, or a .toml file of the same keys [default: closed-set where
-    /// every model has classes for all people, else first-take]
+    /// verification, casia-b, ou-mvlp, partition, or a .toml file of the same keys [default: closed-set
+    /// where every model has classes for all people, else first-take; partition if --partition says
+    /// who is looked for among whom]
     #[arg(long, value_name = "NAME|FILE")]
     protocol: Option<String>,
     /// Cycles of each walk to probe with, where these are seeded variations [default: 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     cycles: Option<u32>,
+    /// Only people whom a partition tests, of a tree, as OpenGait has them: a JSON file with TRAIN_SET
+    /// and TEST_SET; if it has a PROBE_SET or GALLERY_SET too, these say who is looked for among whom
+    #[arg(long, value_name = "FILE.json")]
+    partition: Option<PathBuf>,
     /// Take a tree's pictures as they are: they have been framed already, as OpenGait does
     #[arg(long)]
     as_stored: bool,
+    #[command(flatten)]
+    layout: LayoutArgs,
     /// Leave out the baselines: `pixels`, which compares templates as they are, and `random`, which
     /// compares random projections of them
     #[arg(long)]
     no_baselines: bool,
     #[command(flatten)]
     keep_going: KeepGoing,
+    #[command(flatten)]
+    cache: CacheArgs,
     #[command(flatten)]
     conditions: ConditionArgs,
     #[command(flatten)]
@@ -52,7 +63,12 @@ impl ContestArgs {
     /// The files that flags name, if they are files.
     pub(super) fn inputs(&self) -> impl Iterator<Item = PathBuf> {
         let protocol = file_with("toml", self.protocol.as_ref());
-        let files = [protocol, self.conditions.file(), self.views.file()];
+        let files = [
+            protocol,
+            self.conditions.file(),
+            self.views.file(),
+            self.partition.clone(),
+        ];
         files.into_iter().flatten()
     }
 
@@ -68,6 +84,7 @@ impl ContestArgs {
         mut header: Header,
         work: impl FnOnce(&Contest<'_>, &[Entrant], Header) -> Result<R>,
     ) -> Result<R> {
+        let cache = self.cache.cache();
         let protocol = self.protocol.as_deref().map(Protocol::named).transpose()?;
         if let Some(name) = self
             .protocol
@@ -80,10 +97,14 @@ impl ContestArgs {
             self.conditions.refuse_for_folders()?;
             let (source, stored) = self.folder(folder, protocol.as_ref(), &mut header)?;
             let setup = (&self.draw, seed, stored);
-            let mut entrants = load(models, runtime, setup, &mut header)?;
+            let mut entrants = load(models, (runtime, &cache), setup, &mut header)?;
             let source = self.readable(source, &entrants, &mut header)?;
             let subjects = &source.sequences().subjects;
-            let protocol = protocol.map_or_else(|| usual(&entrants, subjects), Ok)?;
+            let protocol = match protocol {
+                Some(protocol) => protocol,
+                None if has_roles(&source) => Protocol::named(PARTITION)?,
+                None => usual(&entrants, subjects)?,
+            };
             let mut header = header.with("protocol", protocol.name.as_str());
             if let (Source::Tree(_), Some(entrant)) = (&source, entrants.first()) {
                 header = header
@@ -109,7 +130,8 @@ impl ContestArgs {
             .as_ref()
             .and_then(|protocol| protocol.conditions.as_deref());
         let conditions = self.conditions.load(usual, &mut header)?;
-        let mut entrants = load(models, runtime, (&self.draw, seed, None), &mut header)?;
+        let setup = (&self.draw, seed, None);
+        let mut entrants = load(models, (runtime, &cache), setup, &mut header)?;
         let source_args = SourceArgs {
             pack: data,
             selection: self.selection.clone(),
@@ -181,14 +203,22 @@ impl ContestArgs {
         })
     }
 
-    /// The sequences of a tree that flags choose: people, takes (`--walks`), viewpoints.
-    fn chosen(&self, source: Source<'static>) -> Result<Source<'static>> {
+    /// The sequences of a tree that flags choose: people, takes (`--walks`), viewpoints, and whom a
+    /// partition tests.
+    fn chosen(&self, source: Source<'static>, header: &mut Header) -> Result<Source<'static>> {
         let Source::Tree(recordings) = source else {
             self.refuse_without_tree()?;
             return Ok(source);
         };
         let views = self.given_views()?;
-        let recordings = recordings.chosen(&self.selection.selection(false), views.as_ref())?;
+        let mut recordings = recordings.chosen(&self.selection.selection(false), views.as_ref())?;
+        if let Some(path) = &self.partition {
+            let partition = Partition::read(path)?;
+            let (parted, warnings) = recordings.parted(&partition, path)?;
+            recordings = parted;
+            header.inputs.push(InputFile::of(path)?);
+            header.warnings.extend(warnings);
+        }
         Ok(Source::Tree(if self.as_stored {
             recordings.taken_as_stored()
         } else {
@@ -206,6 +236,9 @@ impl ContestArgs {
         let flags = [
             ("--as-stored", self.as_stored),
             ("--keep-going", self.keep_going.is_given()),
+            ("--partition", self.partition.is_some()),
+            ("--named-views", self.layout.named_views),
+            ("--modality", self.layout.modality.is_some()),
         ];
         flags
             .iter()
@@ -227,6 +260,12 @@ impl ContestArgs {
     ) -> Result<Source<'static>> {
         let recordings = match source {
             Source::Tree(recordings) if self.keep_going.is_given() => recordings,
+            Source::Tree(recordings) => {
+                let progress = Progress::new("folders", recordings.len());
+                let sizes: Vec<_> = entrants.iter().map(|one| one.settings.size).collect();
+                recordings.check_sizes(&sizes, &|| progress.step())?;
+                return Ok(Source::Tree(recordings));
+            }
             other => return Ok(other),
         };
         let mut forms: Vec<Form> = Vec::new();
@@ -260,7 +299,8 @@ impl ContestArgs {
     ) -> Result<(Source<'static>, Option<Stored>)> {
         let first_take = Protocol::named("first-take")?;
         let made = protocol.unwrap_or(&first_take).made(1)?;
-        let source = self.chosen(Source::open(path, &made)?)?;
+        let source = Source::open(path, &made, &self.layout.layout())?;
+        let source = self.chosen(source, header)?;
         let is_tree = matches!(source, Source::Tree(_));
         let draw = if is_tree {
             self.draw.without_size()
@@ -297,6 +337,11 @@ impl ContestArgs {
         *header = header.clone().with(kind, path.display().to_string());
         Ok((source, stored))
     }
+}
+
+/// Whether a partition says which sequences of a tree are looked for among which.
+fn has_roles(source: &Source<'_>) -> bool {
+    matches!(source, Source::Tree(recordings) if recordings.has_roles())
 }
 
 /// The walks' names, each once, at most a dozen.

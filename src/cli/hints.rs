@@ -65,6 +65,8 @@ fn way_out(error: &Error) -> Option<String> {
                 "--subject-from folder takes the folder's name as the subject's"
             }
             Remedy::FrameAnew => "do without --as-stored",
+            Remedy::NamedViews => "--named-views takes all of them for names",
+            Remedy::OneModality => "--modality names one of them",
             Remedy::OtherTemplate => {
                 "make another dataset with --template gei, or a tree with --format opengait"
             }

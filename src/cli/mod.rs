@@ -5,6 +5,7 @@ mod augment;
 mod bench;
 #[cfg(feature = "import")]
 mod body;
+mod cache;
 mod cohort;
 mod conditions;
 #[cfg(feature = "plots")]
@@ -22,6 +23,7 @@ mod import;
 mod inspect;
 mod interrupt;
 mod keep_going;
+mod layout;
 mod merge;
 mod outputs;
 mod progress;

@@ -1,11 +1,12 @@
 //! Which recognizers a command runs: named models, the pixel baseline, or the shipped models.
 
 use super::drawing::DrawArgs;
+use crate::cache::Cache;
 use crate::dataset::Header;
 use crate::error::{Error, Result};
 use crate::evaluate::contest::{Entrant, Stored};
 use crate::score::baseline;
-use crate::score::{Contract, Model, Runtime, shipped};
+use crate::score::{Contract, Kept, Model, Runtime, shipped};
 use crate::source::is_pack_or_folder;
 use std::path::{Path, PathBuf};
 
@@ -37,13 +38,14 @@ pub(super) fn is_baseline(path: &Path) -> bool {
 }
 
 /// Loads the named models, or the shipped ones, and says how each is shown people: as its
-/// contract asks, where they are drawn, or as a dataset's templates are `stored`.
+/// contract asks, where they are drawn, or as a dataset's templates are `stored`. Networks that take
+/// long remember in the cache what they answered.
 ///
 /// # Errors
 /// If a model cannot be used, or its contract asks for what is not stored or can not be drawn.
 pub(super) fn load(
     paths: &[PathBuf],
-    runtime: &Runtime,
+    (runtime, cache): (&Runtime, &Cache),
     (draw, seed, stored): (&DrawArgs, u64, Option<Stored>),
     header: &mut Header,
 ) -> Result<Vec<Entrant>> {
@@ -55,12 +57,16 @@ pub(super) fn load(
     for model in models(paths)? {
         header.inputs.extend(model.inputs()?);
         header.warnings.extend(model.warning());
-        entrants.push(match stored {
+        let entrant = match stored {
             Some(stored) => Entrant::stored(&model, runtime, (stored, settings))?,
             None => {
                 let settings = draw.settings_for(model.contract(), seed)?;
                 Entrant::drawn(&model, runtime, settings)?
             }
+        };
+        entrants.push(Entrant {
+            recognizer: Kept::of(entrant.recognizer, &model, cache)?,
+            ..entrant
         });
     }
     Ok(entrants)

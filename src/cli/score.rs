@@ -13,6 +13,7 @@ use crate::evaluate::contest::{Contest, Entrant, Picture};
 use crate::evaluate::results::{Answered, Latency, RunTime, ScoreResults};
 use crate::report::{Sample, table, write_page};
 use crate::score::Recognizer;
+use crate::source::ViewLabel;
 use crate::template::Shape;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -168,16 +169,19 @@ fn judged(
         if !is_probe || !is_one || samples.len() == SHOWN_PEOPLE * SHOWN.len() {
             return;
         }
-        let (azimuth, elevation) = sequences.angles(sequence);
+        let seen = sequences.view_label(sequence);
         let name = &sequences.subjects[sequences.subject(sequence)];
         let sample = Sample {
-            caption: format!("{name}, {azimuth}°/{elevation}°"),
+            caption: match seen {
+                ViewLabel::Angles(azimuth, elevation) => format!("{name}, {azimuth}°/{elevation}°"),
+                ViewLabel::Named(view) => format!("{name}, {view}"),
+            },
             template: contract.template,
             rows: planes * contract.rows,
             columns: contract.columns,
             pixels: bytes.to_vec(),
         };
-        if SHOWN.contains(&(azimuth, elevation)) {
+        if seen.angles_deg().is_some_and(|at| SHOWN.contains(&at)) {
             samples.push(sample);
         } else if others.len() < SHOWN_PEOPLE * SHOWN.len() {
             others.push(sample);
@@ -214,7 +218,9 @@ fn judged(
         let of =
             |other: &usize| !inputs[*other].is_empty() && entrants[*other].is_shown_as(entrant);
         if let Some(first) = (0..=at).find(of) {
-            result.latency = latency(entrant.recognizer.as_ref(), &inputs[first])?;
+            let recognizer = entrant.recognizer.as_ref();
+            let computing = recognizer.behind().unwrap_or(recognizer);
+            result.latency = latency(computing, &inputs[first])?;
         }
     }
     if samples.is_empty() {

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 
 use super::contents::{Contents, Format, NPY_HEADER};
 use super::existing::Existing;
+use super::partition::Partition;
 use super::reader::read_manifest;
-use super::sequences::{PARTITION, parts};
+use super::sequences::PARTITION;
 use super::unfinished::difference;
 use super::writer::{DatasetWriter, Run};
 use super::{MANIFEST, Manifest, hex};
@@ -92,13 +93,13 @@ impl Checked {
     }
 }
 
-/// The parts of the people of a tree, by name.
-pub(super) fn parts_of(shard: &Path, manifest: &Manifest) -> Result<Vec<(String, Vec<String>)>> {
+/// Who trains and who is tested of the people of a tree; nobody where it does not say.
+pub(super) fn partition_of(shard: &Path, manifest: &Manifest) -> Result<Partition> {
     if manifest.format != Format::Opengait {
-        return Ok(Vec::new());
+        return Ok(Partition::default());
     }
     let text = Checked::open(shard, PARTITION, manifest)?.whole()?;
-    parts(&text).map_err(|problem| Error::input(shard.join(PARTITION), problem))
+    Partition::parse(&shard.join(PARTITION), &text)
 }
 
 /// Puts shards together, whatever their order; how many rows they have.

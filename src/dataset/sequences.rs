@@ -1,7 +1,6 @@
 //! Trees of silhouettes: a folder for each person, in it one for each recording, in it one for each
 //! viewpoint.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -16,7 +15,6 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder as _};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 use sha2::{Digest as _, Sha256};
 
 /// The table of what was written.
@@ -24,9 +22,6 @@ pub(super) const SEQUENCES: &str = "sequences.csv";
 /// Who trains and who is tested, as OpenGait reads it.
 pub(super) const PARTITION: &str = "partition.json";
 const COLUMNS: [&str; 3] = ["path", "frames", "sha256"];
-
-/// The parts of people that OpenGait knows, by the names of splits.
-const PARTS: [(&str, &str); 2] = [("train", "TRAIN_SET"), ("test", "TEST_SET")];
 
 /// A row of [`SEQUENCES`].
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -254,24 +249,4 @@ fn png(pixels: &[u8], size: Size) -> Result<Vec<u8>> {
         )
         .map_err(|error| Error::Failed(error.to_string()))?;
     Ok(bytes)
-}
-
-/// OpenGait's partition: people of a part that has no name are trained with.
-pub(super) fn partition(parts: &BTreeMap<String, Vec<String>>) -> Result<String> {
-    let of = |part: &str| parts.get(part).cloned().unwrap_or_default();
-    let [train, test] = PARTS.map(|(part, _)| of(part));
-    let mut text = serde_json::to_string_pretty(&json!({ PARTS[0].1: train, PARTS[1].1: test }))?;
-    text.push('\n');
-    Ok(text)
-}
-
-/// The parts in OpenGait's partition.
-pub(super) fn parts(text: &[u8]) -> std::result::Result<Vec<(String, Vec<String>)>, String> {
-    let read: BTreeMap<String, Vec<String>> =
-        serde_json::from_slice(text).map_err(|error| error.to_string())?;
-    let of = |(part, set): (&str, &str)| {
-        let people = read.get(set).cloned().unwrap_or_default();
-        (part.to_owned(), people)
-    };
-    Ok(PARTS.map(of).into())
 }

@@ -10,13 +10,18 @@ use super::arrays::{Growing, Table};
 use super::contents::{Contents, Format, Shard};
 use super::existing::{Existing, check_replaceable};
 use super::index::{COLUMNS, WALKER_COLUMNS};
+use super::partition::Partition;
 use super::reader::read_manifest;
-use super::sequences::{PARTITION, SEQUENCES, Sequences, partition};
+use super::sequences::{PARTITION, SEQUENCES, Sequences};
 use super::unfinished::Unfinished;
 use super::{INDEX, IndexRow, MANIFEST, WALKERS, WalkerRow, npz};
 use crate::dataset::{Header, InputFile, Manifest, sha256_of_file};
 use crate::error::{Error, Result};
 use serde_json::{Value, json};
+
+/// The names of the parts of people that a partition knows.
+const TRAIN: &str = "train";
+const TEST: &str = "test";
 
 /// What is written: everything of which its bytes depend.
 #[derive(Clone, Debug)]
@@ -340,7 +345,13 @@ impl DatasetWriter {
             Store::Tree(_) => {
                 names.push(SEQUENCES.to_owned());
                 if run.format == Format::Opengait {
-                    let text = partition(&work.journal.parts)?;
+                    let of = |part| work.journal.parts.get(part).cloned().unwrap_or_default();
+                    let partition = Partition {
+                        test: of(TEST),
+                        train: of(TRAIN),
+                        ..Partition::default()
+                    };
+                    let text = partition.to_text()?;
                     fs::write(made.join(PARTITION), text).map_err(io)?;
                     names.push(PARTITION.to_owned());
                 }
@@ -382,11 +393,10 @@ impl DatasetWriter {
             }
             Store::Tree(sequences) => {
                 sequences.append(shard, manifest)?;
-                for (part, people) in super::merge::parts_of(shard, manifest)? {
-                    for subject in people {
-                        let people = self.work.journal.parts.entry(part.clone()).or_default();
-                        people.push(subject);
-                    }
+                let Partition { train, test, .. } = super::merge::partition_of(shard, manifest)?;
+                let parts = &mut self.work.journal.parts;
+                for (part, people) in [(TRAIN, train), (TEST, test)] {
+                    parts.entry(part.to_owned()).or_default().extend(people);
                 }
             }
         }

@@ -138,10 +138,14 @@ pub(super) fn judge(
         .views
         .iter()
         .zip(&by_view)
-        .map(|(&at, people)| (at, people.iter().copied().sum::<Tally>()))
+        .map(|(view, people)| (view, people.iter().copied().sum::<Tally>()))
         .filter(|(_, tally)| tally.probes > 0)
         .collect();
-    let by_angle = by_angle(&contestant.trained_at, &sequences.views, &by_view, seed);
+    let views = sequences.views.iter().zip(&by_view);
+    let (angles, of_angles): (Vec<_>, Vec<_>) = views
+        .filter_map(|(view, people)| Some((view.angles_deg()?, people.clone())))
+        .unzip();
+    let by_angle = by_angle(&contestant.trained_at, &angles, &of_angles, seed);
     let of_person = |person: usize| by_view.iter().map(|people| people[person]).sum();
     let by_person: Vec<Tally> = (0..people).map(of_person).collect();
     let mut result = RecognizerResult::new(contestant, &tallies).with_subjects(&by_person, seed);

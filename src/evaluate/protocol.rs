@@ -21,7 +21,7 @@ pub const FIRST_UNSEEN: u32 = 1_000;
 pub const MAX_VARIATION: u32 = 1_000_000;
 
 /// Names of the built-in protocols.
-pub const NAMES: [&str; 7] = [
+pub const NAMES: [&str; 8] = [
     "closed-set",
     "first-take",
     "leave-one-take-out",
@@ -29,9 +29,13 @@ pub const NAMES: [&str; 7] = [
     "verification",
     "casia-b",
     "ou-mvlp",
+    PARTITION,
 ];
 
-const BUILT_IN: [&str; 7] = [
+/// The protocol of a partition that says which sequences are looked for among which.
+pub const PARTITION: &str = "partition";
+
+const BUILT_IN: [&str; 8] = [
     include_str!("protocols/closed-set.toml"),
     include_str!("protocols/first-take.toml"),
     include_str!("protocols/leave-one-take-out.toml"),
@@ -39,6 +43,7 @@ const BUILT_IN: [&str; 7] = [
     include_str!("protocols/verification.toml"),
     include_str!("protocols/casia-b.toml"),
     include_str!("protocols/ou-mvlp.toml"),
+    include_str!("protocols/partition.toml"),
 ];
 
 /// Who is looked for among whom.

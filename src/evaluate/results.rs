@@ -12,6 +12,7 @@ use super::rank::Tally;
 use super::verification::{RocPoint, TarAtFar};
 pub use crate::dataset::{Header, InputFile};
 pub use crate::score::RuntimeName;
+use crate::source::ViewLabel;
 
 /// The results of `edgegait score`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -97,8 +98,12 @@ pub struct RecognizerResult {
     /// empty if unknown.
     #[serde(default)]
     pub trained_at: Vec<(f64, f64)>,
-    /// Rank-1 by viewpoint.
+    /// Rank-1 by viewpoint, of those whose angles are known.
     pub by_viewpoint: Vec<ViewpointResult>,
+    /// Rank-1 by the camera or recording of which only a name is known; empty if there are more
+    /// than [`MAX_NAMED`].
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub by_named_view: Vec<NamedViewResult>,
     /// Rank-1 by the angle from training, nearest first; empty if that is unknown.
     #[serde(default)]
     pub by_angle: Vec<AngleResult>,
@@ -170,14 +175,18 @@ pub struct Answered<'a> {
     pub cycle: Option<u32>,
     /// Which seeded variation of that cycle; 0 is the cycle itself.
     pub variation: u32,
-    /// From which azimuth, degrees.
-    pub azimuth_deg: f64,
+    /// From which azimuth, degrees, if that is known.
+    pub azimuth_deg: Option<f64>,
     /// From which elevation, degrees.
-    pub elevation_deg: f64,
+    pub elevation_deg: Option<f64>,
+    /// By which camera, or in which recording, where only a name is known.
+    pub view: Option<&'a str>,
     /// Azimuth of what the probe was compared with, if each viewpoint is compared for itself.
     pub gallery_azimuth_deg: Option<f64>,
     /// Elevation of it.
     pub gallery_elevation_deg: Option<f64>,
+    /// Its name, where only that is known.
+    pub gallery_view: Option<&'a str>,
     /// Whom the recognizer took them for; none without a finite answer.
     pub answer: Option<&'a str>,
     /// The right person's rank, from 1; none where they are not in the gallery.
@@ -222,8 +231,8 @@ pub struct VerificationResult {
 /// Rank-1 from each viewpoint to each.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CrossViewResult {
-    /// (azimuth, elevation) in degrees, of rows and columns.
-    pub views: Vec<(f64, f64)>,
+    /// (azimuth, elevation) in degrees, or names, of rows and columns.
+    pub views: Vec<ViewLabel>,
     /// `[probe view][gallery view]`, 0..1; none where nobody met.
     pub rank1: Vec<Vec<Option<f64>>>,
     /// Means over the gallery views but the identical one, percent, each cell rounded to 0.01
@@ -247,6 +256,20 @@ pub struct ViewpointResult {
     /// Share of hits, 0..1; 0 without probes.
     pub rank1: f64,
 }
+
+/// Rank-1 of what one camera saw, or is in one recording.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NamedViewResult {
+    /// Its name.
+    pub view: String,
+    /// As of a viewpoint.
+    pub probes: u64,
+    /// Share of hits, 0..1; 0 without probes.
+    pub rank1: f64,
+}
+
+/// Most named views that are listed: where each recording has a name of its own, they say nothing.
+pub const MAX_NAMED: usize = 64;
 
 impl ViewpointResult {
     /// The counts behind the rate; outputs that were not finite are in no
@@ -310,18 +333,32 @@ pub struct Contestant {
 }
 
 impl RecognizerResult {
-    /// The result of counts by viewpoint ((azimuth, elevation) in degrees), without
-    /// timings.
+    /// The result of counts by viewpoint, without timings.
     #[must_use]
-    pub fn new(contestant: Contestant, by_viewpoint: &[((f64, f64), Tally)]) -> Self {
-        let all: Tally = by_viewpoint.iter().map(|(_, tally)| *tally).sum();
-        let viewpoint =
-            |&((azimuth_deg, elevation_deg), tally): &((f64, f64), Tally)| ViewpointResult {
-                azimuth_deg,
-                elevation_deg,
-                probes: tally.probes,
-                rank1: tally.rank1().unwrap_or_default(),
-            };
+    pub fn new(contestant: Contestant, by_view: &[(&ViewLabel, Tally)]) -> Self {
+        let all: Tally = by_view.iter().map(|(_, tally)| *tally).sum();
+        let (mut by_viewpoint, mut by_named_view) = (Vec::new(), Vec::new());
+        for &(view, tally) in by_view {
+            let (probes, rank1) = (tally.probes, tally.rank1().unwrap_or_default());
+            match view {
+                &ViewLabel::Angles(azimuth_deg, elevation_deg) => {
+                    by_viewpoint.push(ViewpointResult {
+                        azimuth_deg,
+                        elevation_deg,
+                        probes,
+                        rank1,
+                    });
+                }
+                ViewLabel::Named(name) => by_named_view.push(NamedViewResult {
+                    view: name.clone(),
+                    probes,
+                    rank1,
+                }),
+            }
+        }
+        if by_named_view.len() > MAX_NAMED {
+            by_named_view.clear();
+        }
         Self {
             name: contestant.name,
             baseline: false,
@@ -336,7 +373,8 @@ impl RecognizerResult {
             non_finite: all.non_finite,
             gallery_non_finite: 0,
             trained_at: contestant.trained_at,
-            by_viewpoint: by_viewpoint.iter().map(viewpoint).collect(),
+            by_viewpoint,
+            by_named_view,
             by_angle: Vec::new(),
             probe_sets: Vec::new(),
             latency: None,
@@ -378,11 +416,16 @@ pub(crate) mod tests {
 
     /// A result of (azimuth, elevation, hits, probes).
     pub(crate) fn result_of(viewpoints: &[(f64, f64, u64, u64)]) -> RecognizerResult {
+        let labels = viewpoints
+            .iter()
+            .map(|&(azimuth, elevation, ..)| ViewLabel::Angles(azimuth, elevation));
+        let labels: Vec<ViewLabel> = labels.collect();
         let counts: Vec<_> = viewpoints
             .iter()
-            .map(|&(azimuth, elevation, hits, probes)| {
+            .zip(&labels)
+            .map(|(&(_, _, hits, probes), label)| {
                 (
-                    (azimuth, elevation),
+                    label,
                     Tally {
                         probes,
                         hits,

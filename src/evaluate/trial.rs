@@ -8,7 +8,7 @@ use super::verification::Pairs;
 use crate::error::{EvaluateError, Result};
 use crate::score::Recognizer;
 use crate::score::answers::Answers;
-use crate::source::Sequences;
+use crate::source::{Sequences, ViewLabel};
 use crate::sweep::View;
 use std::ops::Neg;
 
@@ -55,7 +55,8 @@ impl Meeting {
 }
 
 impl<'a> Trial<'a> {
-    /// Who is compared with whom; the gallery is seen from `gallery_views` only, if these are said.
+    /// Who is compared with whom; the gallery is seen from `gallery_views` only, if these are said,
+    /// and by all cameras of which only names are known.
     ///
     /// # Errors
     /// If nothing is left in the gallery, or there are too many viewpoints to compare each with each.
@@ -66,10 +67,9 @@ impl<'a> Trial<'a> {
         classes: Option<Vec<usize>>,
         gallery_views: Option<Vec<View>>,
     ) -> Result<Self> {
-        let is_seen = |at: &(f64, f64)| {
-            gallery_views
-                .as_ref()
-                .is_none_or(|views| views.iter().any(|view| view.angles_deg() == *at))
+        let is_seen = |label: &ViewLabel| match (&gallery_views, label.angles_deg()) {
+            (Some(views), Some(at)) => views.iter().any(|view| view.angles_deg() == at),
+            _ => true,
         };
         let mut gallery = vec![Vec::new(); sequences.views.len()];
         for (number, sequence) in sequences.list.iter().enumerate() {
@@ -224,8 +224,9 @@ impl<'a> Trial<'a> {
         let sequence = &self.sequences.list[probe];
         let take = &self.sequences.takes[sequence.take];
         let origin = self.sequences.origin(probe);
-        let (azimuth_deg, elevation_deg) = self.sequences.angles(probe);
-        let gallery = meeting.gallery_view.map(|view| self.sequences.views[view]);
+        let seen = self.sequences.view_label(probe);
+        let gallery = meeting.gallery_view.map(|view| &self.sequences.views[view]);
+        let gallery_at = gallery.and_then(ViewLabel::angles_deg);
         let names = match self.classes {
             Some(_) => &recognizer.contract().classes,
             None => &self.sequences.subjects,
@@ -241,10 +242,12 @@ impl<'a> Trial<'a> {
             walk: &origin.walk,
             cycle: origin.cycle,
             variation: origin.variation,
-            azimuth_deg,
-            elevation_deg,
-            gallery_azimuth_deg: gallery.map(|at| at.0),
-            gallery_elevation_deg: gallery.map(|at| at.1),
+            azimuth_deg: seen.angles_deg().map(|at| at.0),
+            elevation_deg: seen.angles_deg().map(|at| at.1),
+            view: seen.name(),
+            gallery_azimuth_deg: gallery_at.map(|at| at.0),
+            gallery_elevation_deg: gallery_at.map(|at| at.1),
+            gallery_view: gallery.and_then(ViewLabel::name),
             answer: answer.map(String::as_str),
             distance: by_distance.then_some(nearest).flatten(),
             right_distance: by_distance.then_some(meeting.right).flatten(),

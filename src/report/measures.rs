@@ -217,21 +217,14 @@ fn row(set: &ProbeSetResult, sets: &[ProbeSetResult]) -> Markup {
 }
 
 fn matrix(set: &str, cross_view: &CrossViewResult) -> Markup {
-    let name = |&(azimuth, elevation): &(f64, f64)| {
-        if elevation == 0.0 {
-            format!("{azimuth}")
-        } else {
-            format!("{azimuth}/{elevation}")
-        }
-    };
     html! {
         p { (set) ": " (mean(cross_view)) }
         @if cross_view.views.len() <= MAX_CELLS {
             div.scroll { table.bands {
-                caption { "Rank-1 in percent, " (set) ": probes' viewpoint (rows), gallery's (columns), degrees" }
-                thead { tr { th scope="col" { } @for view in &cross_view.views { th scope="col" { (name(view)) } } } }
+                caption { "Rank-1 in percent, " (set) ": probes' viewpoint (rows), gallery's (columns)" }
+                thead { tr { th scope="col" { } @for view in &cross_view.views { th scope="col" { (view.to_string()) } } } }
                 tbody { @for (view, cells) in cross_view.views.iter().zip(&cross_view.rank1) { tr {
-                    th scope="row" { (name(view)) }
+                    th scope="row" { (view.to_string()) }
                     @for cell in cells { (super::viewpoints::rate_cell(*cell)) }
                 } } }
             } }
@@ -246,6 +239,7 @@ mod tests {
     use crate::evaluate::results::VerificationResult;
     use crate::evaluate::results::tests::result_of;
     use crate::evaluate::verification::TarAtFar;
+    use crate::source::ViewLabel;
 
     pub(super) fn set() -> ProbeSetResult {
         let at = |far, tar, note: Option<&str>| TarAtFar {
@@ -292,7 +286,7 @@ mod tests {
                 roc: Vec::new(),
             }),
             cross_view: Some(CrossViewResult {
-                views: vec![(0.0, 0.0), (90.0, 15.0)],
+                views: vec![ViewLabel::Angles(0.0, 0.0), ViewLabel::Angles(90.0, 15.0)],
                 rank1: vec![vec![Some(1.0), Some(0.25)], vec![None, Some(1.0)]],
                 by_probe_view_percent: Vec::new(),
                 mean_percent: None,

@@ -28,6 +28,7 @@ pub(super) fn finding(results: &ScoreResults) -> Markup {
                 @if learnt > 1 { "," }
                 " recognizes " strong { (percent(best.rank1)) " %" }
                 @match &best.by_viewpoint[..] {
+                    [] => {}
                     [one] => { " from its one viewpoint, azimuth " (label(one.azimuth_deg)) "°, elevation " (label(one.elevation_deg)) "°" }
                     many => { " over all " (grouped(many.len() as u64, THIN)) " viewpoints" }
                 }

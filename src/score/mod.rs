@@ -10,6 +10,7 @@ pub(crate) mod baseline;
 mod contract;
 mod graph;
 mod input;
+mod kept;
 mod library;
 mod model;
 mod onnx;
@@ -25,6 +26,7 @@ pub use affine::{Affine, AffineScores};
 pub use contract::{Contract, OutputNames, Training};
 pub use graph::{Dimension, Graph, Port};
 pub use input::{Distance, InputRange, Layout};
+pub use kept::Kept;
 pub use model::Model;
 pub use ports::{Batching, EMBEDDING, SCORES};
 pub use quantize::GeiForm;
@@ -61,6 +63,11 @@ pub trait Recognizer: Send + Sync {
     /// Whether it has learnt nothing, and is there for others to be compared with.
     fn is_baseline(&self) -> bool {
         false
+    }
+
+    /// The recognizer that computes, if this one remembers what that one answered.
+    fn behind(&self) -> Option<&dyn Recognizer> {
+        None
     }
 
     /// Does `work` where a call of [`Self::run`] costs least: on the runtime's own thread, if it

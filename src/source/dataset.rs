@@ -1,6 +1,6 @@
 //! Sequences of a dataset: templates as they are.
 
-use super::{Form, Labels, Made, Origin, Sequences, Shown};
+use super::{Form, Labels, Made, Origin, Sequences, Shown, ViewLabel};
 use crate::dataset::Dataset;
 use crate::error::{Error, Result};
 use crate::template::Template;
@@ -25,7 +25,7 @@ impl Geis {
                     .find(|one| is_made && one.variation == row.variation);
                 let name = of_variation.map_or(row.walk.as_str(), |one| one.take.as_str());
                 let take = labels.take(&row.subject, name, &row.condition);
-                let view = labels.view((row.azimuth_deg, row.elevation_deg));
+                let view = labels.view(ViewLabel::Angles(row.azimuth_deg, row.elevation_deg));
                 let origin = labels.origin(Origin {
                     walk: row.walk.clone(),
                     cycle: Some(row.cycle),

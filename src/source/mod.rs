@@ -16,11 +16,13 @@ pub use packs::{PackSource, Selection};
 pub(crate) use tree::Recordings;
 pub(crate) use walks::{Made, Walks};
 
-use crate::dataset::{Dataset, Tree};
+use crate::dataset::{Dataset, Layout, Tree};
 use crate::error::{Error, Result};
-use crate::sweep::Settings;
+use crate::sweep::{Settings, View};
 use edgegait_core::silhouette::Size;
+use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
+use std::fmt;
 use std::path::Path;
 
 /// One recording of a person: all cycles of one walk.
@@ -47,6 +49,54 @@ pub struct Origin {
     pub seed: u64,
 }
 
+/// From where a sequence is seen.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum ViewLabel {
+    /// From this azimuth and elevation, degrees.
+    Angles(f64, f64),
+    /// By a camera, or in a recording, of which only the name is known.
+    Named(String),
+}
+
+impl From<View> for ViewLabel {
+    fn from(view: View) -> Self {
+        let (azimuth, elevation) = view.angles_deg();
+        Self::Angles(azimuth, elevation)
+    }
+}
+
+impl ViewLabel {
+    /// Azimuth and elevation in degrees, if they are known.
+    #[must_use]
+    pub const fn angles_deg(&self) -> Option<(f64, f64)> {
+        match *self {
+            Self::Angles(azimuth, elevation) => Some((azimuth, elevation)),
+            Self::Named(_) => None,
+        }
+    }
+
+    /// The name, where angles are not known.
+    #[must_use]
+    pub fn name(&self) -> Option<&str> {
+        match self {
+            Self::Angles(..) => None,
+            Self::Named(name) => Some(name),
+        }
+    }
+}
+
+/// `90`, `90/15` at an elevation, or the name.
+impl fmt::Display for ViewLabel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Angles(azimuth, 0.0) => write!(f, "{azimuth}"),
+            Self::Angles(azimuth, elevation) => write!(f, "{azimuth}/{elevation}"),
+            Self::Named(name) => write!(f, "{name}"),
+        }
+    }
+}
+
 /// One cycle of a take, seen from one viewpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sequence {
@@ -67,8 +117,8 @@ pub struct Sequences {
     pub takes: Vec<Take>,
     /// What the sequences show, each once.
     pub origins: Vec<Origin>,
-    /// Viewpoints as (azimuth, elevation) in degrees, each once.
-    pub views: Vec<(f64, f64)>,
+    /// Viewpoints, each once.
+    pub views: Vec<ViewLabel>,
     /// The sequences.
     pub list: Vec<Sequence>,
 }
@@ -86,10 +136,10 @@ impl Sequences {
         &self.origins[self.list[sequence].origin]
     }
 
-    /// Where a sequence is seen from, (azimuth, elevation) in degrees.
+    /// Where a sequence is seen from.
     #[must_use]
-    pub fn angles(&self, sequence: usize) -> (f64, f64) {
-        self.views[self.list[sequence].view]
+    pub fn view_label(&self, sequence: usize) -> &ViewLabel {
+        &self.views[self.list[sequence].view]
     }
 }
 
@@ -125,7 +175,7 @@ struct Labels {
     subjects: Register<String>,
     takes: Register<(usize, String, String)>,
     origins: Register<Origin>,
-    views: Register<(u64, u64)>,
+    views: Register<String>,
 }
 
 impl Labels {
@@ -147,13 +197,18 @@ impl Labels {
         })
     }
 
-    /// The number of a viewpoint, (azimuth, elevation) in degrees.
-    fn view(&mut self, (azimuth_deg, elevation_deg): (f64, f64)) -> usize {
-        // Without a sign of zero.
-        let angles = (azimuth_deg + 0.0, elevation_deg + 0.0);
+    /// The number of a viewpoint.
+    fn view(&mut self, label: ViewLabel) -> usize {
+        let label = match label {
+            // Without a sign of zero.
+            ViewLabel::Angles(azimuth, elevation) => {
+                ViewLabel::Angles(azimuth + 0.0, elevation + 0.0)
+            }
+            named @ ViewLabel::Named(_) => named,
+        };
         let views = &mut self.sequences.views;
-        let key = (angles.0.to_bits(), angles.1.to_bits());
-        self.views.number(key, || views.push(angles))
+        self.views
+            .number(label.to_string(), || views.push(label.clone()))
     }
 
     /// The number of what a sequence shows, which is added if it is new.
@@ -214,16 +269,17 @@ pub enum Source<'a> {
 }
 
 impl Source<'_> {
-    /// A dataset, or a tree of silhouettes: `path` is a folder of one or the other kind.
+    /// A dataset, or a tree of silhouettes that is read as `layout` says: `path` is a folder of one or
+    /// the other kind.
     ///
     /// # Errors
     /// If it is neither, or cannot be read.
-    pub fn open(path: &Path, made: &[Made]) -> Result<Self> {
+    pub fn open(path: &Path, made: &[Made], layout: &Layout) -> Result<Self> {
         // A tree that was made here has a manifest too, and no templates.
         let has_templates =
             path.join("manifest.json").exists() && !path.join("sequences.csv").exists();
         if Tree::is_at(path) && !has_templates {
-            return Ok(Self::Tree(Recordings::open(path)?));
+            return Ok(Self::Tree(Recordings::open(path, layout)?));
         }
         let files = ["manifest.json", "index.csv", "geis.npy"];
         if !files.iter().any(|name| path.join(name).exists()) {

@@ -1,8 +1,8 @@
 //! Sequences of a tree of silhouettes.
 
 use super::packs::{Selection, require};
-use super::{Form, Labels, Origin, Sequences, Shown, mean};
-use crate::dataset::{Tree, TreeSequence};
+use super::{Form, Labels, Origin, Sequences, Shown, ViewLabel, mean};
+use crate::dataset::{Layout, Partition, Tree, TreeSequence};
 use crate::error::{Error, Result};
 use crate::sweep::Views;
 use crate::template::{Builder, Template};
@@ -18,15 +18,62 @@ pub struct Recordings {
     numbers: Vec<usize>,
     pub(super) sequences: Sequences,
     as_stored: bool,
+    /// Which sequences are looked for among which, if a partition says so.
+    roles: Option<Roles>,
+}
+
+/// What takes are called that people are known by, and those that are looked for, as conditions.
+const GALLERY: &str = "gallery";
+const PROBE: &str = "probe";
+
+/// Names of sequences, `<person>-<take>-<view>`.
+#[derive(Clone, Debug)]
+struct Roles {
+    gallery: Option<HashSet<String>>,
+    probes: Option<HashSet<String>>,
+}
+
+impl Roles {
+    /// The part of a sequence; empty if it has none.
+    fn of(&self, name: &str) -> &'static str {
+        let is_in =
+            |set: &Option<HashSet<String>>| set.as_ref().is_some_and(|set| set.contains(name));
+        if is_in(&self.probes) || (self.probes.is_none() && !is_in(&self.gallery)) {
+            PROBE
+        } else if is_in(&self.gallery) || self.gallery.is_none() {
+            GALLERY
+        } else {
+            ""
+        }
+    }
+}
+
+/// What a partition calls a sequence.
+fn name_of(sequence: &TreeSequence) -> String {
+    let TreeSequence {
+        subject,
+        take,
+        view,
+        ..
+    } = sequence;
+    format!("{subject}-{take}-{view}")
 }
 
 impl Recordings {
-    pub(super) fn open(path: &Path) -> Result<Self> {
-        Ok(Self::of(Tree::open(path)?, |_, _| true))
+    pub(super) fn open(path: &Path, layout: &Layout) -> Result<Self> {
+        let all = Self {
+            tree: Tree::open(path, layout)?,
+            numbers: Vec::new(),
+            sequences: Sequences::default(),
+            as_stored: false,
+            roles: None,
+        };
+        Ok(all.of(|_, _| true))
     }
 
     /// The sequences to keep, by their number in the tree and what they are.
-    fn of(tree: Tree, is_kept: impl Fn(usize, &TreeSequence) -> bool) -> Self {
+    fn of(self, is_kept: impl Fn(usize, &TreeSequence) -> bool) -> Self {
+        let Self { tree, roles, .. } = &self;
         let mut labels = Labels::default();
         let mut numbers = Vec::new();
         for (number, recording) in tree.sequences().iter().enumerate() {
@@ -34,8 +81,19 @@ impl Recordings {
                 continue;
             }
             numbers.push(number);
-            let take = labels.take(&recording.subject, &recording.take, "");
-            let view = labels.view((recording.azimuth_deg, recording.elevation_deg));
+            let role = roles
+                .as_ref()
+                .map_or("", |roles| roles.of(&name_of(recording)));
+            let take = match (roles, recording.angles_deg) {
+                // Each recording has a part of its own.
+                (Some(_), None) => format!("{}-{}", recording.take, recording.view),
+                _ => recording.take.clone(),
+            };
+            let take = labels.take(&recording.subject, &take, role);
+            let view = labels.view(match recording.angles_deg {
+                Some((azimuth, elevation)) => ViewLabel::Angles(azimuth, elevation),
+                None => ViewLabel::Named(recording.view.clone()),
+            });
             let origin = labels.origin(Origin {
                 walk: recording.take.clone(),
                 cycle: None,
@@ -45,17 +103,97 @@ impl Recordings {
             labels.push(take, origin, view);
         }
         Self {
-            tree,
             numbers,
             sequences: labels.sequences,
-            as_stored: false,
+            ..self
         }
+    }
+
+    /// Only the people whom a partition tests, and which of their sequences are looked for among
+    /// which, if it says so; what of it is not in the tree, in words.
+    ///
+    /// # Errors
+    /// If the tree has none of those people, or none of those sequences.
+    pub fn parted(self, partition: &Partition, path: &Path) -> Result<(Self, Vec<String>)> {
+        let people: HashSet<&String> = partition.test.iter().collect();
+        let subjects: HashSet<&String> = self.sequences.subjects.iter().collect();
+        let recordings = self
+            .numbers
+            .iter()
+            .map(|&at| name_of(&self.tree.sequences()[at]));
+        let recordings: HashSet<String> = recordings.collect();
+        let mut warnings = Vec::new();
+        let lists = [
+            ("TEST_SET", Some(&partition.test)),
+            ("GALLERY_SET", partition.gallery.as_ref()),
+            ("PROBE_SET", partition.probes.as_ref()),
+        ];
+        for (set, names) in lists {
+            let Some(names) = names else { continue };
+            let is_there = |name: &&String| match set {
+                "TEST_SET" => subjects.contains(name),
+                _ => recordings.contains(*name),
+            };
+            let mut lacking = names.iter().filter(|name| !is_there(name));
+            let Some(first) = lacking.next() else {
+                continue;
+            };
+            let count = lacking.count() + 1;
+            if count == names.len() {
+                return Err(Error::input(
+                    path,
+                    format!(
+                        "{set}: expected names that are in the tree, found {first:?} and no other that is"
+                    ),
+                ));
+            }
+            warnings.push(format!(
+                "{}: {set}: {count} of {} names are not in the tree, first {first:?}",
+                path.display(),
+                names.len()
+            ));
+        }
+        let set = |names: &Option<Vec<String>>| {
+            names.as_ref().map(|names| names.iter().cloned().collect())
+        };
+        let roles = partition.has_roles().then(|| Roles {
+            gallery: set(&partition.gallery),
+            probes: set(&partition.probes),
+        });
+        let kept: HashSet<usize> = self.numbers.iter().copied().collect();
+        let parted = Self { roles, ..self };
+        let parted = parted
+            .of(|number, sequence| kept.contains(&number) && people.contains(&sequence.subject));
+        Ok((parted, warnings))
+    }
+
+    /// Checks, by the beginnings of files, that each sequence's pictures have one size and, if they
+    /// are to be taken as they are, that it serves for each of these; on all cores. `progress` is
+    /// called once a sequence.
+    ///
+    /// # Errors
+    /// The first in the tree's order.
+    pub fn check_sizes(&self, stored: &[Size], progress: &(dyn Fn() + Sync)) -> Result<()> {
+        let stored = if self.as_stored { stored } else { &[] };
+        let check = |&number: &usize| {
+            let result = self.tree.check_size(number, stored);
+            progress();
+            result
+        };
+        let results: Vec<Result<()>> = self.numbers.par_iter().map(check).collect();
+        results.into_iter().collect()
     }
 
     /// How many sequences there are.
     #[must_use]
     pub const fn len(&self) -> usize {
         self.numbers.len()
+    }
+
+    /// Whether a partition says which sequences are looked for among which.
+    #[must_use]
+    pub const fn has_roles(&self) -> bool {
+        self.roles.is_some()
     }
 
     /// Whether none was chosen.
@@ -77,15 +215,24 @@ impl Recordings {
         require("subject", &selection.subjects, &people)?;
         require("take", &selection.walks, &takes)?;
         let is_kept = |sequence: &TreeSequence| {
-            let seen_at = (sequence.azimuth_deg, sequence.elevation_deg);
-            let is_seen =
-                |views: &Views| views.list.iter().any(|view| view.angles_deg() == seen_at);
+            let is_seen = |views: &Views| {
+                let mut views = views.list.iter();
+                views.any(|view| Some(view.angles_deg()) == sequence.angles_deg)
+            };
             selection.has(&sequence.subject, &sequence.take) && views.is_none_or(is_seen)
         };
-        Ok(Self {
-            as_stored: self.as_stored,
-            ..Self::of(self.tree, |_, sequence| is_kept(sequence))
-        })
+        if views.is_some()
+            && self
+                .sequences
+                .views
+                .iter()
+                .all(|view| view.angles_deg().is_none())
+        {
+            return Err(Error::Usage(
+                "expected views named by angles, to choose by viewpoint, found names of cameras or recordings".into(),
+            ));
+        }
+        Ok(self.of(|_, sequence| is_kept(sequence)))
     }
 
     /// Only the sequences that can be shown in all of these forms, and why the others cannot, in
@@ -121,11 +268,7 @@ impl Recordings {
                 Err(error) => refused.push(error),
             }
         }
-        let readable = Self {
-            as_stored: self.as_stored,
-            ..Self::of(self.tree, |number, _| kept.contains(&number))
-        };
-        Ok((readable, refused))
+        Ok((self.of(|number, _| kept.contains(&number)), refused))
     }
 
     /// The same, its pictures taken as they are: they have been framed already, as OpenGait does.

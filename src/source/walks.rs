@@ -2,7 +2,7 @@
 
 use super::{Form, Labels, Origin, Sequences, Shown};
 use crate::confound::Condition;
-use crate::error::{ChoiceError, Result};
+use crate::error::{ChoiceError, Error, Result};
 use crate::sweep::{Job, Moments, Settings, Shot, Swept, View, jobs, silhouettes, sweep};
 use crate::template::Template;
 use edgegait_core::pack::Pack;
@@ -191,8 +191,8 @@ impl<'a> Cycles<'a> {
     #[must_use]
     pub fn seen(self, first: &[View], seed: u64, views: impl Fn(usize) -> Vec<View>) -> Walks<'a> {
         let mut labels = Labels::default();
-        for view in first {
-            labels.view(view.angles_deg());
+        for &view in first {
+            labels.view(view.into());
         }
         let mut begins = Vec::new();
         for (label, &job) in self.labels.iter().zip(&self.jobs) {
@@ -206,7 +206,7 @@ impl<'a> Cycles<'a> {
             });
             begins.push((job, labels.sequences.list.len()));
             for view in views(take) {
-                let view = labels.view(view.angles_deg());
+                let view = labels.view(view.into());
                 labels.push(take, origin, view);
             }
         }
@@ -234,7 +234,8 @@ impl Walks<'_> {
                 continue;
             }
             let view = |&number: &usize| {
-                let (azimuth, elevation) = self.sequences.angles(number);
+                let label = self.sequences.view_label(number);
+                let (azimuth, elevation) = label.angles_deg().ok_or(Error::Missing("angles"))?;
                 #[expect(clippy::cast_possible_truncation, reason = "it was an f32")]
                 View::new(azimuth as f32, elevation as f32)
             };

@@ -7,6 +7,7 @@ use std::process::{Command, Output};
 pub fn edgegait(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_edgegait"))
         .args(arguments)
+        .env("EDGEGAIT_CACHE", "none")
         .current_dir(folder)
         .output()
         .expect("the command starts")

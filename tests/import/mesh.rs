@@ -4,13 +4,14 @@
 //! areas. The hulls are fitted to the mesh at rest in random poses, and know neither the clip nor
 //! the cameras.
 
-use crate::command::done;
+use crate::command::{done, names};
 use crate::data::{fixtures, given};
 use crate::npy::npy;
 use crate::npz::Npz;
 use edgegait_core::pack::Pack;
 use ndarray::Array2;
 use std::path::Path;
+use std::time::Instant;
 
 const ROWS: usize = 50;
 const COLUMNS: usize = 30;
@@ -243,9 +244,22 @@ fn check_fitted_hulls(data: &Path, bodies: &[&str]) {
         let animation = format!("{body}_{CLIP}");
         let mesh = mesh.to_str().expect("UTF-8");
         let import = [
-            "import", mesh, "--clip", &animation, "--track", "clip", "--out", "m.egp",
+            "import", mesh, "--clip", &animation, "--track", "clip", "--cache", "kept", "--out",
         ];
-        println!("{}", done(folder.path(), &import));
+        let import = |out| {
+            let started = Instant::now();
+            println!("{}", done(folder.path(), &[&import[..], &[out]].concat()));
+            started.elapsed()
+        };
+        let fitted = import("m.egp");
+        // What was fitted once is known.
+        let known = import("again.egp");
+        println!("  fitted in {fitted:.1?}, known in {known:.1?}");
+        assert!(known < fitted / 4, "{known:?} of {fitted:?}");
+        assert_eq!(names(&folder.path().join("kept/hulls")).len(), 1);
+        let [once, again] =
+            ["m.egp", "again.egp"].map(|name| std::fs::read(folder.path().join(name)));
+        assert!(once.expect("a pack") == again.expect("a pack"));
         let bytes = std::fs::read(folder.path().join("m.egp")).expect("the pack");
         let pack = Pack::parse(&bytes).expect("a pack");
         let avatar = pack.avatar(0).expect("a body");

@@ -22,4 +22,5 @@ mod quantize;
 mod score;
 mod skinned;
 mod train;
+mod trees;
 mod twins;

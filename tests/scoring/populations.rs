@@ -5,6 +5,7 @@ use crate::command::done;
 use crate::data::given;
 use crate::people::{Row, rows};
 use crate::skinned::{CHOICES, Seen, spans};
+use edgegait::dataset::Layout;
 use edgegait::score::{Model, Runtime};
 use edgegait::sweep::Framing;
 use edgegait::{Dataset, Tree};
@@ -113,7 +114,7 @@ fn rank1(
 /// The cycles of the people for choices.
 fn seen(data: &Path) -> Vec<Shown> {
     let takes = rows(&data.join("people/manifest.csv"));
-    let tree = Tree::open(data.join("people/people")).expect("a tree");
+    let tree = Tree::open(data.join("people/people"), &Layout::default()).expect("a tree");
     let mut shown = Vec::new();
     for row in takes
         .iter()

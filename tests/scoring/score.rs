@@ -8,6 +8,7 @@ fn edgegait(dir: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_edgegait"))
         .args(arguments)
         .current_dir(dir)
+        .env("EDGEGAIT_CACHE", "none")
         .env_remove("EDGEGAIT_ORT_LIB")
         .output()
         .expect("the command starts")

@@ -5,7 +5,7 @@ use crate::command::done;
 use crate::data::given;
 use crate::npy::npy;
 use crate::people::{Row, body, recordings, rows};
-use edgegait::dataset::Silhouettes;
+use edgegait::dataset::{Layout, Silhouettes};
 use edgegait::sweep::Framing;
 use edgegait::train::{Components, Method, Options, fit};
 use edgegait::{Dataset, Tree};
@@ -213,7 +213,7 @@ mod slow {
         let at = folder.path();
         let bodies = rows(&data.join("people/bodies.csv"));
         let takes = rows(&data.join("people/manifest.csv"));
-        let tree = Tree::open(data.join("people/people")).expect("a tree");
+        let tree = Tree::open(data.join("people/people"), &Layout::default()).expect("a tree");
         let mut found: BTreeMap<&str, Found> = BTreeMap::new();
         let ids = bodies.iter().map(|row| row["id"].as_str());
         let wanted = |id: &&str| people == "all" || (people == "choices") == CHOICES.contains(id);

@@ -3,23 +3,25 @@
 //! `root/<person>/<take>/<view>/` holds one PNG a frame, or one pickled NumPy array of all frames
 //! (github.com/ShiqiYu/OpenGait, docs/2.prepare_dataset.md). A person is called `001`, a take
 //! `nm-01`, a view by its azimuth, `090`, and here also by its elevation, `090e15`. Whether an
-//! azimuth of 90 shows the walker's left (as ours does) or right, is the data's to say.
+//! azimuth of 90 shows the walker's left (as ours does) or right, is the data's to say. Where views
+//! are cameras or recordings (Gait3D, GREW, CCPG), their names say nothing of angles.
 
 mod angle;
+mod files;
 mod frame;
+mod layout;
 mod pickle;
 
 use std::fs;
-use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-use image::{ImageFormat, ImageReader};
-
-use crate::error::{Error, Place, Remedy, Result};
+use crate::error::{Error, Remedy, Result};
 use crate::sweep::Framing;
 use angle::Angle;
 use edgegait_core::silhouette::Size;
+use files::Files;
 use frame::{Fit, Picture};
+pub use layout::{Layout, Modality};
 pub(super) use pickle::pickled;
 
 /// Most sequences of a tree: OU-MVLP has 288,596.
@@ -35,6 +37,7 @@ const MAX_BYTES: u64 = 1 << 27;
 #[derive(Clone, Debug)]
 pub struct Tree {
     root: PathBuf,
+    modality: Option<Modality>,
     sequences: Vec<TreeSequence>,
     skipped: Vec<String>,
 }
@@ -48,10 +51,9 @@ pub struct TreeSequence {
     pub take: String,
     /// The view's name.
     pub view: String,
-    /// Azimuth that the view's name states, degrees.
-    pub azimuth_deg: f64,
-    /// Elevation that the view's name states, degrees; 0 if it states none.
-    pub elevation_deg: f64,
+    /// Azimuth and elevation that the view's name states, degrees; none if views are named
+    /// otherwise.
+    pub angles_deg: Option<(f64, f64)>,
 }
 
 /// The silhouettes of a sequence.
@@ -69,30 +71,23 @@ pub struct Silhouettes {
 
 impl Tree {
     /// Lists the sequences of a tree by name: people, of each the takes, of each the views. Looks
-    /// into folders of three levels and into no file; files beside those folders are passed over,
-    /// and so are people none of whose views are named by an angle, which [`Self::skipped`] names.
+    /// into folders of three levels and into no file but those of the first sequence where views are
+    /// not named by angles; files beside those folders are passed over. If any person has views that
+    /// are named by angles, so have all: others are passed over, and [`Self::skipped`] names them.
     ///
     /// # Errors
     /// If a folder cannot be read, a person has views named by angles and others that are not,
     /// there is no sequence, or there are more than 524,288.
-    pub fn open(root: impl AsRef<Path>) -> Result<Self> {
+    pub fn open(root: impl AsRef<Path>, layout: &Layout) -> Result<Self> {
         let root = root.as_ref().to_path_buf();
         let mut tree = Self {
             root: root.clone(),
+            modality: layout.modality.clone(),
             sequences: Vec::new(),
             skipped: Vec::new(),
         };
-        let mut unreadable = None;
         for subject in folders(&root)? {
-            let (sequences, problem) = tree.person(&subject)?;
-            match problem {
-                Some(problem) if sequences.is_empty() => {
-                    tree.skipped.push(subject);
-                    unreadable.get_or_insert(problem);
-                }
-                Some(problem) => return Err(problem),
-                None => tree.sequences.extend(sequences),
-            }
+            tree.person(&subject)?;
             if tree.sequences.len() > MAX_SEQUENCES {
                 return Err(Error::input(
                     root,
@@ -101,14 +96,51 @@ impl Tree {
             }
         }
         if tree.sequences.is_empty() {
-            return Err(unreadable.unwrap_or_else(|| {
-                Error::input(
-                    root,
-                    "expected a tree of silhouettes, <person>/<take>/<view>/, found no such folders",
-                )
-            }));
+            return Err(Error::input(
+                root,
+                "expected a tree of silhouettes, <person>/<take>/<view>/, found no such folders",
+            ));
         }
+        let has_angle = |sequence: &TreeSequence| sequence.angles_deg.is_some();
+        if layout.named_views || !tree.sequences.iter().any(has_angle) {
+            tree.sequences
+                .iter_mut()
+                .for_each(|one| one.angles_deg = None);
+            // The names say nothing of whether this is a tree at all.
+            Files::of(&tree.folder(0), tree.modality.as_ref())?;
+            return Ok(tree);
+        }
+        tree.check_angles()?;
         Ok(tree)
+    }
+
+    /// Passes over people none of whose views are named by an angle.
+    ///
+    /// # Errors
+    /// For a view that is not, of a person who has others that are.
+    fn check_angles(&mut self) -> Result<()> {
+        let all = std::mem::take(&mut self.sequences);
+        for views in all.chunk_by(|a, b| a.subject == b.subject) {
+            let is_named = |view: &&TreeSequence| view.angles_deg.is_none();
+            match views.iter().find(is_named) {
+                None => self.sequences.extend_from_slice(views),
+                Some(named) if views.iter().all(|view| view.angles_deg.is_none()) => {
+                    self.skipped.push(named.subject.clone());
+                }
+                Some(TreeSequence {
+                    subject,
+                    take,
+                    view,
+                    ..
+                }) => {
+                    let path = self.root.join(subject).join(take).join(view);
+                    return Err(
+                        Error::input(path, angle::expected(view)).with_remedy(Remedy::NamedViews)
+                    );
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Whether a folder looks like such a tree: it has folders in folders in folders.
@@ -204,22 +236,8 @@ impl Tree {
         };
         self.pictures(index, |path, picture| {
             let rows = picture.pixels.len() / picture.columns;
-            let cut = 10 * (picture.columns / 64);
-            let kept = if picture.columns == size.columns() {
-                0..picture.columns
-            } else {
-                cut..picture.columns - cut
-            };
-            if (rows, kept.len()) != (size.rows(), size.columns()) {
-                return Err(Error::input(
-                    path,
-                    format!(
-                        "expected pictures of {size} that are framed already (for 64x44 also 64x64, cut as OpenGait cuts), found {rows}x{}",
-                        picture.columns
-                    ),
-                )
-                .with_remedy(Remedy::FrameAnew));
-            }
+            let kept = kept(rows, picture.columns, size)
+                .ok_or_else(|| other_size(path, (rows, picture.columns), size))?;
             for row in picture.pixels.chunks_exact(picture.columns) {
                 found.pixels.extend_from_slice(&row[kept.clone()]);
             }
@@ -229,96 +247,75 @@ impl Tree {
         Ok(found)
     }
 
-    /// The sequences of a person, and what is wrong with the first view that is no angle.
-    fn person(&self, subject: &str) -> Result<(Vec<TreeSequence>, Option<Error>)> {
-        let (mut sequences, mut problem) = (Vec::new(), None);
+    /// Adds the sequences of a person.
+    fn person(&mut self, subject: &str) -> Result<()> {
         let person = self.root.join(subject);
         for take in folders(&person)? {
             for view in folders(&person.join(&take))? {
-                match Angle::parse(&view) {
-                    Ok(angle) => sequences.push(TreeSequence {
-                        subject: subject.to_owned(),
-                        take: take.clone(),
-                        view,
-                        azimuth_deg: angle.azimuth_deg,
-                        elevation_deg: angle.elevation_deg,
-                    }),
-                    Err(text) => {
-                        let path = person.join(&take).join(&view);
-                        problem.get_or_insert_with(|| Error::input(path, text));
-                    }
-                }
+                let angle = Angle::parse(&view);
+                self.sequences.push(TreeSequence {
+                    subject: subject.to_owned(),
+                    take: take.clone(),
+                    angles_deg: angle.map(|angle| (angle.azimuth_deg, angle.elevation_deg)),
+                    view,
+                });
             }
         }
-        Ok((sequences, problem))
+        Ok(())
+    }
+
+    /// Checks, by the beginnings of files, that a sequence's pictures have one size, and that it is, or
+    /// is cut to, each of those that they are to be taken for as they are ([`Self::stored`]). Cheap
+    /// beside reading them.
+    ///
+    /// # Errors
+    /// Naming the file.
+    ///
+    /// # Panics
+    /// If there is no such sequence.
+    pub fn check_size(&self, index: usize, stored: &[Size]) -> Result<()> {
+        let folder = self.folder(index);
+        let found = Files::of(&folder, self.modality.as_ref())?.size()?;
+        let Some((rows, columns)) = found else {
+            return Ok(());
+        };
+        let other = stored
+            .iter()
+            .find(|size| kept(rows, columns, **size).is_none());
+        other.map_or(Ok(()), |&size| {
+            Err(other_size(&folder, (rows, columns), size))
+        })
     }
 
     /// Shows each picture of a sequence, in order, with the file that it is from.
     fn pictures(
         &self,
         index: usize,
-        mut show: impl FnMut(&Path, Picture<'_>) -> Result<()>,
+        show: impl FnMut(&Path, Picture<'_>) -> Result<()>,
     ) -> Result<()> {
-        let folder = self.folder(index);
-        let files = files(&folder)?;
-        let has_extension = |path: &PathBuf, wanted: &str| {
-            let extension = path.extension().unwrap_or_default();
-            extension.eq_ignore_ascii_case(wanted)
-        };
-        let other = files
-            .iter()
-            .find(|path| !has_extension(path, "png") && !has_extension(path, "pkl"));
-        if let Some(other) = other {
-            return Err(Error::input(
-                other,
-                "expected frames as .png, or all of them in one .pkl, found another kind of file",
-            ));
-        }
-        let pickles = files
-            .iter()
-            .filter(|path| has_extension(path, "pkl"))
-            .count();
-        match (files.as_slice(), pickles) {
-            ([], _) => Err(Error::input(
-                folder,
-                "expected frames as .png, or all of them in one .pkl, found neither",
-            )),
-            ([pickle], 1) => unpickle(pickle, show),
-            (_, 0) if files.len() > MAX_FRAMES => Err(Error::input(
-                folder,
-                format!(
-                    "expected at most {MAX_FRAMES} frames, found {}",
-                    files.len()
-                ),
-            )),
-            (_, 0) => {
-                let mut first = None;
-                files.iter().try_for_each(|path| {
-                    let (pixels, columns) = decode(path)?;
-                    let size = (pixels.len() / columns, columns);
-                    let expected = *first.get_or_insert(size);
-                    if size != expected {
-                        return Err(Error::input(
-                            path,
-                            format!(
-                                "expected {}x{} pixels as the frames before, found {}x{}",
-                                expected.0, expected.1, size.0, size.1
-                            ),
-                        ));
-                    }
-                    let pixels = &pixels;
-                    show(path, Picture { pixels, columns })
-                })
-            }
-            (_, pickles) => Err(Error::input(
-                folder,
-                format!(
-                    "expected one .pkl and nothing else, found {pickles} and {} .png (several modalities are not supported)",
-                    files.len() - pickles
-                ),
-            )),
-        }
+        Files::of(&self.folder(index), self.modality.as_ref())?.show(show)
     }
+}
+
+/// The columns that are kept of stored pictures, if these have this size or will have it.
+fn kept(rows: usize, columns: usize, size: Size) -> Option<std::ops::Range<usize>> {
+    let cut = 10 * (columns / 64);
+    let kept = if columns == size.columns() {
+        0..columns
+    } else {
+        cut..columns - cut
+    };
+    ((rows, kept.len()) == (size.rows(), size.columns())).then_some(kept)
+}
+
+fn other_size(path: &Path, (rows, columns): (usize, usize), size: Size) -> Error {
+    Error::input(
+        path,
+        format!(
+            "expected pictures of {size} that are framed already (for 64x44 also 64x64, cut as OpenGait cuts), found {rows}x{columns}"
+        ),
+    )
+    .with_remedy(Remedy::FrameAnew)
 }
 
 /// Names of the folders in a folder, in order, without hidden ones.
@@ -336,84 +333,6 @@ fn folders(path: &Path) -> Result<Vec<String>> {
     }
     names.sort_unstable();
     Ok(names)
-}
-
-/// The files in a folder, by name, without hidden ones and without `gei.png`, which CASIA-B's
-/// tools leave among the frames and OpenGait's pretreatment passes over.
-fn files(path: &Path) -> Result<Vec<PathBuf>> {
-    let io = |error| Error::io(path, error);
-    let mut files = Vec::new();
-    for entry in fs::read_dir(path).map_err(io)? {
-        let entry = entry.map_err(io)?;
-        let name = entry.file_name();
-        let is_hidden = name.as_encoded_bytes().starts_with(b".")
-            || name == "Thumbs.db"
-            || name == "desktop.ini";
-        if !is_hidden && name != "gei.png" {
-            files.push(entry.path());
-        }
-    }
-    files.sort_unstable();
-    Ok(files)
-}
-
-/// A PNG's pixels as grey, and how many columns they are.
-fn decode(path: &Path) -> Result<(Vec<u8>, usize)> {
-    let file = fs::File::open(path).map_err(|error| Error::io(path, error))?;
-    let mut limits = image::Limits::default();
-    (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));
-    limits.max_alloc = Some(MAX_BYTES);
-    let mut reader = ImageReader::with_format(BufReader::new(file), ImageFormat::Png);
-    reader.limits(limits);
-    let picture = reader
-        .decode()
-        .map_err(|error| Error::input(path, format!("cannot be read as PNG: {error}")))?;
-    if picture.color().has_alpha() {
-        return Err(Error::input(
-            path,
-            "expected a silhouette in grey, found one with transparency (flatten it onto black)",
-        ));
-    }
-    let columns = picture.width() as usize;
-    if picture.color().has_color() {
-        let is_grey = |pixel: &image::Rgb<u8>| pixel.0.iter().all(|part| *part == pixel.0[0]);
-        if !picture.to_rgb8().pixels().all(is_grey) {
-            return Err(Error::input(
-                path,
-                "expected a silhouette in grey, found a picture in colour (segment it first)",
-            ));
-        }
-    }
-    Ok((picture.into_luma8().into_raw(), columns))
-}
-
-/// Shows the pictures of a pickled array `[frames][rows][columns]`.
-fn unpickle(path: &Path, mut show: impl FnMut(&Path, Picture<'_>) -> Result<()>) -> Result<()> {
-    let io = |error| Error::io(path, error);
-    let length = fs::metadata(path).map_err(io)?.len();
-    if length > MAX_BYTES {
-        return Err(Error::input(
-            path,
-            format!("expected a pickle of at most {MAX_BYTES} bytes, found {length}"),
-        ));
-    }
-    let bytes = fs::read(path).map_err(io)?;
-    let array = pickle::read(&bytes)
-        .map_err(|refused| Error::at(path, Place::Byte(refused.byte), refused.problem))?;
-    let side = 1..=MAX_SIDE as usize;
-    match *array.shape {
-        [1..=MAX_FRAMES, rows, columns] if side.contains(&rows) && side.contains(&columns) => {
-            let mut frames = array.bytes.chunks_exact(rows * columns);
-            frames.try_for_each(|pixels| show(path, Picture { pixels, columns }))
-        }
-        _ => Err(Error::input(
-            path,
-            format!(
-                "expected an array of 1 to {MAX_FRAMES} frames of at most {MAX_SIDE}x{MAX_SIDE}, found {:?}",
-                array.shape
-            ),
-        )),
-    }
 }
 
 #[cfg(test)]

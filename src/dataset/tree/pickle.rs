@@ -76,6 +76,33 @@ pub(super) fn read(pickle: &[u8]) -> Result<ByteArray<'_>, Refused> {
     })
 }
 
+/// The shape `[frames][rows][columns]` of the array in a pickle that begins so, if the shape stands
+/// before the array's bytes, as NumPy writes it.
+pub(super) fn shape(start: &[u8]) -> Option<[usize; 3]> {
+    let mut machine = Machine {
+        pickle: start,
+        at: 0,
+        stack: Vec::new(),
+        memo: Vec::new(),
+    };
+    for _ in 0..MAX_STEPS {
+        if machine.step().is_err() {
+            break;
+        }
+    }
+    let size = |value: &Value<'_>| match value {
+        Value::Int(size) => usize::try_from(*size).ok(),
+        _ => None,
+    };
+    machine.stack.iter().rev().find_map(|value| match value {
+        Value::Tuple(sides) => match &**sides {
+            [frames, rows, columns] => Some([size(frames)?, size(rows)?, size(columns)?]),
+            _ => None,
+        },
+        _ => None,
+    })
+}
+
 #[derive(Clone, Debug)]
 enum Value<'a> {
     Mark,

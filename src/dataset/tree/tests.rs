@@ -52,50 +52,173 @@ fn sequences_are_listed_by_name_without_a_look_at_pictures() {
     ]);
     fs::write(root.path().join("manifest.csv"), "not looked at").expect("written");
     fs::write(root.path().join(SIDE).join("001.png"), "not looked at").expect("written");
-    let tree = Tree::open(root.path()).expect("a tree");
+    let tree = Tree::open(root.path(), &Layout::default()).expect("a tree");
     let names: Vec<String> = tree
         .sequences()
         .iter()
-        .map(|s| {
-            format!(
-                "{}/{}/{} {} {}",
-                s.subject, s.take, s.view, s.azimuth_deg, s.elevation_deg
-            )
-        })
+        .map(|s| format!("{}/{}/{} {:?}", s.subject, s.take, s.view, s.angles_deg))
         .collect();
     assert_eq!(
         names,
         [
-            "001/nm-01/045e15 45 15",
-            "001/nm-01/090 90 0",
-            "001/nm-02/000 0 0",
-            "002/nm-01/090 90 0"
+            "001/nm-01/045e15 Some((45.0, 15.0))",
+            "001/nm-01/090 Some((90.0, 0.0))",
+            "001/nm-02/000 Some((0.0, 0.0))",
+            "002/nm-01/090 Some((90.0, 0.0))"
         ]
     );
     assert!(tree.skipped().is_empty() && Tree::is_at(root.path()));
 }
 
 #[test]
-fn folders_that_are_no_people_are_named_and_views_that_are_no_angles_refused() {
+fn folders_that_are_no_people_are_named_and_views_of_both_kinds_refused() {
     let root = tree_of(&[SIDE, "video/001_nm-01_090/frames"]);
-    let tree = Tree::open(root.path()).expect("one person");
+    let tree = Tree::open(root.path(), &Layout::default()).expect("one person");
     assert_eq!(
         (tree.sequences().len(), tree.skipped()),
         (1, &["video".to_owned()][..])
     );
 
     let root = tree_of(&[SIDE, "001/nm-01/side"]);
-    let text = refusal(Tree::open(root.path()), &root);
+    let text = refusal(Tree::open(root.path(), &Layout::default()), &root);
     assert!(
         text.starts_with("001/nm-01/side: expected the name of a view"),
         "{text}"
     );
-    let root = tree_of(&["a/b/c"]);
-    assert!(refusal(Tree::open(root.path()), &root).ends_with("found \"c\""));
+    let named = Layout {
+        named_views: true,
+        ..Layout::default()
+    };
+    bar(1, 255)
+        .save(root.path().join(SIDE).join("1.png"))
+        .expect("written");
+    let tree = Tree::open(root.path(), &named).expect("names");
+    assert!(
+        tree.sequences()
+            .iter()
+            .all(|view| view.angles_deg.is_none())
+    );
     let root = tree_of(&["001/nm-01"]);
-    assert!(refusal(Tree::open(root.path()), &root).contains("<person>/<take>/<view>/"));
+    assert!(
+        refusal(Tree::open(root.path(), &Layout::default()), &root)
+            .contains("<person>/<take>/<view>/")
+    );
     assert!(!Tree::is_at(root.path()));
-    assert!(matches!(Tree::open("/no/such/tree"), Err(Error::Io { .. })));
+    assert!(matches!(
+        Tree::open("/no/such/tree", &Layout::default()),
+        Err(Error::Io { .. })
+    ));
+}
+
+/// As Gait3D, GREW and CCPG are on disk once OpenGait has prepared them.
+#[test]
+fn views_that_are_cameras_or_recordings_keep_their_names() {
+    let folders = [
+        "0002/camid33_videoid2/seq0",
+        "0002/camid33_videoid2/seq1",
+        "00001/01/79XJefi8",
+        "probe/03/etaGVnWf",
+        "1_000/U0_D0_BG/00_0",
+    ];
+    let root = tree_of(&folders);
+    for folder in folders {
+        let name = folder.rsplit('/').next().expect("a name");
+        let pickle = root.path().join(folder).join(format!("{name}.pkl"));
+        fs::write(pickle, pickled([1, 8, 10], &bar(1, 255).into_raw())).expect("written");
+    }
+    let tree = Tree::open(root.path(), &Layout::default()).expect("a tree");
+    assert_eq!((tree.sequences().len(), tree.skipped().len()), (5, 0));
+    for (at, sequence) in tree.sequences().iter().enumerate() {
+        assert_eq!(sequence.angles_deg, None);
+        let found = tree.silhouettes(at, Size::S50x30, Framing::Height);
+        assert_eq!(found.expect("readable").frames, 1);
+    }
+    // One level too high: where frames should be are folders.
+    let above = tree_of(&["tree/001/nm-01/090"]);
+    let text = refusal(Tree::open(above.path(), &Layout::default()), &above);
+    assert!(
+        text.starts_with("tree/001/nm-01/090: expected frames")
+            && text.contains("one level further down"),
+        "{text}"
+    );
+}
+
+#[test]
+fn one_of_several_modalities_is_chosen_by_name_or_number() {
+    let root = tree_of(&[SIDE]);
+    for (name, left) in [("0_heatmap", 1), ("1_sils", 4), ("2_sils-aligned", 8)] {
+        let pickle = root.path().join(SIDE).join(format!("{name}.pkl"));
+        fs::write(pickle, pickled([1, 8, 10], &bar(left, 255).into_raw())).expect("written");
+    }
+    let read = |modality: Option<&str>| {
+        let layout = Layout {
+            modality: modality.map(Modality::parse),
+            ..Layout::default()
+        };
+        let tree = Tree::open(root.path(), &layout).expect("a tree");
+        tree.stored(0, Size::S50x30).map(|_| ())
+    };
+    // All are found, and are no 50x30; which one is read, its name tells.
+    for (modality, file) in [
+        ("0", "0_heatmap"),
+        ("heat", "0_heatmap"),
+        ("2", "2_sils-aligned"),
+        ("aligned", "2_sils-aligned"),
+    ] {
+        let text = refusal(read(Some(modality)), &root);
+        assert!(
+            text.starts_with(&format!("001/nm-01/090/{file}.pkl: expected pictures")),
+            "{text}"
+        );
+    }
+    let text = refusal(read(None), &root);
+    assert_eq!(
+        text,
+        "001/nm-01/090: expected one .pkl and nothing else, found 3 and 0 .png: 0_heatmap.pkl, 1_sils.pkl, 2_sils-aligned.pkl"
+    );
+    assert!(refusal(read(Some("sils")), &root).contains("found 2 and 0 .png: 1_sils.pkl"));
+    let text = refusal(read(Some("depth")), &root);
+    assert!(
+        text.contains("expected files of modality depth, found 0_heatmap.pkl, 1_sils.pkl"),
+        "{text}"
+    );
+    assert!(refusal(read(Some("3")), &root).contains("expected files of modality 3"));
+}
+
+#[test]
+fn sizes_are_found_out_by_the_beginnings_of_files() {
+    let root = tree_of(&[SIDE, "001/nm-02/090", "001/nm-03/090"]);
+    let at = |name: &str| root.path().join("001").join(name);
+    fs::write(
+        at("nm-01/090/090.pkl"),
+        pickled([300, 64, 64], &[7; 300 * 64 * 64]),
+    )
+    .expect("written");
+    bar(1, 255).save(at("nm-02/090/1.png")).expect("written");
+    GrayImage::new(44, 64)
+        .save(at("nm-03/090/1.png"))
+        .expect("written");
+    let tree = Tree::open(root.path(), &Layout::default()).expect("a tree");
+    let check = |number, stored| tree.check_size(number, stored);
+    for stored in [&[][..], &[Size::S64x64], &[Size::S64x44, Size::S64x64]] {
+        check(0, stored).expect("64x64, which is cut to 64x44");
+    }
+    check(1, &[]).expect("any size, if all have it");
+    check(2, &[Size::S64x44]).expect("64x44");
+    let text = refusal(check(1, &[Size::S64x44]), &root);
+    assert!(
+        text.starts_with("001/nm-02/090: expected pictures of 64x44")
+            && text.ends_with("found 8x10"),
+        "{text}"
+    );
+    GrayImage::new(11, 8)
+        .save(at("nm-02/090/2.png"))
+        .expect("written");
+    let text = refusal(check(1, &[]), &root);
+    assert_eq!(
+        text,
+        "001/nm-02/090/2.png: expected 8x10 pixels as the frames before, found 8x11"
+    );
 }
 
 #[test]
@@ -108,7 +231,7 @@ fn frames_are_read_in_order_and_empty_ones_counted() {
     let flat = GrayImage::from_fn(10, 8, |x, y| Luma([u8::from(x > 7 && y > 4) * 255]));
     flat.save(at("003.png")).expect("written");
     fs::write(at("gei.png"), "passed over").expect("written");
-    let tree = Tree::open(root.path()).expect("a tree");
+    let tree = Tree::open(root.path(), &Layout::default()).expect("a tree");
 
     let found = tree
         .silhouettes(0, Size::S50x30, Framing::Height)
@@ -140,7 +263,7 @@ fn a_pickle_holds_what_its_pictures_would() {
     let pickle = pickles.path().join(SIDE).join("090.pkl");
     fs::write(pickle, pickled([3, 8, 10], &bytes)).expect("written");
     let [a, b] = [&pngs, &pickles].map(|root| {
-        let tree = Tree::open(root.path()).expect("a tree");
+        let tree = Tree::open(root.path(), &Layout::default()).expect("a tree");
         tree.silhouettes(0, Size::S64x64, Framing::Height)
             .expect("readable")
     });
@@ -154,7 +277,7 @@ fn stored_silhouettes_are_cut_as_opengait_cuts_them() {
     let bytes: Vec<u8> = (0..2 * 64 * 64).map(|i| (i % 64) as u8).collect();
     let pickle = root.path().join(SIDE).join("090.pkl");
     fs::write(pickle, pickled([2, 64, 64], &bytes)).expect("written");
-    let tree = Tree::open(root.path()).expect("a tree");
+    let tree = Tree::open(root.path(), &Layout::default()).expect("a tree");
     let whole = tree.stored(0, Size::S64x64).expect("64x64");
     assert_eq!((whole.frames, whole.pixels), (2, bytes));
     let cut = tree.stored(0, Size::S64x44).expect("64x44");
@@ -175,7 +298,7 @@ fn files_that_cannot_be_used_are_named() {
         for (name, content) in files {
             fs::write(root.path().join(SIDE).join(name), content).expect("written");
         }
-        let tree = Tree::open(root.path()).expect("a tree");
+        let tree = Tree::open(root.path(), &Layout::default()).expect("a tree");
         refusal(tree.silhouettes(0, Size::S50x30, Framing::Height), &root)
     };
     let png = |picture: &GrayImage| crate::report::png(picture).expect("a PNG");
@@ -223,7 +346,7 @@ fn a_picture_with_transparency_is_refused() {
     picture
         .save(root.path().join(SIDE).join("1.png"))
         .expect("written");
-    let tree = Tree::open(root.path()).expect("a tree");
+    let tree = Tree::open(root.path(), &Layout::default()).expect("a tree");
     let error = tree.silhouettes(0, Size::S50x30, Framing::Height);
     assert!(refusal(error, &root).contains("found one with transparency"));
 }
@@ -235,7 +358,7 @@ fn pictures_in_colour_and_of_several_sizes_are_refused() {
     let grey = RgbImage::from_pixel(4, 4, Rgb([200; 3]));
     grey.save(folder.join("1.png")).expect("written");
     fs::write(folder.join("Thumbs.db"), "of another program").expect("written");
-    let tree = Tree::open(root.path()).expect("a tree");
+    let tree = Tree::open(root.path(), &Layout::default()).expect("a tree");
     let read = || tree.silhouettes(0, Size::S50x30, Framing::Height);
     assert_eq!(read().expect("grey in three channels").frames, 1);
     let colour = RgbImage::from_pixel(4, 4, Rgb([200, 200, 10]));
@@ -269,7 +392,7 @@ fn check_framing(tree: &Tree, at: usize) {
 /// Two people, two takes each, from the left, rendered elsewhere from skinned meshes.
 #[test]
 fn walkers_of_a_tree_that_others_made_are_framed() {
-    let tree = Tree::open("tests/data/people/people").expect("a tree");
+    let tree = Tree::open("tests/data/people/people", &Layout::default()).expect("a tree");
     let sequences = tree.sequences();
     assert_eq!((sequences.len(), tree.skipped()), (4, &[][..]));
     for (at, sequence) in sequences.iter().enumerate() {
@@ -286,7 +409,8 @@ mod with_data {
     #[ignore = "needs EDGEGAIT_DATA"]
     fn a_large_tree_is_listed_and_its_walkers_framed() {
         let data = std::env::var_os("EDGEGAIT_DATA").expect("EDGEGAIT_DATA");
-        let tree = Tree::open(Path::new(&data).join("reallike")).expect("a tree");
+        let tree =
+            Tree::open(Path::new(&data).join("reallike"), &Layout::default()).expect("a tree");
         assert_eq!(
             (tree.sequences().len(), tree.skipped()),
             (290, &["video".to_owned()][..])

@@ -86,7 +86,7 @@ impl Seen {
 mod tests {
     use super::*;
     use crate::score::Training;
-    use crate::source::{Origin, Sequence, Take};
+    use crate::source::{Origin, Sequence, Take, ViewLabel};
 
     /// One sequence of each of (person, walk, stored cycle, variation, seed).
     fn sequences(of: &[(usize, &str, Option<u32>, u32, u64)]) -> Sequences {
@@ -107,7 +107,7 @@ mod tests {
                     seed,
                 })
                 .collect(),
-            views: vec![(90.0, 0.0)],
+            views: vec![ViewLabel::Angles(90.0, 0.0)],
             list: of
                 .iter()
                 .enumerate()

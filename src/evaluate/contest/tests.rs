@@ -1,5 +1,7 @@
 use super::*;
-use crate::dataset::{Contents, DatasetWriter, Existing, Format, Header, IndexRow, Item, Run};
+use crate::dataset::{
+    Contents, DatasetWriter, Existing, Format, Header, IndexRow, Item, Layout, Run,
+};
 use crate::score::{InputRange, Outputs, RuntimeName};
 use crate::sweep::Settings;
 use crate::template::Template;
@@ -81,7 +83,10 @@ fn outcome(protocol: &str, classes: &[&str], geis: &[Gei<'_>]) -> Result<Outcome
     }
     writer.finish()?;
     let protocol = Protocol::named(protocol)?;
-    let contest = Contest::new(Source::open(&dir, &protocol.made)?, protocol)?;
+    let contest = Contest::new(
+        Source::open(&dir, &protocol.made, &Layout::default())?,
+        protocol,
+    )?;
     let entrant = Entrant {
         recognizer: Box::new(FirstTwoPixels {
             contract: Contract {

@@ -6,11 +6,13 @@
 //! No recorded motion is needed: the poses are those of made walkers, and more.
 
 mod descent;
+mod kept;
 mod outline;
 mod poses;
 mod start;
 mod view;
 
+pub(crate) use self::kept::kept_body;
 use self::poses::Figure;
 use super::{Body, Fit};
 use crate::error::{Error, Result};

@@ -1,0 +1,196 @@
+//! What is costly and the same each time, kept by the content that it was made of.
+//!
+//! A folder of files that anybody may remove at any time, as a whole or one by one: what is gone or
+//! broken is made again. Names are hashes of all that a file's content follows from, so that nothing
+//! in it can be out of date. Files that were used longest ago go first where they take more than a
+//! gigabyte.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use crate::dataset::{hex, write_bytes};
+use crate::error::{Error, Result};
+use sha2::{Digest as _, Sha256};
+
+/// Most bytes of all files. Ours: a hundred thousand embeddings of GaitSet's 16,000 numbers would take six
+/// times as much, and ten thousand fitted bodies a tenth.
+const MOST_BYTES: u64 = 1 << 30;
+
+/// The variable that names the folder.
+const VARIABLE: &str = "EDGEGAIT_CACHE";
+/// The name that stands for no folder.
+const NONE: &str = "none";
+
+/// Where things are kept, if anywhere.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Cache {
+    folder: Option<PathBuf>,
+}
+
+impl Cache {
+    /// The folder of this name, or else that which `EDGEGAIT_CACHE` names, or else one in the system's
+    /// folder for caches; none if the name is `none`, or the system has no such folder. It is made when
+    /// something is kept in it.
+    #[must_use]
+    pub fn named(name: Option<&Path>) -> Self {
+        let variable = || std::env::var_os(VARIABLE).filter(|name| !name.is_empty());
+        let name = name
+            .map(Path::to_path_buf)
+            .or_else(|| variable().map(PathBuf::from));
+        let usual = || Some(dirs::cache_dir()?.join("edgegait"));
+        Self {
+            folder: match name {
+                Some(name) if name == Path::new(NONE) => None,
+                Some(name) => Some(name),
+                None => usual(),
+            },
+        }
+    }
+
+    /// Where a thing of this kind is or will be, if things are kept.
+    pub(crate) fn path(&self, kind: &str, key: &Key) -> Option<PathBuf> {
+        Some(self.folder.as_ref()?.join(kind).join(&key.0))
+    }
+
+    /// The bytes of a thing, if they are kept.
+    pub(crate) fn read(&self, kind: &str, key: &Key) -> Option<Vec<u8>> {
+        let path = self.path(kind, key)?;
+        let bytes = fs::read(&path).ok()?;
+        touch(&path);
+        Some(bytes)
+    }
+
+    /// Keeps the bytes of a thing, if things are kept.
+    ///
+    /// # Errors
+    /// The system's; then nothing is kept.
+    pub(crate) fn keep(&self, kind: &str, key: &Key, bytes: &[u8]) -> Result<()> {
+        let Some(path) = self.path(kind, key) else {
+            return Ok(());
+        };
+        write_bytes(&path, bytes)?;
+        self.prune(MOST_BYTES)
+    }
+
+    /// Removes files, those first that were used longest ago, until all take at most so many bytes.
+    ///
+    /// # Errors
+    /// The system's, if the folder cannot be read.
+    fn prune(&self, most: u64) -> Result<()> {
+        let Some(folder) = &self.folder else {
+            return Ok(());
+        };
+        let mut files: Vec<(SystemTime, u64, PathBuf)> = Vec::new();
+        for kind in entries(folder)?.into_iter().filter(|kind| kind.is_dir()) {
+            for path in entries(&kind)? {
+                // What another process removed meanwhile is gone.
+                let Ok(found) = fs::metadata(&path) else {
+                    continue;
+                };
+                let used = found.modified().unwrap_or(SystemTime::UNIX_EPOCH);
+                files.push((used, found.len(), path));
+            }
+        }
+        files.sort();
+        let mut bytes: u64 = files.iter().map(|(_, bytes, _)| bytes).sum();
+        for (_, own, path) in files {
+            if bytes <= most {
+                break;
+            }
+            bytes -= own;
+            let _ = fs::remove_file(path);
+        }
+        Ok(())
+    }
+}
+
+/// Notes that a file was used; it matters only for which is removed first.
+pub(crate) fn touch(path: &Path) {
+    let file = File::options().append(true).open(path);
+    let _ = file.and_then(|file| file.set_modified(SystemTime::now()));
+}
+
+fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
+    let io = |error| Error::io(folder, error);
+    let entries = fs::read_dir(folder).map_err(io)?;
+    let paths = entries.map(|entry| entry.map(|entry| entry.path()));
+    paths.collect::<std::io::Result<_>>().map_err(io)
+}
+
+/// The hash of all that a thing follows from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Key(String);
+
+impl Key {
+    /// Of these parts, each whole, and of the version of this program.
+    pub(crate) fn of(parts: &[&[u8]]) -> Self {
+        let mut digest = Sha256::new();
+        for part in [env!("CARGO_PKG_VERSION").as_bytes()].iter().chain(parts) {
+            digest.update((part.len() as u64).to_le_bytes());
+            digest.update(part);
+        }
+        Self(hex(&digest.finalize()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::Duration;
+
+    fn cache() -> (tempfile::TempDir, Cache) {
+        let folder = tempfile::tempdir().unwrap();
+        let at = folder.path().join("cache");
+        let cache = Cache::named(Some(&at));
+        (folder, cache)
+    }
+
+    #[test]
+    fn what_is_kept_is_found_by_all_that_it_follows_from() {
+        let (folder, cache) = cache();
+        let key = Key::of(&[b"mesh", b"384"]);
+        assert_eq!(cache.read("hulls", &key), None);
+        assert!(!folder.path().join("cache").exists());
+        cache.keep("hulls", &key, b"points").unwrap();
+        assert_eq!(cache.read("hulls", &key).as_deref(), Some(&b"points"[..]));
+        assert_eq!(cache.read("answers", &key), None);
+        for other in [
+            &[&b"mesh"[..], b"385"][..],
+            &[b"mesh3", b"84"],
+            &[b"mesh384"],
+        ] {
+            assert_eq!(cache.read("hulls", &Key::of(other)), None);
+        }
+    }
+
+    #[test]
+    fn nothing_is_kept_where_none_was_asked_for() {
+        let cache = Cache::named(Some(Path::new("none")));
+        assert_eq!(cache, Cache::default());
+        let key = Key::of(&[b"a"]);
+        cache.keep("hulls", &key, b"points").unwrap();
+        assert_eq!(cache.read("hulls", &key), None);
+        assert!(!Path::new("none").exists());
+    }
+
+    #[test]
+    fn what_was_used_longest_ago_goes_first() {
+        let (_folder, cache) = cache();
+        let keys = [b"a", b"b", b"c"].map(|name| Key::of(&[name]));
+        for (age, key) in [3, 2, 1].into_iter().zip(&keys) {
+            cache.keep("hulls", key, &[0; 100]).unwrap();
+            let path = cache.path("hulls", key).unwrap();
+            let file = File::options().append(true).open(path).unwrap();
+            let then = SystemTime::now() - Duration::from_secs(60 * age);
+            file.set_modified(then).unwrap();
+        }
+        // The oldest is used again.
+        assert!(cache.read("hulls", &keys[0]).is_some());
+        cache.prune(250).unwrap();
+        let is_kept = keys
+            .each_ref()
+            .map(|key| cache.read("hulls", key).is_some());
+        assert_eq!(is_kept, [true, false, true]);
+    }
+}

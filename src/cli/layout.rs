@@ -1,0 +1,26 @@
+//! How a tree of silhouettes is to be read: flags of the commands that read one.
+
+use crate::dataset::{Layout, Modality};
+
+/// The flags.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub(super) struct LayoutArgs {
+    /// Take the names of a tree's views for those of cameras or recordings, even if they look like
+    /// angles [default: names where nobody's views are named by angles]
+    #[arg(long)]
+    pub named_views: bool,
+    /// Which files of a view's folder to read, if several modalities share it: a part of their name,
+    /// or a number from 0 in the order of names
+    #[arg(long, value_name = "NAME|N")]
+    pub modality: Option<String>,
+}
+
+impl LayoutArgs {
+    /// The layout.
+    pub(super) fn layout(&self) -> Layout {
+        Layout {
+            named_views: self.named_views,
+            modality: self.modality.as_deref().map(Modality::parse),
+        }
+    }
+}

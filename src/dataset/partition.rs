@@ -1,0 +1,125 @@
+//! Who trains and who is tested, as OpenGait's partitions say it.
+//!
+//! A JSON object with the people of `TRAIN_SET` and of `TEST_SET`. Some also name sequences,
+//! `<person>-<take>-<view>`: in `PROBE_SET` those that are looked for (Gait3D), in `GALLERY_SET` those
+//! that people are known by (CCGR-MINI), or both (FreeGait); where one of them is left out, it is all
+//! other sequences of the test set (github.com/ShiqiYu/OpenGait, `datasets/`).
+
+use std::collections::HashSet;
+use std::fs;
+use std::path::Path;
+
+use crate::error::{Error, Place, Result};
+use serde::{Deserialize, Serialize};
+
+/// A partition of people.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Partition {
+    /// Sequences that people are known by, if it says which.
+    #[serde(
+        rename = "GALLERY_SET",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub gallery: Option<Vec<String>>,
+    /// Sequences that are looked for, if it says which.
+    #[serde(rename = "PROBE_SET", default, skip_serializing_if = "Option::is_none")]
+    pub probes: Option<Vec<String>>,
+    /// People who are tested.
+    #[serde(rename = "TEST_SET")]
+    pub test: Vec<String>,
+    /// People who are trained with.
+    #[serde(rename = "TRAIN_SET")]
+    pub train: Vec<String>,
+}
+
+impl Partition {
+    /// Reads a partition's file.
+    ///
+    /// # Errors
+    /// If it cannot be read, is no partition, or has a person in both sets.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = fs::read(path).map_err(|error| Error::io(path, error))?;
+        Self::parse(path, &text)
+    }
+
+    /// A partition from JSON; `path` is for messages.
+    ///
+    /// # Errors
+    /// If it is no partition, or has a person in both sets.
+    pub(super) fn parse(path: &Path, text: &[u8]) -> Result<Self> {
+        let partition: Self = serde_json::from_slice(text).map_err(|error| {
+            let problem = format!(
+                "expected a partition, {{\"TRAIN_SET\": [..], \"TEST_SET\": [..]}}: {error}"
+            );
+            Error::at(path, Place::Line(error.line().max(1)), problem)
+        })?;
+        let trained: HashSet<&String> = partition.train.iter().collect();
+        match partition.test.iter().find(|name| trained.contains(name)) {
+            Some(both) => Err(Error::input(
+                path,
+                format!("expected nobody in TRAIN_SET and TEST_SET, found {both:?} in both"),
+            )),
+            None => Ok(partition),
+        }
+    }
+
+    /// Whether it says which sequences are looked for among which.
+    #[must_use]
+    pub const fn has_roles(&self) -> bool {
+        self.gallery.is_some() || self.probes.is_some()
+    }
+
+    /// The text of its file.
+    ///
+    /// # Errors
+    /// None that a partition gives cause for.
+    pub(super) fn to_text(&self) -> Result<String> {
+        let mut text = serde_json::to_string_pretty(self)?;
+        text.push('\n');
+        Ok(text)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_partition_is_read_as_it_is_written() {
+        let names = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect();
+        let partition = Partition {
+            gallery: None,
+            probes: Some(names(&["0002-camid33_videoid2-seq0"])),
+            test: names(&["0002", "0007"]),
+            train: names(&["0001"]),
+        };
+        let text = partition.to_text().unwrap();
+        assert_eq!(
+            text,
+            "{\n  \"PROBE_SET\": [\n    \"0002-camid33_videoid2-seq0\"\n  ],\n  \"TEST_SET\": [\n    \"0002\",\n    \"0007\"\n  ],\n  \"TRAIN_SET\": [\n    \"0001\"\n  ]\n}\n"
+        );
+        let path = Path::new("p.json");
+        assert_eq!(Partition::parse(path, text.as_bytes()).unwrap(), partition);
+    }
+
+    #[test]
+    fn what_is_no_partition_is_refused() {
+        for (text, problem) in [
+            ("{}", "p.json:1: expected a partition"),
+            ("[1]", "p.json:1: expected a partition"),
+            (
+                "{\"TRAIN_SET\": [],\n\"TEST_SET\": [1]}",
+                "p.json:2: expected a partition",
+            ),
+            (
+                "{\"TRAIN_SET\": [\"a\"], \"TEST_SET\": [\"b\", \"a\"]}",
+                "found \"a\" in both",
+            ),
+        ] {
+            let error = Partition::parse(Path::new("p.json"), text.as_bytes()).unwrap_err();
+            assert!(error.to_string().contains(problem), "{error}");
+        }
+    }
+}

@@ -1,0 +1,245 @@
+//! The files of one sequence: which of them are its pictures, and what is in them.
+
+use std::fs;
+use std::io::{BufReader, Read as _};
+use std::path::{Path, PathBuf};
+
+use image::{ImageFormat, ImageReader};
+
+use super::frame::Picture;
+use super::{MAX_BYTES, MAX_FRAMES, MAX_SIDE, Modality, pickle};
+use crate::error::{Error, Place, Remedy, Result};
+
+/// Most names that a message lists.
+const LISTED: usize = 12;
+
+/// What the pictures of a sequence are read from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Files {
+    /// One for each frame, in order.
+    Pngs(Vec<PathBuf>),
+    /// All of them in one.
+    Pickle(PathBuf),
+}
+
+impl Files {
+    /// Those in a folder, or those of them that belong to a modality.
+    pub(super) fn of(folder: &Path, modality: Option<&Modality>) -> Result<Self> {
+        let all = files(folder)?;
+        let refuse = |problem: String| Err(Error::input(folder, problem));
+        let files = match modality {
+            None => all,
+            Some(modality) => {
+                let chosen = modality.of(&all);
+                if chosen.is_empty() {
+                    return refuse(format!(
+                        "expected files of modality {modality}, found {}",
+                        listed(&all)
+                    ));
+                }
+                chosen
+            }
+        };
+        let has_extension = |path: &PathBuf, wanted: &str| {
+            let extension = path.extension().unwrap_or_default();
+            extension.eq_ignore_ascii_case(wanted)
+        };
+        let other = files
+            .iter()
+            .find(|path| !has_extension(path, "png") && !has_extension(path, "pkl"));
+        if let Some(other) = other {
+            let found = if other.is_dir() {
+                "a folder (are people's folders one level further down?)"
+            } else {
+                "another kind of file"
+            };
+            return Err(Error::input(
+                other,
+                format!("expected frames as .png, or all of them in one .pkl, found {found}"),
+            ));
+        }
+        let pickles = files.iter().filter(|path| has_extension(path, "pkl"));
+        match (files.len(), pickles.count()) {
+            (0, _) => refuse(
+                "expected frames as .png, or all of them in one .pkl, found neither".to_owned(),
+            ),
+            (1, 1) => Ok(Self::Pickle(files.into_iter().next().unwrap_or_default())),
+            (found, 0) if found > MAX_FRAMES => refuse(format!(
+                "expected at most {MAX_FRAMES} frames, found {found}"
+            )),
+            (_, 0) => Ok(Self::Pngs(files)),
+            (found, pickles) => Err(Error::input(
+                folder,
+                format!(
+                    "expected one .pkl and nothing else, found {pickles} and {} .png: {}",
+                    found - pickles,
+                    listed(&files)
+                ),
+            )
+            .with_remedy(Remedy::OneModality)),
+        }
+    }
+
+    /// Shows each picture, in order, with the file that it is from.
+    pub(super) fn show(
+        &self,
+        mut show: impl FnMut(&Path, Picture<'_>) -> Result<()>,
+    ) -> Result<()> {
+        match self {
+            Self::Pickle(path) => unpickle(path, show),
+            Self::Pngs(paths) => {
+                let mut first = None;
+                paths.iter().try_for_each(|path| {
+                    let (pixels, columns) = decode(path)?;
+                    let size = (pixels.len() / columns, columns);
+                    check_same(path, size, *first.get_or_insert(size))?;
+                    let pixels = &pixels;
+                    show(path, Picture { pixels, columns })
+                })
+            }
+        }
+    }
+
+    /// Rows and columns of the pictures, by the beginnings of the files; none where a file does not
+    /// begin with them.
+    ///
+    /// # Errors
+    /// If pictures of one sequence have different sizes, or a file cannot be read.
+    pub(super) fn size(&self) -> Result<Option<(usize, usize)>> {
+        match self {
+            Self::Pickle(path) => {
+                let mut start = Vec::new();
+                let file = fs::File::open(path);
+                let read = file.and_then(|file| file.take(BEGINNING).read_to_end(&mut start));
+                read.map_err(|error| Error::io(path, error))?;
+                let shape = pickle::shape(&start);
+                Ok(shape.map(|[_, rows, columns]| (rows, columns)))
+            }
+            Self::Pngs(paths) => {
+                let mut first = None;
+                for path in paths {
+                    // What cannot be read is said when it is read in full.
+                    let Ok((columns, rows)) = reader(path)?.into_dimensions() else {
+                        return Ok(None);
+                    };
+                    let size = (rows as usize, columns as usize);
+                    check_same(path, size, *first.get_or_insert(size))?;
+                }
+                Ok(first)
+            }
+        }
+    }
+}
+
+/// Bytes of a pickle within which NumPy has written the shape.
+const BEGINNING: u64 = 512;
+
+fn check_same(path: &Path, size: (usize, usize), expected: (usize, usize)) -> Result<()> {
+    if size == expected {
+        return Ok(());
+    }
+    Err(Error::input(
+        path,
+        format!(
+            "expected {}x{} pixels as the frames before, found {}x{}",
+            expected.0, expected.1, size.0, size.1
+        ),
+    ))
+}
+
+/// The names of some files, for a message.
+fn listed(files: &[PathBuf]) -> String {
+    let names = files
+        .iter()
+        .take(LISTED)
+        .filter_map(|path| path.file_name());
+    let names: Vec<_> = names.map(|name| name.to_string_lossy()).collect();
+    match files.len() {
+        0 => "none".to_owned(),
+        all if all > LISTED => format!("{}, ... ({all} in all)", names.join(", ")),
+        _ => names.join(", "),
+    }
+}
+
+/// The files in a folder, by name, without hidden ones and without `gei.png`, which CASIA-B's
+/// tools leave among the frames and OpenGait's pretreatment passes over.
+fn files(path: &Path) -> Result<Vec<PathBuf>> {
+    let io = |error| Error::io(path, error);
+    let mut files = Vec::new();
+    for entry in fs::read_dir(path).map_err(io)? {
+        let entry = entry.map_err(io)?;
+        let name = entry.file_name();
+        let is_hidden = name.as_encoded_bytes().starts_with(b".")
+            || name == "Thumbs.db"
+            || name == "desktop.ini";
+        if !is_hidden && name != "gei.png" {
+            files.push(entry.path());
+        }
+    }
+    files.sort_unstable();
+    Ok(files)
+}
+
+/// What reads a PNG of bounded size.
+fn reader(path: &Path) -> Result<ImageReader<BufReader<fs::File>>> {
+    let file = fs::File::open(path).map_err(|error| Error::io(path, error))?;
+    let mut limits = image::Limits::default();
+    (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));
+    limits.max_alloc = Some(MAX_BYTES);
+    let mut reader = ImageReader::with_format(BufReader::new(file), ImageFormat::Png);
+    reader.limits(limits);
+    Ok(reader)
+}
+
+/// A PNG's pixels as grey, and how many columns they are.
+fn decode(path: &Path) -> Result<(Vec<u8>, usize)> {
+    let picture = reader(path)?
+        .decode()
+        .map_err(|error| Error::input(path, format!("cannot be read as PNG: {error}")))?;
+    if picture.color().has_alpha() {
+        return Err(Error::input(
+            path,
+            "expected a silhouette in grey, found one with transparency (flatten it onto black)",
+        ));
+    }
+    let columns = picture.width() as usize;
+    if picture.color().has_color() {
+        let is_grey = |pixel: &image::Rgb<u8>| pixel.0.iter().all(|part| *part == pixel.0[0]);
+        if !picture.to_rgb8().pixels().all(is_grey) {
+            return Err(Error::input(
+                path,
+                "expected a silhouette in grey, found a picture in colour (segment it first)",
+            ));
+        }
+    }
+    Ok((picture.into_luma8().into_raw(), columns))
+}
+
+/// Shows the pictures of a pickled array `[frames][rows][columns]`.
+fn unpickle(path: &Path, mut show: impl FnMut(&Path, Picture<'_>) -> Result<()>) -> Result<()> {
+    let io = |error| Error::io(path, error);
+    let length = fs::metadata(path).map_err(io)?.len();
+    if length > MAX_BYTES {
+        return Err(Error::input(
+            path,
+            format!("expected a pickle of at most {MAX_BYTES} bytes, found {length}"),
+        ));
+    }
+    let bytes = fs::read(path).map_err(io)?;
+    let array = pickle::read(&bytes)
+        .map_err(|refused| Error::at(path, Place::Byte(refused.byte), refused.problem))?;
+    let side = 1..=MAX_SIDE as usize;
+    match *array.shape {
+        [1..=MAX_FRAMES, rows, columns] if side.contains(&rows) && side.contains(&columns) => {
+            let mut frames = array.bytes.chunks_exact(rows * columns);
+            frames.try_for_each(|pixels| show(path, Picture { pixels, columns }))
+        }
+        _ => Err(Error::input(
+            path,
+            format!(
+                "expected an array of 1 to {MAX_FRAMES} frames of at most {MAX_SIDE}x{MAX_SIDE}, found {:?}",
+                array.shape
+            ),
+        )),
+    }
+}
