@@ -14,8 +14,8 @@ use glam::Vec3;
 /// How silhouettes are drawn.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct DrawArgs {
-    /// What is made of each cycle's silhouettes; several names are for `render` only [default: gei,
-    /// or what a model's contract says; of `render` the silhouettes]
+    /// What is made of each cycle's silhouettes; several names are for `render` and `sweep` [default:
+    /// gei, or what a model's contract says; of `render` and of trees the silhouettes]
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub template: Vec<Template>,
     /// Rasteriser: tiny-skia, or bit rows; anti-aliased, or 3x3 samples a pixel; or all elevations

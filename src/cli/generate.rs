@@ -240,7 +240,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         peak_rss_bytes: peak_rss_bytes(),
     };
     let what = match *design.images.wanted.templates.as_slice() {
-        [Template::Silhouettes] => "sequences".to_owned(),
+        [Template::Silhouettes] => "rows of silhouettes".to_owned(),
         [template] => template.plural().to_owned(),
         ref several => format!("rows of {} templates", several.len()),
     };

@@ -323,7 +323,7 @@ impl Args {
             digest: made.digest,
         };
         let what = match *wanted.templates.as_slice() {
-            [Template::Silhouettes] => "sequences".to_owned(),
+            [Template::Silhouettes] => "rows of silhouettes".to_owned(),
             [template] => template.plural().to_owned(),
             ref several => format!("rows of {} templates", several.len()),
         };

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::contents::{Format, name_of};
 use super::reader::read_manifest;
-use super::{INDEX, MANIFEST, WALKERS};
+use super::{INDEX, MANIFEST, Manifest, WALKERS, npz};
 use crate::error::{ChoiceError, Error, Result};
 use crate::template::Template;
 
@@ -33,6 +33,11 @@ impl Existing {
     }
 }
 
+/// Whether a dataset was made by this program.
+fn is_own(manifest: &Manifest) -> bool {
+    COMMANDS.contains(&manifest.header.command.as_str())
+}
+
 /// Refuses what must not be replaced by a dataset of this format.
 ///
 /// # Errors
@@ -43,8 +48,10 @@ pub fn check_replaceable(target: &Path, format: Format, existing: Existing) -> R
     }
     let refuse = |problem: String| Err(Error::Usage(format!("{}: {problem}", target.display())));
     if format == Format::Npz {
+        let is_own = || npz::manifest(target).is_ok_and(|found| is_own(&found));
         return match (target.is_file(), existing) {
             (true, Existing::Replace) => Ok(()),
+            (true, Existing::ReplaceOwn) if is_own() => Ok(()),
             (true, Existing::ReplaceOwn) => Err(ChoiceError::IsThere(target.to_path_buf()).into()),
             (false, _) => refuse("expected a file to write, found a folder".into()),
         };
@@ -101,7 +108,7 @@ pub fn check_replaceable(target: &Path, format: Format, existing: Existing) -> R
             "holds files but no {MANIFEST}, so it is no dataset (name another folder)"
         ));
     };
-    if existing == Existing::ReplaceOwn && !COMMANDS.contains(&manifest.header.command.as_str()) {
+    if existing == Existing::ReplaceOwn && !is_own(&manifest) {
         return Err(ChoiceError::ForeignDataset(target.to_path_buf()).into());
     }
     Ok(())

@@ -3,15 +3,16 @@
 //! Nothing is compressed, and no time is written: the same dataset is the same bytes.
 
 use std::fs::File;
-use std::io::{BufReader, BufWriter, Write as _};
+use std::io::{BufReader, BufWriter, Read as _, Write as _};
 use std::path::Path;
 
 use super::contents::npy_header;
 use super::index::COLUMNS;
-use super::{INDEX, MANIFEST};
+use super::reader::parse_manifest;
+use super::{INDEX, MANIFEST, Manifest};
 use crate::error::{Error, Result};
-use zip::CompressionMethod;
 use zip::write::{SimpleFileOptions, ZipWriter};
+use zip::{CompressionMethod, ZipArchive};
 
 /// Its name where it is made.
 pub(super) const FILE: &str = "whole.npz";
@@ -68,6 +69,29 @@ pub(super) fn write(made: &Path, names: &[String]) -> Result<()> {
     let file = archive.finish().map_err(failed)?;
     file.into_inner().map_err(|error| io(error.into_error()))?;
     Ok(())
+}
+
+/// Most bytes of a manifest: one has a few thousand.
+const MOST_MANIFEST: u64 = 1 << 24;
+
+/// What a file says of itself.
+///
+/// # Errors
+/// If it is no dataset.
+pub(super) fn manifest(path: &Path) -> Result<Manifest> {
+    let refuse = |error: zip::result::ZipError| {
+        Error::input(
+            path,
+            format!("expected a dataset as .npz, with a {MANIFEST}: {error}"),
+        )
+    };
+    let file = File::open(path).map_err(|error| Error::io(path, error))?;
+    let mut archive = ZipArchive::new(BufReader::new(file)).map_err(refuse)?;
+    let entry = archive.by_name(MANIFEST).map_err(refuse)?;
+    let mut text = Vec::new();
+    let read = entry.take(MOST_MANIFEST).read_to_end(&mut text);
+    read.map_err(|error| Error::io(path, error))?;
+    parse_manifest(path, &text)
 }
 
 /// Gives `take` each row's text in a column.

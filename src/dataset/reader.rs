@@ -190,7 +190,12 @@ impl Manifest {
 
 pub(super) fn read_manifest(path: &Path) -> Result<Manifest> {
     let text = fs::read(path).map_err(|source| Error::io(path, source))?;
-    let manifest: Manifest = serde_json::from_slice(&text)
+    parse_manifest(path, &text)
+}
+
+/// A manifest from JSON; `path` is for messages.
+pub(super) fn parse_manifest(path: &Path, text: &[u8]) -> Result<Manifest> {
+    let manifest: Manifest = serde_json::from_slice(text)
         .map_err(|error| Error::at(path, Place::Line(error.line().max(1)), error.to_string()))?;
     if manifest.header.schema != SCHEMA {
         return Err(Error::input(

@@ -429,10 +429,11 @@ fn target_of(dir: &Path) -> Result<PathBuf> {
 /// As reading a manifest.
 pub fn is_whole(target: &Path, run: &Run) -> Result<bool> {
     let path = target.join(MANIFEST);
-    if !path.is_file() {
-        return Ok(false);
-    }
-    let found = read_manifest(&path)?;
+    let found = match run.format {
+        Format::Npz if target.is_file() => npz::manifest(target)?,
+        _ if path.is_file() => read_manifest(&path)?,
+        _ => return Ok(false),
+    };
     let expected = run.manifest(found.geis, found.files.clone());
     Ok(found == expected)
 }

@@ -460,12 +460,24 @@ fn an_npz_holds_the_arrays_and_the_columns_and_is_the_same_again() {
     assert!(holds(
         &angles.flat_map(f64::to_le_bytes).collect::<Vec<_>>()
     ));
-    refused(
-        at,
-        &words(&format!("{sweep} --format npz --out a.npz")),
-        2,
-        &["--overwrite"],
-    );
+    // An earlier one is replaced, or found to be whole; another file is kept.
+    done(at, &words(&format!("{sweep} --format npz --out b.npz")));
+    let resumed = format!("{sweep} --format npz --out b.npz --resume");
+    let said = done(at, &words(&resumed));
+    assert!(said.contains("b.npz is whole already"), "{said}");
+    assert!(bytes == fs::read(at.join("b.npz")).expect("a file"));
+    fs::write(at.join("c.npz"), "mine").expect("written");
+    let other = format!("{sweep} --format npz --out c.npz");
+    refused(at, &words(&other), 2, &["is there already", "--overwrite"]);
+
+    // Of two splits the first is whole when the second is ended.
+    fs::write(at.join("d.toml"), DESIGN).expect("a design");
+    let generate = "generate d.toml --format npz --out sets";
+    done(at, &words(generate));
+    let whole = files(&at.join("sets"));
+    fs::remove_file(at.join("sets/test.npz")).expect("removed");
+    done(at, &words(&format!("{generate} --resume")));
+    assert!(files(&at.join("sets")) == whole);
 }
 
 /// The command of a sweep that takes long enough to be killed.
