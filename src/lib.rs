@@ -97,7 +97,7 @@
 //!        -> evaluate -> report
 //! ```
 //!
-//! `design` says of what a training set is made, from people to templates, and is upstream of
+//! `cycle` finds gait cycles in silhouettes that were not drawn here. `design` says of what a training set is made, from people to templates, and is upstream of
 //! `dataset`; `summary` says what a pack holds; `frontier` measures what the whole chain costs and what
 //! it gets wrong, for the command; `bench` what a recognizer costs on the machine at hand.
 
@@ -108,6 +108,7 @@ pub mod audit;
 mod bench;
 pub mod cli;
 pub mod confound;
+pub mod cycle;
 pub mod dataset;
 pub mod design;
 pub mod encode;
@@ -130,6 +131,7 @@ pub mod template;
 pub mod train;
 
 pub use confound::{Condition, Conditions, Doses, dose};
+pub use cycle::{CycleFinder, Cycles};
 pub use dataset::{Dataset, Tree};
 pub use edgegait_core::pack::Pack;
 pub use encode::{Effort, MAX_ERROR_MM, encode_population, encode_subjects};

@@ -18,6 +18,7 @@ use image::{ImageFormat, ImageReader};
 use crate::error::{Error, Place, Remedy, Result};
 use crate::sweep::Framing;
 use angle::Angle;
+use edgegait_core::cycle::LowerBody;
 use edgegait_core::silhouette::Size;
 use frame::{Fit, Picture};
 pub(super) use pickle::pickled;
@@ -224,6 +225,23 @@ impl Tree {
                 found.pixels.extend_from_slice(&row[kept.clone()]);
             }
             found.frames += 1;
+            Ok(())
+        })?;
+        Ok(found)
+    }
+
+    /// Reads a sequence and measures the legs in each of its pictures as they are, unframed; `None`
+    /// where nobody is. [`crate::CycleFinder`] finds gait cycles in them.
+    ///
+    /// # Errors
+    /// If a file is broken, or there are no or too many pictures.
+    ///
+    /// # Panics
+    /// If there is no such sequence.
+    pub fn lower_bodies(&self, index: usize) -> Result<Vec<Option<LowerBody>>> {
+        let mut found = Vec::new();
+        self.pictures(index, |_, picture| {
+            found.push(LowerBody::of_pixels(picture.pixels, picture.columns));
             Ok(())
         })?;
         Ok(found)
