@@ -34,9 +34,19 @@ pub(super) fn cycles(series: &Series) -> Result<Cycles, NoCycle> {
         return Err(series.too_short());
     }
     let tries = ((longest - shortest) * FINENESS) as usize;
-    let step = |number: usize| shortest + number as f64 / FINENESS;
-    let scores: Vec<f64> = (0..=tries).map(|number| score(step(number))).collect();
+    let scores: Vec<f64> = (0..=tries)
+        .map(|number| score(shortest + number as f64 / FINENESS))
+        .collect();
     let best = highest(&scores);
+    // At the edge nothing repeats: the signal is merely like itself close by.
+    if best <= 0.0 || best >= tries as f64 {
+        let is_cut = longest < series.steps.1 && best > 0.0;
+        return Err(if is_cut {
+            series.too_short()
+        } else {
+            NoCycle::Irregular { regular: 0.0 }
+        });
+    }
     let step = shortest + best / FINENESS;
     let regular = between(&alike, 2.0 * step).clamp(0.0, 1.0);
     if regular < LEAST_ALIKE || all <= 0.0 {

@@ -73,9 +73,8 @@ impl CycleFinder {
     }
 
     fn wave(&self, frames: impl IntoIterator<Item = Option<LowerBody>>) -> Result<Cycles, NoCycle> {
-        let mut reason = NoCycle::TooShort { frames: 0 };
         let Ok(mut detector) = CycleDetector::new(self.frame_rate_hz) else {
-            return Err(reason);
+            return Err(NoCycle::TooShort { frames: 0 });
         };
         let mut cycles = Vec::new();
         for frame in frames {
@@ -83,11 +82,15 @@ impl CycleFinder {
         }
         let mut rest = detector.finish();
         cycles.extend(&mut rest);
-        if let Err(at_end) = rest.detector().period_frames() {
-            reason = at_end;
-        } else if let NoCycle::TooShort { frames } = &mut reason {
-            *frames = rest.detector().frames();
-        }
+        let frames = rest.detector().frames();
+        let reason = match rest.detector().walking() {
+            Err(reason) => reason,
+            // Long enough, and yet no three steps in a row.
+            Ok(end) if frames as f64 >= 2.0 * f64::from(end.period_frames) => NoCycle::Irregular {
+                regular: end.regular,
+            },
+            Ok(_) => NoCycle::TooShort { frames },
+        };
         Cycles::of(cycles, reason)
     }
 }

@@ -22,7 +22,7 @@ mod extrema;
 mod finder;
 mod series;
 
-pub use edgegait_core::cycle::{Cycle, CycleDetector, FrameRateError, LowerBody, NoCycle};
+pub use edgegait_core::cycle::{Cycle, CycleDetector, FrameRateError, LowerBody, NoCycle, Walking};
 pub use finder::{CycleFinder, Cycles, Method, lower_bodies, whole_frames};
 pub use series::Signal;
 

@@ -160,11 +160,39 @@ fn errors(
     rows.collect()
 }
 
+/// A cycle and a bit of two takes of two people from the left, 33 frames and less: too few for two
+/// cycles, enough for one where its first widest stance comes soon.
+#[test]
+fn walkers_of_the_repository_have_their_period_or_are_too_short() {
+    let tree = Tree::open(fixtures().join("people/people")).expect("a tree");
+    let finder = CycleFinder::new(RATE_HZ).expect("a frame rate");
+    for index in 0..tree.sequences().len() {
+        let legs = tree.lower_bodies(index).expect("readable");
+        let walk = || legs.iter().copied();
+        let alone = finder.find(walk());
+        assert!(
+            alone.is_err() || alone.as_ref().is_ok_and(|found| found.cycles.len() == 1),
+            "{alone:?}"
+        );
+        // The pictures are of one cycle: thrice in a row they are three, of as many frames.
+        let found = finder
+            .find(walk().chain(walk()).chain(walk()))
+            .expect("cycles");
+        let frames = legs.len() as f64;
+        assert!(
+            (found.period_frames / frames - 1.0).abs() < 0.03,
+            "{found:?} of {frames}"
+        );
+        assert!(found.cycles.len() >= 2 && found.regular > 0.8, "{found:?}");
+    }
+}
+
 mod with_data {
     use super::*;
 
+    /// Prints the tables by which choices were made; `EDGEGAIT_CYCLES` adds a line for each take.
     #[test]
-    #[ignore = "needs EDGEGAIT_DATA"]
+    #[ignore = "needs EDGEGAIT_DATA; prints what choices were made by"]
     fn cycles_of_people_for_choices() {
         let data = given();
         errors(
@@ -176,6 +204,24 @@ mod with_data {
             &data.join("reallike"),
             &data.join("reallike/manifest.csv"),
             is_for_choices,
+        );
+    }
+
+    /// The table of the guide.
+    #[test]
+    #[ignore = "needs EDGEGAIT_DATA"]
+    fn cycles_of_other_people_are_close_to_their_heel_strikes() {
+        let others = |subject: &str| !is_for_choices(subject);
+        let data = given();
+        errors(
+            &data.join("people/people"),
+            &data.join("people/manifest.csv"),
+            others,
+        );
+        errors(
+            &data.join("reallike"),
+            &data.join("reallike/manifest.csv"),
+            others,
         );
     }
 }

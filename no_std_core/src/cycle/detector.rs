@@ -10,10 +10,15 @@ use heapless::HistoryBuf;
 /// Steps that a wave is fitted to: Hann's window tells a wave from one of twice its length if it is
 /// two of the latter long.
 const STEPS: f32 = 4.0;
-/// Share of what changes that has to be one wave. Ours: of white noise in a window of the shortest
-/// length, a thirtieth part of the tries reach it, and nearly all walks do from each view.
+/// Share of what changes that has to be one wave. Ours: of the people for choices nearly all walks reach
+/// it from each view, and of those that have the wrong period some do not.
 const LEAST_REGULAR: f32 = 0.25;
-/// Legs whose outline swings less stand. Ours: the least of walkers seen from in front is twice that.
+/// The same in a window of few samples, times their number: the strongest wave of white noise is less than
+/// that in most windows. Ours.
+const OF_NOISE: f32 = 14.0;
+/// But no more than this: clean walks seen from a side reach it in ten samples.
+const MOST_REGULAR: f32 = 0.5;
+/// Legs whose outline swings less stand. Ours: nine of ten walkers seen from in front reach thrice that.
 const LEAST_SWING: f32 = 0.03;
 /// Steps after a peak from which on the next one is looked for. Ours: closer ones are the same.
 const NEXT_FROM: f32 = 0.6;
@@ -42,6 +47,17 @@ impl Cycle {
     pub fn period_frames(&self) -> f64 {
         self.end - self.start
     }
+}
+
+/// Somebody who walks at present.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Walking {
+    /// How many frames a cycle lasts, two steps of the last four.
+    pub period_frames: f32,
+    /// By which share of its mean the legs' outline swings.
+    pub swing: f32,
+    /// Share of what changes about it that one steady wave explains, 0..1.
+    pub regular: f32,
 }
 
 /// Finds gait cycles while frames come in. 1 kB at most; see [the module](super).
@@ -135,18 +151,22 @@ impl CycleDetector {
         self.frames
     }
 
-    /// How many frames a cycle lasts at present, two steps of the last four; or why that is not known.
+    /// How the last four steps were; or why that is not known.
     ///
     /// # Errors
     /// If nobody is there, nobody walks, or not for long enough.
-    pub fn period_frames(&self) -> Result<f32, NoCycle> {
-        match self.seen {
-            Ok(wave) => Ok(2.0 * wave.step * f32::from(self.every)),
-            Err(NoCycle::TooShort { .. }) => Err(NoCycle::TooShort {
+    pub fn walking(&self) -> Result<Walking, NoCycle> {
+        let wave = self.seen.map_err(|reason| match reason {
+            NoCycle::TooShort { .. } => NoCycle::TooShort {
                 frames: self.frames,
-            }),
-            Err(reason) => Err(reason),
-        }
+            },
+            other => other,
+        })?;
+        Ok(Walking {
+            period_frames: 2.0 * wave.step * f32::from(self.every),
+            swing: wave.swing,
+            regular: wave.regular,
+        })
     }
 
     /// No frame comes after those that were taken: the cycles that are still open, in order. The
@@ -175,9 +195,9 @@ impl CycleDetector {
     fn look(&mut self, ending: Ending) {
         self.seen = match self.last_steps(ending) {
             Ok(Wave { swing, .. }) if swing < LEAST_SWING => Err(NoCycle::Standing { swing }),
-            Ok(Wave { regular, .. }) if regular < LEAST_REGULAR => {
-                Err(NoCycle::Irregular { regular })
-            }
+            Ok(wave) if wave.regular < least_regular(&wave) => Err(NoCycle::Irregular {
+                regular: wave.regular,
+            }),
             other => other,
         };
     }
@@ -220,8 +240,15 @@ impl CycleDetector {
     fn next_peak(&self, wave: &Wave, ending: Ending) -> Option<f64> {
         let newest = exact(self.frames / u64::from(self.every)) - 1.0;
         let (step, middle) = (f64::from(wave.step), f64::from(wave.middle));
-        // Half a sample early is still within the first one.
-        let oldest = newest + 2.0 * middle - 0.5;
+        let window = newest + 2.0 * middle;
+        let oldest = if window < step {
+            // Nothing was before, so that the first steps are like those behind them. Half a sample early
+            // is still within the first one.
+            window - 0.5
+        } else {
+            // Somebody may have stood until the window's middle, whom the wave goes back beyond.
+            newest + middle - 0.5 * step
+        };
         let next = self.peak.map(|last| last + f64::from(NEXT_FROM) * step);
         let from = next.map_or(oldest, |next| next.max(oldest));
         let known = newest + f64::from(wave.peak);
@@ -309,6 +336,12 @@ impl Iterator for Rest {
 enum Ending {
     Open,
     Final,
+}
+
+/// Share of what changes in a wave's window that the wave has to be.
+const fn least_regular(wave: &Wave) -> f32 {
+    let samples = 1.0 - 2.0 * wave.middle;
+    LEAST_REGULAR.max(MOST_REGULAR.min(OF_NOISE / samples))
 }
 
 /// Samples of the shortest and of the longest step.

@@ -41,7 +41,7 @@ mod error;
 mod lower_body;
 mod wave;
 
-pub use detector::{Cycle, CycleDetector, Rest};
+pub use detector::{Cycle, CycleDetector, Rest, Walking};
 pub use error::{FrameRateError, NoCycle};
 pub use lower_body::LowerBody;
 
