@@ -12,6 +12,7 @@ mod sweep;
 mod train;
 
 use edgegait_core::camera::ViewpointError;
+use edgegait_core::cycle::FrameRateError;
 use edgegait_core::format::FormatError;
 use edgegait_core::raster::columns::AzimuthError;
 use edgegait_core::template::FrameError;
@@ -65,6 +66,9 @@ pub enum Error {
     /// Angles are no viewpoint: exit code 2.
     #[error(transparent)]
     Viewpoint(#[from] ViewpointError),
+    /// Cycles are not looked for at such a frame rate: exit code 2.
+    #[error(transparent)]
+    FrameRate(#[from] FrameRateError),
     /// Walks cannot be encoded, or people have no plausible body; what is left can do without them.
     #[error("{}", lines(.0))]
     Refused(Vec<Refused>),
@@ -242,7 +246,7 @@ impl Error {
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Usage(_) | Self::Choice(_) | Self::Viewpoint(_) => 2,
+            Self::Usage(_) | Self::Choice(_) | Self::Viewpoint(_) | Self::FrameRate(_) => 2,
             Self::Refused(refused) if refused.iter().all(|one| one.walk.is_none()) => 2,
             _ => 1,
         }

@@ -97,7 +97,8 @@
 //!        -> evaluate -> report
 //! ```
 //!
-//! `cache` keeps what is costly for the next run. `design` says of what a training set is made, from people to templates, and is upstream of
+//! `cycle` finds gait cycles in silhouettes that were not drawn here. `cache` keeps what is costly for
+//! the next run. `design` says of what a training set is made, from people to templates, and is upstream of
 //! `dataset`; `summary` says what a pack holds; `frontier` measures what the whole chain costs and what
 //! it gets wrong, for the command; `bench` what a recognizer costs on the machine at hand.
 
@@ -109,6 +110,7 @@ mod bench;
 pub mod cache;
 pub mod cli;
 pub mod confound;
+pub mod cycle;
 pub mod dataset;
 pub mod design;
 pub mod encode;
@@ -131,6 +133,7 @@ pub mod template;
 pub mod train;
 
 pub use confound::{Condition, Conditions, Doses, dose};
+pub use cycle::{CycleFinder, Cycles};
 pub use dataset::{Dataset, Tree};
 pub use edgegait_core::pack::Pack;
 pub use encode::{Effort, MAX_ERROR_MM, encode_population, encode_subjects};

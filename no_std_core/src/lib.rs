@@ -73,6 +73,7 @@ pub mod camera;
 pub mod clip;
 pub mod clothes;
 pub mod codebook;
+pub mod cycle;
 pub mod facets;
 pub mod format;
 mod hull;

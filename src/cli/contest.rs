@@ -3,6 +3,7 @@
 use super::args::{ViewArgs, file_with};
 use super::cache::CacheArgs;
 use super::conditions::ConditionArgs;
+use super::cutting::CuttingArgs;
 use super::drawing::DrawArgs;
 use super::keep_going::{KeepGoing, with_hint};
 use super::layout::LayoutArgs;
@@ -17,6 +18,7 @@ use crate::evaluate::protocol::{PARTITION, Protocol};
 use crate::score::Runtime;
 use crate::source::{Form, Source};
 use crate::sweep::Views;
+use crate::template::Template;
 use edgegait_core::pack::Pack;
 use std::path::{Path, PathBuf};
 
@@ -41,6 +43,8 @@ pub(super) struct ContestArgs {
     /// Take a tree's pictures as they are: they have been framed already, as OpenGait does
     #[arg(long)]
     as_stored: bool,
+    #[command(flatten)]
+    cutting: CuttingArgs,
     #[command(flatten)]
     layout: LayoutArgs,
     /// Leave out the baselines: `pixels`, which compares templates as they are, and `random`, which
@@ -99,6 +103,7 @@ impl ContestArgs {
             let setup = (&self.draw, seed, stored);
             let mut entrants = load(models, (runtime, &cache), setup, &mut header)?;
             let source = self.readable(source, &entrants, &mut header)?;
+            let source = self.cut(source, &entrants, &mut header)?;
             let subjects = &source.sequences().subjects;
             let protocol = match protocol {
                 Some(protocol) => protocol,
@@ -237,6 +242,8 @@ impl ContestArgs {
             ("--as-stored", self.as_stored),
             ("--keep-going", self.keep_going.is_given()),
             ("--partition", self.partition.is_some()),
+            ("--fps", self.cutting.fps.is_some()),
+            ("--whole-recordings", self.cutting.whole_recordings),
             ("--named-views", self.layout.named_views),
             ("--modality", self.layout.modality.is_some()),
         ];
@@ -288,6 +295,23 @@ impl ContestArgs {
                 .push(format!("{count} of {all} sequences were left out"));
         }
         Ok(Source::Tree(recordings))
+    }
+
+    /// The recordings of a tree by gait cycles, where every recognizer takes a template of one.
+    fn cut(
+        &self,
+        source: Source<'static>,
+        entrants: &[Entrant],
+        header: &mut Header,
+    ) -> Result<Source<'static>> {
+        let takes_template =
+            |entrant: &Entrant| entrant.recognizer.contract().template != Template::Silhouettes;
+        match source {
+            Source::Tree(recordings) if entrants.iter().all(takes_template) => {
+                self.cutting.cut(recordings, header).map(Source::Tree)
+            }
+            other => Ok(other),
+        }
     }
 
     /// What a folder holds, and how its pictures are if they cannot be drawn otherwise.

@@ -11,6 +11,7 @@ mod conditions;
 #[cfg(feature = "plots")]
 mod confounders;
 mod contest;
+mod cutting;
 mod drawing;
 mod encoding;
 mod export;

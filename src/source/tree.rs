@@ -2,6 +2,7 @@
 
 use super::packs::{Selection, require};
 use super::{Form, Labels, Origin, Sequences, Shown, ViewLabel, mean};
+use crate::cycle::{CycleFinder, whole_frames};
 use crate::dataset::{Layout, Partition, Tree, TreeSequence};
 use crate::error::{Error, Result};
 use crate::sweep::Views;
@@ -9,14 +10,18 @@ use crate::template::{Builder, Template};
 use edgegait_core::silhouette::{Coverage, Frame, Size};
 use rayon::prelude::*;
 use std::collections::HashSet;
+use std::ops::Range;
 use std::path::Path;
 
 /// The recordings of a tree with their labels.
 pub struct Recordings {
     tree: Tree,
-    /// For each sequence its number in the tree.
-    numbers: Vec<usize>,
+    /// For each sequence its number in the tree, and which of its pictures.
+    parts: Vec<(usize, Range<usize>)>,
     pub(super) sequences: Sequences,
+    /// For each sequence of the tree its gait cycles, if they were looked for; none where they were not
+    /// found.
+    cycles: Vec<Vec<Range<usize>>>,
     as_stored: bool,
     /// Which sequences are looked for among which, if a partition says so.
     roles: Option<Roles>,
@@ -63,8 +68,9 @@ impl Recordings {
     pub(super) fn open(path: &Path, layout: &Layout) -> Result<Self> {
         let all = Self {
             tree: Tree::open(path, layout)?,
-            numbers: Vec::new(),
+            parts: Vec::new(),
             sequences: Sequences::default(),
+            cycles: Vec::new(),
             as_stored: false,
             roles: None,
         };
@@ -75,12 +81,11 @@ impl Recordings {
     fn of(self, is_kept: impl Fn(usize, &TreeSequence) -> bool) -> Self {
         let Self { tree, roles, .. } = &self;
         let mut labels = Labels::default();
-        let mut numbers = Vec::new();
+        let mut parts = Vec::new();
         for (number, recording) in tree.sequences().iter().enumerate() {
             if !is_kept(number, recording) {
                 continue;
             }
-            numbers.push(number);
             let role = roles
                 .as_ref()
                 .map_or("", |roles| roles.of(&name_of(recording)));
@@ -94,19 +99,73 @@ impl Recordings {
                 Some((azimuth, elevation)) => ViewLabel::Angles(azimuth, elevation),
                 None => ViewLabel::Named(recording.view.clone()),
             });
-            let origin = labels.origin(Origin {
-                walk: recording.take.clone(),
-                cycle: None,
-                variation: 0,
-                seed: 0,
-            });
-            labels.push(take, origin, view);
+            let mut push = |cycle: Option<u32>, frames: Range<usize>| {
+                let origin = labels.origin(Origin {
+                    walk: recording.take.clone(),
+                    cycle,
+                    variation: 0,
+                    seed: 0,
+                });
+                labels.push(take, origin, view);
+                parts.push((number, frames));
+            };
+            match self.cycles.get(number).map_or(&[][..], Vec::as_slice) {
+                [] => push(None, 0..usize::MAX),
+                cycles => (0..)
+                    .zip(cycles)
+                    .for_each(|(at, frames)| push(Some(at), frames.clone())),
+            }
         }
         Self {
-            numbers,
+            parts,
             sequences: labels.sequences,
             ..self
         }
+    }
+
+    /// The numbers of the tree's sequences of which any part is here, rising.
+    fn numbers(&self) -> Vec<usize> {
+        let mut numbers: Vec<usize> = self.parts.iter().map(|(number, _)| *number).collect();
+        numbers.dedup();
+        numbers
+    }
+
+    /// The same by gait cycles: one sequence for each, or the whole recording where none is found, and
+    /// why. Reads every picture, on all cores; `progress` is called once a recording.
+    ///
+    /// # Errors
+    /// If a recording cannot be read.
+    pub fn in_cycles(
+        self,
+        finder: &CycleFinder,
+        progress: &(dyn Fn() + Sync),
+    ) -> Result<(Self, Vec<String>)> {
+        let numbers = self.numbers();
+        let find = |&number: &usize| -> Result<_> {
+            let legs = self.tree.lower_bodies(number)?;
+            progress();
+            Ok(finder.find(legs))
+        };
+        let found: Vec<Result<_>> = numbers.par_iter().map(find).collect();
+        let mut cycles = vec![Vec::new(); self.tree.sequences().len()];
+        let mut without = Vec::new();
+        for (&number, found) in numbers.iter().zip(found) {
+            match found? {
+                Ok(found) => cycles[number] = found.cycles.iter().map(whole_frames).collect(),
+                Err(reason) => {
+                    let TreeSequence {
+                        subject,
+                        take,
+                        view,
+                        ..
+                    } = &self.tree.sequences()[number];
+                    without.push(format!("{subject}/{take}/{view}: {reason}"));
+                }
+            }
+        }
+        let kept: HashSet<usize> = numbers.into_iter().collect();
+        let cut = Self { cycles, ..self };
+        Ok((cut.of(|number, _| kept.contains(&number)), without))
     }
 
     /// Only the people whom a partition tests, and which of their sequences are looked for among
@@ -117,8 +176,8 @@ impl Recordings {
     pub fn parted(self, partition: &Partition, path: &Path) -> Result<(Self, Vec<String>)> {
         let people: HashSet<&String> = partition.test.iter().collect();
         let subjects: HashSet<&String> = self.sequences.subjects.iter().collect();
-        let recordings = self
-            .numbers
+        let numbers = self.numbers();
+        let recordings = numbers
             .iter()
             .map(|&at| name_of(&self.tree.sequences()[at]));
         let recordings: HashSet<String> = recordings.collect();
@@ -160,7 +219,7 @@ impl Recordings {
             gallery: set(&partition.gallery),
             probes: set(&partition.probes),
         });
-        let kept: HashSet<usize> = self.numbers.iter().copied().collect();
+        let kept: HashSet<usize> = numbers.into_iter().collect();
         let parted = Self { roles, ..self };
         let parted = parted
             .of(|number, sequence| kept.contains(&number) && people.contains(&sequence.subject));
@@ -180,14 +239,14 @@ impl Recordings {
             progress();
             result
         };
-        let results: Vec<Result<()>> = self.numbers.par_iter().map(check).collect();
+        let results: Vec<Result<()>> = self.numbers().par_iter().map(check).collect();
         results.into_iter().collect()
     }
 
     /// How many sequences there are.
     #[must_use]
     pub const fn len(&self) -> usize {
-        self.numbers.len()
+        self.parts.len()
     }
 
     /// Whether a partition says which sequences are looked for among which.
@@ -199,7 +258,7 @@ impl Recordings {
     /// Whether none was chosen.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
-        self.numbers.is_empty()
+        self.parts.is_empty()
     }
 
     /// Only the sequences of these people and takes, seen from these viewpoints if any are given.
@@ -250,7 +309,7 @@ impl Recordings {
             let mut forms = forms.iter();
             forms.try_for_each(|form| self.template(number, form).map(drop))
         };
-        let results: Vec<Result<()>> = (0..self.numbers.len())
+        let results: Vec<Result<()>> = (0..self.parts.len())
             .into_par_iter()
             .map(|number| {
                 let result = read(number);
@@ -259,10 +318,10 @@ impl Recordings {
             })
             .collect();
         let (mut kept, mut refused) = (HashSet::new(), Vec::new());
-        for (&number, result) in self.numbers.iter().zip(results) {
+        for ((number, _), result) in self.parts.iter().zip(results) {
             match result {
                 Ok(()) => {
-                    kept.insert(number);
+                    kept.insert(*number);
                 }
                 Err(Error::Usage(problem)) => return Err(Error::Usage(problem)),
                 Err(error) => refused.push(error),
@@ -307,15 +366,17 @@ impl Recordings {
     /// A sequence in a form, and what was shown of it.
     fn template(&self, number: usize, form: &Form) -> Result<(Vec<u8>, Shown)> {
         let (size, framing) = (form.settings.size, form.settings.framing);
+        let part = self.parts[number].clone();
+        let recording = part.0;
         let found = if self.as_stored {
-            self.tree.stored(self.numbers[number], size)?
+            self.tree.stored_of(part, size)?
         } else {
-            self.tree.silhouettes(self.numbers[number], size, framing)?
+            self.tree.silhouettes_of(part, size, framing)?
         };
         let frames = found.frames;
         if frames == 0 {
             return Err(Error::input(
-                self.tree.folder(self.numbers[number]),
+                self.tree.folder(recording),
                 "expected a figure in some frame, found none (leave the sequence out)",
             ));
         }
@@ -342,7 +403,7 @@ impl Recordings {
                 let most = Builder::MAX_FRAMES as usize;
                 if frames > most {
                     return Err(Error::input(
-                        self.tree.folder(self.numbers[number]),
+                        self.tree.folder(recording),
                         format!(
                             "expected at most {most} frames for {}, found {frames}",
                             template.plural()

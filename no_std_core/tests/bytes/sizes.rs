@@ -6,6 +6,7 @@ use edgegait_core::avatar::{Avatar, Hull};
 use edgegait_core::body::{Body, Figure};
 use edgegait_core::camera::Camera;
 use edgegait_core::clip::{Clip, Expanded};
+use edgegait_core::cycle::{CycleDetector, LowerBody};
 use edgegait_core::lean::{self, Room, Rows};
 use edgegait_core::linear::LinearRecognizer;
 use edgegait_core::outline::Outline;
@@ -57,6 +58,8 @@ fn types_take_what_the_readme_says() {
     assert_size::<Renderer<Skia>>("Renderer<Skia>");
     assert_size::<GeiInPlace<'_>>("GeiInPlace");
     assert_size::<LinearRecognizer<'_>>("LinearRecognizer");
+    assert_size::<CycleDetector>("CycleDetector");
+    assert_size::<LowerBody>("LowerBody");
     assert_size::<Silhouette>("Silhouette");
     assert_size::<Body>("Body");
     assert_size::<Figure<'_>>("Figure");
@@ -72,6 +75,11 @@ fn types_take_what_the_readme_says() {
     assert_size::<columns::Renderer>("columns::Renderer");
     assert_size::<columns::Images>("columns::Images");
     assert_size::<GeiTally>("GeiTally");
+}
+
+#[test]
+fn a_cycle_detector_takes_a_kilobyte_at_most() {
+    assert!(size_of::<CycleDetector>() <= 1_024);
 }
 
 #[test]

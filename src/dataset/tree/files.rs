@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::io::{BufReader, Read as _};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use image::{ImageFormat, ImageReader};
@@ -80,16 +81,18 @@ impl Files {
         }
     }
 
-    /// Shows each picture, in order, with the file that it is from.
+    /// Shows the pictures of these numbers, in order, with the file that each is from.
     pub(super) fn show(
         &self,
+        frames: Range<usize>,
         mut show: impl FnMut(&Path, Picture<'_>) -> Result<()>,
     ) -> Result<()> {
+        let wanted = |all: usize| frames.start.min(all)..frames.end.min(all);
         match self {
-            Self::Pickle(path) => unpickle(path, show),
+            Self::Pickle(path) => unpickle(path, wanted, show),
             Self::Pngs(paths) => {
                 let mut first = None;
-                paths.iter().try_for_each(|path| {
+                paths[wanted(paths.len())].iter().try_for_each(|path| {
                     let (pixels, columns) = decode(path)?;
                     let size = (pixels.len() / columns, columns);
                     check_same(path, size, *first.get_or_insert(size))?;
@@ -215,8 +218,12 @@ fn decode(path: &Path) -> Result<(Vec<u8>, usize)> {
     Ok((picture.into_luma8().into_raw(), columns))
 }
 
-/// Shows the pictures of a pickled array `[frames][rows][columns]`.
-fn unpickle(path: &Path, mut show: impl FnMut(&Path, Picture<'_>) -> Result<()>) -> Result<()> {
+/// Shows those pictures of a pickled array `[frames][rows][columns]` that are wanted of so many.
+fn unpickle(
+    path: &Path,
+    wanted: impl Fn(usize) -> Range<usize>,
+    mut show: impl FnMut(&Path, Picture<'_>) -> Result<()>,
+) -> Result<()> {
     let io = |error| Error::io(path, error);
     let length = fs::metadata(path).map_err(io)?.len();
     if length > MAX_BYTES {
@@ -230,8 +237,12 @@ fn unpickle(path: &Path, mut show: impl FnMut(&Path, Picture<'_>) -> Result<()>)
         .map_err(|refused| Error::at(path, Place::Byte(refused.byte), refused.problem))?;
     let side = 1..=MAX_SIDE as usize;
     match *array.shape {
-        [1..=MAX_FRAMES, rows, columns] if side.contains(&rows) && side.contains(&columns) => {
-            let mut frames = array.bytes.chunks_exact(rows * columns);
+        [all @ 1..=MAX_FRAMES, rows, columns]
+            if side.contains(&rows) && side.contains(&columns) =>
+        {
+            let wanted = wanted(all);
+            let frames = array.bytes.chunks_exact(rows * columns);
+            let mut frames = frames.skip(wanted.start).take(wanted.len());
             frames.try_for_each(|pixels| show(path, Picture { pixels, columns }))
         }
         _ => Err(Error::input(

@@ -13,11 +13,13 @@ mod layout;
 mod pickle;
 
 use std::fs;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Remedy, Result};
 use crate::sweep::Framing;
 use angle::Angle;
+use edgegait_core::cycle::LowerBody;
 use edgegait_core::silhouette::Size;
 use files::Files;
 use frame::{Fit, Picture};
@@ -32,6 +34,8 @@ const MAX_FRAMES: usize = 10_000;
 const MAX_SIDE: u32 = 4096;
 /// Most bytes that a picture takes while it is decoded, and most bytes of a pickle.
 const MAX_BYTES: u64 = 1 << 27;
+/// All pictures of a sequence.
+const ALL: Range<usize> = 0..MAX_FRAMES;
 
 /// Sequences of silhouettes, listed but not read.
 #[derive(Clone, Debug)]
@@ -194,6 +198,22 @@ impl Tree {
     /// # Panics
     /// If there is no such sequence.
     pub fn silhouettes(&self, index: usize, size: Size, framing: Framing) -> Result<Silhouettes> {
+        self.silhouettes_of((index, ALL), size, framing)
+    }
+
+    /// The same of a part of the pictures, by their numbers from 0.
+    ///
+    /// # Errors
+    /// As [`Self::silhouettes`].
+    ///
+    /// # Panics
+    /// If there is no such sequence.
+    pub fn silhouettes_of(
+        &self,
+        (index, frames): (usize, Range<usize>),
+        size: Size,
+        framing: Framing,
+    ) -> Result<Silhouettes> {
         let fit = Fit::of(framing)?;
         let mut found = Silhouettes {
             pixels: Vec::new(),
@@ -202,7 +222,7 @@ impl Tree {
             clipped_share: 0.0,
         };
         let mut clipped = 0.0;
-        self.pictures(index, |_, picture| {
+        self.pictures(index, frames, |_, picture| {
             match picture.frame(size, fit, &mut found.pixels) {
                 Some(share) => {
                     found.frames += 1;
@@ -228,13 +248,28 @@ impl Tree {
     /// # Panics
     /// If there is no such sequence.
     pub fn stored(&self, index: usize, size: Size) -> Result<Silhouettes> {
+        self.stored_of((index, ALL), size)
+    }
+
+    /// The same of a part of the pictures, by their numbers from 0.
+    ///
+    /// # Errors
+    /// As [`Self::stored`].
+    ///
+    /// # Panics
+    /// If there is no such sequence.
+    pub fn stored_of(
+        &self,
+        (index, frames): (usize, Range<usize>),
+        size: Size,
+    ) -> Result<Silhouettes> {
         let mut found = Silhouettes {
             pixels: Vec::new(),
             frames: 0,
             empty: 0,
             clipped_share: 0.0,
         };
-        self.pictures(index, |path, picture| {
+        self.pictures(index, frames, |path, picture| {
             let rows = picture.pixels.len() / picture.columns;
             let kept = kept(rows, picture.columns, size)
                 .ok_or_else(|| other_size(path, (rows, picture.columns), size))?;
@@ -242,6 +277,23 @@ impl Tree {
                 found.pixels.extend_from_slice(&row[kept.clone()]);
             }
             found.frames += 1;
+            Ok(())
+        })?;
+        Ok(found)
+    }
+
+    /// Reads a sequence and measures the legs in each of its pictures as they are, unframed; `None`
+    /// where nobody is. [`crate::cycle::CycleFinder`] finds gait cycles in them.
+    ///
+    /// # Errors
+    /// If a file is broken, or there are no or too many pictures.
+    ///
+    /// # Panics
+    /// If there is no such sequence.
+    pub fn lower_bodies(&self, index: usize) -> Result<Vec<Option<LowerBody>>> {
+        let mut found = Vec::new();
+        self.pictures(index, ALL, |_, picture| {
+            found.push(LowerBody::of_pixels(picture.pixels, picture.columns));
             Ok(())
         })?;
         Ok(found)
@@ -287,18 +339,19 @@ impl Tree {
         })
     }
 
-    /// Shows each picture of a sequence, in order, with the file that it is from.
+    /// Shows these pictures of a sequence, in order, with the file that each is from.
     fn pictures(
         &self,
         index: usize,
+        frames: Range<usize>,
         show: impl FnMut(&Path, Picture<'_>) -> Result<()>,
     ) -> Result<()> {
-        Files::of(&self.folder(index), self.modality.as_ref())?.show(show)
+        Files::of(&self.folder(index), self.modality.as_ref())?.show(frames, show)
     }
 }
 
 /// The columns that are kept of stored pictures, if these have this size or will have it.
-fn kept(rows: usize, columns: usize, size: Size) -> Option<std::ops::Range<usize>> {
+fn kept(rows: usize, columns: usize, size: Size) -> Option<Range<usize>> {
     let cut = 10 * (columns / 64);
     let kept = if columns == size.columns() {
         0..columns

@@ -492,7 +492,7 @@ mod with_data {
                     .silhouettes(at, Size::S64x64, Framing::Height)
                     .expect("readable");
                 let mut theirs = Vec::new();
-                tree.pictures(at, |_, picture| {
+                tree.pictures(at, ALL, |_, picture| {
                     theirs.extend(pretreated(&picture).expect("a figure"));
                     Ok(())
                 })

@@ -1,0 +1,375 @@
+//! From one frame after the other to cycles.
+
+use super::wave::{Sample, Wave};
+use super::{FrameRateError, LowerBody, NoCycle};
+use crate::budget::{
+    CYCLE_FRAME_RATES_HZ, CYCLE_MOST_SAMPLES_HZ, CYCLE_SAMPLES, CYCLE_STEPS_PER_MINUTE,
+};
+use heapless::HistoryBuf;
+
+/// Steps that a wave is fitted to: Hann's window tells a wave from one of twice its length if it is
+/// two of the latter long.
+const STEPS: f32 = 4.0;
+/// Share of what changes that has to be one wave. Ours: of the people for choices nearly all walks reach
+/// it from each view, and of those that have the wrong period some do not.
+const LEAST_REGULAR: f32 = 0.25;
+/// The same in a window of few samples, times their number: the strongest wave of white noise is less than
+/// that in most windows. Ours.
+const OF_NOISE: f32 = 14.0;
+/// But no more than this: clean walks seen from a side reach it in ten samples.
+const MOST_REGULAR: f32 = 0.5;
+/// Legs whose outline swings less stand. Ours: nine of ten walkers seen from in front reach thrice that.
+const LEAST_SWING: f32 = 0.03;
+/// Steps after a peak from which on the next one is looked for. Ours: closer ones are the same.
+const NEXT_FROM: f32 = 0.6;
+/// By which share of a step the next peak may be early or late. Ours: beyond, the walker stopped, turned
+/// or was lost, and cycles are counted anew.
+const TOLERANCE: f32 = 0.3;
+/// The wave is looked at so often that a step of the fastest walker is seen thrice.
+const LOOKS_A_STEP: f32 = 3.0;
+
+/// A gait cycle: two steps, from one widest stance to the next but one. Whether it begins with the left or
+/// the right foot ahead, silhouettes do not tell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cycle {
+    /// Where it begins, in frames from the first, which is 0: a real number.
+    pub start: f64,
+    /// Where it ends, and the next one begins.
+    pub end: f64,
+    /// Share of what changed about the legs that a steady wave explains, 0..1: the least of the three
+    /// steps that bound it. Above 0.25; from a side 0.9.
+    pub regular: f32,
+}
+
+impl Cycle {
+    /// How many frames it lasts.
+    #[must_use]
+    pub fn period_frames(&self) -> f64 {
+        self.end - self.start
+    }
+}
+
+/// Somebody who walks at present.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Walking {
+    /// How many frames a cycle lasts, two steps of the last four.
+    pub period_frames: f32,
+    /// By which share of its mean the legs' outline swings.
+    pub swing: f32,
+    /// Share of what changes about it that one steady wave explains, 0..1.
+    pub regular: f32,
+}
+
+/// Finds gait cycles while frames come in. 1 kB at most; see [the module](super).
+#[derive(Clone, Debug)]
+pub struct CycleDetector {
+    /// Frames of a sample.
+    every: u8,
+    /// Samples a second.
+    rate_hz: f32,
+    /// Samples until the wave is looked at again, and from one time to the next.
+    looks: [u8; 2],
+    /// Frames that were taken.
+    frames: u64,
+    /// Sums over the frames of the sample to come in which somebody was, and their number.
+    sums: Sample,
+    present: u8,
+    /// The last samples.
+    samples: HistoryBuf<Sample, CYCLE_SAMPLES>,
+    /// The wave of the last samples, or why there is none.
+    seen: Result<Wave, NoCycle>,
+    /// Where the last step was widest, in samples from the first.
+    peak: Option<f64>,
+    /// Where the cycle that is not complete began, and with which of its steps we are.
+    begun: Option<Begun>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Begun {
+    start: f64,
+    /// Whether its first step is complete.
+    is_half: bool,
+    regular: f32,
+}
+
+impl CycleDetector {
+    /// Nothing seen yet, of so many frames a second.
+    ///
+    /// # Errors
+    /// Unless there are 10 to 120 frames a second.
+    pub fn new(frame_rate_hz: f32) -> Result<Self, FrameRateError> {
+        let (low, high) = CYCLE_FRAME_RATES_HZ;
+        if !(low..=high).contains(&frame_rate_hz) {
+            return Err(FrameRateError {
+                found_hz: frame_rate_hz,
+            });
+        }
+        // At most 4, since at most 120 / 32.
+        let every = whole(libm::ceilf(frame_rate_hz / CYCLE_MOST_SAMPLES_HZ));
+        let rate_hz = frame_rate_hz / f32::from(every);
+        let (shortest, _) = step_range(rate_hz);
+        let look = whole(shortest / LOOKS_A_STEP).max(1);
+        Ok(Self {
+            every,
+            rate_hz,
+            looks: [look, look],
+            frames: 0,
+            sums: [0.0; 2],
+            present: 0,
+            samples: HistoryBuf::new(),
+            seen: Err(NoCycle::TooShort { frames: 0 }),
+            peak: None,
+            begun: None,
+        })
+    }
+
+    /// Takes the next frame, `None` if nobody is on it; a cycle if one is complete.
+    pub fn push(&mut self, lower_body: Option<LowerBody>) -> Option<Cycle> {
+        self.frames = self.frames.saturating_add(1);
+        if let Some(body) = lower_body.filter(LowerBody::is_somebody) {
+            let [width, pixels] = &mut self.sums;
+            *width += body.width;
+            *pixels += body.pixels;
+            self.present += 1;
+        }
+        if self.frames.is_multiple_of(self.every.into()) {
+            self.sample();
+            let [left, look] = &mut self.looks;
+            *left -= 1;
+            if *left == 0 {
+                *left = *look;
+                self.look(Ending::Open);
+                return self.next_cycle(Ending::Open);
+            }
+        }
+        None
+    }
+
+    /// How many frames were taken.
+    #[must_use]
+    pub const fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// How the last four steps were; or why that is not known.
+    ///
+    /// # Errors
+    /// If nobody is there, nobody walks, or not for long enough.
+    pub fn walking(&self) -> Result<Walking, NoCycle> {
+        let wave = self.seen.map_err(|reason| match reason {
+            NoCycle::TooShort { .. } => NoCycle::TooShort {
+                frames: self.frames,
+            },
+            other => other,
+        })?;
+        Ok(Walking {
+            period_frames: 2.0 * wave.step * f32::from(self.every),
+            swing: wave.swing,
+            regular: wave.regular,
+        })
+    }
+
+    /// No frame comes after those that were taken: the cycles that are still open, in order. The
+    /// last wave goes on to the last frame. The last 3 frames, at most, count for nothing where
+    /// several are one sample: above 32 a second.
+    #[must_use]
+    pub fn finish(mut self) -> Rest {
+        self.look(Ending::Final);
+        Rest(self)
+    }
+
+    /// Takes the mean of the frames as a sample.
+    fn sample(&mut self) {
+        let mean = |sum| {
+            if self.present > 0 {
+                sum / f32::from(self.present)
+            } else {
+                0.0
+            }
+        };
+        self.samples.write(self.sums.map(mean));
+        (self.sums, self.present) = ([0.0; 2], 0);
+    }
+
+    /// Fits a wave to the last four steps.
+    fn look(&mut self, ending: Ending) {
+        self.seen = match self.last_steps(ending) {
+            Ok(Wave { swing, .. }) if swing < LEAST_SWING => Err(NoCycle::Standing { swing }),
+            Ok(wave) if wave.regular < least_regular(&wave) => Err(NoCycle::Irregular {
+                regular: wave.regular,
+            }),
+            other => other,
+        };
+    }
+
+    /// The wave of the last four steps, of fewer if no more come.
+    fn last_steps(&self, ending: Ending) -> Result<Wave, NoCycle> {
+        let held = count(self.samples.len());
+        let (shortest, longest) = step_range(self.rate_hz);
+        let fewest = match ending {
+            Ending::Open => STEPS * shortest,
+            Ending::Final => 2.0 * shortest,
+        };
+        let too_short = NoCycle::TooShort {
+            frames: self.frames,
+        };
+        if held < fewest {
+            return Err(too_short);
+        }
+        let most = libm::ceilf(STEPS * longest);
+        let wave = self.wave(most).ok_or(NoCycle::Absent)?;
+        let wanted = libm::roundf(STEPS * wave.step).min(most);
+        if wanted < held {
+            return self.wave(wanted).ok_or(NoCycle::Absent);
+        }
+        let is_enough = match ending {
+            Ending::Open => held >= wanted,
+            Ending::Final => held >= 2.0 * wave.step,
+        };
+        if is_enough { Ok(wave) } else { Err(too_short) }
+    }
+
+    /// The wave of so many samples, or all.
+    fn wave(&self, samples: f32) -> Option<Wave> {
+        let skipped = self.samples.len().saturating_sub(whole(samples).into());
+        let samples = self.samples.oldest_ordered().skip(skipped).copied();
+        Wave::of(samples, self.rate_hz)
+    }
+
+    /// Where the next step is widest, in samples from the first, if it is certain.
+    fn next_peak(&self, wave: &Wave, ending: Ending) -> Option<f64> {
+        let newest = exact(self.frames / u64::from(self.every)) - 1.0;
+        let (step, middle) = (f64::from(wave.step), f64::from(wave.middle));
+        let window = newest + 2.0 * middle;
+        let oldest = if window < step {
+            // Nothing was before, so that the first steps are like those behind them. Half a sample early
+            // is still within the first one.
+            window - 0.5
+        } else {
+            // Somebody may have stood until the window's middle, whom the wave goes back beyond.
+            newest + middle - 0.5 * step
+        };
+        let next = self.peak.map(|last| last + f64::from(NEXT_FROM) * step);
+        let from = next.map_or(oldest, |next| next.max(oldest));
+        let known = newest + f64::from(wave.peak);
+        let peak = known + libm::ceil((from - known) / step) * step;
+        let until = match ending {
+            Ending::Open => newest + middle,
+            Ending::Final => newest,
+        };
+        (peak <= until).then_some(peak)
+    }
+
+    /// Goes on to a peak; the cycle that it completes.
+    fn go_on(&mut self, wave: &Wave, peak: f64) -> Option<Cycle> {
+        let step = f64::from(wave.step);
+        let last = self.peak.replace(peak);
+        let is_next = last.is_some_and(|last| {
+            let late = (peak - last) / step - 1.0;
+            libm::fabs(late) <= f64::from(TOLERANCE)
+        });
+        let from_here = Begun {
+            start: peak,
+            is_half: false,
+            regular: wave.regular,
+        };
+        let Some(begun) = self.begun.filter(|_| is_next) else {
+            self.begun = Some(from_here);
+            return None;
+        };
+        let regular = begun.regular.min(wave.regular);
+        if !begun.is_half {
+            self.begun = Some(Begun {
+                is_half: true,
+                regular,
+                ..begun
+            });
+            return None;
+        }
+        self.begun = Some(from_here);
+        // A sample lies in the middle of its frames.
+        let every = f64::from(self.every);
+        let in_frames = |samples: f64| (samples * every + (every - 1.0) / 2.0).max(0.0);
+        Some(Cycle {
+            start: in_frames(begun.start),
+            end: in_frames(peak),
+            regular,
+        })
+    }
+
+    /// Goes on until a cycle is complete or nothing more is certain.
+    fn next_cycle(&mut self, ending: Ending) -> Option<Cycle> {
+        let wave = self.seen.ok()?;
+        // Each peak is later than the one before by more than half a step, so that they end.
+        while let Some(peak) = self.next_peak(&wave, ending) {
+            let cycle = self.go_on(&wave, peak);
+            if cycle.is_some() {
+                return cycle;
+            }
+        }
+        None
+    }
+}
+
+/// Cycles that were still open at the end; [`CycleDetector::finish`].
+#[derive(Clone, Debug)]
+pub struct Rest(CycleDetector);
+
+impl Rest {
+    /// The detector at its end.
+    #[must_use]
+    pub const fn detector(&self) -> &CycleDetector {
+        &self.0
+    }
+}
+
+impl Iterator for Rest {
+    type Item = Cycle;
+
+    fn next(&mut self) -> Option<Cycle> {
+        self.0.next_cycle(Ending::Final)
+    }
+}
+
+/// Whether frames are still to come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Ending {
+    Open,
+    Final,
+}
+
+/// Share of what changes in a wave's window that the wave has to be.
+const fn least_regular(wave: &Wave) -> f32 {
+    let samples = 1.0 - 2.0 * wave.middle;
+    LEAST_REGULAR.max(MOST_REGULAR.min(OF_NOISE / samples))
+}
+
+/// Samples of the shortest and of the longest step.
+fn step_range(rate_hz: f32) -> (f32, f32) {
+    let (slow, fast) = CYCLE_STEPS_PER_MINUTE;
+    (60.0 / fast * rate_hz, 60.0 / slow * rate_hz)
+}
+
+/// A number of samples, which a byte holds.
+fn count(samples: usize) -> f32 {
+    f32::from(u8::try_from(samples).unwrap_or(u8::MAX))
+}
+
+/// The whole part of a number, at most 255.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "clamped; the fraction is what is dropped"
+)]
+const fn whole(value: f32) -> u8 {
+    value.clamp(0.0, 255.0) as u8
+}
+
+/// As a real number.
+#[expect(
+    clippy::cast_precision_loss,
+    reason = "exact for 2^53 samples, which take three million years"
+)]
+const fn exact(samples: u64) -> f64 {
+    samples as f64
+}

@@ -1,0 +1,335 @@
+//! Walkers made of waves whose cycles are known, and what is no walk.
+
+extern crate std;
+
+use super::*;
+use core::f64::consts::TAU;
+use std::string::ToString;
+use std::vec;
+use std::vec::Vec;
+
+/// A cycle of so many seconds, from the side, at a time in seconds: the width is that of legs that swing
+/// with the step, is larger when the one leg is ahead than the other, and has side peaks.
+fn side(time_s: f64, cycle_s: f64) -> LowerBody {
+    let phase = TAU * time_s / cycle_s;
+    let width = 40.0 + 16.0 * (2.0 * phase).cos() + 5.0 * phase.cos() + 4.0 * (4.0 * phase).cos();
+    LowerBody {
+        pixels: (900.0 + 60.0 * (2.0 * phase).cos()) as f32,
+        width: width.round() as f32,
+    }
+}
+
+/// Cycles of frames, and the detector at its end.
+fn found(
+    rate_hz: f32,
+    frames: impl IntoIterator<Item = Option<LowerBody>>,
+) -> (Vec<Cycle>, Result<Walking, NoCycle>) {
+    let mut detector = CycleDetector::new(rate_hz).expect("a frame rate");
+    let mut cycles = Vec::new();
+    for frame in frames {
+        cycles.extend(detector.push(frame));
+    }
+    let mut rest = detector.finish();
+    cycles.extend(&mut rest);
+    assert!(
+        cycles.windows(2).all(|pair| pair[0].end <= pair[1].start),
+        "{cycles:?}"
+    );
+    (cycles, rest.detector().walking())
+}
+
+/// Frames of a walk of so many seconds.
+fn walk(rate_hz: f32, cycle_s: f64, seconds: f64) -> impl Iterator<Item = Option<LowerBody>> {
+    let frames = (f64::from(rate_hz) * seconds) as u32;
+    (0..frames).map(move |frame| Some(side(f64::from(frame) / f64::from(rate_hz), cycle_s)))
+}
+
+/// A number from -1 to 1 for each frame: a linear congruential generator's high bits (Knuth).
+fn noise(frame: u32) -> f64 {
+    let mut state = u64::from(frame) ^ 0x9e37_79b9_7f4a_7c15;
+    for _ in 0..3 {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        state ^= state >> 33;
+    }
+    f64::from((state >> 40) as u32) / f64::from(1 << 23) - 1.0
+}
+
+/// That the boundaries of all cycles are where a step is widest, every half cycle, to `close` frames, and
+/// that so many cycles or more were found.
+#[track_caller]
+fn assert_cycles(cycles: &[Cycle], cycle_frames: f64, (fewest, close): (usize, f64)) {
+    assert!(cycles.len() >= fewest, "{}: {cycles:?}", cycles.len());
+    for cycle in cycles {
+        let off = cycle.period_frames() - cycle_frames;
+        assert!(off.abs() < 2.0 * close, "{cycle:?}");
+        let steps = cycle.start / (cycle_frames / 2.0);
+        let off = (steps - steps.round()) * cycle_frames / 2.0;
+        assert!(off.abs() < close, "{cycle:?}: {off}");
+    }
+}
+
+#[test]
+fn a_walk_has_its_cycles_at_any_frame_rate_and_cadence() {
+    for rate_hz in [
+        10.0, 15.0, 24.0, 25.0, 29.97, 30.0, 33.0, 50.0, 60.0, 90.0, 120.0,
+    ] {
+        for cadence in [72.0, 90.0, 112.0, 140.0, 180.0, 215.0] {
+            let cycle_s = 120.0 / cadence;
+            let (cycles, end) = found(rate_hz, walk(rate_hz, cycle_s, 8.0));
+            let frames = cycle_s * f64::from(rate_hz);
+            let whole = (8.0 / cycle_s) as usize;
+            // A hundredth of a second, and a tenth of a frame.
+            let close = 0.01 * f64::from(rate_hz) + 0.1;
+            assert_cycles(&cycles, frames, (whole - 1, close));
+            let period = f64::from(end.expect("a walk").period_frames);
+            // Three frames a step show its side peaks as other ones.
+            let close = if frames < 8.0 { 0.03 } else { 0.02 };
+            let off = (period / frames - 1.0).abs();
+            assert!(off < close, "{rate_hz} {cadence} {period}");
+        }
+    }
+}
+
+#[test]
+fn the_paper_s_peaks_are_found_between_the_frames_that_show_them() {
+    // Sarkar's lower-body pixels with left and right steps of 9 and 10 (peaks 2, 8, 14, 20, 26): a cycle is
+    // every second of them. Ten frames a second.
+    let counts = [
+        5, 7, 9, 7, 5, 3, 5, 7, 10, 7, 5, 3, 5, 7, 9, 7, 5, 3, 5, 7, 10, 7, 5, 3, 5, 7, 9, 7_u8,
+    ];
+    let frames = counts.map(|count| Some(LowerBody::counted(count.into())));
+    let (cycles, _) = found(10.0, frames);
+    let [first, second] = cycles[..] else {
+        panic!("{cycles:?}");
+    };
+    for (place, expected) in [
+        (first.start, 2.0),
+        (first.end, 14.0),
+        (second.start, 14.0),
+        (second.end, 26.0),
+    ] {
+        assert!(
+            (place - expected).abs() < 0.15,
+            "{place}, expected {expected}"
+        );
+    }
+}
+
+#[test]
+fn a_cycle_is_reported_one_cycle_after_it_ended() {
+    let mut detector = CycleDetector::new(30.0).expect("a frame rate");
+    let mut reported = 0;
+    for (number, frame) in walk(30.0, 1.0, 20.0).enumerate() {
+        if let Some(cycle) = detector.push(frame) {
+            // Two steps and 0.2 seconds.
+            let late = number as f64 - cycle.end;
+            assert!((0.0..=30.0 + 6.0).contains(&late), "{number}: {cycle:?}");
+            reported += 1;
+        }
+    }
+    assert!(reported >= 18, "{reported}");
+}
+
+#[test]
+fn frames_that_are_missing_or_full_of_holes_move_boundaries_little() {
+    // Every 7th frame is blank, and 6 in a row once.
+    let gaps = walk(30.0, 1.1, 12.0).enumerate().map(|(number, frame)| {
+        let is_blank = number % 7 == 3 || (100..106).contains(&number);
+        frame.filter(|_| !is_blank)
+    });
+    let (cycles, _) = found(30.0, gaps);
+    assert_cycles(&cycles, 33.0, (9, 1.0));
+    let noisy = walk(30.0, 1.1, 12.0).zip(0..).map(|(frame, number)| {
+        frame.map(|legs| LowerBody {
+            pixels: legs.pixels * (1.0 - 0.15 * noise(number).abs()) as f32,
+            width: legs.width + (6.0 * noise(number + 9_999)) as f32,
+        })
+    });
+    let (cycles, _) = found(30.0, noisy);
+    assert_cycles(&cycles, 33.0, (9, 1.5));
+}
+
+#[test]
+fn somebody_who_stands_and_then_walks_has_cycles_from_the_first_step_on() {
+    let standing = (0..120).map(|number| {
+        Some(LowerBody {
+            pixels: 900.0 + 3.0 * noise(number) as f32,
+            width: 24.0,
+        })
+    });
+    let (cycles, end) = found(30.0, standing.clone());
+    assert_eq!(cycles, []);
+    assert!(matches!(end, Err(NoCycle::Standing { .. })), "{end:?}");
+    let (cycles, _) = found(30.0, standing.chain(walk(30.0, 1.0, 6.0)));
+    // The first steps may be lost to the fit, and none is seen before they are made.
+    assert_cycles(&cycles, 30.0, (4, 2.0));
+    assert!(cycles[0].start > 110.0, "{cycles:?}");
+}
+
+#[test]
+fn a_turn_breaks_the_row_of_cycles_and_no_cycle_has_it_within() {
+    // From the side, frontal in between with legs that swing at another phase, from the other side.
+    let turn = |number: u32| {
+        let time_s = f64::from(number) / 30.0;
+        let legs = side(time_s, 1.0);
+        match number {
+            150..=239 => LowerBody {
+                pixels: 700.0 + 28.0 * (TAU * (2.0 * time_s - 0.4)).cos() as f32,
+                width: (24.0 - 1.2 * (TAU * 2.0 * time_s).cos()).round() as f32,
+            },
+            _ => legs,
+        }
+    };
+    let (cycles, _) = found(30.0, (0..390).map(|number| Some(turn(number))));
+    let side = |cycle: &&Cycle| cycle.end < 150.0 || cycle.start >= 240.0;
+    assert!(cycles.iter().filter(side).count() >= 6, "{cycles:?}");
+    for cycle in &cycles {
+        assert!((cycle.period_frames() - 30.0).abs() < 7.0, "{cycle:?}");
+    }
+}
+
+#[test]
+fn nobody_and_nothing_that_moves_says_so() {
+    let reason = |frames: &mut dyn Iterator<Item = Option<LowerBody>>| {
+        let (cycles, end) = found(30.0, frames);
+        assert_eq!(cycles, []);
+        end.expect_err("no walk")
+    };
+    let still = Some(LowerBody {
+        pixels: 900.0,
+        width: 40.0,
+    });
+    let seconds = |frame| core::iter::repeat_n(frame, 150);
+    assert_eq!(reason(&mut seconds(None)), NoCycle::Absent);
+    let NoCycle::Standing { swing } = reason(&mut seconds(still)) else {
+        panic!("somebody stands");
+    };
+    assert!(swing < 1e-6, "{swing}");
+    assert_eq!(
+        reason(&mut core::iter::empty()),
+        NoCycle::TooShort { frames: 0 }
+    );
+    assert_eq!(
+        reason(&mut core::iter::once(still)),
+        NoCycle::TooShort { frames: 1 }
+    );
+    let short = &mut walk(30.0, 1.0, 0.5);
+    assert_eq!(reason(short), NoCycle::TooShort { frames: 15 });
+    // Who is there in every third frame.
+    let mostly_absent = &mut (0..150).map(|number| still.filter(|_| number % 3 == 0));
+    assert_eq!(reason(mostly_absent), NoCycle::Absent);
+    let growing = &mut (0..150_u8).map(|number| {
+        let size = f32::from(number);
+        Some(LowerBody {
+            pixels: 500.0 + 3.0 * size,
+            width: 20.0 + size / 20.0,
+        })
+    });
+    assert!(matches!(reason(growing), NoCycle::Standing { .. }));
+}
+
+#[test]
+fn noise_is_no_walk() {
+    let (mut cycles, mut seconds) = (0, 0);
+    for seed in 0..40 {
+        let random = (0..300).map(|number| {
+            Some(LowerBody {
+                pixels: 900.0 + 90.0 * noise(1_000 * seed + number) as f32,
+                width: 40.0 + 8.0 * noise(77_777 + 1_000 * seed + number) as f32,
+            })
+        });
+        cycles += found(30.0, random).0.len();
+        seconds += 10;
+    }
+    // A walk would have about one a second.
+    assert!(
+        cycles * 20 <= seconds,
+        "{cycles} cycles in {seconds} seconds"
+    );
+}
+
+#[test]
+fn numbers_that_are_none_count_as_nobody() {
+    let legs = |pixels, width| Some(LowerBody { pixels, width });
+    for bad in [
+        legs(f32::NAN, 40.0),
+        legs(900.0, f32::NAN),
+        legs(f32::INFINITY, 40.0),
+        legs(900.0, f32::NEG_INFINITY),
+        legs(-900.0, 40.0),
+        legs(900.0, -1.0),
+        legs(f32::MAX, f32::MAX),
+    ] {
+        let (cycles, end) = found(30.0, core::iter::repeat_n(bad, 150));
+        assert_eq!((cycles, end), (vec![], Err(NoCycle::Absent)), "{bad:?}");
+        let every_ninth = walk(30.0, 1.0, 10.0).enumerate();
+        let mixed = every_ninth.map(|(number, good)| if number % 9 == 0 { bad } else { good });
+        assert_cycles(&found(30.0, mixed).0, 30.0, (8, 1.0));
+    }
+}
+
+#[test]
+fn frame_rates_that_are_too_low_or_too_high_are_refused() {
+    for rate_hz in [0.0, -30.0, 9.99, 120.1, f32::NAN, f32::INFINITY] {
+        let error = CycleDetector::new(rate_hz).expect_err("no frame rate");
+        let text = error.to_string();
+        assert!(
+            text.starts_with("expected 10 to 120 frames a second, found "),
+            "{text}"
+        );
+    }
+}
+
+#[test]
+fn a_million_frames_have_as_many_cycles_as_steps_are_made() {
+    // 2 hours 19 minutes at 120 frames a second; a cycle takes 1.0625 seconds, 127.5 frames.
+    let mut detector = CycleDetector::new(120.0).expect("a frame rate");
+    let mut last: Option<Cycle> = None;
+    let mut count = 0;
+    for number in 0..1_000_000_u32 {
+        // In whole cycles of 255 half frames, so that no wave's argument grows.
+        let time_s = f64::from((2 * number) % 255) / 240.0;
+        if let Some(cycle) = detector.push(Some(side(time_s, 1.0625))) {
+            count += 1;
+            assert!((cycle.period_frames() - 127.5).abs() < 1.0, "{cycle:?}");
+            assert!(last.is_none_or(|last| last.end == cycle.start));
+            last = Some(cycle);
+        }
+    }
+    let end = last.expect("cycles").end;
+    // 1,000,000 / 127.5 = 7,843.1, of which the last is not reported yet.
+    assert!((7_840..=7_843).contains(&count), "{count}");
+    assert!((1_000_000.0 - end) < 3.0 * 127.5, "{end}");
+}
+
+#[test]
+fn the_legs_of_a_silhouette_are_its_lowest_third_and_fifth() {
+    use crate::silhouette::{Silhouette, Size};
+    // Fifteen rows, from row 10 on: twelve of them 4 wide; then legs that reach from column 2 to 9.
+    let mut rows = [0_u64; 25];
+    rows[10..22].fill(0b1111_0000);
+    rows[22..24].fill(0b0110_0110_0000);
+    rows[24] = 0b0010_0000_0100;
+    let silhouette = Silhouette::from_rows(Size::S50x30, &rows);
+    // Rows 20 to 24: 4 + 4 + 4 + 4 + 2 pixels; rows 22 to 24: columns 2 to 10.
+    let expected = LowerBody {
+        pixels: 18.0,
+        width: 9.0,
+    };
+    assert_eq!(LowerBody::of(&silhouette), Some(expected));
+    let coverage = silhouette.to_coverage();
+    assert_eq!(LowerBody::of_pixels(coverage.pixels(), 30), Some(expected));
+    assert_eq!(LowerBody::of(&Silhouette::empty(Size::S64x64)), None);
+    assert_eq!(LowerBody::of_pixels(&[127; 100], 10), None);
+    assert_eq!(LowerBody::of_pixels(&[255; 100], 0), None);
+    // One pixel is a figure of one row.
+    assert_eq!(
+        LowerBody::of_pixels(&[0, 0, 255, 0], 2),
+        Some(LowerBody {
+            pixels: 1.0,
+            width: 1.0
+        })
+    );
+}

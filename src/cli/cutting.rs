@@ -1,0 +1,56 @@
+//! How the recordings of a tree are cut into gait cycles: flags of the commands that read one.
+
+use super::progress::Progress;
+use crate::cycle::CycleFinder;
+use crate::dataset::Header;
+use crate::error::Result;
+use crate::source::Recordings;
+use crate::sweep::TAKE_FPS;
+
+/// Recordings without cycles that are named one by one.
+const NAMED: usize = 5;
+
+/// The flags.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub(super) struct CuttingArgs {
+    /// Frames a second of a tree's recordings, to find gait cycles in them [default: 25]
+    #[arg(long, value_name = "F", conflicts_with = "whole_recordings")]
+    pub fps: Option<f32>,
+    /// Make one template of each whole recording of a tree, not of each gait cycle
+    #[arg(long)]
+    pub whole_recordings: bool,
+}
+
+impl CuttingArgs {
+    /// The recordings by gait cycles, unless they are to stay whole; the header says what became of
+    /// them.
+    ///
+    /// # Errors
+    /// If cycles are not looked for at such a frame rate, or a recording cannot be read.
+    pub(super) fn cut(&self, recordings: Recordings, header: &mut Header) -> Result<Recordings> {
+        if self.whole_recordings {
+            *header = header.clone().with("whole_recordings", true);
+            return Ok(recordings);
+        }
+        let fps = self.fps.unwrap_or(TAKE_FPS as f32);
+        let finder = CycleFinder::new(fps)?;
+        let all = recordings.len();
+        let progress = Progress::new("recordings", all);
+        let (cut, without) = recordings.in_cycles(&finder, &|| progress.step())?;
+        *header = header
+            .clone()
+            .with("fps", f64::from(fps))
+            .with("recordings", all);
+        if !without.is_empty() {
+            let more = without.len().saturating_sub(NAMED);
+            let names = without.iter().take(NAMED);
+            header.warnings.push(format!(
+                "{} of {all} recordings have no gait cycle that can be found, and count whole: {}{}",
+                without.len(),
+                names.cloned().collect::<Vec<_>>().join("; "),
+                if more > 0 { format!("; and {more} more") } else { String::new() }
+            ));
+        }
+        Ok(cut)
+    }
+}

@@ -1,0 +1,119 @@
+//! How far cycles that were found are from true ones.
+
+use super::truth::Take;
+use edgegait::cycle::{Cycles, NoCycle};
+use std::f64::consts::TAU;
+use std::fmt;
+
+/// What one method found in the takes of one view.
+#[derive(Default)]
+pub struct Tally {
+    pub takes: usize,
+    /// Takes in which cycles were found.
+    pub found: usize,
+    /// Of these, those whose period is half or twice the true one, within 15 %.
+    pub octaves: usize,
+    /// Relative errors of the others' periods.
+    periods: Vec<f64>,
+    /// Cycles that were found with a period within 15 %, and true ones.
+    pub cycles: (usize, usize),
+    /// True phase of each boundary of takes whose period is right, in steps, and frames of a step.
+    boundaries: Vec<(f64, f64)>,
+}
+
+/// Errors of one row of the table.
+#[derive(Clone, Copy, Debug)]
+pub struct Errors {
+    /// Shares of takes, 0..1.
+    pub found: f64,
+    pub octaves: f64,
+    /// Median and 95th percentile, relative.
+    pub period: [f64; 2],
+    /// The same of boundaries, frames, and in cycles.
+    pub boundary_frames: [f64; 2],
+    pub boundary_cycles: [f64; 2],
+    pub cycles: f64,
+}
+
+impl Tally {
+    pub fn add(&mut self, take: &Take, found: &Result<Cycles, NoCycle>) {
+        self.takes += 1;
+        self.cycles.1 += take.cycles();
+        let Ok(found) = found else { return };
+        self.found += 1;
+        let ratio = found.period_frames / take.period;
+        if [0.5, 2.0]
+            .iter()
+            .any(|octave| (ratio / octave - 1.0).abs() < 0.15)
+        {
+            self.octaves += 1;
+            return;
+        }
+        self.periods.push((ratio - 1.0).abs());
+        if (ratio - 1.0).abs() > 0.15 {
+            return;
+        }
+        for cycle in &found.cycles {
+            let ratio = cycle.period_frames() / take.period;
+            self.cycles.0 += usize::from((ratio - 1.0).abs() <= 0.15);
+            for place in [cycle.start, cycle.end] {
+                self.boundaries
+                    .push((2.0 * take.phase(place), take.period / 2.0));
+            }
+        }
+    }
+
+    pub fn errors(&self) -> Errors {
+        // The best constant: the circular mean.
+        let (sin, cos) = self
+            .boundaries
+            .iter()
+            .fold((0.0, 0.0), |(sin, cos), (phase, _)| {
+                (sin + (TAU * phase).sin(), cos + (TAU * phase).cos())
+            });
+        let constant = f64::atan2(sin, cos) / TAU;
+        let off = |phase: f64| (phase - constant - (phase - constant).round()).abs();
+        let share = |count: usize| count as f64 / self.takes as f64;
+        let frames = self
+            .boundaries
+            .iter()
+            .map(|&(phase, step)| off(phase) * step);
+        let cycles = self.boundaries.iter().map(|&(phase, _)| off(phase) / 2.0);
+        Errors {
+            found: share(self.found),
+            octaves: share(self.octaves),
+            period: percentiles(self.periods.clone()),
+            boundary_frames: percentiles(frames.collect()),
+            boundary_cycles: percentiles(cycles.collect()),
+            cycles: self.cycles.0 as f64 / self.cycles.1 as f64,
+        }
+    }
+}
+
+/// Median and 95th percentile, both the nearest rank.
+fn percentiles(mut values: Vec<f64>) -> [f64; 2] {
+    values.sort_by(f64::total_cmp);
+    [0.5, 0.95].map(|part| {
+        let rank = (part * values.len() as f64).ceil() as usize;
+        values
+            .get(rank.saturating_sub(1))
+            .copied()
+            .unwrap_or(f64::NAN)
+    })
+}
+
+impl fmt::Display for Errors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let percent = |pair: [f64; 2]| format!("{:.1} / {:.1}", 100.0 * pair[0], 100.0 * pair[1]);
+        let [middle, most] = self.boundary_frames;
+        write!(
+            f,
+            "{:.1} | {} | {:.1} | {middle:.2} / {most:.2} | {} | {:.1}",
+            100.0 * self.found,
+            percent(self.period),
+            100.0 * self.octaves,
+            percent(self.boundary_cycles),
+            100.0 * self.cycles
+        )
+    }
+}

@@ -1,0 +1,228 @@
+//! Cycles of walkers rendered elsewhere from skinned bodies in recorded motion, against the heel
+//! strikes of those motions: by view and method.
+
+use super::data::{fixtures, given};
+use super::errors::{Errors, Tally};
+use super::truth::takes;
+use edgegait::cycle::{CycleFinder, LowerBody, Method, Signal, lower_bodies};
+use edgegait::dataset::Layout;
+use edgegait::{Framing, Tree};
+use edgegait_core::silhouette::Size;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Thirty frames a second.
+const RATE_HZ: f32 = 30.0;
+
+/// What a method is given of each frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Given {
+    /// Lowest third and fifth of the figure, in the camera's picture.
+    Legs,
+    /// The pixels of the lowest third alone.
+    Third,
+    /// Those of the lower half, as Sarkar et al. count them.
+    Half,
+    /// Of silhouettes of 64x44, each scaled to the same height.
+    Framed,
+}
+
+const METHODS: [(&str, Method, Given); 10] = [
+    ("wave", Method::Wave, Given::Legs),
+    ("wave, 64x44 by height", Method::Wave, Given::Framed),
+    ("wave, pixels of the third", Method::Wave, Given::Third),
+    ("wave, pixels of the half", Method::Wave, Given::Half),
+    (
+        "peaks, pixels of the half (the paper)",
+        Method::Peaks(Signal::Pixels),
+        Given::Half,
+    ),
+    ("peaks, width", Method::Peaks(Signal::Width), Given::Legs),
+    (
+        "minima, pixels of the half (Sarkar)",
+        Method::Minima(Signal::Pixels),
+        Given::Half,
+    ),
+    ("minima, width", Method::Minima(Signal::Width), Given::Legs),
+    (
+        "autocorrelation, pixels of the half",
+        Method::Autocorrelation(Signal::Pixels),
+        Given::Half,
+    ),
+    (
+        "autocorrelation, width",
+        Method::Autocorrelation(Signal::Width),
+        Given::Legs,
+    ),
+];
+
+/// Whose silhouettes choices were made by: 001, 002 and 006 to 010 are the same people as 101, 102, 110,
+/// 113, 114, 117 and 118.
+fn is_for_choices(subject: &str) -> bool {
+    match subject.parse().expect("a number") {
+        1 | 2 | 6..=10 => true,
+        3..=5 => false,
+        101 | 102 | 104..=111 | 113 | 114 | 117 | 118 | 120..=124 => true,
+        103 | 112 | 115 | 116 | 119 | 125..=141 => false,
+        other => panic!("{other}: whose?"),
+    }
+}
+
+/// Pixels in the lower half of the figure.
+fn half(path: &Path) -> Option<LowerBody> {
+    let picture = image::open(path).expect("a picture").into_luma8();
+    let columns = picture.width() as usize;
+    let rows: Vec<usize> = picture
+        .as_raw()
+        .chunks_exact(columns)
+        .map(|row| row.iter().filter(|pixel| **pixel >= 128).count())
+        .collect();
+    let top = rows.iter().position(|on| *on > 0)?;
+    let bottom = rows.iter().rposition(|on| *on > 0)? + 1;
+    let on: usize = rows[top.midpoint(bottom)..bottom].iter().sum();
+    Some(LowerBody::counted(on as f32))
+}
+
+/// The legs of a sequence, for each kind.
+fn sequence(tree: &Tree, index: usize) -> impl Fn(Given) -> Vec<Option<LowerBody>> {
+    let legs = tree.lower_bodies(index).expect("readable");
+    let mut files: Vec<_> = std::fs::read_dir(tree.folder(index))
+        .expect("a folder")
+        .map(|entry| entry.expect("a file").path())
+        .collect();
+    files.sort();
+    let half: Vec<_> = files.iter().map(|path| half(path)).collect();
+    let framed = tree
+        .silhouettes(index, Size::S64x44, Framing::Height)
+        .expect("readable");
+    let framed: Vec<_> = lower_bodies(&framed.pixels, [64, 44]).collect();
+    move |given| match given {
+        Given::Legs => legs.clone(),
+        Given::Third => legs
+            .iter()
+            .map(|legs| legs.map(|legs| LowerBody::counted(legs.pixels)))
+            .collect(),
+        Given::Half => half.clone(),
+        Given::Framed => framed.clone(),
+    }
+}
+
+/// Errors by view and method of those whom `choose` takes, printed as a table.
+fn errors(
+    folder: &Path,
+    manifest: &Path,
+    choose: fn(&str) -> bool,
+) -> BTreeMap<(String, usize), Errors> {
+    let tree = Tree::open(folder, &Layout::default()).expect("a tree");
+    let truth = takes(manifest);
+    let chosen: Vec<usize> = (0..tree.sequences().len())
+        .filter(|index| choose(&tree.sequences()[*index].subject))
+        .collect();
+    let found: Vec<_> = chosen
+        .par_iter()
+        .map(|&index| {
+            let legs = sequence(&tree, index);
+            METHODS.map(|(_, method, given)| {
+                let mut finder = CycleFinder::new(RATE_HZ).expect("a frame rate");
+                finder.method = method;
+                finder.find(legs(given))
+            })
+        })
+        .collect();
+    let mut tallies: BTreeMap<(String, usize), Tally> = BTreeMap::new();
+    for (&index, found) in chosen.iter().zip(&found) {
+        let sequence = &tree.sequences()[index];
+        let take = &truth[&(sequence.subject.clone(), sequence.take.clone())];
+        for (method, found) in found.iter().enumerate() {
+            let view = sequence.view.clone();
+            tallies.entry((view, method)).or_default().add(take, found);
+            if std::env::var_os("EDGEGAIT_CYCLES").is_some() && method == 0 {
+                let found = found.as_ref().map(|found| found.period_frames);
+                println!(
+                    "{} {} {}: {found:?}, true {}",
+                    sequence.subject, sequence.take, sequence.view, take.period
+                );
+            }
+        }
+    }
+    println!(
+        "| view | takes | method | takes with cycles, % | period error, %: median / 95th percentile | half or double, % | boundary error, frames | boundary error, % of a cycle | cycles found, % |"
+    );
+    println!("|---|--:|---|--:|--:|--:|--:|--:|--:|");
+    let rows = tallies.into_iter().map(|((view, method), tally)| {
+        let errors = tally.errors();
+        println!(
+            "| {view} | {} | {} | {errors} |",
+            tally.takes, METHODS[method].0
+        );
+        ((view, method), errors)
+    });
+    rows.collect()
+}
+
+/// A cycle and a bit of two takes of two people from the left, 33 frames and less: too few for two
+/// cycles, enough for one where its first widest stance comes soon.
+#[test]
+fn walkers_of_the_repository_have_their_period_or_are_too_short() {
+    let tree = Tree::open(fixtures().join("people/people"), &Layout::default()).expect("a tree");
+    let finder = CycleFinder::new(RATE_HZ).expect("a frame rate");
+    for index in 0..tree.sequences().len() {
+        let legs = tree.lower_bodies(index).expect("readable");
+        let walk = || legs.iter().copied();
+        let alone = finder.find(walk());
+        assert!(
+            alone.is_err() || alone.as_ref().is_ok_and(|found| found.cycles.len() == 1),
+            "{alone:?}"
+        );
+        // The pictures are of one cycle: thrice in a row they are three, of as many frames.
+        let found = finder
+            .find(walk().chain(walk()).chain(walk()))
+            .expect("cycles");
+        let frames = legs.len() as f64;
+        assert!(
+            (found.period_frames / frames - 1.0).abs() < 0.03,
+            "{found:?} of {frames}"
+        );
+        assert!(found.cycles.len() >= 2 && found.regular > 0.8, "{found:?}");
+    }
+}
+
+mod with_data {
+    use super::*;
+
+    /// Prints the tables by which choices were made; `EDGEGAIT_CYCLES` adds a line for each take.
+    #[test]
+    #[ignore = "needs EDGEGAIT_DATA; prints what choices were made by"]
+    fn cycles_of_people_for_choices() {
+        let data = given();
+        errors(
+            &data.join("people/people"),
+            &data.join("people/manifest.csv"),
+            is_for_choices,
+        );
+        errors(
+            &data.join("reallike"),
+            &data.join("reallike/manifest.csv"),
+            is_for_choices,
+        );
+    }
+
+    /// The table of the guide.
+    #[test]
+    #[ignore = "needs EDGEGAIT_DATA"]
+    fn cycles_of_other_people_are_close_to_their_heel_strikes() {
+        let others = |subject: &str| !is_for_choices(subject);
+        let data = given();
+        errors(
+            &data.join("people/people"),
+            &data.join("people/manifest.csv"),
+            others,
+        );
+        errors(
+            &data.join("reallike"),
+            &data.join("reallike/manifest.csv"),
+            others,
+        );
+    }
+}
