@@ -6,7 +6,7 @@ use super::conditions::ConditionArgs;
 use super::cutting::CuttingArgs;
 use super::drawing::DrawArgs;
 use super::keep_going::{KeepGoing, with_hint};
-use super::layout::LayoutArgs;
+use super::layout::{LayoutArgs, refuse_without_tree};
 use super::progress::Progress;
 use super::recognizers::load;
 use super::source::{SelectionArgs, SourceArgs};
@@ -102,8 +102,19 @@ impl ContestArgs {
             let (source, stored) = self.folder(folder, protocol.as_ref(), &mut header)?;
             let setup = (&self.draw, seed, stored);
             let mut entrants = load(models, (runtime, &cache), setup, &mut header)?;
-            let source = self.readable(source, &entrants, &mut header)?;
-            let source = self.cut(source, &entrants, &mut header)?;
+            let hinted = |error, is_tree| match error {
+                // Of a picture, not of what is written.
+                Error::Input { ref path, .. } | Error::Io { ref path, .. }
+                    if is_tree && path.starts_with(folder) =>
+                {
+                    with_hint(error, "--keep-going leaves such sequences out")
+                }
+                other => other,
+            };
+            let is_tree = matches!(source, Source::Tree(_));
+            let readable = self.readable(source, &entrants, &mut header);
+            let cut = readable.and_then(|source| self.cut(source, &entrants, &mut header));
+            let source = cut.map_err(|error| hinted(error, is_tree))?;
             let subjects = &source.sequences().subjects;
             let protocol = match protocol {
                 Some(protocol) => protocol,
@@ -116,19 +127,9 @@ impl ContestArgs {
                     .with("size", entrant.settings.size.name())
                     .with("framing", entrant.settings.framing.name());
             }
-            let is_tree = matches!(source, Source::Tree(_));
             let contest = Contest::new(source, protocol)?;
             self.add_baselines(&contest, &mut entrants, (None, seed), &mut header)?;
-            let done = work(&contest, &entrants, header);
-            return done.map_err(|error| match error {
-                // Of a picture, not of what is written.
-                Error::Input { ref path, .. } | Error::Io { ref path, .. }
-                    if is_tree && path.starts_with(folder) =>
-                {
-                    with_hint(error, "--keep-going leaves such sequences out")
-                }
-                other => other,
-            });
+            return work(&contest, &entrants, header).map_err(|error| hinted(error, is_tree));
         }
         self.refuse_without_tree()?;
         let usual = protocol
@@ -219,7 +220,7 @@ impl ContestArgs {
         let mut recordings = recordings.chosen(&self.selection.selection(false), views.as_ref())?;
         if let Some(path) = &self.partition {
             let partition = Partition::read(path)?;
-            let (parted, warnings) = recordings.parted(&partition, path)?;
+            let (parted, warnings) = recordings.tested(&partition, path)?;
             recordings = parted;
             header.inputs.push(InputFile::of(path)?);
             header.warnings.extend(warnings);
@@ -247,14 +248,7 @@ impl ContestArgs {
             ("--named-views", self.layout.named_views),
             ("--modality", self.layout.modality.is_some()),
         ];
-        flags
-            .iter()
-            .find(|(_, is_given)| *is_given)
-            .map_or(Ok(()), |(flag, _)| {
-                Err(Error::Usage(format!(
-                    "{flag}: expected a tree of silhouettes"
-                )))
-            })
+        refuse_without_tree(&flags)
     }
 
     /// The same less the sequences of a tree that cannot be shown to all of these, if that was asked

@@ -187,6 +187,16 @@ impl DrawArgs {
         Ok(())
     }
 
+    /// Refuses flags that say how silhouettes are drawn, of a tree that has them.
+    ///
+    /// # Errors
+    /// Naming the first such flag that was given.
+    pub(super) fn refuse_for_trees(&self) -> Result<()> {
+        let none = SelectionArgs::default();
+        let draw = self.without_size();
+        draw.refuse_for_folders(&none, None, &ViewArgs::default())
+    }
+
     /// Refuses flags that choose walks and say how they are drawn, where what is in a folder is used
     /// as it is.
     ///

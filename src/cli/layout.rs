@@ -1,6 +1,7 @@
 //! How a tree of silhouettes is to be read: flags of the commands that read one.
 
 use crate::dataset::{Layout, Modality};
+use crate::error::{Error, Result};
 
 /// The flags.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -13,6 +14,16 @@ pub(super) struct LayoutArgs {
     /// or a number from 0 in the order of names
     #[arg(long, value_name = "NAME|N")]
     pub modality: Option<String>,
+}
+
+/// Refuses flags that say how a tree is read, where there is none.
+pub(super) fn refuse_without_tree(flags: &[(&str, bool)]) -> Result<()> {
+    match flags.iter().find(|(_, is_given)| *is_given) {
+        None => Ok(()),
+        Some((flag, _)) => Err(Error::Usage(format!(
+            "{flag}: expected a tree of silhouettes"
+        ))),
+    }
 }
 
 impl LayoutArgs {

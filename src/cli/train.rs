@@ -2,14 +2,17 @@
 
 use super::args::{Common, Files, ViewArgs};
 use super::augment::AugmentArgs;
+use super::cutting::CuttingArgs;
 use super::drawing::DrawArgs;
+use super::layout::{LayoutArgs, refuse_without_tree};
 use super::outputs::{Kind, Output};
 use super::progress::Progress;
 use super::source::SourceArgs;
-use crate::dataset::{Dataset, Header, InputFile, sha256_of_bytes, write_bytes};
+use crate::dataset::{Dataset, Header, InputFile, Partition, sha256_of_bytes, write_bytes};
 use crate::error::{Error, Result};
 use crate::evaluate::rank::{Outcome, closed_set};
 use crate::score::Contract;
+use crate::source::{Recordings, Source};
 use crate::table::Column::{Left, Right};
 use crate::table::Table;
 use crate::template::Template;
@@ -23,7 +26,7 @@ use std::path::{Path, PathBuf};
 /// Train PCA + LDA or PCA + SVM recognizers and export each as one ONNX graph of plain operators
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait train --out side.onnx                      # built-in cohort, side view\n  edgegait train --azimuth-deg 0,45,90,135,180 --elevation-deg 0,30,60 --out spread.onnx\n  edgegait train dataset --out mine.onnx              # a dataset that `sweep` wrote\n  edgegait train --template geni --augment flip,crop --out geni.onnx\n  edgegait train --method svm --components 5,10,20,50 # recognizer-5.onnx, recognizer-10.onnx ..."
+    after_help = "Examples:\n  edgegait train --out side.onnx                      # built-in cohort, side view\n  edgegait train --azimuth-deg 0,45,90,135,180 --elevation-deg 0,30,60 --out spread.onnx\n  edgegait train dataset --out mine.onnx              # a dataset that `sweep` wrote\n  edgegait train tree --fps 30 --partition p.json     # silhouettes, cut into gait cycles\n  edgegait train --template geni --augment flip,crop --out geni.onnx\n  edgegait train --method svm --components 5,10,20,50 # recognizer-5.onnx, recognizer-10.onnx ..."
 )]
 pub(super) struct Args {
     #[command(flatten)]
@@ -50,6 +53,14 @@ pub(super) struct Args {
     /// Floating-point type that training computes in; models are f32
     #[arg(long, value_name = "TYPE", default_value = "f64")]
     precision: Precision,
+    /// Only people whom a partition trains with, of a tree, as OpenGait has them: a JSON file with
+    /// TRAIN_SET and TEST_SET
+    #[arg(long, value_name = "FILE.json")]
+    partition: Option<PathBuf>,
+    #[command(flatten)]
+    cutting: CuttingArgs,
+    #[command(flatten)]
+    layout: LayoutArgs,
     #[command(flatten)]
     views: ViewArgs,
     #[command(flatten)]
@@ -58,6 +69,12 @@ pub(super) struct Args {
     augment: AugmentArgs,
     #[command(flatten)]
     pub common: Common,
+}
+
+fn sequences_refused() -> Error {
+    Error::Usage(
+        "--template silhouettes: these recognizers take one image or vector of each cycle".into(),
+    )
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -101,7 +118,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let method = args.method()?;
     let outs = args.outs()?;
     let (samples, mut header) = match &args.source.pack {
-        Some(path) if path.is_dir() => args.of_dataset(path)?,
+        Some(path) if path.is_dir() => args.of_folder(path)?,
         _ => args.of_walks()?,
     };
     let counts: Vec<String> = args.components.iter().map(u16::to_string).collect();
@@ -132,6 +149,7 @@ impl Args {
                 .clone()
                 .into_iter()
                 .chain(self.views.file())
+                .chain(self.partition.clone())
                 .collect(),
             outputs: outs
                 .map(|out| Output::new("--out", &out, Kind::Model))
@@ -144,10 +162,7 @@ impl Args {
         let views = self.views.views("side")?;
         let settings = self.draw.settings(self.common.seed)?;
         if settings.template == Template::Silhouettes {
-            return Err(Error::Usage(
-                "--template silhouettes: these recognizers take one image or vector of each cycle"
-                    .into(),
-            ));
+            return Err(sequences_refused());
         }
         let augmentation = self.augment.augmentation()?;
         augmentation.check(settings.template, settings.size)?;
@@ -174,8 +189,64 @@ impl Args {
         Ok((samples, header))
     }
 
+    /// The templates of a dataset, or of a tree's recordings.
+    fn of_folder(&self, path: &Path) -> Result<(Samples, Header)> {
+        match Source::open(path, &[], &self.layout.layout())? {
+            Source::Tree(recordings) => self.of_tree(path, recordings),
+            _ => self.of_dataset(path),
+        }
+    }
+
+    /// The templates of a tree: of people whom a partition trains with, if one is given.
+    fn of_tree(&self, path: &Path, recordings: Recordings) -> Result<(Samples, Header)> {
+        self.draw.refuse_for_trees()?;
+        if self.cycles.is_some() {
+            return Err(Error::Usage(
+                "--cycles: all gait cycles of a tree's recordings are trained with".into(),
+            ));
+        }
+        let views = self.views.is_given().then(|| self.views.views("side"));
+        let selection = self.source.selection.selection(false);
+        let mut recordings = recordings.chosen(&selection, views.transpose()?.as_ref())?;
+        let mut header = Header::new("train", self.common.seed);
+        if let Some(partition) = &self.partition {
+            let (trained, warnings) =
+                recordings.trained(&Partition::read(partition)?, partition)?;
+            recordings = trained;
+            header.inputs.push(InputFile::of(partition)?);
+            header.warnings.extend(warnings);
+        }
+        let progress = Progress::new("folders", recordings.len());
+        recordings.check_sizes(&[], &|| progress.step())?;
+        drop(progress);
+        let recordings = self.cutting.cut(recordings, &mut header)?;
+        let settings = self.draw.settings(self.common.seed)?;
+        if settings.template == Template::Silhouettes {
+            return Err(sequences_refused());
+        }
+        let name = path.display().to_string();
+        let source = Source::Tree(recordings);
+        let augmentation = self.augment.augmentation()?;
+        let samples = Samples::of_recordings((&source, &name), (settings, augmentation))?;
+        let header = header
+            .with("tree", name)
+            .with("template", settings.template.name())
+            .with("size", settings.size.name())
+            .with("framing", settings.framing.name())
+            .augmented(augmentation);
+        Ok((samples, header))
+    }
+
     /// All of a dataset's templates.
     fn of_dataset(&self, path: &Path) -> Result<(Samples, Header)> {
+        let flags = [
+            ("--partition", self.partition.is_some()),
+            ("--fps", self.cutting.fps.is_some()),
+            ("--whole-recordings", self.cutting.whole_recordings),
+            ("--named-views", self.layout.named_views),
+            ("--modality", self.layout.modality.is_some()),
+        ];
+        refuse_without_tree(&flags)?;
         let selection = &self.source.selection;
         self.draw
             .refuse_for_folders(selection, self.cycles, &self.views)?;

@@ -173,44 +173,20 @@ impl Recordings {
     ///
     /// # Errors
     /// If the tree has none of those people, or none of those sequences.
-    pub fn parted(self, partition: &Partition, path: &Path) -> Result<(Self, Vec<String>)> {
-        let people: HashSet<&String> = partition.test.iter().collect();
-        let subjects: HashSet<&String> = self.sequences.subjects.iter().collect();
+    pub fn tested(self, partition: &Partition, path: &Path) -> Result<(Self, Vec<String>)> {
         let numbers = self.numbers();
         let recordings = numbers
             .iter()
             .map(|&at| name_of(&self.tree.sequences()[at]));
         let recordings: HashSet<String> = recordings.collect();
         let mut warnings = Vec::new();
-        let lists = [
-            ("TEST_SET", Some(&partition.test)),
-            ("GALLERY_SET", partition.gallery.as_ref()),
-            ("PROBE_SET", partition.probes.as_ref()),
-        ];
-        for (set, names) in lists {
-            let Some(names) = names else { continue };
-            let is_there = |name: &&String| match set {
-                "TEST_SET" => subjects.contains(name),
-                _ => recordings.contains(*name),
-            };
-            let mut lacking = names.iter().filter(|name| !is_there(name));
-            let Some(first) = lacking.next() else {
-                continue;
-            };
-            let count = lacking.count() + 1;
-            if count == names.len() {
-                return Err(Error::input(
-                    path,
-                    format!(
-                        "{set}: expected names that are in the tree, found {first:?} and no other that is"
-                    ),
-                ));
+        for (set, names) in [
+            ("GALLERY_SET", &partition.gallery),
+            ("PROBE_SET", &partition.probes),
+        ] {
+            if let Some(names) = names {
+                warnings.extend(lacking((path, set), names, &recordings)?);
             }
-            warnings.push(format!(
-                "{}: {set}: {count} of {} names are not in the tree, first {first:?}",
-                path.display(),
-                names.len()
-            ));
         }
         let set = |names: &Option<Vec<String>>| {
             names.as_ref().map(|names| names.iter().cloned().collect())
@@ -219,11 +195,29 @@ impl Recordings {
             gallery: set(&partition.gallery),
             probes: set(&partition.probes),
         });
-        let kept: HashSet<usize> = numbers.into_iter().collect();
-        let parted = Self { roles, ..self };
-        let parted = parted
-            .of(|number, sequence| kept.contains(&number) && people.contains(&sequence.subject));
-        Ok((parted, warnings))
+        let (tested, more) =
+            Self { roles, ..self }.of_people((path, "TEST_SET"), &partition.test)?;
+        Ok((tested, more.into_iter().chain(warnings).collect()))
+    }
+
+    /// Only the people whom a partition trains with; who of them is not in the tree, in words.
+    ///
+    /// # Errors
+    /// If the tree has none of them.
+    pub fn trained(self, partition: &Partition, path: &Path) -> Result<(Self, Option<String>)> {
+        self.of_people((path, "TRAIN_SET"), &partition.train)
+    }
+
+    /// Only these people, a set of a partition.
+    fn of_people(self, set: (&Path, &str), people: &[String]) -> Result<(Self, Option<String>)> {
+        let subjects: HashSet<String> = self.sequences.subjects.iter().cloned().collect();
+        let warning = lacking(set, people, &subjects)?;
+        let people: HashSet<&String> = people.iter().collect();
+        let kept: HashSet<usize> = self.numbers().into_iter().collect();
+        let is_kept = |number, sequence: &TreeSequence| {
+            kept.contains(&number) && people.contains(&sequence.subject)
+        };
+        Ok((self.of(is_kept), warning))
     }
 
     /// Checks, by the beginnings of files, that each sequence's pictures have one size and, if they
@@ -415,6 +409,33 @@ impl Recordings {
         };
         Ok((bytes, shown))
     }
+}
+
+/// How many names of a set of a partition are not in the tree, if any; refuses a set none of which is.
+fn lacking(
+    (path, set): (&Path, &str),
+    names: &[String],
+    known: &HashSet<String>,
+) -> Result<Option<String>> {
+    let lacking: Vec<&String> = names.iter().filter(|name| !known.contains(*name)).collect();
+    if lacking.len() == names.len() {
+        let found = match names.first() {
+            Some(first) => format!("{first:?} and no other that is"),
+            None => "none".to_owned(),
+        };
+        return Err(Error::input(
+            path,
+            format!("{set}: expected names that are in the tree, found {found}"),
+        ));
+    }
+    Ok(lacking.first().map(|first| {
+        format!(
+            "{}: {set}: {} of {} names are not in the tree, first {first:?}",
+            path.display(),
+            lacking.len(),
+            names.len()
+        )
+    }))
 }
 
 /// The template of silhouettes, bytes one after another, which count as one cycle.

@@ -1,9 +1,10 @@
-//! What is trained on: templates of walks that are drawn, or of a dataset.
+//! What is trained on: templates of walks that are drawn, of a dataset, or of a tree.
 
 use super::Method;
 use crate::dataset::{Dataset, IndexRow};
 use crate::error::{ChoiceError, Result};
 use crate::score::{Contract, EMBEDDING, Layout, OutputNames, SCORES, Training};
+use crate::source::{Form, Source, ViewLabel};
 use crate::sweep::{Framing, Lens, Settings, Views, jobs, sweep};
 use crate::template::Template;
 use crate::template::augment::{Augmentation, Crops, varied};
@@ -168,6 +169,47 @@ impl Samples {
             seed: index.first().map_or(0, |row| row.seed),
         };
         rows.samples((template, dataset.framing(folder)?), names, training)
+    }
+
+    /// The templates of a tree's recordings, or of their gait cycles, framed as the settings say; the
+    /// tree is called `name`.
+    ///
+    /// # Errors
+    /// For what cannot be read, made into such a template or augmented.
+    pub fn of_recordings(
+        (source, name): (&Source<'_>, &str),
+        (settings, augmentation): (Settings, Augmentation),
+    ) -> Result<Self> {
+        let (template, size) = (settings.template, settings.size);
+        augmentation.check(template, size)?;
+        let sequences = source.sequences();
+        let all: Vec<usize> = (0..sequences.list.len()).collect();
+        let form = Form {
+            settings,
+            frames: None,
+        };
+        let mut rows = Rows::new(size, augmentation);
+        source.show(&all, &form, &mut |number, bytes| {
+            rows.push(bytes, sequences.subject(number));
+            Ok(())
+        })?;
+        let angles = sequences.views.iter().filter_map(ViewLabel::angles_deg);
+        let training = Training {
+            description: format!(
+                "the {} {} of {name}{}",
+                all.len(),
+                template.plural(),
+                described(augmentation)
+            ),
+            viewpoints: angles.map(Into::into).collect(),
+            subjects: Vec::new(),
+            walks: sorted(sequences.takes.iter().map(|take| take.name.clone())),
+            cycles: sorted(sequences.origins.iter().filter_map(|origin| origin.cycle)),
+            variations: vec![0],
+            seed: 0,
+        };
+        let form = (template, Some(settings.framing));
+        rows.samples(form, sequences.subjects.clone(), training)
     }
 
     /// The contract of a model called `name` that was fitted to these with so many principal

@@ -224,6 +224,71 @@ fn a_partition_says_who_is_looked_for_among_whom() {
     }
 }
 
+/// A tree's GEIs, made here by the definition and given as arrays of one's own, train the same model.
+#[test]
+fn a_tree_trains_what_its_geis_train() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    tree(at, "opengait");
+    let all = geis(&at.join("tree"));
+    fs::create_dir(at.join("mine")).expect("made");
+    let mut rows = "subject\n".to_owned();
+    let mut numbers = ndarray::Array3::<u8>::zeros((all.len(), 50, 30));
+    for ((person, _, gei), mut out) in all.iter().zip(numbers.outer_iter_mut()) {
+        rows += &format!("{person}\n");
+        for (pixel, &mean) in out.iter_mut().zip(gei) {
+            *pixel = mean as u8;
+        }
+    }
+    fs::write(at.join("mine/index.csv"), rows).expect("a table");
+    edgegait::dataset::write_npy(&at.join("mine/geis.npy"), &numbers.view()).expect("an array");
+    let train = "--components 8 --method svm";
+    done(at, &words(&format!("train mine --out mine.onnx {train}")));
+    done(
+        at,
+        &words(&format!(
+            "train tree --whole-recordings --out tree.onnx {train}"
+        )),
+    );
+    let model = |name: &str| fs::read(at.join(name)).expect("a model");
+    // Names of the graph apart, which have one length.
+    assert_eq!(model("mine.onnx").len(), model("tree.onnx").len());
+    let differ = model("mine.onnx")
+        .iter()
+        .zip(model("tree.onnx"))
+        .filter(|(a, b)| **a != *b)
+        .count();
+    assert!(differ <= 8, "{differ}");
+
+    // Those of a partition, known again on those who are tested.
+    let command = "train tree --partition tree/partition.json --fps 25 --out part.onnx --components 4 --json -";
+    let found: Value = serde_json::from_str(&done(at, &words(command))).expect("JSON");
+    assert_eq!(found["classes"], 2);
+    let score = "score part.onnx tree --partition tree/partition.json --protocol leave-one-take-out --json -";
+    let found: Value = serde_json::from_str(&done(at, &words(score))).expect("JSON");
+    assert_eq!(found["recognizers"][0]["people"], 4);
+    for (flags, code, problem) in [
+        ("tree --cycles 3", 2, "all gait cycles of a tree"),
+        ("tree --raster rows", 2, "--raster: a folder is used whole"),
+        ("tree --template silhouettes", 2, "one image or vector"),
+        ("tree --fps 5", 2, "10 to 120"),
+        ("mine --fps 25", 2, "--fps: expected a tree of silhouettes"),
+        (
+            "mine --partition tree/partition.json",
+            2,
+            "--partition: expected a tree",
+        ),
+    ] {
+        refused(
+            at,
+            &words(&format!("train {flags} --out x.onnx")),
+            code,
+            &[problem],
+        );
+    }
+    assert!(!at.join("x.onnx").exists());
+}
+
 #[test]
 fn pictures_of_mixed_sizes_are_refused_before_any_is_read() {
     let folder = tempfile::tempdir().expect("a folder");
