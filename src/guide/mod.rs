@@ -6,6 +6,8 @@
 pub mod boards {}
 #[doc = include_str!("confounders.md")]
 pub mod confounders {}
+#[doc = include_str!("cycles.md")]
+pub mod cycles {}
 #[doc = include_str!("datasets.md")]
 pub mod datasets {}
 #[doc = include_str!("designs.md")]

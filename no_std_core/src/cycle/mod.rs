@@ -30,11 +30,12 @@
 //!
 //! # Guarantees
 //!
-//! A detector takes at most 1,024 bytes and 2 kB of stack, allocates nothing, and does at most
-//! [`crate::budget::CYCLE_SAMPLES`] times [`crate::budget::CYCLE_FREQUENCIES`] steps of arithmetic
-//! thrice a frame. A boundary is reported two steps after it was seen, and 0.2 seconds at most: as
-//! soon as the wave before and after it is known. No number of frames and no number in them makes it
-//! panic; what is not finite counts as nobody.
+//! A detector takes at most 1,024 bytes, allocates nothing, and at most once a frame looks twice at a
+//! window of [`crate::budget::CYCLE_SAMPLES`] samples, which takes some 30 waves times as many steps of
+//! arithmetic and about 2 kB of stack. A boundary is reported two steps after it was seen, and 0.2
+//! seconds at most: as soon as the wave before and after it is known. The same frames give the same
+//! boundaries on every target. No number of frames and no number in them makes it panic; what is not
+//! finite counts as nobody.
 
 mod detector;
 mod error;

@@ -54,11 +54,12 @@ impl Wave {
     /// That of these samples, so many a second; `None` if nobody is there in most of them.
     pub(super) fn of(samples: impl Iterator<Item = Sample>, rate_hz: f32) -> Option<Self> {
         let window = Window::new(samples)?;
-        let width = window.best(rate_hz, 0.0);
+        let spectrum = window.spectrum(rate_hz);
+        let width = window.best(&spectrum, rate_hz, 0.0);
         if width.swing >= WIDE_SWING {
             return Some(width);
         }
-        Some(window.best(rate_hz, PIXELS_WEIGHT))
+        Some(window.best(&spectrum, rate_hz, PIXELS_WEIGHT))
     }
 }
 
@@ -126,17 +127,29 @@ impl Window {
         })
     }
 
-    /// The strongest wave of width and weighted pixels.
-    fn best(&self, rate_hz: f32, pixels_weight: f32) -> Wave {
-        let mut powers = [0.0; CYCLE_FREQUENCIES];
+    /// The parts at each frequency that is tried.
+    fn spectrum(&self, rate_hz: f32) -> [Parts; CYCLE_FREQUENCIES] {
         let mut frequency_hz = CYCLE_LOWEST_HZ;
-        for power in &mut powers {
-            let [re, im] = self.at(frequency_hz / rate_hz, pixels_weight);
-            *power = re * re + im * im;
+        core::array::from_fn(|_| {
+            let parts = self.at(frequency_hz / rate_hz);
             frequency_hz += CYCLE_FREQUENCY_STEP_HZ;
-        }
+            parts
+        })
+    }
+
+    /// The strongest wave of width and weighted pixels.
+    fn best(
+        &self,
+        spectrum: &[Parts; CYCLE_FREQUENCIES],
+        rate_hz: f32,
+        pixels_weight: f32,
+    ) -> Wave {
+        let powers = spectrum.map(|parts| {
+            let [re, im] = together(parts, pixels_weight);
+            re * re + im * im
+        });
         let frequency = highest(&powers).unwrap_or(CYCLE_LOWEST_HZ) / rate_hz;
-        let [re, im] = self.at(frequency, pixels_weight);
+        let [re, im] = together(self.at(frequency), pixels_weight);
         let scale = 2.0 / self.sum;
         let swing = scale * libm::sqrtf(re * re + im * im);
         let mut all = 0.0;
@@ -161,9 +174,8 @@ impl Window {
         }
     }
 
-    /// The signal times a wave of so many periods a sample whose phase is 0 in the middle, summed:
-    /// real and imaginary part.
-    fn at(&self, frequency: f32, pixels_weight: f32) -> [f32; 2] {
+    /// Width and pixels times a wave of so many periods a sample whose phase is 0 in the middle, summed.
+    fn at(&self, frequency: f32) -> Parts {
         let mut parts: Parts = [[0.0; 2]; 2];
         let turn = Turn::new(frequency, self.middle);
         for (sample, (_, [cos, sin])) in self.weighted.iter().take(self.len).zip(turn) {
@@ -172,13 +184,17 @@ impl Window {
                 *im -= value * sin;
             }
         }
-        let [width, pixels] = parts;
-        let [[re, im], [pixels_re, pixels_im]] = [width, pixels];
-        [
-            re + pixels_weight * pixels_re,
-            im + pixels_weight * pixels_im,
-        ]
+        parts
     }
+}
+
+/// Real and imaginary part of width and weighted pixels.
+fn together([width, pixels]: Parts, pixels_weight: f32) -> [f32; 2] {
+    let ([re, im], [pixels_re, pixels_im]) = (width, pixels);
+    [
+        re + pixels_weight * pixels_re,
+        im + pixels_weight * pixels_im,
+    ]
 }
 
 /// The frequency of the highest power that is higher than its neighbours, Hz: the vertex of the

@@ -1,6 +1,7 @@
 //! Bytes: packs and recognizers that are read, types that hold them, and what is made of them
 //! everywhere alike.
 
+mod cycles;
 mod format;
 #[path = "../golden/mod.rs"]
 mod golden;

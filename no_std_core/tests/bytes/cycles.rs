@@ -1,0 +1,39 @@
+//! Gait cycles begin and end at the same bits on every target.
+
+use edgegait_core::cycle::{CycleDetector, LowerBody};
+
+/// A step of six samples, left and right ones of different widths.
+const STEP: [[u8; 6]; 2] = [[33, 38, 47, 52, 45, 37], [34, 40, 50, 57, 48, 38]];
+
+/// Legs at a frame, in whole numbers.
+fn legs(frame: usize) -> LowerBody {
+    let width = STEP[frame / 6 % 2][frame % 6];
+    LowerBody {
+        pixels: f32::from(width) * 9.0 + 500.0,
+        width: f32::from(width),
+    }
+}
+
+#[test]
+fn boundaries_are_the_same_bits_everywhere() {
+    let mut detector = CycleDetector::new(12.5).expect("a frame rate");
+    let mut found = Vec::new();
+    for frame in 0..64 {
+        found.extend(detector.push(Some(legs(frame))));
+    }
+    found.extend(detector.finish());
+    let ends: Vec<f64> = found.iter().map(|cycle| cycle.end).collect();
+    // The widest frame of a step is its fourth, and the third is wider than the fifth.
+    for (end, expected) in ends.iter().zip([14.9, 26.9, 38.9, 50.9, 62.9]) {
+        assert!((end - expected).abs() < 0.1, "{ends:?}");
+    }
+    let bits: Vec<u64> = ends.iter().map(|end| end.to_bits()).collect();
+    let expected = [
+        0x402d_d079_0000_0000,
+        0x403a_e83c_8000_0000,
+        0x4043_741e_4000_0000,
+        0x4049_741e_4000_0000,
+        0x404f_6eb1_0000_0000,
+    ];
+    assert_eq!(bits, expected, "{ends:?}");
+}
