@@ -167,6 +167,8 @@ pub enum Remedy {
     FrameAnew,
     /// To make a dataset of templates, or a tree.
     OtherTemplate,
+    /// To give a picture of the empty scene.
+    GiveBackground,
 }
 
 /// A place in an input file.

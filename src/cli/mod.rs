@@ -30,6 +30,7 @@ mod recognizers;
 mod render;
 mod runtime;
 mod score;
+mod segment;
 #[cfg(feature = "import")]
 mod shared_warnings;
 mod source;
@@ -80,6 +81,7 @@ enum Command {
     Quantize(quantize::Args),
     Render(render::Args),
     Score(score::Args),
+    Segment(segment::Args),
     Sweep(sweep::Args),
     #[cfg(feature = "train")]
     Train(train::Args),
@@ -138,6 +140,7 @@ fn run(command: &Command) -> Result<()> {
         Command::Quantize(args) => run!(quantize, args),
         Command::Render(args) => run!(render, args),
         Command::Score(args) => run!(score, args),
+        Command::Segment(args) => run!(segment, args),
         Command::Sweep(args) => run!(sweep, args),
         #[cfg(feature = "train")]
         Command::Train(args) => run!(train, args),

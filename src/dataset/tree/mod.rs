@@ -321,6 +321,14 @@ impl Tree {
     }
 }
 
+/// Refuses a view's name that states no azimuth.
+///
+/// # Errors
+/// With what was expected of it.
+pub fn check_view_name(name: &str) -> Result<()> {
+    Angle::parse(name).map(drop).map_err(Error::Usage)
+}
+
 /// Names of the folders in a folder, in order, without hidden ones.
 fn folders(path: &Path) -> Result<Vec<String>> {
     let io = |error| Error::io(path, error);
