@@ -1,0 +1,9 @@
+//! Video to silhouettes: the command on made videos, and Jaccard on rendered ones.
+
+#[path = "../helpers/command.rs"]
+mod command;
+#[path = "../helpers/data.rs"]
+mod data;
+
+mod made;
+mod videos;
