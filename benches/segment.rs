@@ -38,7 +38,9 @@ fn segment(criterion: &mut Criterion) {
     let segmenter = Segmenter::new(picture(1, false), Settings::default());
     let frame = picture(2, true);
     let mut jpeg = Cursor::new(Vec::new());
-    frame.write_to(&mut jpeg, ImageFormat::Jpeg).expect("a JPEG");
+    frame
+        .write_to(&mut jpeg, ImageFormat::Jpeg)
+        .expect("a JPEG");
     let jpeg = jpeg.into_inner();
     let mut group = criterion.benchmark_group("segment");
     group.throughput(Throughput::Elements(1));

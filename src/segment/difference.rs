@@ -2,7 +2,7 @@
 
 use super::lab::{Lab, Tables};
 use image::RgbImage;
-use libm::{logf, sqrtf};
+use libm::logf;
 
 /// Medians are taken of every pixel of this number, in the order of rows: a prime, so that they are
 /// of all columns. Ours.
@@ -71,18 +71,20 @@ impl Scene {
     pub(super) fn difference(&self, frame: &RgbImage) -> Difference {
         assert_eq!(frame.dimensions(), self.size(), "the scene's size");
         let gain = self.gain(frame);
-        let pixels = frame.pixels().zip(&self.lab);
+        let without = gain.map(|gain| 1.0 / gain);
+        let empty = self.seen(without);
+        let pixels = frame.pixels().zip(&empty);
         let away = pixels.map(|(pixel, Lab(empty))| {
-            let Lab(found) = self.tables.lab(pixel.0, gain);
+            let Lab(found) = self.tables.lab(pixel.0, without);
             std::array::from_fn(|part| found[part] - empty[part])
         });
         let away = smoothed(&away.collect::<Vec<[f32; 3]>>(), self.columns as usize);
-        let length = |of: &[f32; 3]| sqrtf(of[0] * of[0] + of[1] * of[1] + of[2] * of[2]);
+        let length = |of: &[f32; 3]| (of[0] * of[0] + of[1] * of[1] + of[2] * of[2]).sqrt();
         let raw: Vec<f32> = away.iter().map(length).collect();
         let some = raw.iter().step_by(STRIDE).copied();
         let noise = median(some.collect()).unwrap_or(0.0) / MEDIAN_LENGTH;
         let noise = noise.max(LEAST_NOISE);
-        let pairs = away.iter().zip(&self.lab);
+        let pairs = away.iter().zip(&empty);
         let levels = pairs.map(|(away, Lab(empty))| level(lit(*away, *empty) / noise));
         Difference {
             levels: levels.collect(),
@@ -90,6 +92,25 @@ impl Scene {
             noise,
             gain,
         }
+    }
+
+    /// The colours that the scene has, with light multiplied by `without`, where a sensor shows it
+    /// under a light that makes this necessary: what is brighter than white is white there.
+    fn seen(&self, without: [f32; 3]) -> Vec<Lab> {
+        let pixels = self.picture.pixels().zip(&self.lab);
+        let seen = pixels.map(|(pixel, lab)| {
+            let light = pixel.0.map(|byte| self.tables.linear(byte));
+            if light
+                .iter()
+                .zip(&without)
+                .all(|(light, most)| light <= most)
+            {
+                return *lab;
+            }
+            self.tables
+                .lab_of_light(std::array::from_fn(|of| light[of].min(without[of])))
+        });
+        seen.collect()
     }
 
     /// How much stronger the light is in red, green and blue: the medians over the picture, of which
@@ -118,7 +139,7 @@ fn lit(away: [f32; 3], empty: [f32; 3]) -> f32 {
     let share = dot(away, empty) / dot(empty, empty);
     let forgiven = share.clamp(-SHADOW, 0.0);
     let left: [f32; 3] = std::array::from_fn(|part| away[part] - forgiven * empty[part]);
-    sqrtf(dot(left, left))
+    dot(left, left).sqrt()
 }
 
 /// The grey level of a difference over the noise: 40 for each factor of e, of one more than it, so
@@ -193,6 +214,25 @@ mod tests {
             assert!((gain - expected).abs() < 0.01, "{:?}", found.gain);
         }
         assert_eq!(found.noise, LEAST_NOISE);
+        let most = found.raw.iter().copied().fold(0.0, f32::max) * found.noise;
+        assert!(most < 0.6, "{most}");
+    }
+
+    #[test]
+    fn what_the_sensor_cuts_off_under_more_light_is_no_difference() {
+        // Half of the scene is a red of which more light is not seen; all of it is 1.2 times as light.
+        let colour = |x: u32, red: f64, other: f64| {
+            let byte =
+                |light: f64| (255.0 * (1.055 * light.min(1.0).powf(1.0 / 2.4) - 0.055)).round();
+            let (red, other) = (byte(red) as u8, byte(other) as u8);
+            if x < 10 {
+                [red, other, other]
+            } else {
+                [other; 3]
+            }
+        };
+        let scene = Scene::new(picture(|x, _| colour(x, 0.95, 0.2)));
+        let found = scene.difference(&picture(|x, _| colour(x, 1.14, 0.24)));
         let most = found.raw.iter().copied().fold(0.0, f32::max) * found.noise;
         assert!(most < 0.6, "{most}");
     }

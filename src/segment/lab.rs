@@ -29,6 +29,8 @@ pub(super) struct Tables {
     linear: [f32; 256],
     /// CIE 15's f of each step.
     root: Vec<f32>,
+    /// [`XYZ`] of which white is 1, 1, 1.
+    xyz: [[f32; 3]; 3],
 }
 
 impl Tables {
@@ -55,6 +57,8 @@ impl Tables {
         Self {
             linear,
             root: (0..=MOST * STEPS + 1).map(f).collect(),
+            // White is what red, green and blue of 1 are.
+            xyz: XYZ.map(|row| row.map(|of| of / (row[0] + row[1] + row[2]))),
         }
     }
 
@@ -63,15 +67,16 @@ impl Tables {
         self.linear[usize::from(byte)]
     }
 
-    /// A colour under a light that is stronger by these factors in red, green and blue: what it
-    /// would be without them.
-    pub(super) fn lab(&self, rgb: [u8; 3], without: [f32; 3]) -> Lab {
-        let light: [f32; 3] = std::array::from_fn(|of| self.linear(rgb[of]) / without[of]);
-        let [x, y, z] = XYZ.map(|row| {
-            let value = row[0] * light[0] + row[1] * light[1] + row[2] * light[2];
-            // White is what red, green and blue of 1 are.
-            self.root(value / (row[0] + row[1] + row[2]))
-        });
+    /// A colour, with red, green and blue light multiplied by these factors.
+    pub(super) fn lab(&self, rgb: [u8; 3], by: [f32; 3]) -> Lab {
+        self.lab_of_light(std::array::from_fn(|of| self.linear(rgb[of]) * by[of]))
+    }
+
+    /// The colour of red, green and blue light, 0 to 1.
+    pub(super) fn lab_of_light(&self, light: [f32; 3]) -> Lab {
+        let [x, y, z] = self
+            .xyz
+            .map(|row| self.root(row[0] * light[0] + row[1] * light[1] + row[2] * light[2]));
         Lab([116.0 * y, 500.0 * (x - y), 200.0 * (y - z)])
     }
 
@@ -179,7 +184,7 @@ mod tests {
     fn half_the_light_multiplies_all_three_by_the_cube_root_of_a_half() {
         let tables = Tables::new();
         let Lab(full) = tables.lab([200, 120, 90], [1.0; 3]);
-        let Lab(half) = tables.lab([200, 120, 90], [2.0; 3]);
+        let Lab(half) = tables.lab([200, 120, 90], [0.5; 3]);
         for (full, half) in full.into_iter().zip(half) {
             assert!((half - 0.793_700_5 * full).abs() < 0.01);
         }

@@ -67,12 +67,35 @@ impl Mask {
 
     /// All pixels that are at most `reach` rows and columns from one that is on.
     pub(super) fn dilated(&self, reach: usize) -> Self {
-        self.spread(reach, true)
+        if reach == 0 {
+            return self.clone();
+        }
+        let (columns, width) = (self.columns, 2 * reach + 1);
+        // Room on both sides; then a pixel gathers those before it, and is moved back.
+        let wide = columns + 2 * reach;
+        let mut on = vec![false; wide * self.rows()];
+        let rows = on.chunks_exact_mut(wide).zip(self.on.chunks_exact(columns));
+        for (into, row) in rows {
+            into[reach..][..columns].copy_from_slice(row);
+        }
+        let across = gathered(on, 1, width);
+        let mut on = vec![false; columns * (self.rows() + 2 * reach)];
+        let rows = on.chunks_exact_mut(columns).skip(reach);
+        for (into, row) in rows.zip(across.chunks_exact(wide)) {
+            into.copy_from_slice(&row[2 * reach..]);
+        }
+        let mut down = gathered(on, columns, width);
+        down.drain(..2 * reach * columns);
+        Self::new(columns, down)
     }
 
     /// All pixels with none that is off within `reach` rows and columns; outside none is off.
     pub(super) fn eroded(&self, reach: usize) -> Self {
-        self.spread(reach, false)
+        self.inverted().dilated(reach).inverted()
+    }
+
+    fn inverted(&self) -> Self {
+        Self::new(self.columns, self.on.iter().map(|on| !on).collect())
     }
 
     /// Closed by a square of `reach` pixels to each side (Serra 1982): gaps that are too narrow for
@@ -91,66 +114,6 @@ impl Mask {
         let rows = closed.on.chunks_exact(wide).skip(reach).take(self.rows());
         let inner = rows.flat_map(|row| &row[reach..reach + self.columns]);
         Self::new(self.columns, inner.copied().collect())
-    }
-
-    /// Spreads pixels of a kind over the square about them.
-    fn spread(&self, reach: usize, kind: bool) -> Self {
-        let columns = self.columns;
-        let mut spread = self.clone();
-        for row in spread.on.chunks_exact_mut(columns) {
-            // How many pixels ago the last one of the kind was; a second pass from behind.
-            let mut ago = usize::MAX;
-            let mut before = vec![false; columns];
-            for (on, before) in row.iter().zip(&mut before) {
-                ago = if *on == kind {
-                    0
-                } else {
-                    ago.saturating_add(1)
-                };
-                *before = ago <= reach;
-            }
-            ago = usize::MAX;
-            for (on, before) in row.iter_mut().zip(&before).rev() {
-                ago = if *on == kind {
-                    0
-                } else {
-                    ago.saturating_add(1)
-                };
-                if *before || ago <= reach {
-                    *on = kind;
-                }
-            }
-        }
-        let rows = spread.clone();
-        let mut ago = vec![usize::MAX; columns];
-        let pass = |from: &[bool], into: &mut [bool], ago: &mut [usize]| {
-            for ((from, into), ago) in from.iter().zip(into).zip(ago) {
-                *ago = if *from == kind {
-                    0
-                } else {
-                    ago.saturating_add(1)
-                };
-                if *ago <= reach {
-                    *into = kind;
-                }
-            }
-        };
-        let pairs = rows
-            .on
-            .chunks_exact(columns)
-            .zip(spread.on.chunks_exact_mut(columns));
-        for (from, into) in pairs {
-            pass(from, into, &mut ago);
-        }
-        ago.fill(usize::MAX);
-        let pairs = rows
-            .on
-            .chunks_exact(columns)
-            .zip(spread.on.chunks_exact_mut(columns));
-        for (from, into) in pairs.rev() {
-            pass(from, into, &mut ago);
-        }
-        spread
     }
 
     /// What lies in the largest part, where pixels hang together with their eight neighbours and
@@ -225,6 +188,22 @@ impl Mask {
         }
         (part_of, parts as usize)
     }
+}
+
+/// Pixels of which one is on among itself and those `unit`, `2 * unit`, ... before it, `width` in all:
+/// as many again in each step.
+fn gathered(mut pixels: Vec<bool>, unit: usize, width: usize) -> Vec<bool> {
+    let mut covered = 1;
+    while covered < width {
+        let step = covered.min(width - covered);
+        let mut next = pixels.clone();
+        for (next, before) in next.iter_mut().skip(step * unit).zip(&pixels) {
+            *next |= *before;
+        }
+        pixels = next;
+        covered += step;
+    }
+    pixels
 }
 
 /// The first of the runs that hang together with this one.

@@ -50,7 +50,6 @@ use crate::error::{Error, Result};
 use crate::two_means::threshold;
 use difference::{Difference, Scene, over_noise};
 use image::RgbImage;
-use libm::sqrt;
 use std::path::Path;
 
 /// Least difference of a figure, of the noise. Ours: of a normal deviate in three parts six times its
@@ -201,7 +200,7 @@ fn clusters(found: &Difference) -> f64 {
 fn take_back(mask: &mut Mask, raw: &[f32]) {
     let area = mask.largest(0).area() as f64;
     // Rounded; at least a pixel.
-    let reach = ((TAKEN_BACK * sqrt(area) + 0.5) as usize).max(1);
+    let reach = ((TAKEN_BACK * area.sqrt() + 0.5) as usize).max(1);
     let closed = mask.closed(reach);
     let differs = raw.iter().map(|raw| *raw > LEAST_OVER_NOISE);
     mask.join(

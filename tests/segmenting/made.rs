@@ -33,14 +33,19 @@ fn video() -> tempfile::TempDir {
         let path = frames.join(format!("f{}.png", number + 1));
         frame(Some(place(number))).save(path).expect("a frame");
     }
-    frame(None).save(folder.path().join("wall.png")).expect("a picture");
+    frame(None)
+        .save(folder.path().join("wall.png"))
+        .expect("a picture");
     folder
 }
 
 /// The same as Y4M in full range, grey.
 fn y4m(frames: u32) -> Vec<u8> {
-    let mut bytes = format!("YUV4MPEG2 W{} H{} F30:1 Ip Cmono XCOLORRANGE=FULL\n", SIZE.0, SIZE.1)
-        .into_bytes();
+    let mut bytes = format!(
+        "YUV4MPEG2 W{} H{} F30:1 Ip Cmono XCOLORRANGE=FULL\n",
+        SIZE.0, SIZE.1
+    )
+    .into_bytes();
     for number in 0..frames {
         bytes.extend(b"FRAME\n");
         let picture = image::DynamicImage::from(frame(Some(place(number)))).into_luma8();
@@ -51,7 +56,9 @@ fn y4m(frames: u32) -> Vec<u8> {
 
 /// The silhouettes of a folder are the blocks.
 fn assert_blocks(folder: &Path, start: &str, frames: u32) {
-    let expected: Vec<String> = (1..=frames).map(|at| format!("{start}{at:03}.png")).collect();
+    let expected: Vec<String> = (1..=frames)
+        .map(|at| format!("{start}{at:03}.png"))
+        .collect();
     assert_eq!(names(folder), expected);
     for (number, name) in expected.iter().enumerate() {
         let found = image::open(folder.join(name)).expect("a PNG").into_luma8();
@@ -73,20 +80,31 @@ fn a_folder_of_frames_becomes_a_sequence_of_a_tree_on_any_number_of_threads() {
     for threads in ["1", "5"] {
         let all = format!("segment frames --out tree-{threads} --threads {threads} {common}");
         let said = done(at, &all.split(' ').collect::<Vec<_>>());
-        assert!(said.contains("20 silhouettes of 96x64 pixels, 0 of them empty; 384 pixels"), "{said}");
+        assert!(
+            said.contains("20 silhouettes of 96x64 pixels, 0 of them empty; 384 pixels"),
+            "{said}"
+        );
         let sequence = at.join(format!("tree-{threads}/001/nm-01/090"));
         assert_blocks(&sequence, "001-nm-01-090-", FRAMES);
         let json = fs::read_to_string(at.join("r.json")).expect("results");
         let value: serde_json::Value = serde_json::from_str(&json).expect("JSON");
         assert_eq!(value["schema"], 1);
         assert_eq!(value["command"], "segment");
-        assert_eq!((&value["frames"], &value["empty_frames"]), (&20.into(), &0.into()));
+        assert_eq!(
+            (&value["frames"], &value["empty_frames"]),
+            (&20.into(), &0.into())
+        );
         assert_eq!(value["area_px"]["mean"], 384.0);
         assert_eq!(value["inputs"].as_array().expect("inputs").len(), 2);
-        files.push((fs::read(at.join("look.png")).expect("a sheet"), value["inputs"].clone()));
+        files.push((
+            fs::read(at.join("look.png")).expect("a sheet"),
+            value["inputs"].clone(),
+        ));
     }
     assert!(files[0] == files[1], "the same on 1 and 5 threads");
-    let sheet = image::open(at.join("look.png")).expect("a sheet").into_rgb8();
+    let sheet = image::open(at.join("look.png"))
+        .expect("a sheet")
+        .into_rgb8();
     // Four columns and five rows of frames.
     assert_eq!(sheet.dimensions(), (4 * 98 + 2, 5 * 66 + 2));
     // The first block's corner is outlined.
@@ -99,8 +117,15 @@ fn a_folder_of_frames_becomes_a_sequence_of_a_tree_on_any_number_of_threads() {
 fn the_median_is_the_background_of_who_crosses_and_not_of_who_stays() {
     let folder = video();
     let at = folder.path();
-    done(at, &["segment", "frames", "--out", "tree", "--view", "090e15"]);
-    assert_blocks(&at.join("tree/001/nm-01/090e15"), "001-nm-01-090e15-", FRAMES);
+    done(
+        at,
+        &["segment", "frames", "--out", "tree", "--view", "090e15"],
+    );
+    assert_blocks(
+        &at.join("tree/001/nm-01/090e15"),
+        "001-nm-01-090e15-",
+        FRAMES,
+    );
     let stays = at.join("stays");
     fs::create_dir(&stays).expect("a folder");
     for number in 0..20 {
@@ -112,7 +137,10 @@ fn the_median_is_the_background_of_who_crosses_and_not_of_who_stays() {
         at,
         &["segment", "stays", "--out", "other"],
         1,
-        &["stays: expected a figure that moves over the image", way_out],
+        &[
+            "stays: expected a figure that moves over the image",
+            way_out,
+        ],
     );
     assert_eq!(names(at), ["frames", "stays", "tree", "wall.png"]);
 }
@@ -142,15 +170,50 @@ fn what_cannot_be_segmented_is_refused_by_name_before_any_work() {
     let whole = fs::read(at.join("wall.png")).expect("a picture");
     fs::write(at.join("cut/1.png"), &whole[..whole.len() / 2]).expect("a file");
     for (arguments, code, words) in [
-        ("sizes", 1, &["sizes/2.png: expected a frame of 96x64 pixels", "found 95x64"][..]),
-        ("none", 1, &["none: expected frames as .png or .jpg, found none"]),
+        (
+            "sizes",
+            1,
+            &[
+                "sizes/2.png: expected a frame of 96x64 pixels",
+                "found 95x64",
+            ][..],
+        ),
+        (
+            "none",
+            1,
+            &["none: expected frames as .png or .jpg, found none"],
+        ),
         ("nowhere", 1, &["nowhere: No such file"]),
-        ("broken", 1, &["broken/1.png: expected a picture, PNG or JPEG"]),
-        ("mixed", 1, &["mixed/notes.txt: expected a folder of frames"]),
-        ("cut --background wall.png", 1, &["cut/1.png: cannot be read as a picture"]),
-        ("few", 1, &["few: expected at least 10 frames", "found 1", "--background"]),
-        ("frames --background narrow.png", 1, &["narrow.png: expected a background of 96x64", "found 90x64"]),
-        ("frames --background nowhere.png", 1, &["nowhere.png: No such file"]),
+        ("broken", 1, &["broken/1.png: cannot be read as a picture"]),
+        (
+            "mixed",
+            1,
+            &["mixed/notes.txt: expected a folder of frames"],
+        ),
+        (
+            "cut --background wall.png",
+            1,
+            &["cut/1.png: cannot be read as a picture"],
+        ),
+        (
+            "few",
+            1,
+            &[
+                "few: expected at least 10 frames",
+                "found 1",
+                "--background",
+            ],
+        ),
+        (
+            "frames --background narrow.png",
+            1,
+            &["narrow.png: expected a background of 96x64", "found 90x64"],
+        ),
+        (
+            "frames --background nowhere.png",
+            1,
+            &["nowhere.png: No such file"],
+        ),
         ("frames --background none", 1, &["none: expected frames"]),
         ("frames --view left", 2, &["left"]),
         ("frames --person a/b", 2, &["a/b"]),
@@ -168,9 +231,21 @@ fn what_cannot_be_segmented_is_refused_by_name_before_any_work() {
 fn a_sequence_that_is_there_is_replaced_only_if_asked() {
     let folder = video();
     let at = folder.path();
-    let arguments = ["segment", "frames", "--out", "tree", "--background", "wall.png"];
+    let arguments = [
+        "segment",
+        "frames",
+        "--out",
+        "tree",
+        "--background",
+        "wall.png",
+    ];
     done(at, &arguments);
-    refused(at, &arguments, 2, &["090: is there already", "use --overwrite"]);
+    refused(
+        at,
+        &arguments,
+        2,
+        &["090: is there already", "use --overwrite"],
+    );
     fs::remove_file(at.join("frames/f20.png")).expect("a frame less");
     let again = [&arguments[..], &["--overwrite"]].concat();
     done(at, &again);
@@ -210,12 +285,24 @@ fn a_stream_is_segmented_with_a_background_that_is_given() {
     fs::remove_dir_all(at.join("tree")).expect("removed");
     for (bytes, more, expected) in [
         (y4m(20), &[][..], "cannot be read twice"),
-        (y4m(20)[..9000].to_vec(), &["--background", "grey.png"], "standard input at byte"),
-        (y4m(0), &["--background", "grey.png"], "expected frames, found none"),
+        (
+            y4m(20)[..9000].to_vec(),
+            &["--background", "grey.png"],
+            "standard input at byte",
+        ),
+        (
+            y4m(0),
+            &["--background", "grey.png"],
+            "expected frames, found none",
+        ),
     ] {
         let output = run(&bytes, more);
         assert_eq!(code(&output), 1);
-        assert!(text(&output.stderr).contains(expected), "{}", text(&output.stderr));
+        assert!(
+            text(&output.stderr).contains(expected),
+            "{}",
+            text(&output.stderr)
+        );
         assert!(!at.join("tree").exists());
     }
 }
@@ -250,7 +337,14 @@ fn any_video_goes_through_ffmpeg_and_what_it_says_is_passed_on() {
         let path = format!("{}:/bin:/usr/bin", programs.display());
         Command::new(env!("CARGO_BIN_EXE_edgegait"))
             .args(["segment", "walk.mp4", "--out", "tree"])
-            .env("PATH", if script.is_some() { path } else { "/nowhere".into() })
+            .env(
+                "PATH",
+                if script.is_some() {
+                    path
+                } else {
+                    "/nowhere".into()
+                },
+            )
             .current_dir(at)
             .output()
             .expect("the command starts")
@@ -258,17 +352,29 @@ fn any_video_goes_through_ffmpeg_and_what_it_says_is_passed_on() {
     let absent = run(None);
     assert_eq!(code(&absent), 1);
     let said = text(&absent.stderr);
-    assert!(said.contains("walk.mp4: ") && said.contains("ffmpeg, which is not installed"), "{said}");
+    assert!(
+        said.contains("walk.mp4: ") && said.contains("ffmpeg, which is not installed"),
+        "{said}"
+    );
     let fails = run(Some("echo 'moov atom not found' >&2; exit 183"));
     assert_eq!(code(&fails), 1);
     let said = text(&fails.stderr);
-    assert!(said.contains("walk.mp4: ffmpeg cannot read it (exit status: 183): moov atom not found"), "{said}");
+    assert!(
+        said.contains("walk.mp4: ffmpeg cannot read it (exit status: 183): moov atom not found"),
+        "{said}"
+    );
     // Half of the video, and then an error.
     let fails = run(Some("head -c 60000 decoded; echo 'corrupt' >&2; exit 1"));
-    assert!(text(&fails.stderr).contains("corrupt"), "{}", text(&fails.stderr));
+    assert!(
+        text(&fails.stderr).contains("corrupt"),
+        "{}",
+        text(&fails.stderr)
+    );
     assert!(!at.join("tree").exists());
     // It is given the file by its protocol's name, and that video's first track.
-    let works = run(Some("case \"$*\" in *'-i file:walk.mp4 -map 0:v:0'*) cat decoded;; *) exit 9;; esac"));
+    let works = run(Some(
+        "case \"$*\" in *'-i file:walk.mp4 -map 0:v:0'*) cat decoded;; *) exit 9;; esac",
+    ));
     assert_eq!(code(&works), 0, "{}", text(&works.stderr));
     assert_blocks(&at.join("tree/001/nm-01/090"), "001-nm-01-090-", FRAMES);
 }

@@ -81,7 +81,12 @@ mod with_data {
             let of = |background| jaccards(&folder, background);
             let (picture, empty) = (folder.join("background.png"), folder.join("empty"));
             let [given, median, empty] = [of(Some(&picture)), of(None), of(Some(&empty))];
-            println!("{video}: {}; {}; {}", shown(&given), shown(&median), shown(&empty));
+            println!(
+                "{video}: {}; {}; {}",
+                shown(&given),
+                shown(&median),
+                shown(&empty)
+            );
             all.push((video, given, median, empty));
         }
         for (video, given, median, empty) in all {
@@ -92,7 +97,10 @@ mod with_data {
             match median {
                 Ok(median) => assert!(mean(&median) >= 0.9 && !video.ends_with("000"), "{video}"),
                 Err(error) => {
-                    assert!(!video.contains("people") || video.ends_with("000"), "{error}");
+                    assert!(
+                        !video.contains("people") || video.ends_with("000"),
+                        "{error}"
+                    );
                     assert!(error.to_string().contains("a figure that moves"), "{error}");
                 }
             }
