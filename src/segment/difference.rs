@@ -161,9 +161,15 @@ fn smoothed(pixels: &[[f32; 3]], columns: usize) -> Vec<[f32; 3]> {
     };
     let mut across = Vec::with_capacity(pixels.len());
     for row in pixels.chunks_exact(columns) {
-        let last = columns - 1;
-        let one = |at: usize| mean(row[at.saturating_sub(1)], row[at], row[(at + 1).min(last)]);
-        across.extend((0..columns).map(one));
+        let (first, last) = (row[0], row[columns - 1]);
+        across.push(mean(first, first, row[1.min(columns - 1)]));
+        across.extend(
+            row.windows(3)
+                .map(|three| mean(three[0], three[1], three[2])),
+        );
+        if columns > 1 {
+            across.push(mean(row[columns - 2], last, last));
+        }
     }
     let last = pixels.len() / columns - 1;
     let row = |at: usize| across[at * columns..][..columns].iter();

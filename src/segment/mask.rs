@@ -197,7 +197,7 @@ fn gathered(mut pixels: Vec<bool>, unit: usize, width: usize) -> Vec<bool> {
     while covered < width {
         let step = covered.min(width - covered);
         let mut next = pixels.clone();
-        for (next, before) in next.iter_mut().skip(step * unit).zip(&pixels) {
+        for (next, before) in next[step * unit..].iter_mut().zip(&pixels) {
             *next |= *before;
         }
         pixels = next;

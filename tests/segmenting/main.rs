@@ -2,8 +2,6 @@
 
 #[path = "../helpers/command.rs"]
 mod command;
-#[path = "../helpers/data.rs"]
-mod data;
 
 mod made;
 mod videos;
