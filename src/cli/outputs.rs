@@ -127,7 +127,17 @@ impl Output {
             } else if kind == Kind::Resumed {
                 continue;
             } else if kind == Kind::Sequence {
-                // It may be there; what its folder is in is looked at below.
+                // It may be there, but not be made among frames that are read.
+                let target = resolved(&path);
+                let is_in = |input: &&PathBuf| {
+                    fs::canonicalize(input).is_ok_and(|input| target.starts_with(input))
+                };
+                if let Some(input) = inputs.iter().find(is_in) {
+                    return refuse(format!(
+                        "{part}would be in {}, which this command reads (name another)",
+                        input.display()
+                    ));
+                }
             } else if found.as_ref().is_some_and(Metadata::is_dir) {
                 return refuse(format!("{part}expected a file to write, found a folder"));
             } else if let Some(found) = found.filter(Metadata::is_file)

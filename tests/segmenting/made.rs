@@ -224,7 +224,13 @@ fn what_cannot_be_segmented_is_refused_by_name_before_any_work() {
         refused(at, &all.split(' ').collect::<Vec<_>>(), code, words);
         assert!(!at.join("tree").exists(), "{arguments}");
     }
-    refused(at, &["segment", "frames", "--out", "frames/tree"], 1, &[]);
+    let within = ["segment", "frames", "--out", "frames/tree"];
+    refused(
+        at,
+        &within,
+        2,
+        &["would be in frames, which this command reads"],
+    );
 }
 
 #[test]
