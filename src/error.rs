@@ -175,6 +175,8 @@ pub enum Remedy {
     NamedViews,
     /// To name one of the modalities in a folder.
     OneModality,
+    /// To give a picture of the empty scene.
+    GiveBackground,
 }
 
 /// A place in an input file.

@@ -97,8 +97,9 @@
 //!        -> evaluate -> report
 //! ```
 //!
-//! `cycle` finds gait cycles in silhouettes that were not drawn here. `cache` keeps what is costly for
-//! the next run. `design` says of what a training set is made, from people to templates, and is upstream of
+//! `segment` makes silhouettes of video, a tree that `source` reads; `cycle` finds gait cycles in
+//! silhouettes that were not drawn here. `cache` keeps what is costly for the next run.
+//! `design` says of what a training set is made, from people to templates, and is upstream of
 //! `dataset`; `summary` says what a pack holds; `frontier` measures what the whole chain costs and what
 //! it gets wrong, for the command; `bench` what a recognizer costs on the machine at hand.
 
@@ -124,6 +125,7 @@ mod named;
 mod report;
 pub mod scene;
 pub mod score;
+pub mod segment;
 pub mod source;
 mod summary;
 pub mod sweep;
@@ -131,6 +133,7 @@ mod table;
 pub mod template;
 #[cfg(feature = "train")]
 pub mod train;
+mod two_means;
 
 pub use confound::{Condition, Conditions, Doses, dose};
 pub use cycle::{CycleFinder, Cycles};

@@ -70,6 +70,9 @@ fn way_out(error: &Error) -> Option<String> {
             Remedy::OtherTemplate => {
                 "make another dataset with --template gei, or a tree with --format opengait"
             }
+            Remedy::GiveBackground => {
+                "--background names a picture of the empty scene, or a folder of several"
+            }
         },
         Error::Score(error) => return asked(error),
         Error::Choice(error) => match error {

@@ -33,6 +33,7 @@ mod recognizers;
 mod render;
 mod runtime;
 mod score;
+mod segment;
 #[cfg(feature = "import")]
 mod shared_warnings;
 mod source;
@@ -83,6 +84,7 @@ enum Command {
     Quantize(quantize::Args),
     Render(render::Args),
     Score(score::Args),
+    Segment(segment::Args),
     Sweep(sweep::Args),
     #[cfg(feature = "train")]
     Train(train::Args),
@@ -141,6 +143,7 @@ fn run(command: &Command) -> Result<()> {
         Command::Quantize(args) => run!(quantize, args),
         Command::Render(args) => run!(render, args),
         Command::Score(args) => run!(score, args),
+        Command::Segment(args) => run!(segment, args),
         Command::Sweep(args) => run!(sweep, args),
         #[cfg(feature = "train")]
         Command::Train(args) => run!(train, args),

@@ -53,6 +53,8 @@ pub(super) enum Kind {
     Dataset(Format),
     /// The same where an earlier run is gone on with: whether it is there already is found out then.
     Resumed,
+    /// A sequence of silhouettes, a folder: the command looks whether it is there already.
+    Sequence,
 }
 
 /// Something that a command will write.
@@ -124,6 +126,18 @@ impl Output {
                 check_replaceable(&path, format, Existing::of(overwrite))?;
             } else if kind == Kind::Resumed {
                 continue;
+            } else if kind == Kind::Sequence {
+                // It may be there, but not be made among frames that are read.
+                let target = resolved(&path);
+                let is_in = |input: &&PathBuf| {
+                    fs::canonicalize(input).is_ok_and(|input| target.starts_with(input))
+                };
+                if let Some(input) = inputs.iter().find(is_in) {
+                    return refuse(format!(
+                        "{part}would be in {}, which this command reads (name another)",
+                        input.display()
+                    ));
+                }
             } else if found.as_ref().is_some_and(Metadata::is_dir) {
                 return refuse(format!("{part}expected a file to write, found a folder"));
             } else if let Some(found) = found.filter(Metadata::is_file)
@@ -223,7 +237,7 @@ fn is_own(path: &Path, kind: Kind, found: &Metadata) -> bool {
         }
         Kind::Report => text().is_some_and(|text| text.contains(crate::report::TITLE_END)),
         Kind::Svg => begins(SVG_START.as_bytes()),
-        Kind::Npy | Kind::Dataset(_) | Kind::Resumed | Kind::Frontier => false,
+        Kind::Npy | Kind::Dataset(_) | Kind::Resumed | Kind::Sequence | Kind::Frontier => false,
     }
 }
 

@@ -12,7 +12,8 @@ const INTERVAL: Duration = Duration::from_secs(3);
 #[derive(Debug)]
 pub(super) struct Progress {
     what: &'static str,
-    total: u64,
+    /// None where it is not known.
+    total: Option<u64>,
     bar: Option<ProgressBar>,
     plain: Mutex<Plain>,
 }
@@ -28,12 +29,25 @@ impl Progress {
     /// Starts work of `total` pieces; `what` says which, for example "walks".
     #[must_use]
     pub(super) fn new(what: &'static str, total: usize) -> Self {
-        let total = total as u64;
+        Self::of(what, Some(total as u64))
+    }
+
+    /// Starts work of which nobody knows how many pieces it has.
+    #[must_use]
+    pub(super) fn counting(what: &'static str) -> Self {
+        Self::of(what, None)
+    }
+
+    fn of(what: &'static str, total: Option<u64>) -> Self {
         let bar = std::io::stderr().is_terminal().then(|| {
-            let bar = ProgressBar::new(total);
-            if let Ok(style) =
-                ProgressStyle::with_template("{msg:>12} [{bar:40}] {pos}/{len}, {eta} left")
-            {
+            let (bar, template) = match total {
+                Some(total) => (
+                    ProgressBar::new(total),
+                    "{msg:>12} [{bar:40}] {pos}/{len}, {eta} left",
+                ),
+                None => (ProgressBar::no_length(), "{msg:>12} {pos}"),
+            };
+            if let Ok(style) = ProgressStyle::with_template(template) {
                 bar.set_style(style.progress_chars("=> "));
             }
             bar.set_message(what);
@@ -63,7 +77,10 @@ impl Progress {
         plain.done += 1;
         if plain.printed.elapsed() >= INTERVAL {
             plain.printed = Instant::now();
-            eprintln!("{}: {} of {}", self.what, plain.done, self.total);
+            match self.total {
+                Some(total) => eprintln!("{}: {} of {total}", self.what, plain.done),
+                None => eprintln!("{}: {}", self.what, plain.done),
+            }
         }
     }
 }

@@ -64,6 +64,30 @@ impl Staging {
         }
     }
 
+    /// Gives `made`, a folder that was made in this one, the name `target`, in place of what has it
+    /// now. The folders that hold it are made if need be.
+    ///
+    /// # Errors
+    /// The system's; then what had the name has it still.
+    pub fn place(self, made: &str, target: &Path) -> Result<()> {
+        let io = |source| Error::io(target, source);
+        let (made, former) = (self.folder.join(made), self.folder.join("former"));
+        fs::create_dir_all(folder_of(target)).map_err(io)?;
+        together(|| {
+            let is_there = target.exists();
+            if is_there {
+                fs::rename(target, &former).map_err(io)?;
+            }
+            if let Err(source) = fs::rename(&made, target) {
+                if is_there {
+                    fs::rename(&former, target).map_err(io)?;
+                }
+                return Err(io(source));
+            }
+            Ok(())
+        })
+    }
+
     /// Where it is.
     #[must_use]
     pub fn path(&self) -> &Path {
@@ -124,6 +148,24 @@ mod tests {
             error.to_string(),
             "/nowhere/at/all.npy: No such file or directory (os error 2)"
         );
+    }
+
+    #[test]
+    fn a_folder_that_was_made_takes_the_place_of_the_former_one() {
+        let place = tempfile::tempdir().unwrap();
+        let target = place.path().join("a/b");
+        for text in ["first", "second"] {
+            let staging = Staging::beside(&place.path().join("a")).unwrap();
+            let made = staging.path().join("made");
+            fs::create_dir(&made).unwrap();
+            fs::write(made.join("x"), text).unwrap();
+            staging.place("made", &target).unwrap();
+            assert_eq!(fs::read_to_string(target.join("x")).unwrap(), text);
+            assert_eq!(fs::read_dir(place.path()).unwrap().count(), 1);
+        }
+        let staging = Staging::beside(&place.path().join("a")).unwrap();
+        staging.place("not made", &target).unwrap_err();
+        assert_eq!(fs::read_to_string(target.join("x")).unwrap(), "second");
     }
 
     #[test]

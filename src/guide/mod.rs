@@ -22,5 +22,7 @@ pub mod models {}
 pub mod people {}
 #[doc = include_str!("results.md")]
 pub mod results {}
+#[doc = include_str!("segmenting.md")]
+pub mod segmenting {}
 #[doc = include_str!("speed.md")]
 pub mod speed {}

@@ -21,6 +21,7 @@ fn outputs_are_tried_before_any_work_and_nothing_is_left_behind() {
         "cohort",
         "frontier",
         "render two.egp",
+        "segment frames --out tree",
         "sweep two.egp",
         "inspect two.egp",
         "import walk.bvh",
@@ -43,6 +44,7 @@ fn outputs_are_tried_before_any_work_and_nothing_is_left_behind() {
         ("cohort", "file/people.egp"),
         ("frontier", "file/frontier"),
         ("render two.egp", "file/walk.npy"),
+        ("segment frames", "file/tree"),
         ("sweep two.egp", "file/dataset"),
         ("import walk.bvh", "file/walk.egp"),
     ] {

@@ -8,6 +8,7 @@
 use super::fine::Fine;
 use super::phases::{FINE, WINDOW, interleaved, merge, thirds};
 use super::picture::Picture;
+use crate::two_means::threshold;
 use glam::DVec2;
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
@@ -298,71 +299,11 @@ fn each_on(picture: &Picture, row: usize, mut act: impl FnMut(usize, u32)) {
     }
 }
 
-/// Midway between the means of two clusters of levels, of which there are so many each: k-means
-/// (Lloyd 1982) from the least and the greatest level on. What is above it is the figure.
-fn threshold(counts: &[u32; 256]) -> f64 {
-    let used = |level: &usize| counts[*level] > 0;
-    let (first, last) = ((0..256).find(used), (0..256).rfind(used));
-    let mut threshold = 0.5 * (first.unwrap_or(0) + last.unwrap_or(0)) as f64;
-    // Counts and sums of all levels below one: whole numbers, so that differences are exact.
-    let mut below = [(0, 0); 257];
-    for level in 0..256 {
-        let (count, sum) = below[level];
-        let here = u64::from(counts[level]);
-        below[level + 1] = (count + here, sum + here * level as u64);
-    }
-    // Each step moves levels to one side, so that there are at most 256.
-    for _ in 0..256 {
-        let mean = |levels: std::ops::Range<usize>| {
-            let (from, to) = (below[levels.start], below[levels.end]);
-            let (count, sum) = (to.0 - from.0, to.1 - from.1);
-            (count > 0).then(|| sum as f64 / count as f64)
-        };
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "0 to 255"
-        )]
-        let split = threshold as usize + 1;
-        let Some((low, high)) = mean(0..split).zip(mean(split..256)) else {
-            break;
-        };
-        let next = 0.5 * (low + high);
-        if next == threshold {
-            break;
-        }
-        threshold = next;
-    }
-    threshold
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::tests::side_view;
     use super::*;
     use rand::SeedableRng as _;
-
-    #[test]
-    fn the_threshold_lies_midway_between_the_clusters_means() {
-        let counts = |levels: &[(usize, u32)]| {
-            let mut counts = [0; 256];
-            for &(level, count) in levels {
-                counts[level] = count;
-            }
-            counts
-        };
-        assert_eq!(threshold(&counts(&[(10, 90), (110, 3)])), 60.0);
-        // From 50 on: 0 and 10 have the mean 2.5, so that 40 is nearer to it than to 100.
-        assert_eq!(threshold(&counts(&[(0, 6), (10, 2), (100, 2)])), 51.25);
-        // From 50: (0 x 8 + 45 x 1) / 9 = 5, and 100; from 52.5 on nothing moves.
-        assert_eq!(threshold(&counts(&[(0, 8), (45, 1), (100, 4)])), 52.5);
-        // From 30 on 40 goes with 60: 3 and 55 give 29; then 30 goes with them: 0 and 50.
-        assert_eq!(
-            threshold(&counts(&[(0, 9), (30, 1), (40, 1), (60, 3)])),
-            25.0
-        );
-        assert_eq!(threshold(&counts(&[(7, 3)])), 7.0);
-    }
 
     #[test]
     fn little_strength_is_segmented_perfectly_and_much_loses_and_adds() {

@@ -371,6 +371,16 @@ fn other_size(path: &Path, (rows, columns): (usize, usize), size: Size) -> Error
     .with_remedy(Remedy::FrameAnew)
 }
 
+/// Refuses a view's name that states no azimuth.
+///
+/// # Errors
+/// With what was expected of it.
+pub fn check_view_name(name: &str) -> Result<()> {
+    Angle::parse(name)
+        .map(drop)
+        .ok_or_else(|| Error::Usage(angle::expected(name)))
+}
+
 /// Names of the folders in a folder, in order, without hidden ones.
 fn folders(path: &Path) -> Result<Vec<String>> {
     let io = |error| Error::io(path, error);

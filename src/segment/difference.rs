@@ -1,0 +1,297 @@
+//! How a frame differs from the empty scene: light taken out, noise measured, shadows forgiven.
+
+use super::lab::{Lab, Tables};
+use image::RgbImage;
+use libm::logf;
+
+/// Medians are taken of every pixel of this number, in the order of rows: a prime, so that they are
+/// of all columns. Ours.
+const STRIDE: usize = 7;
+/// Bytes of the background that tell of the light: below, noise is most of it; above, a byte may
+/// have been cut off. Ours.
+const TELLING: std::ops::RangeInclusive<u8> = 10..=245;
+/// What the light may have changed by. Ours: beyond, it is another scene.
+const GAIN: (f32, f32) = (0.25, 4.0);
+/// Least noise, of LAB. Ours: a third of a byte at middle grey, as rounding leaves it.
+const LEAST_NOISE: f32 = 0.2;
+/// The median of the length of a vector of three parts of deviation 1: the root of the median of
+/// chi-squared with three degrees of freedom, 2.366.
+const MEDIAN_LENGTH: f32 = 1.538;
+/// By which share of `L* + 16`, and of its chroma with it, a shadow darkens at most. Ours, between
+/// what shadows on the floors of rendered videos have (up to 0.25, rarely above 0.17) and what would
+/// forgive clothes too; it is the cube root of 0.51 of the light.
+const SHADOW: f32 = 0.2;
+/// Grey levels for each factor of e of a difference. Ours: 255 levels reach to 587 times the noise.
+const LEVELS: f32 = 40.0;
+
+/// The scene without anybody.
+#[derive(Clone, Debug)]
+pub(super) struct Scene {
+    tables: Tables,
+    columns: u32,
+    rows: u32,
+    picture: RgbImage,
+    lab: Vec<Lab>,
+}
+
+/// How a frame differs from a scene, row by row.
+#[derive(Clone, Debug)]
+pub(super) struct Difference {
+    /// By how much, in LAB, over the noise.
+    pub raw: Vec<f32>,
+    /// The same without what a shadow would explain, as grey levels: [`level`].
+    pub levels: Vec<u8>,
+    /// The noise, in LAB: deviation of each of the three parts after smoothing.
+    pub noise: f32,
+    /// How much stronger the light is in red, green and blue.
+    pub gain: [f32; 3],
+}
+
+impl Scene {
+    pub(super) fn new(picture: RgbImage) -> Self {
+        let tables = Tables::new();
+        Self {
+            columns: picture.width(),
+            rows: picture.height(),
+            lab: tables.picture(&picture),
+            picture,
+            tables,
+        }
+    }
+
+    /// Columns and rows.
+    pub(super) const fn size(&self) -> (u32, u32) {
+        (self.columns, self.rows)
+    }
+
+    /// How a frame differs.
+    ///
+    /// # Panics
+    /// If its size is another.
+    pub(super) fn difference(&self, frame: &RgbImage) -> Difference {
+        assert_eq!(frame.dimensions(), self.size(), "the scene's size");
+        let gain = self.gain(frame);
+        let without = gain.map(|gain| 1.0 / gain);
+        let empty = self.seen(without);
+        let pixels = frame.pixels().zip(&empty);
+        let away = pixels.map(|(pixel, Lab(empty))| {
+            let Lab(found) = self.tables.lab(pixel.0, without);
+            std::array::from_fn(|part| found[part] - empty[part])
+        });
+        let away = smoothed(&away.collect::<Vec<[f32; 3]>>(), self.columns as usize);
+        let length = |of: &[f32; 3]| (of[0] * of[0] + of[1] * of[1] + of[2] * of[2]).sqrt();
+        let raw: Vec<f32> = away.iter().map(length).collect();
+        let some = raw.iter().step_by(STRIDE).copied();
+        let noise = median(some.collect()).unwrap_or(0.0) / MEDIAN_LENGTH;
+        let noise = noise.max(LEAST_NOISE);
+        let pairs = away.iter().zip(&empty);
+        let levels = pairs.map(|(away, Lab(empty))| level(lit(*away, *empty) / noise));
+        Difference {
+            levels: levels.collect(),
+            raw: raw.iter().map(|raw| raw / noise).collect(),
+            noise,
+            gain,
+        }
+    }
+
+    /// The colours that the scene has, with light multiplied by `without`, where a sensor shows it
+    /// under a light that makes this necessary: what is brighter than white is white there.
+    fn seen(&self, without: [f32; 3]) -> Vec<Lab> {
+        let pixels = self.picture.pixels().zip(&self.lab);
+        let seen = pixels.map(|(pixel, lab)| {
+            let light = pixel.0.map(|byte| self.tables.linear(byte));
+            if light
+                .iter()
+                .zip(&without)
+                .all(|(light, most)| light <= most)
+            {
+                return *lab;
+            }
+            self.tables
+                .lab_of_light(std::array::from_fn(|of| light[of].min(without[of])))
+        });
+        seen.collect()
+    }
+
+    /// How much stronger the light is in red, green and blue: the medians over the picture, of which
+    /// the figure covers less than half.
+    fn gain(&self, frame: &RgbImage) -> [f32; 3] {
+        std::array::from_fn(|channel| {
+            let pairs = frame.pixels().zip(self.picture.pixels()).step_by(STRIDE);
+            let telling = pairs.filter(|(_, empty)| TELLING.contains(&empty.0[channel]));
+            let ratios = telling.map(|(pixel, empty)| {
+                let light = |byte| self.tables.linear(byte);
+                light(pixel.0[channel]) / light(empty.0[channel])
+            });
+            let found = median(ratios.collect()).unwrap_or(1.0);
+            found.clamp(GAIN.0, GAIN.1)
+        })
+    }
+}
+
+/// The length of a difference without what a shadow on the empty scene's colour would explain.
+///
+/// A shadow multiplies `L* + 16`, `a*` and `b*` by one number below 1 (the chromaticity line of
+/// Horprasert, Harwood & Davis, ICCV FRAME-RATE 1999, in LAB).
+fn lit(away: [f32; 3], empty: [f32; 3]) -> f32 {
+    let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    // 16 and more where it is not the black of a broken camera: f is at least 16 / 116.
+    let share = dot(away, empty) / dot(empty, empty);
+    let forgiven = share.clamp(-SHADOW, 0.0);
+    let left: [f32; 3] = std::array::from_fn(|part| away[part] - forgiven * empty[part]);
+    dot(left, left).sqrt()
+}
+
+/// The grey level of a difference over the noise: 40 for each factor of e, of one more than it, so
+/// that clothes of high and low contrast fall into one cluster.
+pub(super) fn level(over_noise: f32) -> u8 {
+    // Saturating.
+    (LEVELS * logf(1.0 + over_noise) + 0.5) as u8
+}
+
+/// The difference over the noise that a level stands for.
+pub(super) fn over_noise(level: f64) -> f64 {
+    libm::exp(level / f64::from(LEVELS)) - 1.0
+}
+
+/// Binomial means of three by three pixels, edges going on.
+fn smoothed(pixels: &[[f32; 3]], columns: usize) -> Vec<[f32; 3]> {
+    let mean = |before: [f32; 3], here: [f32; 3], after: [f32; 3]| {
+        std::array::from_fn(|part| 0.25 * (before[part] + after[part]) + 0.5 * here[part])
+    };
+    let mut across = Vec::with_capacity(pixels.len());
+    for row in pixels.chunks_exact(columns) {
+        let (first, last) = (row[0], row[columns - 1]);
+        across.push(mean(first, first, row[1.min(columns - 1)]));
+        across.extend(
+            row.windows(3)
+                .map(|three| mean(three[0], three[1], three[2])),
+        );
+        if columns > 1 {
+            across.push(mean(row[columns - 2], last, last));
+        }
+    }
+    let last = pixels.len() / columns - 1;
+    let row = |at: usize| across[at * columns..][..columns].iter();
+    let mut both = Vec::with_capacity(pixels.len());
+    for at in 0..=last {
+        let rows = row(at.saturating_sub(1))
+            .zip(row(at))
+            .zip(row((at + 1).min(last)));
+        both.extend(rows.map(|((above, here), below)| mean(*above, *here, *below)));
+    }
+    both
+}
+
+/// The middle one, of an even number the upper; none of none.
+fn median(mut values: Vec<f32>) -> Option<f32> {
+    let middle = values.len() / 2;
+    if values.is_empty() {
+        return None;
+    }
+    let (_, median, _) = values.select_nth_unstable_by(middle, f32::total_cmp);
+    Some(*median)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use image::Rgb;
+
+    fn picture(of: impl Fn(u32, u32) -> [u8; 3]) -> RgbImage {
+        RgbImage::from_fn(40, 30, |x, y| Rgb(of(x, y)))
+    }
+
+    #[test]
+    fn light_and_tint_are_found_and_taken_out() {
+        let scene = Scene::new(picture(|x, y| [60 + 4 * x as u8, 90 + 3 * y as u8, 120]));
+        // By 1.1, 1.0 and 0.9 of linear light, rounded to bytes.
+        let brighter = |byte: u8, gain: f64| {
+            let light = f64::from(scene.tables.linear(byte)) * gain;
+            let value = 1.055 * light.powf(1.0 / 2.4) - 0.055;
+            (255.0 * value).round() as u8
+        };
+        let frame = picture(|x, y| {
+            let Rgb([r, g, b]) = *scene.picture.get_pixel(x, y);
+            [brighter(r, 1.1), brighter(g, 1.0), brighter(b, 0.9)]
+        });
+        let found = scene.difference(&frame);
+        for (gain, expected) in found.gain.into_iter().zip([1.1, 1.0, 0.9]) {
+            assert!((gain - expected).abs() < 0.01, "{:?}", found.gain);
+        }
+        assert_eq!(found.noise, LEAST_NOISE);
+        let most = found.raw.iter().copied().fold(0.0, f32::max) * found.noise;
+        assert!(most < 0.6, "{most}");
+    }
+
+    #[test]
+    fn what_the_sensor_cuts_off_under_more_light_is_no_difference() {
+        // Half of the scene is a red of which more light is not seen; all of it is 1.2 times as light.
+        let colour = |x: u32, red: f64, other: f64| {
+            let byte =
+                |light: f64| (255.0 * (1.055 * light.min(1.0).powf(1.0 / 2.4) - 0.055)).round();
+            let (red, other) = (byte(red) as u8, byte(other) as u8);
+            if x < 10 {
+                [red, other, other]
+            } else {
+                [other; 3]
+            }
+        };
+        let scene = Scene::new(picture(|x, _| colour(x, 0.95, 0.2)));
+        let found = scene.difference(&picture(|x, _| colour(x, 1.14, 0.24)));
+        let most = found.raw.iter().copied().fold(0.0, f32::max) * found.noise;
+        assert!(most < 0.6, "{most}");
+    }
+
+    #[test]
+    fn a_shadow_is_forgiven_and_a_dark_cloth_of_another_colour_is_not() {
+        // 0.512 of the light is 0.8 of all three of the floor's, whatever it is.
+        let floor = [70.0, 6.0, 12.0];
+        let shadow = [-14.0, -1.2, -2.4];
+        assert!(lit(shadow, floor) < 1e-4);
+        // Twice as dark leaves the other half.
+        let darker = [-28.0, -2.4, -4.8];
+        assert!(
+            (lit(darker, floor) - 14.255_5).abs() < 1e-3,
+            "{}",
+            lit(darker, floor)
+        );
+        // Brighter by as much is not forgiven at all; nor is chroma.
+        assert!((lit([14.0, 1.2, 2.4], floor) - 14.255_5).abs() < 1e-3);
+        let blue = lit([-14.0, -1.2, -32.4], floor);
+        assert!(blue > 28.0, "{blue}");
+    }
+
+    #[test]
+    fn levels_are_40_for_each_factor_of_e() {
+        // ln 1 = 0, ln 2 = 0.6931, ln e^3 = 3; 255 is the last.
+        assert_eq!([level(0.0), level(1.0), level(19.085_5)], [0, 28, 120]);
+        assert_eq!(
+            [level(1e9), level(f32::INFINITY), level(f32::NAN)],
+            [255, 255, 0]
+        );
+        assert!((over_noise(120.0) - 19.085_5).abs() < 1e-3);
+    }
+
+    #[test]
+    fn smoothing_is_binomial_and_keeps_what_is_even() {
+        let even = vec![[3.0, -1.0, 2.0]; 12];
+        assert_eq!(smoothed(&even, 4), even);
+        let mut point = vec![[0.0; 3]; 25];
+        point[12] = [16.0; 3];
+        let found = smoothed(&point, 5);
+        let row = |at: usize| -> Vec<f32> { (0..5).map(|x| found[at * 5 + x][0]).collect() };
+        assert_eq!(row(1), [0.0, 1.0, 2.0, 1.0, 0.0]);
+        assert_eq!(row(2), [0.0, 2.0, 4.0, 2.0, 0.0]);
+        assert_eq!(row(4), [0.0; 5]);
+    }
+
+    #[test]
+    fn noise_is_its_deviation_whatever_the_figure() {
+        // Medians know nothing of a quarter that differs by far.
+        let scene = Scene::new(picture(|_, _| [128; 3]));
+        let frame = picture(|x, _| if x < 10 { [250, 20, 20] } else { [128; 3] });
+        let found = scene.difference(&frame);
+        assert_eq!((found.noise, found.gain), (LEAST_NOISE, [1.0; 3]));
+    }
+}

@@ -1,0 +1,399 @@
+//! The frames of a video, a batch at a time: a folder of pictures, a stream, or a file.
+
+use super::background::{MIN_FRAMES, median, sample};
+use super::spread::Spread;
+use super::stream::Stream;
+use super::y4m::{MAX_PIXELS, MAX_SIDE};
+use crate::dataset::{InputFile, hex};
+use crate::error::{Error, Remedy, Result};
+use image::{ImageFormat, ImageReader, RgbImage};
+use rayon::prelude::*;
+use sha2::{Digest as _, Sha256};
+use std::fs;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+/// Most bytes of a picture's file, and most that it takes while it is decoded.
+const MAX_BYTES: u64 = 1 << 28;
+/// Most frames of a batch, and most bytes of them. Ours: a few for each thread.
+const BATCH: usize = 32;
+const BATCH_BYTES: usize = 1 << 26;
+
+/// A video that is read once, from its beginning.
+pub struct Video {
+    path: PathBuf,
+    size: (u32, u32),
+    read: usize,
+    source: Source,
+}
+
+enum Source {
+    /// Pictures in order, and what was read of them so far.
+    Folder(Vec<PathBuf>, Box<Sha256>),
+    Stream(Box<Stream>),
+}
+
+impl Video {
+    /// Opens a folder of pictures (`.png`, `.jpg`, `.jpeg`), of which all headers are read, a Y4M
+    /// file, a video that an installed `ffmpeg` reads, or, of the name `-`, Y4M on standard input.
+    ///
+    /// Pictures come in the order of their numbers, if their names differ by a number at the end
+    /// only, else in the order of their names.
+    ///
+    /// # Errors
+    /// Without frames, with frames of different sizes or of more than 16 Mi pixels, and where
+    /// something else is found.
+    pub fn open(path: &Path) -> Result<Self> {
+        if path != Path::new("-") && path.is_dir() {
+            let files = pictures(path)?;
+            let size = size_of_all(&files)?;
+            return Ok(Self {
+                path: path.to_path_buf(),
+                size,
+                read: 0,
+                source: Source::Folder(files, Box::new(Sha256::new())),
+            });
+        }
+        let stream = Stream::open(path)?;
+        Ok(Self {
+            path: path.to_path_buf(),
+            size: stream.size(),
+            read: 0,
+            source: Source::Stream(Box::new(stream)),
+        })
+    }
+
+    /// Columns and rows of each frame.
+    #[must_use]
+    pub const fn size(&self) -> (u32, u32) {
+        self.size
+    }
+
+    /// How many frames it has, if that is known before its end.
+    #[must_use]
+    pub fn frames(&self) -> Option<usize> {
+        match &self.source {
+            Source::Folder(files, _) => Some(files.len()),
+            Source::Stream(_) => None,
+        }
+    }
+
+    /// The next frames, at most 32; none at the end.
+    ///
+    /// # Errors
+    /// If a frame is broken or the video ends too early, or the system's.
+    pub fn batch(&mut self) -> Result<Vec<RgbImage>> {
+        let bytes = 3 * self.size.0 as usize * self.size.1 as usize;
+        let most = (BATCH_BYTES / bytes.max(1)).clamp(1, BATCH);
+        let first = self.read;
+        let frames = match &mut self.source {
+            Source::Folder(files, hash) => {
+                let end = (first + most).min(files.len());
+                let read: Vec<Result<_>> = files[first..end]
+                    .par_iter()
+                    .map(|file| {
+                        let bytes = bytes_of(file)?;
+                        let frame = decoded(file, &bytes)?;
+                        Ok((bytes, frame))
+                    })
+                    .collect();
+                let mut frames = Vec::new();
+                for (file, read) in files[first..end].iter().zip(read) {
+                    let (bytes, frame) = read?;
+                    check_size(file, frame.dimensions(), self.size)?;
+                    hash.update(&bytes);
+                    frames.push(frame);
+                }
+                frames
+            }
+            Source::Stream(stream) => stream.read(most)?,
+        };
+        self.read += frames.len();
+        if self.read == 0 {
+            return Err(Error::input(&self.path, "expected frames, found none"));
+        }
+        Ok(frames)
+    }
+
+    /// What was read of it, by its SHA-256: of pictures one after another, of a stream as it came, of
+    /// a file as it is.
+    ///
+    /// # Errors
+    /// The system's, if a file cannot be read.
+    pub fn input(self) -> Result<InputFile> {
+        match self.source {
+            Source::Folder(_, hash) => Ok(InputFile {
+                path: self.path.display().to_string(),
+                sha256: hex(&hash.finalize()),
+            }),
+            Source::Stream(stream) => stream.input(&self.path),
+        }
+    }
+}
+
+/// The frames of which a video's background is the median: evenly spaced, at most as many as
+/// [`sample`] says. A file is read from its beginning to its end for that.
+///
+/// # Errors
+/// If there are fewer than 10, if the video is standard input, which cannot be read twice, or as
+/// [`Video`] has them.
+pub(super) fn background_of(path: &Path) -> Result<Vec<RgbImage>> {
+    if path == Path::new("-") {
+        return Err(Error::input(
+            "standard input",
+            "expected a picture of the empty scene, found none: a stream cannot be read twice, for a background first and then for its frames",
+        )
+        .with_remedy(Remedy::GiveBackground));
+    }
+    let mut video = Video::open(path)?;
+    let most = sample(video.size);
+    let (frames, count) = if let Source::Folder(files, _) = &video.source {
+        (spaced(files, most, video.size)?, files.len())
+    } else {
+        let mut spread = Spread::new(most);
+        loop {
+            let batch = video.batch()?;
+            if batch.is_empty() {
+                break;
+            }
+            for frame in batch {
+                spread.push(|| frame);
+            }
+        }
+        let count = spread.seen();
+        (spread.into_kept(), count)
+    };
+    if count < MIN_FRAMES {
+        return Err(Error::input(
+            path,
+            format!("expected at least {MIN_FRAMES} frames, of which the median is the background, found {count}"),
+        )
+        .with_remedy(Remedy::GiveBackground));
+    }
+    Ok(frames)
+}
+
+/// A picture of the empty scene, or the median of several in a folder, of this size.
+///
+/// # Errors
+/// If it is of another size, no picture, or not there.
+pub(super) fn given_background(
+    path: &Path,
+    size: (u32, u32),
+) -> Result<(RgbImage, Vec<InputFile>)> {
+    let files = if path.is_dir() {
+        pictures(path)?
+    } else {
+        vec![path.to_path_buf()]
+    };
+    for file in &files {
+        check_background_size(file, size_of(file)?, size)?;
+    }
+    let frames = spaced(&files, sample(size), size)?;
+    let picture = median(&frames).ok_or(Error::Missing("a background"))?;
+    let inputs: Result<Vec<InputFile>> = files.iter().map(InputFile::of).collect();
+    Ok((picture, inputs?))
+}
+
+/// Evenly spaced ones of pictures, the first among them, at most `most`.
+fn spaced(files: &[PathBuf], most: usize, size: (u32, u32)) -> Result<Vec<RgbImage>> {
+    let count = files.len().min(most);
+    let numbers = (0..count).map(|at| at * files.len() / count);
+    let numbers: Vec<usize> = numbers.collect();
+    let read = |number: usize| {
+        let file = &files[number];
+        let frame = decoded(file, &bytes_of(file)?)?;
+        check_size(file, frame.dimensions(), size)?;
+        Ok(frame)
+    };
+    numbers.into_par_iter().map(read).collect()
+}
+
+/// The pictures of a folder, in order.
+fn pictures(folder: &Path) -> Result<Vec<PathBuf>> {
+    let io = |error| Error::io(folder, error);
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder).map_err(io)? {
+        let entry = entry.map_err(io)?;
+        let name = entry.file_name();
+        let is_hidden = name.as_encoded_bytes().starts_with(b".")
+            || name == "Thumbs.db"
+            || name == "desktop.ini";
+        if !is_hidden {
+            files.push(entry.path());
+        }
+    }
+    files.sort_unstable();
+    let is_picture = |path: &PathBuf| {
+        let extension = path.extension().unwrap_or_default();
+        let known = ["png", "jpg", "jpeg"];
+        known
+            .iter()
+            .any(|known| extension.eq_ignore_ascii_case(known))
+            && path.is_file()
+    };
+    if let Some(other) = files.iter().find(|path| !is_picture(path)) {
+        return Err(Error::input(
+            other,
+            "expected a folder of frames of one video, as .png or .jpg, found something else in it",
+        ));
+    }
+    if files.is_empty() {
+        return Err(Error::input(
+            folder,
+            "expected frames as .png or .jpg, found none",
+        ));
+    }
+    let numbered: Option<Vec<(String, u64)>> = files.iter().map(|path| numbered(path)).collect();
+    if let Some(numbered) = numbered
+        && numbered.windows(2).all(|two| two[0].0 == two[1].0)
+    {
+        let mut pairs: Vec<(u64, PathBuf)> = numbered
+            .into_iter()
+            .map(|(_, number)| number)
+            .zip(files)
+            .collect();
+        pairs.sort();
+        files = pairs.into_iter().map(|(_, file)| file).collect();
+    }
+    Ok(files)
+}
+
+/// What a file's name begins with, and the number at its end.
+fn numbered(path: &Path) -> Option<(String, u64)> {
+    let stem = path.file_stem()?.to_str()?;
+    let start = stem.trim_end_matches(|c: char| c.is_ascii_digit());
+    let number = stem[start.len()..].parse().ok()?;
+    Some((start.to_owned(), number))
+}
+
+/// The size that all pictures have, read from their headers.
+fn size_of_all(files: &[PathBuf]) -> Result<(u32, u32)> {
+    let sizes: Vec<Result<(u32, u32)>> = files.par_iter().map(|file| size_of(file)).collect();
+    let mut first = None;
+    for (file, size) in files.iter().zip(sizes) {
+        let size = size?;
+        check_size(file, size, *first.get_or_insert(size))?;
+    }
+    first.ok_or(Error::Missing("frames"))
+}
+
+fn check_size(file: &Path, found: (u32, u32), expected: (u32, u32)) -> Result<()> {
+    if found == expected {
+        return Ok(());
+    }
+    Err(Error::input(
+        file,
+        format!(
+            "expected a frame of {}x{} pixels as those before, found {}x{}",
+            expected.0, expected.1, found.0, found.1
+        ),
+    ))
+}
+
+fn check_background_size(file: &Path, found: (u32, u32), expected: (u32, u32)) -> Result<()> {
+    if found == expected {
+        return Ok(());
+    }
+    Err(Error::input(
+        file,
+        format!(
+            "expected a background of {}x{} pixels as the frames have, found {}x{}",
+            expected.0, expected.1, found.0, found.1
+        ),
+    ))
+}
+
+/// A picture's size, by its header.
+fn size_of(file: &Path) -> Result<(u32, u32)> {
+    let reader = ImageReader::open(file).and_then(ImageReader::with_guessed_format);
+    let reader = reader.map_err(|error| Error::io(file, error))?;
+    let size = known(file, reader)?
+        .into_dimensions()
+        .map_err(|error| no_picture(file, &error))?;
+    let pixels = u64::from(size.0) * u64::from(size.1);
+    if pixels == 0 || pixels > u64::from(MAX_PIXELS) || size.0.max(size.1) > MAX_SIDE {
+        return Err(Error::input(
+            file,
+            format!(
+                "expected a picture of 1 to {MAX_PIXELS} pixels, at most {MAX_SIDE} in a row or column, found {}x{}",
+                size.0, size.1
+            ),
+        ));
+    }
+    Ok(size)
+}
+
+/// A picture's bytes.
+fn bytes_of(file: &Path) -> Result<Vec<u8>> {
+    let io = |error| Error::io(file, error);
+    let length = fs::metadata(file).map_err(io)?.len();
+    if length > MAX_BYTES {
+        return Err(Error::input(
+            file,
+            format!("expected a picture of at most {MAX_BYTES} bytes, found {length}"),
+        ));
+    }
+    fs::read(file).map_err(io)
+}
+
+/// A picture's colours.
+fn decoded(file: &Path, bytes: &[u8]) -> Result<RgbImage> {
+    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
+    let mut reader = known(file, reader.map_err(|error| Error::io(file, error))?)?;
+    let mut limits = image::Limits::default();
+    (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));
+    limits.max_alloc = Some(MAX_BYTES);
+    reader.limits(limits);
+    let picture = reader.decode().map_err(|error| no_picture(file, &error))?;
+    Ok(picture.into_rgb8())
+}
+
+/// Refuses what is neither PNG nor JPEG.
+fn known<R: std::io::BufRead + std::io::Seek>(
+    file: &Path,
+    reader: ImageReader<R>,
+) -> Result<ImageReader<R>> {
+    match reader.format() {
+        Some(ImageFormat::Png | ImageFormat::Jpeg) => Ok(reader),
+        _ => Err(Error::input(
+            file,
+            "expected a picture, PNG or JPEG, found neither",
+        )),
+    }
+}
+
+fn no_picture(file: &Path, error: &image::ImageError) -> Error {
+    Error::input(file, format!("cannot be read as a picture: {error}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(of: &[&str]) -> Vec<String> {
+        let folder = tempfile::tempdir().unwrap();
+        for name in of {
+            fs::write(folder.path().join(name), "").unwrap();
+        }
+        let found = pictures(folder.path()).unwrap();
+        let name = |path: &PathBuf| path.file_name().unwrap().to_str().unwrap().to_owned();
+        found.iter().map(name).collect()
+    }
+
+    #[test]
+    fn frames_come_by_number_or_else_by_name() {
+        assert_eq!(
+            names(&["f10.png", "f9.png", ".x", "f100.jpg"]),
+            ["f9.png", "f10.png", "f100.jpg"]
+        );
+        assert_eq!(
+            names(&["010.png", "009.PNG", "1.jpeg"]),
+            ["1.jpeg", "009.PNG", "010.png"]
+        );
+        assert_eq!(
+            names(&["b1.png", "a10.png", "a9.png"]),
+            ["a10.png", "a9.png", "b1.png"]
+        );
+    }
+}

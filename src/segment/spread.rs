@@ -1,0 +1,80 @@
+//! A few of many, evenly spaced, without knowing how many there will be.
+
+/// Keeps every one of some, then every second of them, and so on, so that there are never more than
+/// a number.
+#[derive(Clone, Debug)]
+pub(super) struct Spread<T> {
+    kept: Vec<T>,
+    most: usize,
+    /// Which of those that come are kept: numbers that this divides.
+    stride: usize,
+    seen: usize,
+}
+
+impl<T> Spread<T> {
+    /// At most `most`, an even number above 0.
+    pub(super) fn new(most: usize) -> Self {
+        assert!(most > 0 && most.is_multiple_of(2), "pairs");
+        Self {
+            kept: Vec::new(),
+            most,
+            stride: 1,
+            seen: 0,
+        }
+    }
+
+    /// The next one, made only if it is kept.
+    pub(super) fn push(&mut self, one: impl FnOnce() -> T) {
+        if self.seen.is_multiple_of(self.stride) {
+            if self.kept.len() == self.most {
+                // Every second one goes; this one's number is even in the new stride.
+                let mut number = 0;
+                self.kept.retain(|_| {
+                    number += 1;
+                    number % 2 == 1
+                });
+                self.stride *= 2;
+            }
+            self.kept.push(one());
+        }
+        self.seen += 1;
+    }
+
+    /// How many came.
+    pub(super) const fn seen(&self) -> usize {
+        self.seen
+    }
+
+    /// Those that were kept, in order.
+    pub(super) fn kept(&self) -> &[T] {
+        &self.kept
+    }
+
+    /// The same.
+    pub(super) fn into_kept(self) -> Vec<T> {
+        self.kept
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_to_all_of_the_room_is_filled_by_every_so_many() {
+        for (count, expected) in [
+            (0, vec![]),
+            (4, vec![0, 1, 2, 3]),
+            (5, vec![0, 2, 4]),
+            (8, vec![0, 2, 4, 6]),
+            (9, vec![0, 4, 8]),
+            (100, vec![0, 32, 64, 96]),
+        ] {
+            let mut spread = Spread::new(4);
+            for number in 0..count {
+                spread.push(|| number);
+            }
+            assert_eq!((spread.kept(), spread.seen()), (&expected[..], count));
+        }
+    }
+}

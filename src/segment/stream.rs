@@ -1,0 +1,179 @@
+//! Video that comes as a stream: Y4M on standard input or in a file, or from an `ffmpeg` that decodes
+//! any other file.
+
+use super::y4m::Y4m;
+use crate::dataset::InputFile;
+use crate::error::{Error, Result};
+use image::RgbImage;
+use std::ffi::OsString;
+use std::fs::File;
+use std::io::{BufRead, BufReader, ErrorKind, Read as _};
+use std::path::Path;
+use std::process::{Child, ChildStderr, Command, Stdio};
+use std::thread::JoinHandle;
+
+/// Bytes that are read at once: a few of a pipe's.
+const BUFFER: usize = 1 << 18;
+/// Most bytes of what `ffmpeg` says that are shown.
+const MOST_SAID: u64 = 1 << 12;
+
+/// A stream of frames.
+pub(super) struct Stream {
+    video: Y4m<Box<dyn BufRead + Send>>,
+    ffmpeg: Option<Ffmpeg>,
+}
+
+/// The process that writes the stream. It is ended when this is dropped.
+#[derive(Debug)]
+struct Ffmpeg {
+    process: Child,
+    said: Option<JoinHandle<String>>,
+}
+
+impl Stream {
+    /// Opens standard input for `-`, a file of Y4M, or one that `ffmpeg` reads.
+    ///
+    /// # Errors
+    /// If it is none, of a kind that is not supported, or there is no `ffmpeg`.
+    pub(super) fn open(path: &Path) -> Result<Self> {
+        if path == Path::new("-") {
+            let reader = BufReader::with_capacity(BUFFER, std::io::stdin());
+            return Self::of(Box::new(reader), Path::new("standard input"), None);
+        }
+        let file = File::open(path).map_err(|error| Error::io(path, error))?;
+        let mut reader = BufReader::with_capacity(BUFFER, file);
+        let start = reader.fill_buf().map_err(|error| Error::io(path, error))?;
+        let is_y4m = path
+            .extension()
+            .is_some_and(|found| found.eq_ignore_ascii_case("y4m"));
+        if is_y4m || start.starts_with(b"YUV4MPEG2") {
+            return Self::of(Box::new(reader), path, None);
+        }
+        drop(reader);
+        let (ffmpeg, frames) = Ffmpeg::start(path)?;
+        Self::of(Box::new(frames), path, Some(ffmpeg))
+    }
+
+    fn of(
+        reader: Box<dyn BufRead + Send>,
+        path: &Path,
+        mut ffmpeg: Option<Ffmpeg>,
+    ) -> Result<Self> {
+        match Y4m::open(reader, path) {
+            Ok(video) => Ok(Self { video, ffmpeg }),
+            Err(error) => {
+                // What ffmpeg says tells more than that its stream has no beginning.
+                ffmpeg
+                    .as_mut()
+                    .map_or(Ok(()), |ffmpeg| ffmpeg.finish(path))?;
+                Err(error)
+            }
+        }
+    }
+
+    /// Columns and rows of each frame.
+    pub(super) const fn size(&self) -> (u32, u32) {
+        self.video.size()
+    }
+
+    /// The next frames, at most so many; fewer only at the end.
+    ///
+    /// # Errors
+    /// If a frame is cut off, or `ffmpeg` fails; with what it says.
+    pub(super) fn read(&mut self, most: usize) -> Result<Vec<RgbImage>> {
+        let frames = self.video.read(most);
+        let is_end = frames.as_ref().map_or(true, |frames| frames.len() < most);
+        if is_end && let Some(ffmpeg) = &mut self.ffmpeg {
+            ffmpeg.finish(self.video.path())?;
+        }
+        frames
+    }
+
+    /// What was read, by its SHA-256: of a file that `ffmpeg` reads that of the file.
+    ///
+    /// # Errors
+    /// The system's.
+    pub(super) fn input(self, path: &Path) -> Result<InputFile> {
+        if self.ffmpeg.is_some() {
+            return InputFile::of(path);
+        }
+        Ok(InputFile {
+            path: path.display().to_string(),
+            sha256: self.video.sha256(),
+        })
+    }
+}
+
+impl Ffmpeg {
+    /// Starts it on a file; what it writes.
+    fn start(path: &Path) -> Result<(Self, impl BufRead + Send + use<>)> {
+        // With the protocol's name no path is taken for a flag or an address.
+        let mut input = OsString::from("file:");
+        input.push(path);
+        let started = Command::new("ffmpeg")
+            .args(["-nostdin", "-loglevel", "error", "-i"])
+            .arg(input)
+            .args(["-map", "0:v:0", "-pix_fmt", "yuv444p"])
+            // What the reader takes colours for.
+            .args(["-vf", "scale=out_color_matrix=bt601:out_range=tv"])
+            .args(["-f", "yuv4mpegpipe", "pipe:1"])
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn();
+        let mut process = started.map_err(|error| match error.kind() {
+            ErrorKind::NotFound => Error::input(
+                path,
+                "expected a folder of frames, or a video in Y4M; any other needs the program ffmpeg, which is not installed (install it, or decode the video into a folder of .png elsewhere)",
+            ),
+            _ => Error::Failed(format!("ffmpeg cannot be started: {error}")),
+        })?;
+        let frames = process
+            .stdout
+            .take()
+            .ok_or(Error::Missing("ffmpeg's output"))?;
+        // Read beside the frames, so that neither pipe fills up while the other is waited for.
+        let said = process
+            .stderr
+            .take()
+            .map(|from| std::thread::spawn(move || said(from)));
+        let frames = BufReader::with_capacity(BUFFER, frames);
+        Ok((Self { process, said }, frames))
+    }
+
+    /// Waits for its end.
+    ///
+    /// # Errors
+    /// If it failed, with what it said.
+    fn finish(&mut self, path: &Path) -> Result<()> {
+        let Some(said) = self.said.take() else {
+            return Ok(());
+        };
+        let status = self.process.wait();
+        let status = status.map_err(|error| Error::Failed(format!("ffmpeg: {error}")))?;
+        let said = said.join().unwrap_or_default();
+        if status.success() {
+            return Ok(());
+        }
+        Err(Error::input(
+            path,
+            format!("ffmpeg cannot read it ({status}): {}", said.trim()),
+        ))
+    }
+}
+
+impl Drop for Ffmpeg {
+    fn drop(&mut self) {
+        // One that has ended already cannot be.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// The beginning of what it says; the rest is read and forgotten.
+fn said(mut from: ChildStderr) -> String {
+    let mut bytes = Vec::new();
+    let _ = from.by_ref().take(MOST_SAID).read_to_end(&mut bytes);
+    let _ = std::io::copy(&mut from, &mut std::io::sink());
+    String::from_utf8_lossy(&bytes).into_owned()
+}
