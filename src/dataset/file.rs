@@ -6,6 +6,8 @@ use std::path::Path;
 
 use super::staging::{Staging, folder_of, together};
 use crate::error::{Error, Result};
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder as _};
 use sha2::{Digest, Sha256};
 
 /// SHA-256 of a file's bytes as 64 lower-case hexadecimal digits. Reads the file
@@ -76,6 +78,22 @@ pub fn write_atomically(
     file.flush().map_err(io)?;
     drop(file);
     together(|| fs::rename(&unfinished, &target)).map_err(io)
+}
+
+/// Pixels row by row as a grey PNG, whose bytes are always the same.
+///
+/// # Errors
+/// None that pixels in whole rows give cause for.
+pub fn grey_png(pixels: &[u8], columns: usize) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let encoder =
+        PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::NoFilter);
+    let side = |side: usize| u32::try_from(side).unwrap_or(u32::MAX);
+    let rows = pixels.len().checked_div(columns).unwrap_or(0);
+    encoder
+        .write_image(pixels, side(columns), side(rows), ExtendedColorType::L8)
+        .map_err(|error| Error::Failed(error.to_string()))?;
+    Ok(bytes)
 }
 
 /// Bytes as lower-case hexadecimal digits.

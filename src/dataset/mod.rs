@@ -32,7 +32,7 @@ mod writer;
 
 pub use contents::{Contents, Format, Shard};
 pub use existing::{Existing, check_replaceable};
-pub use file::{hex, sha256_of_bytes, sha256_of_file, write_atomically, write_bytes};
+pub use file::{grey_png, hex, sha256_of_bytes, sha256_of_file, write_atomically, write_bytes};
 pub use header::{Header, InputFile, SCHEMA};
 pub use index::{IndexRow, WalkerRow};
 pub use merge::merge;

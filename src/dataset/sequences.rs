@@ -8,11 +8,9 @@ use super::arrays::Table;
 use super::contents::Format;
 use super::index::IndexRow;
 use super::merge::Checked;
-use super::{Manifest, hex, tree};
+use super::{Manifest, grey_png, hex, tree};
 use crate::error::{ChoiceError, Error, Result};
 use edgegait_core::silhouette::Size;
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ExtendedColorType, ImageEncoder as _};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
@@ -222,7 +220,7 @@ impl Pending {
         } else {
             for (pixels, number) in &frames {
                 let name = format!("{subject}-{take}-{view}-{number:03}.png");
-                write(name, &png(pixels, size)?)?;
+                write(name, &grey_png(pixels, size.columns())?)?;
             }
             folder
         };
@@ -232,21 +230,4 @@ impl Pending {
             sha256: hex(&digest.finalize()),
         }))
     }
-}
-
-/// A silhouette as a grey PNG.
-fn png(pixels: &[u8], size: Size) -> Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    let encoder =
-        PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::NoFilter);
-    let side = |side: usize| u32::try_from(side).unwrap_or(u32::MAX);
-    encoder
-        .write_image(
-            pixels,
-            side(size.columns()),
-            side(size.rows()),
-            ExtendedColorType::L8,
-        )
-        .map_err(|error| Error::Failed(error.to_string()))?;
-    Ok(bytes)
 }

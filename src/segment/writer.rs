@@ -1,10 +1,8 @@
 //! Silhouettes as files, in CASIA-B's layout: `<person>/<take>/<view>/`, a PNG for each frame.
 
 use super::mask::Mask;
-use crate::dataset::{Staging, check_folder_name, check_view_name};
+use crate::dataset::{Staging, check_folder_name, check_view_name, grey_png};
 use crate::error::{ChoiceError, Error, Result};
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ExtendedColorType, ImageEncoder as _};
 use rayon::prelude::*;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -119,7 +117,8 @@ impl SequenceWriter {
         let first = self.frames;
         masks.par_iter().enumerate().try_for_each(|(at, mask)| {
             let path = made.join(format!("{:0STAGED_DIGITS$}.png", first + at + 1));
-            fs::write(&path, png(mask)?).map_err(|error| Error::io(path, error))
+            fs::write(&path, grey_png(&mask.grey(), mask.columns())?)
+                .map_err(|error| Error::io(path, error))
         })?;
         self.frames += masks.len();
         Ok(())
@@ -141,23 +140,6 @@ impl SequenceWriter {
         self.staging.place(MADE, &self.folder)?;
         Ok(self.folder)
     }
-}
-
-/// A silhouette as a grey PNG of 0 and 255.
-fn png(mask: &Mask) -> Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    let encoder =
-        PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::NoFilter);
-    let side = |side: usize| u32::try_from(side).unwrap_or(u32::MAX);
-    encoder
-        .write_image(
-            &mask.grey(),
-            side(mask.columns()),
-            side(mask.rows()),
-            ExtendedColorType::L8,
-        )
-        .map_err(|error| Error::Failed(error.to_string()))?;
-    Ok(bytes)
 }
 
 #[cfg(test)]
