@@ -13,7 +13,8 @@ const NAMED: usize = 5;
 /// The flags.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct CuttingArgs {
-    /// Frames a second of a tree's recordings, to find gait cycles in them [default: 25]
+    /// Frames a second of a tree's recordings, to find gait cycles in them [default: 25; the cycles of a
+    /// tree that was made here are known]
     #[arg(long, value_name = "F", conflicts_with = "whole_recordings")]
     pub fps: Option<f32>,
     /// Make one template of each whole recording of a tree, not of each gait cycle
@@ -31,6 +32,10 @@ impl CuttingArgs {
         if self.whole_recordings {
             *header = header.clone().with("whole_recordings", true);
             return Ok(recordings);
+        }
+        if let (Some(frames), None) = (recordings.frames_per_cycle(), self.fps) {
+            *header = header.clone().with("frames_per_cycle", frames);
+            return recordings.in_even_cycles(frames);
         }
         let fps = self.fps.unwrap_or(TAKE_FPS as f32);
         let finder = CycleFinder::new(fps)?;

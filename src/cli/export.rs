@@ -1,8 +1,10 @@
 //! How datasets are written: flags of the commands that make them.
 
 use super::outputs::{Kind, Output};
-use crate::dataset::{DatasetWriter, Existing, Format, Run, Shard, check_unfinished, is_whole};
-use crate::error::{Error, Result};
+use crate::dataset::{
+    DatasetWriter, Existing, Format, Run, Shard, Standing, check_unfinished, standing,
+};
+use crate::error::{ChoiceError, Error, Result};
 use crate::sweep::Settings;
 use crate::template::Template;
 use edgegait_core::silhouette::Size;
@@ -111,8 +113,18 @@ impl ExportArgs {
         run: Run,
         overwrite: bool,
     ) -> Result<Option<DatasetWriter>> {
-        if self.resume && is_whole(out, &run)? {
-            return Ok(None);
+        if self.resume {
+            match standing(out, &run)? {
+                Standing::Whole => return Ok(None),
+                Standing::Other(differs) if !overwrite => {
+                    return Err(ChoiceError::OtherRun {
+                        target: out.to_path_buf(),
+                        differs,
+                    }
+                    .into());
+                }
+                Standing::Other(_) | Standing::Absent => {}
+            }
         }
         let existing = Existing::of(overwrite);
         DatasetWriter::begin(out, run, existing, self.resume).map(Some)

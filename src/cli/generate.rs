@@ -193,7 +193,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         shares.push(all[args.export.units(all.len())?].to_vec());
     }
     let progress = Progress::new("people", shares.iter().map(Vec::len).sum());
-    let (mut rows, mut drawn) = (0, 0);
+    let (mut rows, mut people, mut drawn) = (0, 0, 0);
     for (part, share) in parts.iter().zip(&shares) {
         let ranges = part.splits.iter().map(|split| {
             let Range { start, end } = split.people;
@@ -221,7 +221,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
             continue;
         };
         let left = &share[writer.done()..];
-        drawn += left.len();
+        (people, drawn) = (people + share.len(), drawn + left.len());
         for people in left.chunks(PEOPLE_AT_ONCE) {
             draw(&design, people, &mut writer, &progress)?;
         }
@@ -231,8 +231,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let seconds = started.elapsed().as_secs_f64();
     let results = Results {
         header,
-        people: drawn,
-        walks: drawn * design.walks(),
+        people,
+        walks: people * design.walks(),
         geis: rows,
         seconds,
         people_per_second: drawn as f64 / seconds,
@@ -244,14 +244,16 @@ pub(super) fn run(args: &Args) -> Result<()> {
         [template] => template.plural().to_owned(),
         ref several => format!("rows of {} templates", several.len()),
     };
-    args.common.say(format_args!(
-        "wrote {}: {} {what} of {} walks of {drawn} people in {seconds:.1} s, {:.0} people a second on {} threads",
-        args.out.display(),
-        results.geis,
-        results.walks,
-        results.people_per_second,
-        results.threads
-    ));
+    if people > 0 {
+        args.common.say(format_args!(
+            "wrote {}: {} {what} of {} walks of {people} people in {seconds:.1} s, {:.0} people a second on {} threads",
+            args.out.display(),
+            results.geis,
+            results.walks,
+            results.people_per_second,
+            results.threads
+        ));
+    }
     args.common.write_json(&results)
 }
 
@@ -286,7 +288,7 @@ fn draw(
             let walk = walks[job.walk];
             if last.replace(walk.subject) != Some(walk.subject) {
                 writer.belongs(subjects[walk.subject].name, people[walk.subject].1);
-                describe(&pack, walk.subject, writer)?;
+                describe(design, &pack, walk.subject, writer)?;
             }
             writer.clip(swept.clipped);
             let take = match design.take_of(job) {
@@ -336,8 +338,13 @@ fn draw(
     )
 }
 
-/// Says who walks in each walk of a person.
-fn describe(pack: &Pack<'_>, person: usize, writer: &mut DatasetWriter) -> Result<()> {
+/// Says who walks in each walk of a person, or in each take if takes have names.
+fn describe(
+    design: &Design,
+    pack: &Pack<'_>,
+    person: usize,
+    writer: &mut DatasetWriter,
+) -> Result<()> {
     for walk in pack.walks().filter(|walk| walk.subject == person) {
         let Some((subject, avatar)) = pack.subject(walk.subject).zip(pack.avatar(walk.avatar))
         else {
@@ -348,15 +355,23 @@ fn describe(pack: &Pack<'_>, person: usize, writer: &mut DatasetWriter) -> Resul
             Sex::Male => "male",
         });
         let clothes = avatar.clothes();
-        writer.describe(&WalkerRow {
-            subject: subject.name.into(),
-            walk: walk.name.into(),
-            sex: sex.into(),
-            age_years: subject.age_years,
-            stature_m: f64::from(subject.stature_mm) / 1e3,
-            mass_kg: f64::from(subject.mass_hg) / 10.0,
-            clothes: clothes.map_or_else(String::new, |clothes| clothes.to_string()),
-        })?;
+        // As the index calls them.
+        let takes = design.takes.iter();
+        let mut names: Vec<&str> = takes.filter_map(|take| take.name.as_deref()).collect();
+        if names.is_empty() {
+            names.push(walk.name);
+        }
+        for name in names {
+            writer.describe(&WalkerRow {
+                subject: subject.name.into(),
+                walk: name.into(),
+                sex: sex.into(),
+                age_years: subject.age_years,
+                stature_m: f64::from(subject.stature_mm) / 1e3,
+                mass_kg: f64::from(subject.mass_hg) / 10.0,
+                clothes: clothes.map_or_else(String::new, |clothes| clothes.to_string()),
+            })?;
+        }
     }
     Ok(())
 }

@@ -64,7 +64,7 @@ fn way_out(error: &Error) -> Option<String> {
             Remedy::FolderIsSubject => {
                 "--subject-from folder takes the folder's name as the subject's"
             }
-            Remedy::FrameAnew => "do without --as-stored",
+            Remedy::FrameAnew => "--size says what they are, or do without --as-stored",
             Remedy::NamedViews => "--named-views takes all of them for names",
             Remedy::OneModality => "--modality names one of them",
             Remedy::OtherTemplate => {
@@ -92,8 +92,8 @@ fn way_out(error: &Error) -> Option<String> {
             C::NoCondition { .. } => "--conditions",
             C::NoLibrary { .. } => "--ort-lib names it",
             C::EmbeddedProvider(_) | C::BareEmbedded => "use --runtime ort",
-            C::ForeignDataset(_) | C::HoldsTree(_) => "name another folder, or use --overwrite",
-            C::IsThere(_) => "name another, or use --overwrite",
+            C::ForeignDataset(_) => "name another folder, or use --overwrite",
+            C::IsThere(_) | C::OtherRun { .. } => "name another, or use --overwrite",
             C::Unfinished { .. } => "go on with --resume, or remove the folder",
             _ => return None,
         },

@@ -12,7 +12,7 @@ pub(super) use crate::bench::peak_rss_bytes;
 use crate::dataset::{Contents, Header, Run, check_folder_name};
 use crate::error::{Error, Result};
 use crate::frontier::choose;
-use crate::sweep::{Job, Settings, Wanted, is_take, walk_name};
+use crate::sweep::{Job, Settings, TAKE_FPS, Wanted, is_take, walk_name};
 use crate::template::Template;
 use edgegait_core::pack::Pack;
 use serde::Serialize;
@@ -166,7 +166,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
         .with("walks", walks.len())
         .with("first_cycle", args.first_cycle)
         .with("cycles", args.cycles);
-    if let Some(fps) = args.fps {
+    let has_takes = firsts.iter().any(|job| is_take(&pack, job.walk));
+    if let Some(fps) = args.fps.or(has_takes.then_some(TAKE_FPS)) {
         header = header.with("fps", fps);
     }
     if let Some(choice) = &choice {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::contents::{Format, name_of};
 use super::reader::read_manifest;
-use super::{INDEX, MANIFEST, Manifest, WALKERS, npz};
+use super::{INDEX, MANIFEST, Manifest, WALKERS, npz, sequences};
 use crate::error::{ChoiceError, Error, Result};
 use crate::template::Template;
 
@@ -77,14 +77,18 @@ pub fn check_replaceable(target: &Path, format: Format, existing: Existing) -> R
     } else {
         None
     };
-    if manifest
-        .as_ref()
-        .is_some_and(|found| found.format.is_tree())
-    {
-        // Whether all in it is part of it would take long to find out.
+    if let Some(tree) = manifest.as_ref().filter(|found| found.format.is_tree()) {
+        if let Some(other) = sequences::foreign(target)? {
+            return refuse(format!(
+                "holds {}, which is no part of a dataset (name another folder)",
+                other.display()
+            ));
+        }
         return match existing {
-            Existing::Replace => Ok(()),
-            Existing::ReplaceOwn => Err(ChoiceError::HoldsTree(target.to_path_buf()).into()),
+            Existing::ReplaceOwn if !is_own(tree) => {
+                Err(ChoiceError::ForeignDataset(target.to_path_buf()).into())
+            }
+            _ => Ok(()),
         };
     }
     let arrays = Template::ALL.map(name_of);

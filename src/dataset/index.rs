@@ -134,7 +134,7 @@ pub(super) fn read_plain_index(path: &Path, bytes: &[u8]) -> Result<Vec<IndexRow
     let mut reader = ReaderBuilder::new().from_reader(bytes);
     let header = reader
         .headers()
-        .map_err(|error| refusal(path, &StringRecord::new(), &error))?
+        .map_err(|error| refusal((path, bytes), &StringRecord::new(), &error))?
         .clone();
     let refuse = |problem: String| Err(Error::at(path, Place::Line(1), problem));
     let mut names = header.iter().enumerate();
@@ -143,14 +143,14 @@ pub(super) fn read_plain_index(path: &Path, bytes: &[u8]) -> Result<Vec<IndexRow
     });
     if let Some((_, other)) = other {
         return refuse(format!(
-            "expected columns of {}, each once, found {other:?}",
+            "expected a column subject and others of {}, each once, found {other:?}",
             COLUMNS.join(",")
         ));
     }
     if !header.iter().any(|name| name == "subject") {
         return refuse("expected a column subject, found none".into());
     }
-    rows(path, &mut reader, &header, |record| {
+    rows((path, bytes), &mut reader, &header, |record| {
         record
             .deserialize::<PlainRow>(Some(&header))
             .map(IndexRow::from)
@@ -163,7 +163,7 @@ pub(super) fn read_index(path: &Path, bytes: &[u8]) -> Result<Vec<IndexRow>> {
     let mut reader = ReaderBuilder::new().from_reader(bytes);
     let header = reader
         .headers()
-        .map_err(|error| refusal(path, &StringRecord::new(), &error))?
+        .map_err(|error| refusal((path, bytes), &StringRecord::new(), &error))?
         .clone();
     if header != *COLUMNS.as_slice() {
         return Err(Error::at(
@@ -176,14 +176,14 @@ pub(super) fn read_index(path: &Path, bytes: &[u8]) -> Result<Vec<IndexRow>> {
             ),
         ));
     }
-    rows(path, &mut reader, &header, |record| {
+    rows((path, bytes), &mut reader, &header, |record| {
         record.deserialize(Some(&header))
     })
 }
 
 /// All rows, each made by `of`.
 fn rows(
-    path: &Path,
+    (path, bytes): (&Path, &[u8]),
     reader: &mut csv::Reader<&[u8]>,
     header: &StringRecord,
     of: impl Fn(&StringRecord) -> csv::Result<IndexRow>,
@@ -192,13 +192,13 @@ fn rows(
     let mut record = StringRecord::new();
     while reader
         .read_record(&mut record)
-        .map_err(|error| refusal(path, header, &error))?
+        .map_err(|error| refusal((path, bytes), header, &error))?
     {
-        let row = of(&record).map_err(|error| refusal(path, header, &error))?;
+        let row = of(&record).map_err(|error| refusal((path, bytes), header, &error))?;
         if let Some(problem) = row.problem() {
             return Err(Error::at(
                 path,
-                Place::Line(line(record.position())),
+                Place::Line(line(bytes, record.position())),
                 problem,
             ));
         }
@@ -232,14 +232,19 @@ impl IndexRow {
     }
 }
 
-fn line(position: Option<&csv::Position>) -> usize {
-    position.map_or(1, |position| {
-        usize::try_from(position.line()).unwrap_or(usize::MAX)
-    })
+/// The line on which a record begins. The reader's own count is one short where lines end in CR LF: it
+/// stands between the two then.
+fn line(bytes: &[u8], position: Option<&csv::Position>) -> usize {
+    let Some(at) = position.and_then(|position| usize::try_from(position.byte()).ok()) else {
+        return 1;
+    };
+    let (before, after) = bytes.split_at(at.min(bytes.len()));
+    let ends = before.iter().filter(|byte| **byte == b'\n').count();
+    1 + ends + usize::from(after.first() == Some(&b'\n'))
 }
 
-fn refusal(path: &Path, header: &StringRecord, error: &csv::Error) -> Error {
-    let place = Place::Line(line(error.position()));
+fn refusal((path, bytes): (&Path, &[u8]), header: &StringRecord, error: &csv::Error) -> Error {
+    let place = Place::Line(line(bytes, error.position()));
     let problem = match error.kind() {
         ErrorKind::UnequalLengths { len, .. } => {
             format!("expected {} fields, found {len}", header.len())
@@ -298,6 +303,18 @@ mod tests {
     #[test]
     fn what_cannot_be_is_refused_with_its_line() {
         let good = "s,w,0,0,4.5,90,5,normal,,32,1\n";
+        // As Python's csv module ends lines.
+        let crlf =
+            format!("{HEAD}{good}{good}s,w,0,0,fast,90,5,normal,,32,1\n").replace('\n', "\r\n");
+        assert_eq!(
+            refused(&crlf),
+            "index.csv:4: speed_kmh: invalid float literal"
+        );
+        let crlf = crlf.replace("fast", "4.5").replacen("90,5", "90,95", 2);
+        assert_eq!(
+            refused(&crlf),
+            "index.csv:2: expected elevation_deg from -90 to 90, found 95"
+        );
         assert_eq!(
             refused(&format!("{HEAD}{good}s,w,0,0,fast,90,5,normal,,32,1\n")),
             "index.csv:3: speed_kmh: invalid float literal"

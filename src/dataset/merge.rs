@@ -115,6 +115,13 @@ pub fn merge(
 ) -> Result<usize> {
     let mut all = Vec::new();
     for path in shards {
+        let is_above = |name: &str| path.join(name).join(MANIFEST).is_file();
+        if !path.join(MANIFEST).exists() && (is_above("train") || is_above("test")) {
+            return Err(Error::input(
+                path,
+                "expected a shard, found a folder of splits (merge those of each split: its train, its test)",
+            ));
+        }
         let manifest = read_manifest(&path.join(MANIFEST))?;
         let Some(shard) = manifest.shard else {
             return Err(Error::input(

@@ -43,7 +43,7 @@ pub use sequences::check_folder_name;
 pub use staging::{Staging, remove_unfinished};
 pub use tree::{Layout, Modality, Silhouettes, Tree, TreeSequence, check_view_name};
 pub use unfinished::{check_unfinished, unfinished_work};
-pub use writer::{DatasetWriter, Item, Run, is_whole};
+pub use writer::{DatasetWriter, Item, Run, Standing, standing};
 
 use crate::template::Template;
 use serde::{Deserialize, Serialize};

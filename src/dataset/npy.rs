@@ -115,7 +115,9 @@ fn header_is_hostile(bytes: &[u8]) -> bool {
 fn problem(error: &ViewNpyError) -> String {
     match error {
         ViewNpyError::WrongDescriptor(found) => {
-            format!("expected bytes ('|u1'), found {found} (convert with .astype('uint8'))")
+            format!(
+                "expected bytes from 0 to 255 ('|u1'), found {found} (of numbers from 0 to 1: (255 * x).round().astype('uint8'))"
+            )
         }
         ViewNpyError::WrongNdim(_, found) => {
             format!("expected 3 dimensions [N, rows, columns], found {found}")
@@ -214,7 +216,7 @@ mod tests {
                 "{'descr': '<f4', 'fortran_order': False, 'shape': (1, 50, 30), }",
                 6000
             ),
-            "geis.npy: expected bytes ('|u1'), found '<f4' (convert with .astype('uint8'))"
+            "geis.npy: expected bytes from 0 to 255 ('|u1'), found '<f4' (of numbers from 0 to 1: (255 * x).round().astype('uint8'))"
         );
         assert_eq!(
             refusal(

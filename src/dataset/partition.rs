@@ -47,7 +47,7 @@ impl Partition {
     /// A partition from JSON; `path` is for messages.
     ///
     /// # Errors
-    /// If it is no partition, or has a person in both sets.
+    /// If it is no partition, or has a person or a sequence in both sets.
     pub(super) fn parse(path: &Path, text: &[u8]) -> Result<Self> {
         let partition: Self = serde_json::from_slice(text).map_err(|error| {
             let problem = format!(
@@ -56,13 +56,23 @@ impl Partition {
             Error::at(path, Place::Line(error.line().max(1)), problem)
         })?;
         let trained: HashSet<&String> = partition.train.iter().collect();
-        match partition.test.iter().find(|name| trained.contains(name)) {
-            Some(both) => Err(Error::input(
+        if let Some(both) = partition.test.iter().find(|name| trained.contains(name)) {
+            return Err(Error::input(
                 path,
                 format!("expected nobody in TRAIN_SET and TEST_SET, found {both:?} in both"),
-            )),
-            None => Ok(partition),
+            ));
         }
+        let known: HashSet<&String> = partition.gallery.iter().flatten().collect();
+        let mut probes = partition.probes.iter().flatten();
+        if let Some(both) = probes.find(|name| known.contains(name)) {
+            return Err(Error::input(
+                path,
+                format!(
+                    "expected no sequence in GALLERY_SET and PROBE_SET, found {both:?} in both"
+                ),
+            ));
+        }
+        Ok(partition)
     }
 
     /// Whether it says which sequences are looked for among which.
@@ -116,6 +126,10 @@ mod tests {
             (
                 "{\"TRAIN_SET\": [\"a\"], \"TEST_SET\": [\"b\", \"a\"]}",
                 "found \"a\" in both",
+            ),
+            (
+                "{\"TRAIN_SET\": [], \"TEST_SET\": [\"b\"], \"PROBE_SET\": [\"b-1-0\"], \"GALLERY_SET\": [\"b-1-0\"]}",
+                "found \"b-1-0\" in both",
             ),
         ] {
             let error = Partition::parse(Path::new("p.json"), text.as_bytes()).unwrap_err();

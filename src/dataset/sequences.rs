@@ -1,6 +1,7 @@
 //! Trees of silhouettes: a folder for each person, in it one for each recording, in it one for each
 //! viewpoint.
 
+use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -8,7 +9,7 @@ use super::arrays::Table;
 use super::contents::Format;
 use super::index::IndexRow;
 use super::merge::Checked;
-use super::{Manifest, grey_png, hex, tree};
+use super::{INDEX, MANIFEST, Manifest, WALKERS, grey_png, hex, tree};
 use crate::error::{ChoiceError, Error, Result};
 use edgegait_core::silhouette::Size;
 use rayon::prelude::*;
@@ -77,6 +78,53 @@ pub fn check_folder_name(name: &str) -> Result<()> {
         return Err(ChoiceError::FolderName(name.to_owned()).into());
     }
     Ok(())
+}
+
+/// A file or folder of a tree that is no part of it, if any is: neither a table, nor in the folder of
+/// a sequence that is listed, nor such a folder or one above it.
+///
+/// # Errors
+/// If the list cannot be read.
+pub(super) fn foreign(root: &Path) -> Result<Option<PathBuf>> {
+    let path = root.join(SEQUENCES);
+    let refuse = |error: csv::Error| Error::input(&path, error.to_string());
+    let file = fs::File::open(&path).map_err(|error| Error::io(&path, error))?;
+    let (mut files, mut inner, mut outer) = (HashSet::new(), HashSet::new(), HashSet::new());
+    for name in [MANIFEST, INDEX, WALKERS, SEQUENCES, PARTITION] {
+        files.insert(PathBuf::from(name));
+    }
+    for row in csv::Reader::from_reader(file).deserialize() {
+        let row: SequenceRow = row.map_err(refuse)?;
+        let path = PathBuf::from(row.path);
+        let folder = if path.extension().is_some_and(|extension| extension == "pkl") {
+            let folder = path.parent().unwrap_or(&path).to_path_buf();
+            files.insert(path);
+            folder
+        } else {
+            inner.insert(path.clone());
+            path
+        };
+        outer.extend(folder.ancestors().map(Path::to_path_buf));
+    }
+    let mut folders = vec![PathBuf::new()];
+    while let Some(folder) = folders.pop() {
+        let at = root.join(&folder);
+        let io = |error| Error::io(&at, error);
+        for entry in fs::read_dir(&at).map_err(io)? {
+            let entry = entry.map_err(io)?;
+            let path = folder.join(entry.file_name());
+            let is_png = || path.extension().is_some_and(|extension| extension == "png");
+            if entry.file_type().map_err(io)?.is_dir() {
+                if !outer.contains(&path) {
+                    return Ok(Some(path));
+                }
+                folders.push(path);
+            } else if !files.contains(&path) && !(inner.contains(&folder) && is_png()) {
+                return Ok(Some(path));
+            }
+        }
+    }
+    Ok(None)
 }
 
 impl Sequences {

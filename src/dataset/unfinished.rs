@@ -79,10 +79,7 @@ impl Unfinished {
         match lock.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
-                return Err(Error::Usage(format!(
-                    "{}: another process is at it",
-                    folder.display()
-                )));
+                return Err(at_work(&folder));
             }
             Err(TryLockError::Error(source)) => return Err(io(source)),
         }
@@ -233,10 +230,21 @@ pub fn check_unfinished(target: &Path, resume: bool) -> Result<()> {
         fs::remove_dir_all(&folder).map_err(|source| Error::io(&folder, source))?;
     }
     if folder.exists() && !resume {
+        let lock = File::open(folder.join(LOCK));
+        if lock.is_ok_and(|lock| matches!(lock.try_lock(), Err(TryLockError::WouldBlock))) {
+            return Err(at_work(&folder));
+        }
         let target = target.to_path_buf();
         return Err(ChoiceError::Unfinished { folder, target }.into());
     }
     Ok(())
+}
+
+fn at_work(folder: &Path) -> Error {
+    Error::Usage(format!(
+        "{}: another process is at it (wait for it)",
+        folder.display()
+    ))
 }
 
 /// The folder of a target's unfinished work.

@@ -13,7 +13,7 @@ use super::index::{COLUMNS, WALKER_COLUMNS};
 use super::partition::Partition;
 use super::reader::read_manifest;
 use super::sequences::{PARTITION, SEQUENCES, Sequences};
-use super::unfinished::Unfinished;
+use super::unfinished::{Unfinished, difference};
 use super::{INDEX, IndexRow, MANIFEST, WALKERS, WalkerRow, npz};
 use crate::dataset::{Header, InputFile, Manifest, sha256_of_file};
 use crate::error::{Error, Result};
@@ -423,19 +423,35 @@ fn target_of(dir: &Path) -> Result<PathBuf> {
     std::path::absolute(dir).map_err(|source| Error::io(dir, source))
 }
 
-/// Whether this is whole already: what this run would make.
+/// What is there of a run that was to be gone on with.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Standing {
+    /// No dataset has the name yet.
+    Absent,
+    /// All of it.
+    Whole,
+    /// Another run's dataset; how that differs, in words.
+    Other(String),
+}
+
+/// What is there already of what this run would make. Files are not read, but what they say of
+/// themselves.
 ///
 /// # Errors
 /// As reading a manifest.
-pub fn is_whole(target: &Path, run: &Run) -> Result<bool> {
+pub fn standing(target: &Path, run: &Run) -> Result<Standing> {
     let path = target.join(MANIFEST);
     let found = match run.format {
         Format::Npz if target.is_file() => npz::manifest(target)?,
         _ if path.is_file() => read_manifest(&path)?,
-        _ => return Ok(false),
+        _ => return Ok(Standing::Absent),
     };
     let expected = run.manifest(found.geis, found.files.clone());
-    Ok(found == expected)
+    let (found, expected) = (
+        serde_json::to_value(found)?,
+        serde_json::to_value(expected)?,
+    );
+    Ok(difference(&found, &expected).map_or(Standing::Whole, Standing::Other))
 }
 
 #[cfg(test)]

@@ -17,12 +17,17 @@ pub enum ChoiceError {
         /// What it was to be.
         target: PathBuf,
     },
+    /// A whole dataset of another run is there.
+    #[error("{}: is whole already, and of another run: {differs}", target.display())]
+    OtherRun {
+        /// The dataset.
+        target: PathBuf,
+        /// How it differs.
+        differs: String,
+    },
     /// A file is there already.
     #[error("{}: is there already", .0.display())]
     IsThere(PathBuf),
-    /// A tree of silhouettes is there already.
-    #[error("{}: holds a tree of silhouettes", .0.display())]
-    HoldsTree(PathBuf),
     /// A name cannot be that of a folder on every system.
     #[error(
         "{0:?}: expected a name that can be a folder's, without / \\ : * ? \" < > | and no dot at its start"

@@ -97,6 +97,7 @@ impl PackSource {
         let length = std::fs::metadata(path)
             .map_err(|error| Error::io(path, error))?
             .len();
+        is_pack_or_folder(path)?;
         if length > MAX_PACK_BYTES as u64 {
             return Err(Error::input(
                 path,
@@ -166,6 +167,17 @@ pub(crate) fn built_in(walks: &[String]) -> CohortOptions {
     }
 }
 
+/// Refuses what begins as an .npz does.
+fn refuse_npz(path: &Path, start: &[u8]) -> Result<()> {
+    if start.starts_with(b"PK") {
+        return Err(Error::input(
+            path,
+            "expected a model, a pack or a folder, found an .npz or .zip (make the dataset as a folder: --format folder)",
+        ));
+    }
+    Ok(())
+}
+
 /// Whether a path is a pack or a folder (a dataset, a tree of silhouettes), as opposed to a model.
 ///
 /// # Errors
@@ -180,5 +192,6 @@ pub(crate) fn is_pack_or_folder(path: &Path) -> Result<bool> {
     std::fs::File::open(path)
         .and_then(|file| file.take(MAGIC.len() as u64).read_to_end(&mut start))
         .map_err(|error| Error::io(path, error))?;
+    refuse_npz(path, &start)?;
     Ok(start == MAGIC)
 }

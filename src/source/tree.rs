@@ -130,6 +130,34 @@ impl Recordings {
         numbers
     }
 
+    /// Frames of each gait cycle, if the tree was made here of whole cycles.
+    #[must_use]
+    pub fn frames_per_cycle(&self) -> Option<usize> {
+        self.tree.frames_per_cycle()
+    }
+
+    /// The same by gait cycles of so many frames each, or the whole recording where these do not fill
+    /// it.
+    ///
+    /// # Errors
+    /// If a recording cannot be read.
+    pub fn in_even_cycles(self, frames: usize) -> Result<Self> {
+        let numbers = self.numbers();
+        let mut cycles = vec![Vec::new(); self.tree.sequences().len()];
+        let counts: Vec<Result<Option<usize>>> = numbers
+            .par_iter()
+            .map(|&number| self.tree.frames(number))
+            .collect();
+        for (&number, count) in numbers.iter().zip(counts) {
+            // Frames without a figure were left out of others.
+            let count = count?.filter(|count| count.is_multiple_of(frames));
+            let starts = (0..count.unwrap_or(0)).step_by(frames.max(1));
+            cycles[number] = starts.map(|start| start..start + frames).collect();
+        }
+        let kept: HashSet<usize> = numbers.into_iter().collect();
+        Ok(Self { cycles, ..self }.of(|number, _| kept.contains(&number)))
+    }
+
     /// The same by gait cycles: one sequence for each, or the whole recording where none is found, and
     /// why. Reads every picture, on all cores; `progress` is called once a recording.
     ///
@@ -368,10 +396,17 @@ impl Recordings {
             self.tree.silhouettes_of(part, size, framing)?
         };
         let frames = found.frames;
-        if frames == 0 {
+        let brightest = found.pixels.iter().copied().max().unwrap_or(0);
+        if frames == 0 || brightest == 0 {
             return Err(Error::input(
                 self.tree.folder(recording),
-                "expected a figure in some frame, found none (leave the sequence out)",
+                "expected a figure in some frame, pixels of 128 to 255, found none (leave the sequence out; pixels of 0 and 1 need to be 0 and 255)",
+            ));
+        }
+        if brightest == 1 {
+            return Err(Error::input(
+                self.tree.folder(recording),
+                "expected pixels from 0 to 255, found 0 and 1 alone (multiply them by 255)",
             ));
         }
         let shown = Shown {
@@ -419,13 +454,17 @@ fn lacking(
 ) -> Result<Option<String>> {
     let lacking: Vec<&String> = names.iter().filter(|name| !known.contains(*name)).collect();
     if lacking.len() == names.len() {
+        let form = match set {
+            "GALLERY_SET" | "PROBE_SET" => ", as <person>-<take>-<view>",
+            _ => "",
+        };
         let found = match names.first() {
             Some(first) => format!("{first:?} and no other that is"),
             None => "none".to_owned(),
         };
         return Err(Error::input(
             path,
-            format!("{set}: expected names that are in the tree, found {found}"),
+            format!("{set}: expected names that are in the tree{form}, found {found}"),
         ));
     }
     Ok(lacking.first().map(|first| {

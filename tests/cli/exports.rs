@@ -296,11 +296,23 @@ fn trees_are_read_again_as_they_were_drawn() {
     let stored = &pickle[pickle.len() - 3 - 2 * bytes..pickle.len() - 3];
     assert_eq!(stored[..bytes], silhouettes[..bytes]);
 
+    // An own tree is replaced by the same again, and only if all in it is part of it.
+    let again = "generate d.toml --format opengait --out opengait";
+    let before = files(&at.join("opengait"));
+    done(at, &words(again));
+    assert!(files(&at.join("opengait")) == before);
+    for other in ["mine.txt", "F01/mine.txt", "F01/walk-5kmh-NM-01/000/1.pkl"] {
+        fs::write(at.join("opengait").join(other), "mine").expect("written");
+        for flags in ["", "--overwrite"] {
+            let problem = format!("holds {other}, which is no part of a dataset");
+            refused(at, &words(&format!("{again} {flags}")), 2, &[&problem]);
+        }
+        fs::remove_file(at.join("opengait").join(other)).expect("removed");
+    }
+    fs::create_dir(at.join("opengait/F01/mine")).expect("made");
+    refused(at, &words(again), 2, &["holds F01/mine, which"]);
+
     for (command, problem) in [
-        (
-            "generate d.toml --format opengait --out opengait",
-            "holds a tree",
-        ),
         (
             "sweep --format opengait --size 50x30 --out t",
             "found --size 50x30",
@@ -521,9 +533,18 @@ fn a_run_that_was_killed_at_any_moment_ends_with_the_bytes_of_an_undisturbed_one
             files(&at.join("killed")) == files(&at.join("whole")),
             "{command}"
         );
-        // Whole already.
+        // Whole already; another run's is kept.
         let said = done(at, &words(&command));
         assert!(said.contains("is whole already"), "{said}");
+        assert!(!said.contains("wrote"), "{said}");
+        let other = command.replace("--cycles 120", "--cycles 3");
+        let other = other.replace("d.toml", "d.toml --people 1");
+        let problem = "is whole already, and of another run: settings.";
+        refused(at, &words(&other), 2, &[problem]);
+        assert!(
+            files(&at.join("killed")) == files(&at.join("whole")),
+            "{command}"
+        );
         assert!(!at.join("killed.unfinished").exists());
     }
 }
@@ -564,6 +585,14 @@ fn a_full_disk_loses_nothing_that_was_done() {
         2,
         &["settings.cycles is 120 there, 121 here"],
     );
+    // Who is at work is waited for.
+    let lock = fs::File::open(at.join("full.unfinished/lock")).expect("a lock");
+    lock.lock().expect("locked");
+    for flags in ["", "--resume"] {
+        let again = format!("{LONG} --out full {flags}");
+        refused(at, &words(&again), 2, &["another process is at it"]);
+    }
+    drop(lock);
     done(at, &words(&format!("{LONG} --out full --resume")));
     assert!(files(&at.join("full")) == files(&at.join("whole")));
 }

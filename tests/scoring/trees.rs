@@ -9,7 +9,7 @@ use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
-const DESIGN: &str = "seed = 3\n[walks]\ntakes = 3\n[views]\nazimuth_deg = [0, 60, 90]\nelevation_deg = [0]\n\
+const DESIGN: &str = "seed = 3\n[walks]\ntakes = 3\ncycles = 2\n[views]\nazimuth_deg = [0, 60, 90]\nelevation_deg = [0]\n\
      [images]\nraster = \"rows\"\n[splits]\ntrain = \"0..2\"\ntest = \"2..6\"\n";
 
 /// The views' new names, as Gait3D has them.
@@ -260,6 +260,15 @@ fn a_tree_trains_what_its_geis_train() {
         .count();
     assert!(differ <= 8, "{differ}");
 
+    // Cycles of what was made here are known: two of 32 frames in each recording.
+    let score = |flags: &str| score(at, flags)["geis"].as_u64().expect("a count");
+    let recordings = all.len() as u64;
+    assert_eq!(
+        score("--whole-recordings --protocol leave-one-take-out"),
+        recordings
+    );
+    assert_eq!(score("--protocol leave-one-take-out"), 2 * recordings);
+
     // Those of a partition, known again on those who are tested.
     let command = "train tree --partition tree/partition.json --fps 25 --out part.onnx --components 4 --json -";
     let found: Value = serde_json::from_str(&done(at, &words(command))).expect("JSON");
@@ -295,7 +304,7 @@ fn pictures_of_mixed_sizes_are_refused_before_any_is_read() {
     let at = folder.path();
     tree(at, "casia-b");
     let person = folders(&at.join("tree")).pop().expect("somebody");
-    let other = format!("tree/{person}/walk-5kmh-03/seq2/{person}-walk-5kmh-03-090-032.png");
+    let other = format!("tree/{person}/walk-5kmh-03/seq2/{person}-walk-5kmh-03-090-064.png");
     assert!(at.join(&other).exists());
     let picture = image::GrayImage::new(31, 50);
     picture.save(at.join(&other)).expect("written");

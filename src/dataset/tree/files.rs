@@ -103,6 +103,17 @@ impl Files {
         }
     }
 
+    /// How many pictures there are, by the beginning of a pickle; none where it does not begin so.
+    ///
+    /// # Errors
+    /// If a file cannot be read.
+    pub(super) fn count(&self) -> Result<Option<usize>> {
+        match self {
+            Self::Pickle(path) => Ok(beginning(path)?.map(|[frames, ..]| frames)),
+            Self::Pngs(paths) => Ok(Some(paths.len())),
+        }
+    }
+
     /// Rows and columns of the pictures, by the beginnings of the files; none where a file does not
     /// begin with them.
     ///
@@ -111,11 +122,7 @@ impl Files {
     pub(super) fn size(&self) -> Result<Option<(usize, usize)>> {
         match self {
             Self::Pickle(path) => {
-                let mut start = Vec::new();
-                let file = fs::File::open(path);
-                let read = file.and_then(|file| file.take(BEGINNING).read_to_end(&mut start));
-                read.map_err(|error| Error::io(path, error))?;
-                let shape = pickle::shape(&start);
+                let shape = beginning(path)?;
                 Ok(shape.map(|[_, rows, columns]| (rows, columns)))
             }
             Self::Pngs(paths) => {
@@ -136,6 +143,15 @@ impl Files {
 
 /// Bytes of a pickle within which NumPy has written the shape.
 const BEGINNING: u64 = 512;
+
+/// The shape that a pickle begins with, if it does.
+fn beginning(path: &Path) -> Result<Option<[usize; 3]>> {
+    let mut start = Vec::new();
+    let file = fs::File::open(path);
+    let read = file.and_then(|file| file.take(BEGINNING).read_to_end(&mut start));
+    read.map_err(|error| Error::io(path, error))?;
+    Ok(pickle::shape(&start))
+}
 
 fn check_same(path: &Path, size: (usize, usize), expected: (usize, usize)) -> Result<()> {
     if size == expected {
@@ -248,7 +264,7 @@ fn unpickle(
         _ => Err(Error::input(
             path,
             format!(
-                "expected an array of 1 to {MAX_FRAMES} frames of at most {MAX_SIDE}x{MAX_SIDE}, found {:?}",
+                "expected an array of 1 to {MAX_FRAMES} frames of at most {MAX_SIDE}x{MAX_SIDE}, [frames][rows][columns], found {:?}",
                 array.shape
             ),
         )),

@@ -22,12 +22,13 @@ pub enum Modality {
 }
 
 impl Modality {
-    /// A number from 0, or a part of a name.
+    /// A number from 0, or a part of a name; digits behind a leading zero are such a part.
     #[must_use]
     pub fn parse(text: &str) -> Self {
-        match text.parse() {
-            Ok(number) => Self::Number(number),
-            Err(_) => Self::Named(text.to_owned()),
+        let is_number = text == "0" || !text.starts_with('0');
+        match text.parse().ok().filter(|_| is_number) {
+            Some(number) => Self::Number(number),
+            None => Self::Named(text.to_owned()),
         }
     }
 

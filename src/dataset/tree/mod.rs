@@ -16,6 +16,8 @@ use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use super::MANIFEST;
+use super::reader::read_manifest;
 use crate::error::{Error, Remedy, Result};
 use crate::sweep::Framing;
 use angle::Angle;
@@ -280,6 +282,29 @@ impl Tree {
             Ok(())
         })?;
         Ok(found)
+    }
+
+    /// Frames of each gait cycle, if the tree was made here of whole cycles, as its manifest says.
+    #[must_use]
+    pub fn frames_per_cycle(&self) -> Option<usize> {
+        let manifest = read_manifest(&self.root.join(MANIFEST)).ok()?;
+        let settings = &manifest.header.settings;
+        let is_even = manifest.format.is_tree() && !settings.contains_key("fps");
+        let frames = settings.get("frames_per_cycle").filter(|_| is_even)?;
+        usize::try_from(frames.as_u64()?)
+            .ok()
+            .filter(|frames| *frames > 0)
+    }
+
+    /// How many pictures a sequence has; none where that is not known before they are read.
+    ///
+    /// # Errors
+    /// If a file is broken, or there are no or too many pictures.
+    ///
+    /// # Panics
+    /// If there is no such sequence.
+    pub fn frames(&self, index: usize) -> Result<Option<usize>> {
+        Files::of(&self.folder(index), self.modality.as_ref())?.count()
     }
 
     /// Reads a sequence and measures the legs in each of its pictures as they are, unframed; `None`

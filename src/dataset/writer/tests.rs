@@ -101,8 +101,10 @@ fn a_dataset_that_is_not_finished_waits_or_leaves_nothing() {
     assert_eq!(names(folder.path()), ["d"]);
     let dataset = Dataset::open(&dir).unwrap();
     assert!(dataset.templates().eq([[1; PIXELS], [2; PIXELS]]));
-    assert!(is_whole(&dir, &run(Size::S50x30, 2)).unwrap());
-    assert!(!is_whole(&dir, &run(Size::S64x44, 2)).unwrap());
+    let found = standing(&dir, &run(Size::S50x30, 2)).unwrap();
+    assert_eq!(found, Standing::Whole);
+    let found = standing(&dir, &run(Size::S64x44, 2)).unwrap();
+    assert!(matches!(found, Standing::Other(_)), "{found:?}");
 }
 
 #[test]

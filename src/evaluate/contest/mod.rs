@@ -222,6 +222,11 @@ fn doubts(result: &RecognizerResult) -> Vec<String> {
                 set.tied, set.probes
             ));
         }
+        if set.probes > 0 && set.without_mate == set.probes {
+            doubts.push(format!(
+                "{name}: nobody who is looked for is in the gallery, so that all are misses (has everybody more than one take? walks and conditions tell them apart)"
+            ));
+        }
         if set.people == 1 {
             doubts.push(format!("{name}: it is of one person only"));
         }
