@@ -241,10 +241,7 @@ pub fn check_unfinished(target: &Path, resume: bool) -> Result<()> {
 }
 
 fn at_work(folder: &Path) -> Error {
-    Error::Usage(format!(
-        "{}: another process is at it (wait for it)",
-        folder.display()
-    ))
+    Error::Usage(format!("{}: another process is at it", folder.display()))
 }
 
 /// The folder of a target's unfinished work.

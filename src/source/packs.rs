@@ -172,7 +172,7 @@ fn refuse_npz(path: &Path, start: &[u8]) -> Result<()> {
     if start.starts_with(b"PK") {
         return Err(Error::input(
             path,
-            "expected a model, a pack or a folder, found an .npz or .zip (make the dataset as a folder: --format folder)",
+            "expected a model, a pack or a folder, found an .npz or .zip (datasets are read as folders)",
         ));
     }
     Ok(())

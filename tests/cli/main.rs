@@ -22,3 +22,4 @@ mod made;
 mod outputs;
 mod people;
 mod refusals;
+mod resume;

@@ -86,7 +86,7 @@ fn hits(
 }
 
 fn score(at: &Path, flags: &str) -> Value {
-    let command = format!("score pixels tree --json - {flags}");
+    let command = format!("score pixels tree --whole-recordings --json - {flags}");
     serde_json::from_str(&done(at, &words(&command))).expect("JSON")
 }
 
@@ -261,7 +261,11 @@ fn a_tree_trains_what_its_geis_train() {
     assert!(differ <= 8, "{differ}");
 
     // Cycles of what was made here are known: two of 32 frames in each recording.
-    let score = |flags: &str| score(at, flags)["geis"].as_u64().expect("a count");
+    let score = |flags: &str| {
+        let command = format!("score pixels tree --json - {flags}");
+        let found: Value = serde_json::from_str(&done(at, &words(&command))).expect("JSON");
+        found["geis"].as_u64().expect("a count")
+    };
     let recordings = all.len() as u64;
     assert_eq!(
         score("--whole-recordings --protocol leave-one-take-out"),

@@ -1,0 +1,129 @@
+use super::*;
+
+/// `numpy.arange(24, dtype=numpy.uint8).reshape(2, 3, 4)` by `pickle.dumps` of NumPy 2.x,
+/// protocols 2 to 5, and by NumPy 1.x with protocol 3 and no memo.
+const PICKLES: [&str; 5] = [
+    "8002636e756d70792e5f636f72652e6d756c746961727261790a5f7265636f6e7374727563740a7100636e756d70790a6e6461727261790a71014b00857102635f636f646563730a656e636f64650a7103580100000062710458060000006c6174696e317105867106527107877108527109284b014b024b034b0487710a636e756d70790a64747970650a710b58020000007531710c898887710d52710e284b0358010000007c710f4e4e4e4affffffff4affffffff4b00747110628968035818000000000102030405060708090a0b0c0d0e0f101112131415161771116805867112527113747114622e",
+    "8003636e756d70792e5f636f72652e6d756c746961727261790a5f7265636f6e7374727563740a7100636e756d70790a6e6461727261790a71014b008571024301627103877104527105284b014b024b034b04877106636e756d70790a64747970650a7107580200000075317108898887710952710a284b0358010000007c710b4e4e4e4affffffff4affffffff4b0074710c62894318000102030405060708090a0b0c0d0e0f1011121314151617710d74710e622e",
+    "800495a5000000000000008c166e756d70792e5f636f72652e6d756c74696172726179948c0c5f7265636f6e7374727563749493948c056e756d7079948c076e6461727261799493944b0085944301629487945294284b014b024b034b04879468038c0564747970659493948c02753194898887945294284b038c017c944e4e4e4affffffff4affffffff4b00749462894318000102030405060708090a0b0c0d0e0f1011121314151617947494622e",
+    "80059590000000000000008c136e756d70792e5f636f72652e6e756d65726963948c0b5f66726f6d62756666657294939428961800000000000000000102030405060708090a0b0c0d0e0f1011121314151617948c056e756d7079948c0564747970659493948c02753194898887945294284b038c017c944e4e4e4affffffff4affffffff4b007494624b024b034b0487948c014394749452942e",
+    "8003636e756d70792e636f72652e6d756c746961727261790a5f7265636f6e7374727563740a636e756d70790a6e6461727261790a4b00854301628752284b014b024b034b0487636e756d70790a64747970650a5802000000753189888752284b0358010000007c4e4e4e4affffffff4affffffff4b007462894218000000000102030405060708090a0b0c0d0e0f101112131415161774622e",
+];
+
+fn bytes(hex: &str) -> Vec<u8> {
+    let byte = |at| u8::from_str_radix(&hex[at..at + 2], 16).expect("hexadecimal");
+    (0..hex.len()).step_by(2).map(byte).collect()
+}
+
+fn refusal(pickle: &[u8]) -> Refused {
+    read(pickle).expect_err("refused")
+}
+
+#[test]
+fn arrays_are_read_as_every_protocol_has_them() {
+    let expected: Vec<u8> = (0..24).collect();
+    for pickle in PICKLES {
+        let pickle = bytes(pickle);
+        let array = read(&pickle).expect("NumPy's own");
+        assert_eq!(array.shape, [2, 3, 4]);
+        assert_eq!(*array.bytes, expected);
+    }
+}
+
+#[test]
+fn bytes_above_127_survive_protocol_2() {
+    // The last of them, 0x17, becomes U+00FF: two bytes of UTF-8, and one more to count.
+    let mut pickle = bytes(PICKLES[0]);
+    let at = pickle
+        .windows(2)
+        .position(|pair| pair == [0x16, 0x17])
+        .expect("there")
+        + 1;
+    pickle.splice(at..=at, "\u{FF}".bytes());
+    let count = pickle
+        .windows(5)
+        .position(|five| five == [b'X', 24, 0, 0, 0])
+        .expect("there");
+    pickle[count + 1] = 25;
+    assert_eq!(read(&pickle).expect("Latin-1").bytes[22..], [0x16, 0xFF]);
+}
+
+#[test]
+fn a_pickle_that_would_run_something_is_refused_by_name() {
+    let refused = refusal(b"\x80\x03cposix\nsystem\nX\x02\0\0\0ls\x85R.");
+    assert_eq!(
+        (refused.byte, refused.problem.as_str()),
+        (
+            2,
+            "expected one NumPy array of uint8, found \"posix\" \"system\", which is never run"
+        )
+    );
+    // STACK_GLOBAL, INST, EXT1, a list and a dictionary.
+    assert!(
+        refusal(b"\x80\x04\x8c\x02os\x8c\x06system\x93.")
+            .problem
+            .contains("never run")
+    );
+    for other in [
+        &b"\x80\x02(ios\nsystem\n."[..],
+        b"\x80\x02\x82\x01.",
+        b"\x80\x02].",
+        b"\x80\x02}.",
+    ] {
+        assert!(refusal(other).problem.contains("the instruction 0x"));
+    }
+}
+
+#[test]
+fn other_arrays_are_refused_with_what_they_are() {
+    let replace = |from: &[u8], to: &[u8]| {
+        let mut pickle = bytes(PICKLES[1]);
+        let at = pickle
+            .windows(from.len())
+            .position(|part| part == from)
+            .expect("there");
+        pickle.splice(at..at + from.len(), to.iter().copied());
+        refusal(&pickle).problem
+    };
+    assert_eq!(
+        replace(b"u1", b"f4"),
+        "expected an array of uint8 (u1), found f4"
+    );
+    assert!(replace(b"\x62\x89\x43", b"\x62\x88\x43").contains("found Fortran's"));
+    assert!(replace(b"K\x02K\x03K\x04", b"K\x02K\x03K\x05").contains("[2, 3, 5], found 24"));
+    assert!(replace(b"K\x02K\x03K\x04", b"K\x02K\x03J\xFF\xFF\xFF\xFF").contains("whole numbers"));
+    assert_eq!(
+        refusal(b"\x80\x02N.").problem,
+        "expected an array at the end, found something else"
+    );
+    assert_eq!(
+        refusal(b"\x80\x06N.").problem,
+        "expected protocol 2 to 5, found 6"
+    );
+}
+
+#[test]
+fn no_prefix_and_no_changed_byte_panics_or_grows() {
+    for pickle in PICKLES {
+        let whole = bytes(pickle);
+        for length in 0..whole.len() {
+            assert!(read(&whole[..length]).is_err(), "{length}");
+        }
+        for at in 0..whole.len() {
+            for flip in [0x01, 0x10, 0x80, 0xFF] {
+                let mut changed = whole.clone();
+                changed[at] ^= flip;
+                // Whatever comes out is made of the bytes that went in.
+                assert!(
+                    read(&changed).is_ok_and(|array| array.bytes.len() == 24)
+                        || read(&changed).is_err()
+                );
+            }
+        }
+    }
+    assert!(
+        refusal(&[b'N'; 1000])
+            .problem
+            .contains("more than 256 instructions")
+    );
+}

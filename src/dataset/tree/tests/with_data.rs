@@ -1,0 +1,142 @@
+//! Framing of people whom others drew.
+
+use super::*;
+
+/// 10 people, 29 takes, 10 views.
+#[test]
+#[ignore = "needs EDGEGAIT_DATA"]
+fn a_large_tree_is_listed_and_its_walkers_framed() {
+    let data = std::env::var_os("EDGEGAIT_DATA").expect("EDGEGAIT_DATA");
+    let tree = Tree::open(Path::new(&data).join("reallike"), &Layout::default()).expect("a tree");
+    assert_eq!(
+        (tree.sequences().len(), tree.skipped()),
+        (290, &["video".to_owned()][..])
+    );
+    let mut sequences = tree.sequences().iter();
+    let side = sequences.position(|sequence| sequence.view == "090");
+    check_framing(&tree, side.expect("a side view"));
+}
+
+/// A frame as OpenGait's `datasets/pretreatment.py` makes it, after its description: cut to the
+/// figure's rows, scaled to 64 of them by OpenCV's cubic interpolation (a = -0.75, no
+/// smoothing), and 64 columns around that in which half of the sum is reached.
+fn pretreated(picture: &Picture<'_>) -> Option<Vec<u8>> {
+    let rows: Vec<&[u8]> = picture.pixels.chunks_exact(picture.columns).collect();
+    let is_on = |row: &&[u8]| row.iter().any(|&pixel| pixel > 0);
+    let top = rows.iter().position(is_on)?;
+    let bottom = rows.iter().rposition(is_on)?;
+    let cut = &rows[top..=bottom];
+    let columns = 64 * picture.columns / cut.len();
+    let weights = |to: usize, size: usize, scaled: usize| {
+        let at = (to as f64 + 0.5) * size as f64 / scaled as f64 - 0.5;
+        let t = at - at.floor();
+        let near = |x: f64| (1.25 * x - 2.25) * x * x + 1.0;
+        let far = |x: f64| -0.75 * (((x - 5.0) * x + 8.0) * x - 4.0);
+        let taps = [far(1.0 + t), near(t), near(1.0 - t), far(2.0 - t)];
+        let from = |tap: usize| {
+            let place = at.floor() as i64 + tap as i64 - 1;
+            place.clamp(0, size as i64 - 1) as usize
+        };
+        [0, 1, 2, 3].map(|tap| (from(tap), taps[tap]))
+    };
+    let scaled: Vec<Vec<f64>> = (0..64)
+        .map(|row| {
+            let of_row = weights(row, cut.len(), 64);
+            let pixel = |column: usize| {
+                let of_column = weights(column, picture.columns, columns);
+                let sum = |&(row, weight): &(usize, f64)| {
+                    let row = of_column.iter().map(|&(at, w)| w * f64::from(cut[row][at]));
+                    weight * row.sum::<f64>()
+                };
+                of_row
+                    .iter()
+                    .map(sum)
+                    .sum::<f64>()
+                    .round()
+                    .clamp(0.0, 255.0)
+            };
+            (0..columns).map(pixel).collect()
+        })
+        .collect();
+    let all: f64 = scaled.iter().flatten().sum();
+    let mut reached = 0.0;
+    let centre = (0..columns).find(|&column| {
+        reached += scaled.iter().map(|row| row[column]).sum::<f64>();
+        reached > all / 2.0
+    })?;
+    let pixel = |row: usize, column: usize| {
+        let at = (centre + column).checked_sub(32);
+        at.and_then(|at| scaled[row].get(at))
+            .copied()
+            .unwrap_or(0.0) as u8
+    };
+    Some((0..64 * 64).map(|at| pixel(at / 64, at % 64)).collect())
+}
+
+/// How far figures that are framed here are from OpenGait's own: what the guide says of it.
+#[test]
+#[ignore = "needs EDGEGAIT_DATA"]
+fn framing_here_and_in_opengaits_pretreatment_differ_by_a_column() {
+    let data = std::env::var_os("EDGEGAIT_DATA").expect("EDGEGAIT_DATA");
+    let root = Path::new(&data).join("people/people");
+    let tree = Tree::open(root, &Layout::default()).expect("a tree");
+    println!("view: Jaccard of frames, of the best shift, mean shift, GEI RMSE of 255");
+    for view in ["000", "045", "090"] {
+        let (mut jaccard, mut best, mut shift, mut rmse) = (0.0, 0.0, 0.0, 0.0);
+        let (mut frames, mut sequences) = (0.0, 0.0);
+        for at in (0..tree.sequences().len()).filter(|&at| tree.sequences()[at].view == view) {
+            let ours = tree
+                .silhouettes(at, Size::S64x64, Framing::Height)
+                .expect("readable");
+            let mut theirs = Vec::new();
+            tree.pictures(at, ALL, |_, picture| {
+                theirs.extend(pretreated(&picture).expect("a figure"));
+                Ok(())
+            })
+            .expect("readable");
+            assert_eq!(ours.pixels.len(), theirs.len());
+            let count = ours.frames as f64;
+            let (mut square, mut own) = (0.0, vec![[0.0; 2]; 64 * 64]);
+            for (a, b) in ours
+                .pixels
+                .chunks_exact(4096)
+                .zip(theirs.chunks_exact(4096))
+            {
+                let moved = |by: i64| {
+                    let (mut both, mut any) = (0.0, 0.0);
+                    for (place, &pixel) in a.iter().enumerate() {
+                        let column = (place % 64) as i64 + by;
+                        let other = (0..64)
+                            .contains(&column)
+                            .then(|| b[place - place % 64 + column as usize]);
+                        let (one, two) = (pixel >= 128, other.is_some_and(|it| it >= 128));
+                        both += f64::from(one && two);
+                        any += f64::from(one || two);
+                    }
+                    both / any
+                };
+                let shifts = (-3..=3).map(|by| (by, moved(by)));
+                let (by, most) = shifts.max_by(|a, b| a.1.total_cmp(&b.1)).expect("some");
+                (jaccard, best) = (jaccard + moved(0), best + most);
+                shift += by.abs() as f64;
+                for (sum, (a, b)) in own.iter_mut().zip(a.iter().zip(b)) {
+                    *sum = [
+                        sum[0] + f64::from(*a) / count,
+                        sum[1] + f64::from(*b) / count,
+                    ];
+                }
+            }
+            own.iter()
+                .for_each(|[a, b]| square += (a - b).powi(2) / 4096.0);
+            rmse += square.sqrt();
+            frames += count;
+            sequences += 1.0;
+        }
+        let [jaccard, best, shift] = [jaccard, best, shift].map(|sum| sum / frames);
+        println!(
+            "{view}: {jaccard:.3}, {best:.3}, {shift:.2} columns, {:.1}",
+            rmse / sequences
+        );
+        assert!(best > 0.92 && shift < 1.0, "{view}");
+    }
+}
