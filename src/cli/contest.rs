@@ -225,11 +225,11 @@ impl ContestArgs {
             header.inputs.push(InputFile::of(path)?);
             header.warnings.extend(warnings);
         }
-        Ok(Source::Tree(if self.as_stored {
+        Ok(Source::Tree(Box::new(if self.as_stored {
             recordings.taken_as_stored()
         } else {
             recordings
-        }))
+        })))
     }
 
     fn given_views(&self) -> Result<Option<Views>> {
@@ -288,7 +288,7 @@ impl ContestArgs {
                 .warnings
                 .push(format!("{count} of {all} sequences were left out"));
         }
-        Ok(Source::Tree(recordings))
+        Ok(Source::Tree(Box::new(recordings)))
     }
 
     /// The recordings of a tree by gait cycles, where every recognizer takes a template of one.
@@ -302,7 +302,8 @@ impl ContestArgs {
             |entrant: &Entrant| entrant.recognizer.contract().template != Template::Silhouettes;
         match source {
             Source::Tree(recordings) if entrants.iter().all(takes_template) => {
-                self.cutting.cut(recordings, header).map(Source::Tree)
+                let cut = self.cutting.cut(*recordings, header)?;
+                Ok(Source::Tree(Box::new(cut)))
             }
             other => Ok(other),
         }

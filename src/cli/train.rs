@@ -192,7 +192,7 @@ impl Args {
     /// The templates of a dataset, or of a tree's recordings.
     fn of_folder(&self, path: &Path) -> Result<(Samples, Header)> {
         match Source::open(path, &[], &self.layout.layout())? {
-            Source::Tree(recordings) => self.of_tree(path, recordings),
+            Source::Tree(recordings) => self.of_tree(path, *recordings),
             _ => self.of_dataset(path),
         }
     }
@@ -225,7 +225,7 @@ impl Args {
             return Err(sequences_refused());
         }
         let name = path.display().to_string();
-        let source = Source::Tree(recordings);
+        let source = Source::Tree(Box::new(recordings));
         let augmentation = self.augment.augmentation()?;
         let samples = Samples::of_recordings((&source, &name), (settings, augmentation))?;
         let header = header

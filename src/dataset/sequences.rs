@@ -119,7 +119,7 @@ pub(super) fn foreign(root: &Path) -> Result<Option<PathBuf>> {
                     return Ok(Some(path));
                 }
                 folders.push(path);
-            } else if !files.contains(&path) && !(inner.contains(&folder) && is_png()) {
+            } else if !(files.contains(&path) || inner.contains(&folder) && is_png()) {
                 return Ok(Some(path));
             }
         }

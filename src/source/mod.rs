@@ -265,7 +265,7 @@ pub enum Source<'a> {
     /// GEIs in a folder.
     Dataset(Box<dataset::Geis>),
     /// Silhouettes in folders.
-    Tree(Recordings),
+    Tree(Box<Recordings>),
 }
 
 impl Source<'_> {
@@ -279,7 +279,7 @@ impl Source<'_> {
         let has_templates =
             path.join("manifest.json").exists() && !path.join("sequences.csv").exists();
         if Tree::is_at(path) && !has_templates {
-            return Ok(Self::Tree(Recordings::open(path, layout)?));
+            return Ok(Self::Tree(Box::new(Recordings::open(path, layout)?)));
         }
         let files = ["manifest.json", "index.csv", "geis.npy"];
         if !files.iter().any(|name| path.join(name).exists()) {
