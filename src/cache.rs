@@ -9,7 +9,7 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use crate::dataset::{hex, write_bytes};
+use crate::dataset::hex;
 use crate::error::{Error, Result};
 use sha2::{Digest as _, Sha256};
 
@@ -54,6 +54,7 @@ impl Cache {
     }
 
     /// The bytes of a thing, if they are kept.
+    #[cfg(feature = "import")]
     pub(crate) fn read(&self, kind: &str, key: &Key) -> Option<Vec<u8>> {
         let path = self.path(kind, key)?;
         let bytes = fs::read(&path).ok()?;
@@ -65,18 +66,23 @@ impl Cache {
     ///
     /// # Errors
     /// The system's; then nothing is kept.
+    #[cfg(feature = "import")]
     pub(crate) fn keep(&self, kind: &str, key: &Key, bytes: &[u8]) -> Result<()> {
         let Some(path) = self.path(kind, key) else {
             return Ok(());
         };
-        write_bytes(&path, bytes)?;
-        self.prune(MOST_BYTES)
+        crate::dataset::write_bytes(&path, bytes)?;
+        self.make_room()
     }
 
-    /// Removes files, those first that were used longest ago, until all take at most so many bytes.
+    /// Removes files, those first that were used longest ago, until all take at most a gigabyte.
     ///
     /// # Errors
     /// The system's, if the folder cannot be read.
+    pub(crate) fn make_room(&self) -> Result<()> {
+        self.prune(MOST_BYTES)
+    }
+
     fn prune(&self, most: u64) -> Result<()> {
         let Some(folder) = &self.folder else {
             return Ok(());
@@ -134,7 +140,7 @@ impl Key {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "import"))]
 mod tests {
     use super::*;
     use std::time::Duration;

@@ -74,10 +74,11 @@ impl Kept {
         let path = cache.path(KIND, &key).filter(|_| macs >= LEAST_MACS);
         Ok(match path {
             None => recognizer,
-            Some(path) => Box::new(Self {
-                recognizer,
-                file: Mutex::new(Answered::open(&path)?),
-            }),
+            Some(path) => {
+                let file = Mutex::new(Answered::open(&path)?);
+                cache.make_room()?;
+                Box::new(Self { recognizer, file })
+            }
         })
     }
 }
