@@ -188,25 +188,25 @@ fn walkers_of_the_repository_have_their_period_or_are_too_short() {
     }
 }
 
+/// Prints the tables by which choices were made; `EDGEGAIT_CYCLES` adds a line for each take.
+#[test]
+#[ignore = "needs EDGEGAIT_DATA; prints what choices were made by"]
+fn cycles_of_people_for_choices() {
+    let data = given();
+    errors(
+        &data.join("people/people"),
+        &data.join("people/manifest.csv"),
+        is_for_choices,
+    );
+    errors(
+        &data.join("reallike"),
+        &data.join("reallike/manifest.csv"),
+        is_for_choices,
+    );
+}
+
 mod with_data {
     use super::*;
-
-    /// Prints the tables by which choices were made; `EDGEGAIT_CYCLES` adds a line for each take.
-    #[test]
-    #[ignore = "needs EDGEGAIT_DATA; prints what choices were made by"]
-    fn cycles_of_people_for_choices() {
-        let data = given();
-        errors(
-            &data.join("people/people"),
-            &data.join("people/manifest.csv"),
-            is_for_choices,
-        );
-        errors(
-            &data.join("reallike"),
-            &data.join("reallike/manifest.csv"),
-            is_for_choices,
-        );
-    }
 
     /// The table of the guide, and bounds that leave it room: of what was measured on 2026-11-24, all
     /// errors at most half as large again, or a percent more.

@@ -20,6 +20,7 @@ mod with_data {
     use super::*;
     use edgegait::Result;
     use edgegait::segment::{Segmenter, Settings, Video};
+    use rayon::prelude::*;
     use std::fs;
     use std::path::{Path, PathBuf};
 
@@ -81,22 +82,22 @@ mod with_data {
     #[test]
     #[ignore = "needs EDGEGAIT_DATA"]
     fn silhouettes_of_ten_videos_are_near_the_true_masks() {
-        let mut all = Vec::new();
         println!("video: mean, 5th percentile and least Jaccard, given; median; 10 empty frames");
-        for video in CHOICES.iter().chain(&OTHERS) {
+        let videos: Vec<&str> = CHOICES.into_iter().chain(OTHERS).collect();
+        let measured = |&video: &&'static str| {
             let folder = given().join(video);
             let of = |background| jaccards(&folder, background);
             let (picture, empty) = (folder.join("background.png"), folder.join("empty"));
-            let [given, median, empty] = [of(Some(&picture)), of(None), of(Some(&empty))];
+            (video, [of(Some(&picture)), of(None), of(Some(&empty))])
+        };
+        let all: Vec<_> = videos.par_iter().map(measured).collect();
+        for (video, [given, median, empty]) in all {
             println!(
                 "{video}: {}; {}; {}",
                 shown(&given),
                 shown(&median),
                 shown(&empty)
             );
-            all.push((video, given, median, empty));
-        }
-        for (video, given, median, empty) in all {
             let given = given.expect("a scene");
             assert!(mean(&given) >= 0.9, "{video}");
             assert!(mean(&empty.expect("a scene")) >= 0.9, "{video}");
