@@ -30,6 +30,25 @@ fn arrays_are_read_as_every_protocol_has_them() {
     }
 }
 
+/// What is written is, to the byte, what NumPy 1.x writes with protocol 3 and no memo; and it is read
+/// again, however large.
+#[test]
+fn arrays_are_written_as_numpy_has_them() {
+    let written = pickled([2, 3, 4], &(0..24).collect::<Vec<u8>>());
+    assert_eq!(written, bytes(PICKLES[4]));
+    // 300 takes more than a byte.
+    let many = vec![9; 300 * 2];
+    let array = pickled([300, 2, 1], &many);
+    let array = read(&array).expect("our own");
+    assert_eq!(array.shape, [300, 2, 1]);
+    assert_eq!(*array.bytes, many);
+    assert_eq!(
+        shape(&pickled([300, 2, 1], &many)[..200]),
+        Some([300, 2, 1])
+    );
+    assert_eq!(shape(b"no pickle"), None);
+}
+
 #[test]
 fn bytes_above_127_survive_protocol_2() {
     // The last of them, 0x17, becomes U+00FF: two bytes of UTF-8, and one more to count.
