@@ -243,12 +243,9 @@ impl ContestArgs {
             ("--as-stored", self.as_stored),
             ("--keep-going", self.keep_going.is_given()),
             ("--partition", self.partition.is_some()),
-            ("--fps", self.cutting.fps.is_some()),
-            ("--whole-recordings", self.cutting.whole_recordings),
-            ("--named-views", self.layout.named_views),
-            ("--modality", self.layout.modality.is_some()),
-        ];
-        refuse_without_tree(&flags)
+        ]
+        .into_iter();
+        refuse_without_tree(flags.chain(self.cutting.given()).chain(self.layout.given()))
     }
 
     /// The same less the sequences of a tree that cannot be shown to all of these, if that was asked

@@ -16,13 +16,21 @@ pub(super) struct CuttingArgs {
     /// Frames a second of a tree's recordings, to find gait cycles in them [default: 25; the cycles of a
     /// tree that was made here are known]
     #[arg(long, value_name = "F", conflicts_with = "whole_recordings")]
-    pub fps: Option<f32>,
+    fps: Option<f32>,
     /// Make one template of each whole recording of a tree, not of each gait cycle
     #[arg(long)]
-    pub whole_recordings: bool,
+    whole_recordings: bool,
 }
 
 impl CuttingArgs {
+    /// The flags, and whether each was given.
+    pub(super) fn given(&self) -> [(&'static str, bool); 2] {
+        [
+            ("--fps", self.fps.is_some()),
+            ("--whole-recordings", self.whole_recordings),
+        ]
+    }
+
     /// The recordings by gait cycles, unless they are to stay whole; the header says what became of
     /// them.
     ///

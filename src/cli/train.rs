@@ -193,7 +193,8 @@ impl Args {
     fn of_folder(&self, path: &Path) -> Result<(Samples, Header)> {
         match Source::open(path, &[], &self.layout.layout())? {
             Source::Tree(recordings) => self.of_tree(path, *recordings),
-            _ => self.of_dataset(path),
+            Source::Dataset(geis) => self.of_dataset(path, geis.dataset()),
+            Source::Walks(_) => Err(Error::Missing("a dataset or a tree")),
         }
     }
 
@@ -208,6 +209,12 @@ impl Args {
         let views = self.views.is_given().then(|| self.views.views("side"));
         let selection = self.source.selection.selection(false);
         let mut recordings = recordings.chosen(&selection, views.transpose()?.as_ref())?;
+        let settings = self.draw.settings(self.common.seed)?;
+        if settings.template == Template::Silhouettes {
+            return Err(sequences_refused());
+        }
+        let augmentation = self.augment.augmentation()?;
+        augmentation.check(settings.template, settings.size)?;
         let mut header = Header::new("train", self.common.seed);
         if let Some(partition) = &self.partition {
             let (trained, warnings) =
@@ -220,13 +227,8 @@ impl Args {
         recordings.check_sizes(&[], &|| progress.step())?;
         drop(progress);
         let recordings = self.cutting.cut(recordings, &mut header)?;
-        let settings = self.draw.settings(self.common.seed)?;
-        if settings.template == Template::Silhouettes {
-            return Err(sequences_refused());
-        }
         let name = path.display().to_string();
         let source = Source::Tree(Box::new(recordings));
-        let augmentation = self.augment.augmentation()?;
         let samples = Samples::of_recordings((&source, &name), (settings, augmentation))?;
         let header = header
             .with("tree", name)
@@ -238,21 +240,14 @@ impl Args {
     }
 
     /// All of a dataset's templates.
-    fn of_dataset(&self, path: &Path) -> Result<(Samples, Header)> {
-        let flags = [
-            ("--partition", self.partition.is_some()),
-            ("--fps", self.cutting.fps.is_some()),
-            ("--whole-recordings", self.cutting.whole_recordings),
-            ("--named-views", self.layout.named_views),
-            ("--modality", self.layout.modality.is_some()),
-        ];
-        refuse_without_tree(&flags)?;
+    fn of_dataset(&self, path: &Path, dataset: &Dataset) -> Result<(Samples, Header)> {
+        let flags = [("--partition", self.partition.is_some())].into_iter();
+        refuse_without_tree(flags.chain(self.cutting.given()).chain(self.layout.given()))?;
         let selection = &self.source.selection;
         self.draw
             .refuse_for_folders(selection, self.cycles, &self.views)?;
-        let dataset = Dataset::open(path)?;
         let augmentation = self.augment.augmentation()?;
-        let samples = Samples::of_dataset((&dataset, path), augmentation)?;
+        let samples = Samples::of_dataset((dataset, path), augmentation)?;
         let mut header = Header::new("train", self.common.seed).augmented(augmentation);
         if samples.template != Template::Gei {
             header = header.with("template", samples.template.name());

@@ -97,7 +97,7 @@ impl PackSource {
         let length = std::fs::metadata(path)
             .map_err(|error| Error::io(path, error))?
             .len();
-        is_pack_or_folder(path)?;
+        start_of(path)?;
         if length > MAX_PACK_BYTES as u64 {
             return Err(Error::input(
                 path,
@@ -167,15 +167,20 @@ pub(crate) fn built_in(walks: &[String]) -> CohortOptions {
     }
 }
 
-/// Refuses what begins as an .npz does.
-fn refuse_npz(path: &Path, start: &[u8]) -> Result<()> {
+/// The first bytes of a file, as many as a pack's magic has; refuses an .npz by them.
+fn start_of(path: &Path) -> Result<Vec<u8>> {
+    use std::io::Read as _;
+    let mut start = Vec::new();
+    std::fs::File::open(path)
+        .and_then(|file| file.take(MAGIC.len() as u64).read_to_end(&mut start))
+        .map_err(|error| Error::io(path, error))?;
     if start.starts_with(b"PK") {
         return Err(Error::input(
             path,
             "expected a model, a pack or a folder, found an .npz or .zip (datasets are read as folders)",
         ));
     }
-    Ok(())
+    Ok(start)
 }
 
 /// Whether a path is a pack or a folder (a dataset, a tree of silhouettes), as opposed to a model.
@@ -183,15 +188,9 @@ fn refuse_npz(path: &Path, start: &[u8]) -> Result<()> {
 /// # Errors
 /// When it cannot be read.
 pub(crate) fn is_pack_or_folder(path: &Path) -> Result<bool> {
-    use std::io::Read as _;
     let metadata = std::fs::metadata(path).map_err(|error| Error::io(path, error))?;
     if metadata.is_dir() {
         return Ok(true);
     }
-    let mut start = Vec::new();
-    std::fs::File::open(path)
-        .and_then(|file| file.take(MAGIC.len() as u64).read_to_end(&mut start))
-        .map_err(|error| Error::io(path, error))?;
-    refuse_npz(path, &start)?;
-    Ok(start == MAGIC)
+    Ok(start_of(path)? == MAGIC)
 }
