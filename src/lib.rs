@@ -127,6 +127,8 @@ pub mod scene;
 pub mod score;
 pub mod segment;
 pub mod source;
+#[cfg(all(feature = "import", feature = "train", feature = "plots"))]
+mod study;
 mod summary;
 pub mod sweep;
 mod table;

@@ -37,6 +37,8 @@ mod segment;
 #[cfg(feature = "import")]
 mod shared_warnings;
 mod source;
+#[cfg(all(feature = "import", feature = "train", feature = "plots"))]
+mod study;
 mod sweep;
 #[cfg(feature = "train")]
 mod train;
@@ -85,6 +87,8 @@ enum Command {
     Render(render::Args),
     Score(score::Args),
     Segment(segment::Args),
+    #[cfg(all(feature = "import", feature = "train", feature = "plots"))]
+    Study(study::Args),
     Sweep(sweep::Args),
     #[cfg(feature = "train")]
     Train(train::Args),
@@ -144,6 +148,8 @@ fn run(command: &Command) -> Result<()> {
         Command::Render(args) => run!(render, args),
         Command::Score(args) => run!(score, args),
         Command::Segment(args) => run!(segment, args),
+        #[cfg(all(feature = "import", feature = "train", feature = "plots"))]
+        Command::Study(args) => run!(study, args),
         Command::Sweep(args) => run!(sweep, args),
         #[cfg(feature = "train")]
         Command::Train(args) => run!(train, args),

@@ -49,6 +49,12 @@ pub(super) enum Kind {
         expect(dead_code, reason = "only `frontier` writes one")
     )]
     Frontier,
+    /// A folder with a page, results as JSON and figures.
+    #[cfg_attr(
+        not(all(feature = "import", feature = "train", feature = "plots")),
+        expect(dead_code, reason = "only `study` writes one")
+    )]
+    Study,
     /// A dataset: a folder that holds nothing else, or a file.
     Dataset(Format),
     /// The same where an earlier run is gone on with: whether it is there already is found out then.
@@ -90,6 +96,10 @@ impl Output {
             ]
             .map(|(name, kind)| (path.join(name), kind))
             .to_vec(),
+            Kind::Study => vec![
+                (path.join("index.html"), Kind::Report),
+                (path.join("study.json"), Kind::Json("study")),
+            ],
             Kind::Model => vec![
                 (path.clone(), Kind::Model),
                 (Contract::path_beside(path), Kind::Contract),
@@ -102,7 +112,7 @@ impl Output {
     fn check(&self, inputs: &[PathBuf], overwrite: bool) -> Result<()> {
         let (flag, shown) = (self.flag, self.path.display());
         let refuse = |problem: String| Err(Error::Usage(format!("{flag} {shown}: {problem}")));
-        if matches!(self.kind, Kind::Report | Kind::Frontier)
+        if matches!(self.kind, Kind::Report | Kind::Frontier | Kind::Study)
             && self.path.exists()
             && !self.path.is_dir()
         {
@@ -237,7 +247,12 @@ fn is_own(path: &Path, kind: Kind, found: &Metadata) -> bool {
         }
         Kind::Report => text().is_some_and(|text| text.contains(crate::report::TITLE_END)),
         Kind::Svg => begins(SVG_START.as_bytes()),
-        Kind::Npy | Kind::Dataset(_) | Kind::Resumed | Kind::Sequence | Kind::Frontier => false,
+        Kind::Npy
+            | Kind::Dataset(_)
+            | Kind::Resumed
+            | Kind::Sequence
+            | Kind::Frontier
+            | Kind::Study => false,
     }
 }
 

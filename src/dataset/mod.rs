@@ -41,7 +41,7 @@ pub use partition::Partition;
 pub use reader::Dataset;
 pub use sequences::check_folder_name;
 pub use staging::{Staging, remove_unfinished};
-pub use tree::{Layout, Modality, Silhouettes, Tree, TreeSequence, check_view_name};
+pub use tree::{Layout, Modality, Silhouettes, Tree, TreeSequence, check_view_name, framed};
 pub use unfinished::{check_unfinished, unfinished_work};
 pub use writer::{DatasetWriter, Item, Run, Standing, standing};
 

@@ -27,6 +27,8 @@ mod scope;
 pub(crate) mod standalone;
 #[cfg(feature = "plots")]
 mod strengths;
+#[cfg(all(feature = "import", feature = "train", feature = "plots"))]
+mod study;
 mod summary;
 mod table;
 mod viewpoints;
@@ -38,6 +40,8 @@ pub(crate) use drawing::SVG_START;
 pub(crate) use galleries::{condition_gallery, template_gallery};
 pub(crate) use html::{Sample, write_page};
 pub(crate) use picture::{cells, contact_sheet, is_own_png, png, write_png};
+#[cfg(all(feature = "import", feature = "train", feature = "plots"))]
+pub(crate) use study::{study_tables, write_study};
 pub(crate) use table::table;
 
 /// How the title of every page ends, by which one is known again.

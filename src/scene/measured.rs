@@ -50,6 +50,15 @@ enum Quantity {
     Mass,
     Sex,
     Dimension(usize),
+    /// Something else, which is passed over.
+    Other,
+}
+
+/// What becomes of columns that are unknown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Others {
+    Refused,
+    PassedOver,
 }
 
 /// A column, and what its numbers are multiplied by to be in metres or kg.
@@ -90,6 +99,19 @@ impl MeasuredPeople {
     /// # Errors
     /// For columns, and for rows that cannot be told whose they are.
     pub fn read_usable(path: &Path) -> Result<(Self, Vec<Error>)> {
+        Self::read_columns(path, Others::Refused)
+    }
+
+    /// The same of a table that says more of people: columns of other names are passed over, the
+    /// subject may be called `id`, and the sexes `F` and `M`.
+    ///
+    /// # Errors
+    /// As [`read_usable`](Self::read_usable), but for unknown columns.
+    pub fn read_among_others(path: &Path) -> Result<(Self, Vec<Error>)> {
+        Self::read_columns(path, Others::PassedOver)
+    }
+
+    fn read_columns(path: &Path, others: Others) -> Result<(Self, Vec<Error>)> {
         let text = std::fs::read(path).map_err(|error| Error::io(path, error))?;
         let refuse = |position: Option<&Position>, problem| {
             Error::at(path, Place::Line(line(&text, position)), problem)
@@ -99,7 +121,8 @@ impl MeasuredPeople {
             .trim(csv::Trim::All)
             .from_reader(text.as_slice());
         let headers = reader.headers().map_err(unreadable)?;
-        let columns = columns(headers).map_err(|problem| refuse(headers.position(), problem))?;
+        let columns =
+            columns(headers, others).map_err(|problem| refuse(headers.position(), problem))?;
         let mut unusable = Vec::new();
         let mut people = BTreeMap::new();
         let mut positions: BTreeMap<String, Option<Position>> = BTreeMap::new();
@@ -168,10 +191,19 @@ impl MeasuredPeople {
 }
 
 /// What the columns hold.
-fn columns(headers: &StringRecord) -> std::result::Result<Vec<Column>, String> {
+fn columns(headers: &StringRecord, others: Others) -> std::result::Result<Vec<Column>, String> {
     let mut columns: Vec<Column> = Vec::new();
     for name in headers {
-        let column = Column::named(name).ok_or_else(|| {
+        let known = match (others, name) {
+            (Others::PassedOver, "id") => Column::named("subject"),
+            (Others::PassedOver, _) => Some(Column::named(name).unwrap_or(Column {
+                name: name.into(),
+                quantity: Quantity::Other,
+                unit: 1.0,
+            })),
+            (Others::Refused, _) => Column::named(name),
+        };
+        let column = known.ok_or_else(|| {
             format!(
                 "unknown column {name:?}: expected subject, sex, mass_kg, stature_m or stature_mm, or with _mm or _m behind it one of {} (separated by commas)",
                 NAMES.join(", ")
@@ -179,7 +211,7 @@ fn columns(headers: &StringRecord) -> std::result::Result<Vec<Column>, String> {
         })?;
         if columns
             .iter()
-            .any(|known| known.quantity == column.quantity)
+            .any(|known| known.quantity == column.quantity && known.quantity != Quantity::Other)
         {
             return Err(format!("a second column for {name:?}: expected each once"));
         }
@@ -259,8 +291,8 @@ fn row(
         match column.quantity {
             Quantity::Subject => subject = text.into(),
             Quantity::Sex => match text {
-                "female" => measured.sex = Some(Sex::Female),
-                "male" => measured.sex = Some(Sex::Male),
+                "female" | "F" => measured.sex = Some(Sex::Female),
+                "male" | "M" => measured.sex = Some(Sex::Male),
                 _ => problems.push(format!("sex: expected female or male, found {text:?}")),
             },
             _ => {}
@@ -279,7 +311,7 @@ fn row(
         };
         const OF: &str = "six standard deviations about ANSUR II's mean";
         match column.quantity {
-            Quantity::Subject | Quantity::Sex => {}
+            Quantity::Subject | Quantity::Sex | Quantity::Other => {}
             Quantity::Stature => measured.stature_m = number(stature, OF),
             Quantity::Mass => {
                 let index = |stature: f64, bmi: f64| bmi * stature * stature;

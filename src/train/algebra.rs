@@ -63,7 +63,7 @@ impl Real for f32 {
 }
 
 /// Eigenvalues, largest first, and the unit eigenvectors that belong to them.
-pub(super) struct Eigen<F> {
+pub(crate) struct Eigen<F> {
     /// Largest first.
     pub values: Vec<F>,
     /// One eigenvector a row, in the order of `values`.
@@ -71,7 +71,7 @@ pub(super) struct Eigen<F> {
 }
 
 /// The matrix product `a b`.
-pub(super) fn multiply<F: Real>(a: ArrayView2<'_, F>, b: ArrayView2<'_, F>) -> Array2<F> {
+pub(crate) fn multiply<F: Real>(a: ArrayView2<'_, F>, b: ArrayView2<'_, F>) -> Array2<F> {
     assert_eq!(a.ncols(), b.nrows(), "inner dimensions of a product agree");
     let (a, b) = (a.as_standard_layout(), b.as_standard_layout());
     let mut product = Array2::zeros((a.nrows(), b.ncols()));
@@ -113,7 +113,7 @@ pub(super) fn add_products_of_columns<F: Real>(a: ArrayView2<'_, F>, sum: &mut A
 ///
 /// # Errors
 /// If the matrix is not finite, or the iteration does not converge.
-pub(super) fn eigen<F: Real>(symmetric: &Array2<F>) -> Result<Eigen<F>> {
+pub(crate) fn eigen<F: Real>(symmetric: &Array2<F>) -> Result<Eigen<F>> {
     let n = symmetric.nrows();
     assert_eq!(n, symmetric.ncols(), "a symmetric matrix is square");
     if n == 0 {

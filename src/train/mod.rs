@@ -5,7 +5,7 @@
 //! support vector machines on principal components. A board then runs two
 //! products instead of a stack of operators.
 
-mod algebra;
+pub(crate) mod algebra;
 pub(crate) mod lda;
 pub mod onnx;
 pub(crate) mod pca;

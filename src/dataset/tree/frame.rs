@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::sweep::Framing;
-use edgegait_core::silhouette::Size;
+use edgegait_core::silhouette::{Silhouette, Size};
 
 /// From which grey on a pixel belongs to the figure. Ours: half of 255, rounded up.
 const ON: u8 = 128;
@@ -130,6 +130,32 @@ impl Picture<'_> {
         let clipped = 1.0 - kept as f64 / area as f64;
         Some(clipped)
     }
+}
+
+/// A grey picture of so many columns, framed as [`Tree::silhouettes`](super::Tree::silhouettes) frames it; none if there is no
+/// figure.
+///
+/// # Errors
+/// If the framing needs a camera.
+///
+/// # Panics
+/// If the pixels do not fill rows.
+pub fn framed(
+    (pixels, columns): (&[u8], usize),
+    size: Size,
+    framing: Framing,
+) -> Result<Option<Silhouette>> {
+    let mut found = Vec::with_capacity(size.pixels());
+    let picture = Picture { pixels, columns };
+    if picture.frame(size, Fit::of(framing)?, &mut found).is_none() {
+        return Ok(None);
+    }
+    let bits = |row: &[u8]| {
+        let on = (0..).zip(row).filter(|(_, pixel)| **pixel > 0);
+        on.fold(0_u64, |bits, (column, _)| bits | 1 << column)
+    };
+    let rows: Vec<u64> = found.chunks_exact(size.columns()).map(bits).collect();
+    Ok(Some(Silhouette::from_rows(size, &rows)))
 }
 
 fn grey(is_on: bool) -> u8 {

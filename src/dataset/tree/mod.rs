@@ -24,6 +24,7 @@ use angle::Angle;
 use edgegait_core::cycle::LowerBody;
 use edgegait_core::silhouette::Size;
 use files::Files;
+pub use frame::framed;
 use frame::{Fit, Picture};
 pub use layout::{Layout, Modality};
 pub(super) use pickle::pickled;
@@ -282,6 +283,25 @@ impl Tree {
             Ok(())
         })?;
         Ok(found)
+    }
+
+    /// Shows each picture of a sequence as it is stored: grey, rows from the top, and how many columns
+    /// it has. [`framed`] frames it.
+    ///
+    /// # Errors
+    /// If a file is broken, there are no or too many pictures, or their sizes differ, and those of
+    /// `show`.
+    ///
+    /// # Panics
+    /// If there is no such sequence.
+    pub fn show(
+        &self,
+        index: usize,
+        mut show: impl FnMut(&[u8], usize) -> Result<()>,
+    ) -> Result<()> {
+        self.pictures(index, ALL, |_, picture| {
+            show(picture.pixels, picture.columns)
+        })
     }
 
     /// Frames of each gait cycle, if the tree was made here of whole cycles, as its manifest says.

@@ -1,0 +1,166 @@
+//! `edgegait study`: real silhouettes beside those of synthetic twins.
+
+use super::args::{Common, Files};
+use super::outputs::{Kind, Output};
+use super::progress::Progress;
+use crate::dataset::{Header, InputFile, write_bytes};
+use crate::error::{Error, Result};
+use crate::report::{study_tables, write_study};
+use crate::study::{Choices, Findings, Paths, Plan, run as run_study, run_synthetic, steps};
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// Azimuths, degrees, of the synthetic part where there is no manifest to say.
+const AZIMUTHS_DEG: [f32; 3] = [90.0, 45.0, 0.0];
+
+/// Compare real silhouettes with those of synthetic twins of the same people: how alike they are, and
+/// what a recognizer that was trained on one makes of the other
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Examples:\n  edgegait study people mocap --manifest people.csv          # REAL silhouettes, folders of recordings\n  edgegait study people mocap --manifest people.csv --full   # all masks, both framings, flips and crops\n  edgegait study                                             # the synthetic part alone\n\nThe manifest is a CSV file with a row for each take and view: id, take, view and source, and, where they\nare known, azimuth, elevation, fps, cycles (a-b;c-d, frames from 0), lhs (left contacts), source_root,\nsource_frames_30fps and distance_m. Measurements of the people are read from bodies.csv beside it."
+)]
+pub(super) struct Args {
+    /// A tree of real silhouettes, <person>/<take>/<view>/ [default: none, and the synthetic part alone
+    /// of the built-in cohort]
+    #[arg(value_name = "REAL", requires = "manifest")]
+    real: Option<PathBuf>,
+    /// Folders of the recordings by which those people walked
+    #[arg(value_name = "MOTION")]
+    motions: Vec<PathBuf>,
+    /// Which recording each take shows
+    #[arg(long, value_name = "FILE.csv", requires = "real")]
+    manifest: Option<PathBuf>,
+    /// Measurements of the people [default: bodies.csv beside the manifest, if it is there]
+    #[arg(long, value_name = "FILE.csv", requires = "real")]
+    bodies: Option<PathBuf>,
+    /// The same of people with clothes and hair, to price these [default: bodies_dressed.csv beside the
+    /// manifest, if it is there]
+    #[arg(long, value_name = "FILE.csv", requires = "real")]
+    dressed: Option<PathBuf>,
+    /// Only these people, by name
+    #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',', requires = "real")]
+    subjects: Vec<String>,
+    /// Only these views, by name [default: 090,045,000, or all if none of these is there]
+    #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',', requires = "real")]
+    views: Vec<String>,
+    /// Metres from the camera to the walker, where the manifest does not say
+    #[arg(long, value_name = "M", default_value_t = 6.0)]
+    distance_m: f64,
+    /// How many splits are drawn
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100))]
+    splits: u32,
+    /// All masks (given, segmented, degraded), framings by height and box, and with and without the
+    /// paper's flips and crops
+    #[arg(long)]
+    full: bool,
+    /// Folder of the report: index.html, study.json and figures
+    #[arg(long, value_name = "FOLDER", default_value = "edgegait-study")]
+    out: PathBuf,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// The results.
+#[derive(Serialize)]
+pub(crate) struct Results {
+    #[serde(flatten)]
+    pub header: Header,
+    #[serde(flatten)]
+    pub findings: Findings,
+}
+
+impl Args {
+    /// What it reads and writes.
+    pub(super) fn files(&self) -> Files {
+        let tables = [&self.real, &self.manifest, &self.bodies, &self.dressed];
+        let tables = tables.into_iter().flatten().cloned();
+        Files {
+            inputs: tables.chain(self.motions.iter().cloned()).collect(),
+            outputs: vec![Output::new("--out", &self.out, Kind::Study)],
+        }
+    }
+
+    fn choices(&self) -> Choices {
+        if self.full {
+            Choices::full(self.common.seed, self.splits)
+        } else {
+            Choices::usual(self.common.seed, self.splits)
+        }
+    }
+}
+
+/// Runs the subcommand.
+pub(super) fn run(args: &Args) -> Result<()> {
+    if !(0.1..=1e6).contains(&args.distance_m) {
+        return Err(Error::Usage(
+            "--distance-m: expected 0.1 to 1,000,000 metres".into(),
+        ));
+    }
+    let choices = args.choices();
+    let header = Header::new("study", args.common.seed)
+        .with("splits", args.splits)
+        .with("full", args.full)
+        .with("distance_m", args.distance_m);
+    let (mut header, findings) = match (&args.real, &args.manifest) {
+        (Some(real), Some(manifest)) => args.of_real(real, manifest, &choices, header)?,
+        _ => args.of_cohort(&choices, header)?,
+    };
+    header.warnings.extend(findings.warnings.iter().cloned());
+    let results = Results { header, findings };
+    args.common.say(study_tables(&results.findings));
+    for warning in &results.header.warnings {
+        args.common.say(format_args!("warning: {warning}"));
+    }
+    write_study(&args.out, &results.header, &results.findings)?;
+    let mut json = serde_json::to_string_pretty(&results)?;
+    json.push('\n');
+    write_bytes(&args.out.join("study.json"), json.as_bytes())?;
+    args.common.say(format_args!(
+        "wrote {}, with study.json and figures beside it",
+        args.out.join("index.html").display()
+    ));
+    args.common.write_json(&results)
+}
+
+impl Args {
+    fn of_real(
+        &self,
+        real: &PathBuf,
+        manifest: &PathBuf,
+        choices: &Choices,
+        header: Header,
+    ) -> Result<(Header, Findings)> {
+        let paths = Paths {
+            real: real.clone(),
+            motions: self.motions.clone(),
+            manifest: manifest.clone(),
+            bodies: self.bodies.clone(),
+            dressed: self.dressed.clone(),
+        };
+        let plan = Plan::new(&paths, (&self.views, &self.subjects), self.distance_m)?;
+        let progress = Progress::new("study", steps(&plan, choices));
+        let findings = run_study(&plan, choices, &|| progress.step())?;
+        drop(progress);
+        let mut header = header
+            .with("real", real.display().to_string())
+            .with("subjects", plan.people.join(","));
+        header.inputs.extend(plan.inputs.iter().cloned());
+        for source in &plan.sources {
+            header.inputs.push(InputFile::of(&source.path)?);
+        }
+        Ok((header, findings))
+    }
+
+    /// Without real silhouettes: says what is lacking, and runs what needs none.
+    fn of_cohort(&self, choices: &Choices, header: Header) -> Result<(Header, Findings)> {
+        let mut header = header.with("pack", "built-in");
+        header.warnings.push(
+            "no real silhouettes: this is the synthetic part alone, of the built-in cohort. Comparing needs a tree of silhouettes, the recordings that its people walked by, and a manifest that pairs them (REAL, MOTION and --manifest)"
+                .into(),
+        );
+        let progress = Progress::counting("study");
+        let findings =
+            run_synthetic(&AZIMUTHS_DEG, self.distance_m, choices, &|| progress.step())?;
+        Ok((header, findings))
+    }
+}

@@ -1,0 +1,238 @@
+//! What separates synthetic silhouettes from real ones: what each difference costs in likeness, and in
+//! finding real people by what was learnt of their twins.
+
+use super::example::{Example, SIZE, gei};
+use super::likeness::{mean, shifted};
+use super::recognition::{Curve, Experiment, Point, curve};
+use super::similarity::mean_likeness;
+use super::splits::Unit;
+use crate::error::Result;
+use crate::template::augment::Augmentation;
+use edgegait_core::silhouette::Silhouette;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// Parts of a figure by its rows, where it fills all 50: shares of stature of Drillis and Contini as Winter
+/// has them (Biomechanics and Motor Control of Human Movement, 2009, figure 4.1) for chin (0.870), shoulder
+/// (0.818), hip (0.530) and knee (0.285); hands hang about the hips; the lowest 8 % are feet.
+pub(crate) const BANDS: [(&str, Range<usize>); 6] = [
+    ("head", 0..7),
+    ("shoulders and chest", 7..16),
+    ("waist, hips and hands", 16..27),
+    ("thighs", 27..36),
+    ("shanks", 36..46),
+    ("feet", 46..50),
+];
+
+/// The rows above the hips: what leans.
+const LEANING: Range<usize> = 0..24;
+
+/// One difference, and what is gained without it.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Price {
+    /// The view's name.
+    pub view: String,
+    /// What was changed.
+    pub change: String,
+    /// Mean Jaccard index of real frames and their twins', aligned by phase; none where the change is of
+    /// templates.
+    pub jaccard: Option<f64>,
+    /// Mean Jaccard index of the twins' frames with and without the change, where they are as they were
+    /// drawn.
+    pub own: Option<f64>,
+    /// How many real cycles are found by what was learnt of twins: [`Experiment::SyntheticReal`], with
+    /// the most components.
+    pub learnt: Point,
+    /// The same by the nearest pixels.
+    pub nearest: Point,
+}
+
+impl Price {
+    /// Of real and synthetic cycles, from which something was taken; nothing where nobody can be found.
+    ///
+    /// # Errors
+    /// If nothing is learnt.
+    pub(crate) fn of(
+        view: &str,
+        change: impl Into<String>,
+        (real, synthetic): (&[Example], &[Example]),
+        jaccard: Option<f64>,
+        seed: u64,
+    ) -> Result<Option<Self>> {
+        let found = curve(
+            Experiment::SyntheticReal,
+            (real, synthetic),
+            (Unit::Cycle, &[seed]),
+            Augmentation::default(),
+            &|| (),
+        )?;
+        let priced = |curve: Curve| {
+            Some(Self {
+                view: view.to_owned(),
+                change: change.into(),
+                jaccard,
+                own: None,
+                learnt: curve.last()?.clone(),
+                nearest: curve.nearest,
+            })
+        };
+        Ok(found.and_then(priced))
+    }
+}
+
+/// The prices of what all people share: of each band of rows, of all, and of how upper bodies lean.
+///
+/// # Errors
+/// If nothing is learnt.
+pub(crate) fn shared(
+    view: &str,
+    (real, synthetic): (&[Example], &[Example]),
+    seed: u64,
+) -> Result<Vec<Price>> {
+    let mut prices = Vec::new();
+    let difference = difference(real, synthetic);
+    let all = std::iter::once(("all rows", 0..SIZE.rows()));
+    for (name, rows) in BANDS.into_iter().chain(all) {
+        let corrected = with_mean_of(synthetic, &difference, &rows);
+        let change = format!("the mean difference of GEIs taken out: {name}");
+        prices.extend(Price::of(view, change, (real, &corrected), None, seed)?);
+    }
+    let leaning = leaning(synthetic, &offsets(real, synthetic));
+    let jaccard = mean_likeness(real, &leaning);
+    let change = "rows above the hips moved to where they are on average";
+    prices.extend(Price::of(view, change, (real, &leaning), jaccard, seed)?);
+    Ok(prices)
+}
+
+/// The mean of GEIs, of which each person counts once, 0..=255.
+pub(crate) fn mean_gei(examples: &[Example]) -> Vec<f64> {
+    let mut people: BTreeMap<usize, Vec<&Example>> = BTreeMap::new();
+    for example in examples {
+        people.entry(example.person).or_default().push(example);
+    }
+    let pixel = |at: usize| {
+        let own = people.values().map(|own| {
+            let values: Vec<f64> = own.iter().map(|one| f64::from(one.gei[at])).collect();
+            mean(&values)
+        });
+        mean(&own.collect::<Vec<_>>())
+    };
+    (0..SIZE.pixels()).map(pixel).collect()
+}
+
+/// By how much real GEIs are brighter than synthetic ones.
+fn difference(real: &[Example], synthetic: &[Example]) -> Vec<f64> {
+    let pairs = mean_gei(real).into_iter().zip(mean_gei(synthetic));
+    pairs.map(|(real, synthetic)| real - synthetic).collect()
+}
+
+/// GEIs with what they all lack in these rows.
+fn with_mean_of(examples: &[Example], lacking: &[f64], rows: &Range<usize>) -> Vec<Example> {
+    let pixels = rows.start * SIZE.columns()..rows.end * SIZE.columns();
+    let one = |example: &Example| {
+        let gei = example.gei.iter().enumerate().map(|(at, &byte)| {
+            if pixels.contains(&at) {
+                // Rounded, within a byte.
+                (f64::from(byte) + lacking[at]).round().clamp(0.0, 255.0) as u8
+            } else {
+                byte
+            }
+        });
+        Example {
+            gei: gei.collect(),
+            ..example.clone()
+        }
+    };
+    examples.iter().map(one).collect()
+}
+
+/// How far right of synthetic ones real GEIs are in each row on average, columns; 0 in empty rows.
+pub(crate) fn offsets(real: &[Example], synthetic: &[Example]) -> Vec<f64> {
+    let middles = |gei: Vec<f64>| -> Vec<Option<f64>> {
+        let rows = gei.chunks_exact(SIZE.columns());
+        rows.map(|row| {
+            let all: f64 = row.iter().sum();
+            let moment: f64 = (0..).zip(row).map(|(at, pixel)| f64::from(at) * pixel).sum();
+            (all > 0.0).then(|| moment / all)
+        })
+        .collect()
+    };
+    let pairs = middles(mean_gei(real)).into_iter().zip(middles(mean_gei(synthetic)));
+    pairs
+        .map(|(real, synthetic)| real.zip(synthetic).map_or(0.0, |(real, synthetic)| real - synthetic))
+        .collect()
+}
+
+/// Cycles whose rows above the hips are moved right by so many columns, to the nearest.
+fn leaning(examples: &[Example], offsets: &[f64]) -> Vec<Example> {
+    let moved = |frame: &Silhouette| {
+        let row = |at: usize| {
+            let by = if LEANING.contains(&at) { offsets[at].round() as i32 } else { 0 };
+            shifted(frame, by, 0).rows()[at]
+        };
+        let rows: Vec<u64> = (0..SIZE.rows()).map(row).collect();
+        Silhouette::from_rows(SIZE, &rows)
+    };
+    let one = |example: &Example| {
+        let frames: Vec<_> = example
+            .frames
+            .iter()
+            .map(|(phase, frame)| (*phase, moved(frame)))
+            .collect();
+        Example {
+            gei: gei(frames.iter().map(|(_, frame)| frame)),
+            frames,
+            ..example.clone()
+        }
+    };
+    examples.iter().map(one).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn block(person: usize, rows: Range<usize>, columns: Range<usize>) -> Example {
+        let bits = columns.fold(0, |bits, column| bits | 1 << column);
+        let row = |row| if rows.contains(&row) { bits } else { 0 };
+        let rows: Vec<u64> = (0..SIZE.rows()).map(row).collect();
+        let frame = Silhouette::from_rows(SIZE, &rows);
+        Example {
+            person,
+            take: 0,
+            position: 0,
+            span_s: (0.0, 1.0),
+            gei: gei([&frame].into_iter()),
+            frames: vec![(0.0, frame)],
+        }
+    }
+
+    #[test]
+    fn bands_are_all_rows_once() {
+        let rows: Vec<usize> = BANDS.into_iter().flat_map(|(_, rows)| rows).collect();
+        assert_eq!(rows, (0..SIZE.rows()).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn a_person_counts_once_and_what_all_lack_is_added_where_it_was_asked_for() {
+        let real = [block(0, 0..50, 4..8), block(0, 0..50, 4..8), block(1, 0..50, 4..10)];
+        let mean = mean_gei(&real);
+        assert_eq!((mean[5], mean[9]), (255.0, 127.5));
+        let synthetic = [block(0, 0..50, 4..6), block(1, 0..50, 4..6)];
+        let corrected = with_mean_of(&synthetic, &difference(&real, &synthetic), &(0..1));
+        assert_eq!(&corrected[0].gei[4..11], [255, 255, 255, 255, 128, 128, 0]);
+        assert_eq!(&corrected[0].gei[34..41], [255, 255, 0, 0, 0, 0, 0]);
+    }
+
+    #[test]
+    fn upper_bodies_are_moved_to_where_they_are_on_average() {
+        let real = [block(0, 0..50, 8..12)];
+        let synthetic = [block(0, 0..50, 5..9)];
+        assert_eq!(offsets(&real, &synthetic), vec![3.0; 50]);
+        let moved = leaning(&synthetic, &offsets(&real, &synthetic));
+        assert_eq!(moved[0].frames[0].1.rows()[0], real[0].frames[0].1.rows()[0]);
+        assert_eq!(moved[0].frames[0].1.rows()[30], synthetic[0].frames[0].1.rows()[30]);
+        assert_eq!(moved[0].gei[8..13], [255, 255, 255, 255, 0]);
+    }
+}

@@ -1,0 +1,387 @@
+//! The experiments of Charalambous & Bharath (BMVC 2016) on real silhouettes (R) and on synthetic twins (S)
+//! of the same people.
+//!
+//! Twins walk by the motion capture of each real walk, on bodies of each person's measurements. A `manifest`
+//! says which take shows which recording, and `plan` checks all of it before any long work. `similarity`
+//! compares frames, `subspaces` principal components, `recognition` what is learnt of one with what the
+//! other shows, and `differences` says what separates the two, and at which price. Everything is of 50x30
+//! pixels, the paper's size, and each Gait Energy Image (GEI) is of one cycle.
+
+mod differences;
+mod example;
+mod likeness;
+mod manifest;
+mod masks;
+mod plan;
+mod real;
+mod recognition;
+mod similarity;
+mod splits;
+mod subspaces;
+mod twins;
+
+pub(crate) use differences::{BANDS, Price};
+pub(crate) use example::SIZE;
+pub(crate) use likeness::BoxPlot;
+pub(crate) use masks::Masks;
+pub(crate) use plan::{Paths, Plan};
+pub(crate) use recognition::{Curve, Experiment};
+pub(crate) use similarity::{Group, Similarity};
+pub(crate) use splits::Unit;
+pub(crate) use subspaces::Subspaces;
+
+use crate::confound::{Condition, Doses, dose};
+use crate::error::{Error, Result};
+use crate::scene::measured::MeasuredPeople;
+use crate::sweep::{Framing, View};
+use crate::template::augment::{Augmentation, Crops};
+use example::Example;
+use likeness::{mean, shifted};
+use serde::Serialize;
+use similarity::mean_likeness;
+use subspaces::SHOWN;
+use twins::{Twins, Walkers};
+
+/// What is varied.
+#[derive(Clone, Debug)]
+pub(crate) struct Choices {
+    /// Which masks of real people.
+    pub masks: Vec<Masks>,
+    /// How figures are framed; the first is that of parts 1 and 2.
+    pub framings: Vec<Framing>,
+    /// What is trained on besides the GEIs themselves.
+    pub augmentations: Vec<Augmentation>,
+    /// Seeds of the splits.
+    pub seeds: Vec<u64>,
+}
+
+impl Choices {
+    /// Given and segmented masks, by height, and so many splits from a seed on.
+    pub(crate) fn usual(seed: u64, splits: u32) -> Self {
+        Self {
+            masks: vec![Masks::Given, Masks::Segmented],
+            framings: vec![Framing::Height],
+            augmentations: vec![Augmentation::default()],
+            seeds: (0..u64::from(splits)).map(|at| seed.wrapping_add(at)).collect(),
+        }
+    }
+
+    /// All masks, both framings, and with and without the paper's flips and crops.
+    pub(crate) fn full(seed: u64, splits: u32) -> Self {
+        Self {
+            masks: vec![Masks::Given, Masks::Segmented, Masks::Degraded],
+            framings: vec![Framing::Height, Framing::Box],
+            augmentations: vec![
+                Augmentation::default(),
+                Augmentation {
+                    flip: true,
+                    crops: Some(Crops::default()),
+                },
+            ],
+            ..Self::usual(seed, splits)
+        }
+    }
+}
+
+/// One setting of part 3.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Recognition {
+    /// The view's name.
+    pub view: String,
+    /// What the masks are called.
+    pub masks: &'static str,
+    /// What the framing is called.
+    pub framing: &'static str,
+    /// Whether what is trained on is flipped and cropped besides.
+    pub augmented: bool,
+    /// The experiment.
+    #[serde(flatten)]
+    pub curve: Curve,
+}
+
+/// How many cycles there are of a view.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Counts {
+    /// The view's name.
+    pub view: String,
+    /// What the masks are called.
+    pub masks: &'static str,
+    /// Real cycles.
+    pub real: usize,
+    /// Those of twins.
+    pub synthetic: usize,
+    /// Takes without a cycle, and why.
+    pub without: Vec<String>,
+}
+
+/// What a study found.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(crate) struct Findings {
+    /// Names of the people.
+    pub people: Vec<String>,
+    /// Cycles.
+    pub counts: Vec<Counts>,
+    /// Part 1.
+    pub similarity: Vec<Similarity>,
+    /// Part 2.
+    pub subspaces: Vec<Subspaces>,
+    /// Part 3.
+    pub recognition: Vec<Recognition>,
+    /// What separates S from R.
+    pub prices: Vec<Price>,
+    /// What a user should know.
+    pub warnings: Vec<String>,
+}
+
+/// Changes of twins that are priced, as a report calls them: what real people have and twins have not, and
+/// what cameras and segmentation do.
+const CHANGES: [(&str, &str); 11] = [
+    ("a cap of hair, half as full", "hair=0.5"),
+    ("hair to the shoulder blades", "hair=1"),
+    ("shoes", "shoes=1"),
+    ("trousers wider by half of wide ones", "wide-trousers=0.5"),
+    ("a coat of half its thickness", "coat=0.5"),
+    ("clothes: an outline 1 cm wider", "dilation=1cm"),
+    ("an outline 1 cm tighter", "erosion=1cm"),
+    ("a camera rolled by 2 degrees", "roll=2deg"),
+    ("a camera rolled by 5 degrees", "roll=5deg"),
+    ("noise: 2 % of the samples turned over", "salt-and-pepper=2%"),
+    ("light: bad light through segmentation, a third", "light=0.33"),
+];
+
+/// How many takes and cycles each person of the built-in cohort has.
+const COHORT: (u32, u32) = (3, 3);
+
+/// How often `progress` is called by [`run`], about.
+pub(crate) fn steps(plan: &Plan, choices: &Choices) -> usize {
+    let Choices {
+        masks,
+        framings,
+        augmentations,
+        seeds,
+    } = choices;
+    let experiments: usize = Experiment::ALL
+        .into_iter()
+        .map(|one| if one.is_split() { 2 * seeds.len() } else { 1 })
+        .sum();
+    let curves = plan.views.len() * masks.len() * framings.len() * augmentations.len() * experiments;
+    plan.sources.len() + plan.shown.len() * masks.len() + curves
+}
+
+/// Runs a study on all cores.
+///
+/// # Errors
+/// For files that are broken, and what cannot be drawn or learnt.
+pub(crate) fn run(
+    plan: &Plan,
+    choices: &Choices,
+    progress: &(dyn Fn() + Sync),
+) -> Result<Findings> {
+    let mut findings = Findings {
+        people: plan.people.clone(),
+        warnings: plan.warnings.clone(),
+        ..Findings::default()
+    };
+    let walkers = Walkers::read(&plan.sources, &plan.people, progress)?;
+    findings.warnings.extend(walkers.warnings.iter().cloned());
+    let estimated = MeasuredPeople::default();
+    let bodies = plan.bodies.as_ref().unwrap_or(&estimated);
+    let twins = walkers.with_bodies(bodies, &|| ())?;
+    let mut others: Vec<(&str, Twins)> = Vec::new();
+    if plan.bodies.is_some() {
+        let unmeasured = walkers.with_bodies(&estimated, &|| ())?;
+        others.push(("bodies without any measurement", unmeasured));
+    }
+    if let Some(dressed) = &plan.dressed {
+        let dressed = walkers.with_bodies(dressed, &|| ())?;
+        others.push(("bodies measured with clothes and hair", dressed));
+    }
+    for seen in &plan.views {
+        let camera = (seen.view, seen.distance_m);
+        let shown: Vec<_> = plan
+            .shown
+            .iter()
+            .filter(|shown| shown.pairing.view == seen.name)
+            .collect();
+        let synthetic: Vec<Vec<Example>> = choices
+            .framings
+            .iter()
+            .map(|framing| twins.seen(camera, *framing, None))
+            .collect::<Result<_>>()?;
+        for (number, &masks) in choices.masks.iter().enumerate() {
+            let seed = choices.seeds.first().copied().unwrap_or(1);
+            let real = real::read(
+                &plan.tree,
+                &shown,
+                (masks, seed),
+                &choices.framings,
+                progress,
+            )?;
+            findings.counts.push(Counts {
+                view: seen.name.clone(),
+                masks: masks.name(),
+                real: real.by_framing.first().map_or(0, Vec::len),
+                synthetic: synthetic.first().map_or(0, Vec::len),
+                without: real.without.clone(),
+            });
+            for ((framing, real), synthetic) in
+                choices.framings.iter().zip(&real.by_framing).zip(&synthetic)
+            {
+                let setting = (seen.name.as_str(), masks.name(), framing.name());
+                let both = (real.as_slice(), synthetic.as_slice());
+                let found = Similarity::of(setting, both, &plan.people);
+                findings.similarity.push(found);
+                for &augmentation in &choices.augmentations {
+                    let found = recognized(setting, both, augmentation, &choices.seeds, progress)?;
+                    // What is synthetic on both sides does not depend on the masks.
+                    let is_new = |one: &Recognition| {
+                        number == 0 || one.curve.experiment != Experiment::SyntheticSynthetic
+                    };
+                    findings.recognition.extend(found.into_iter().filter(is_new));
+                }
+            }
+            if number > 0 {
+                continue;
+            }
+            let (Some(real), Some(synthetic)) = (real.by_framing.first(), synthetic.first()) else {
+                continue;
+            };
+            let both = (real.as_slice(), synthetic.as_slice());
+            findings
+                .subspaces
+                .extend(Subspaces::of(&seen.name, real, synthetic)?);
+            let priced = prices(seen, both, (&twins, &others), choices)?;
+            findings.prices.extend(priced);
+        }
+    }
+    Ok(findings)
+}
+
+/// The synthetic part alone, of the built-in cohort seen from these viewpoints, named by their azimuths:
+/// principal components, how well people are told apart, and what changes do to silhouettes.
+///
+/// # Errors
+/// For what cannot be drawn or learnt.
+pub(crate) fn run_synthetic(
+    azimuths_deg: &[f32],
+    distance_m: f64,
+    choices: &Choices,
+    progress: &(dyn Fn() + Sync),
+) -> Result<Findings> {
+    let (twins, people) = Twins::of_cohort(COHORT, progress)?;
+    let mut findings = Findings {
+        people,
+        ..Findings::default()
+    };
+    for &azimuth in azimuths_deg {
+        let (name, view) = (format!("{azimuth:03}"), View::new(azimuth, 0.0)?);
+        let camera = (view, distance_m);
+        for &framing in &choices.framings {
+            let synthetic = twins.seen(camera, framing, None)?;
+            for &augmentation in &choices.augmentations {
+                let both = (&[][..], synthetic.as_slice());
+                let setting = (name.as_str(), Masks::Given.name(), framing.name());
+                let found = recognized(setting, both, augmentation, &choices.seeds, progress)?;
+                findings.recognition.extend(found);
+            }
+        }
+        let framing = choices.framings.first().copied().unwrap_or_default();
+        let synthetic = twins.seen(camera, framing, None)?;
+        findings.subspaces.extend(Subspaces::of(&name, &synthetic, &synthetic)?);
+        findings.counts.push(Counts {
+            view: name,
+            masks: Masks::Given.name(),
+            real: 0,
+            synthetic: synthetic.len(),
+            without: Vec::new(),
+        });
+    }
+    Ok(findings)
+}
+
+/// All experiments under one setting.
+fn recognized(
+    (view, masks, framing): (&str, &'static str, &'static str),
+    both: (&[Example], &[Example]),
+    augmentation: Augmentation,
+    seeds: &[u64],
+    progress: &(dyn Fn() + Sync),
+) -> Result<Vec<Recognition>> {
+    let mut found = Vec::new();
+    for experiment in Experiment::ALL {
+        let units = if experiment.is_split() {
+            &[Unit::Cycle, Unit::Take][..]
+        } else {
+            &[Unit::Cycle]
+        };
+        for &unit in units {
+            let curve =
+                recognition::curve(experiment, both, (unit, seeds), augmentation, progress)?;
+            found.extend(curve.map(|curve| Recognition {
+                view: view.to_owned(),
+                masks,
+                framing,
+                augmented: augmentation != Augmentation::default(),
+                curve,
+            }));
+        }
+    }
+    Ok(found)
+}
+
+/// What separates twins from real people, seen from one viewpoint.
+fn prices(
+    seen: &plan::Seen,
+    (real, synthetic): (&[Example], &[Example]),
+    (twins, others): (&Twins, &[(&str, Twins)]),
+    choices: &Choices,
+) -> Result<Vec<Price>> {
+    let (Some(&seed), Some(&framing)) = (choices.seeds.first(), choices.framings.first()) else {
+        return Err(Error::Missing("a seed and a framing"));
+    };
+    let camera = (seen.view, seen.distance_m);
+    let mut prices = Vec::new();
+    let mut add = |change: &str, (own, changed): (Option<f64>, &[Example])| -> Result<()> {
+        let jaccard = mean_likeness(real, changed);
+        let price = Price::of(&seen.name, change, (real, changed), jaccard, seed)?;
+        prices.extend(price.map(|price| Price { own, ..price }));
+        Ok(())
+    };
+    add("as they are", (None, synthetic))?;
+    for (name, twins) in others {
+        add(name, (None, &twins.seen(camera, framing, None)?))?;
+    }
+    for (name, written) in CHANGES {
+        let dose = dose(written).map_err(Error::Usage)?;
+        let condition = Condition::of(Doses::new([dose]));
+        let changed = twins.seen(camera, framing, Some(&condition))?;
+        add(name, (Some(own(synthetic, &changed)), &changed))?;
+    }
+    let moved: Vec<Example> = synthetic.iter().map(moved).collect();
+    add("a shift of one column", (Some(own(synthetic, &moved)), &moved))?;
+    prices.extend(differences::shared(&seen.name, (real, synthetic), seed)?);
+    Ok(prices)
+}
+
+/// The mean Jaccard index of frames before and after a change.
+fn own(before: &[Example], after: &[Example]) -> f64 {
+    let frames = before.iter().zip(after).flat_map(|(before, after)| {
+        let pairs = before.frames.iter().zip(&after.frames);
+        pairs.map(|((_, before), (_, after))| f64::from(before.jaccard(after)))
+    });
+    mean(&frames.collect::<Vec<_>>())
+}
+
+/// A cycle one column to the right.
+fn moved(example: &Example) -> Example {
+    let frames: Vec<_> = example
+        .frames
+        .iter()
+        .map(|(phase, frame)| (*phase, shifted(frame, 1, 0)))
+        .collect();
+    Example {
+        gei: example::gei(frames.iter().map(|(_, frame)| frame)),
+        frames,
+        ..example.clone()
+    }
+}

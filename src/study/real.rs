@@ -1,0 +1,172 @@
+//! Real people: gait cycles of the silhouettes of a tree.
+
+use super::example::{Example, SIZE, gei};
+use super::manifest::Pairing;
+use super::masks::Masks;
+use crate::cycle::{CycleFinder, LowerBody};
+use crate::dataset::{Tree, framed};
+use crate::error::Result;
+use crate::sweep::Framing;
+use rayon::prelude::*;
+
+/// A take of a person seen from one viewpoint.
+#[derive(Clone, Debug)]
+pub(crate) struct Shown {
+    /// What the manifest says of it.
+    pub pairing: Pairing,
+    /// Number of its sequence in the tree.
+    pub sequence: usize,
+    /// Number of the person.
+    pub person: usize,
+    /// Number of the take among those of all people.
+    pub take: usize,
+}
+
+/// Gait cycles from one viewpoint, of one kind of masks, each way of framing them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Real {
+    /// The cycles, framed in the ways that were asked for, in their order.
+    pub by_framing: Vec<Vec<Example>>,
+    /// Takes without a cycle, and why.
+    pub without: Vec<String>,
+}
+
+/// Reads takes on all cores, one kind of masks. `progress` is called once a take.
+///
+/// # Errors
+/// For files that are broken.
+pub(crate) fn read(
+    tree: &Tree,
+    takes: &[&Shown],
+    (masks, seed): (Masks, u64),
+    framings: &[Framing],
+    progress: &(dyn Fn() + Sync),
+) -> Result<Real> {
+    let one = |shown: &&Shown| {
+        let found = take(tree, shown, (masks, seed), framings);
+        progress();
+        found
+    };
+    let found: Vec<Result<Take>> = takes.par_iter().map(one).collect();
+    let mut real = Real {
+        by_framing: vec![Vec::new(); framings.len()],
+        without: Vec::new(),
+    };
+    for found in found {
+        match found? {
+            Ok(by_framing) => {
+                for (all, own) in real.by_framing.iter_mut().zip(by_framing) {
+                    all.extend(own);
+                }
+            }
+            Err(reason) => real.without.push(reason),
+        }
+    }
+    Ok(real)
+}
+
+/// The cycles of a take by framing, or why there are none.
+type Take = std::result::Result<Vec<Vec<Example>>, String>;
+
+fn take(
+    tree: &Tree,
+    shown: &Shown,
+    (masks, seed): (Masks, u64),
+    framings: &[Framing],
+) -> Result<Take> {
+    let Pairing {
+        person,
+        take,
+        view,
+        fps,
+        offset,
+        contacts,
+        ..
+    } = &shown.pairing;
+    let name = format!("{person}/{take}/{view}");
+    let (mut frames, mut columns) = (Vec::new(), 1);
+    tree.show(shown.sequence, |pixels, wide| {
+        frames.push(pixels.to_vec());
+        columns = wide;
+        Ok(())
+    })?;
+    let spans = match &shown.pairing.cycles {
+        Some(spans) => spans.clone(),
+        None => {
+            let legs = frames.iter().map(|frame| LowerBody::of_pixels(frame, columns));
+            #[expect(clippy::cast_possible_truncation, reason = "frames a second")]
+            match CycleFinder::new(*fps as f32)?.find(legs) {
+                Ok(found) => {
+                    let spans = found.cycles.iter();
+                    spans.map(|cycle| (cycle.start, cycle.end)).collect()
+                }
+                Err(reason) => return Ok(Err(format!("{name}: {reason}"))),
+            }
+        }
+    };
+    let count = frames.len();
+    let seen = masks.of(frames, columns, (&name, seed));
+    let mut by_framing = Vec::new();
+    for &framing in framings {
+        let mut examples = Vec::new();
+        for &(from, to) in &spans {
+            // Frames a to b-1 of [a, b), by their numbers.
+            let mut framed_frames = Vec::new();
+            for number in (from.ceil() as usize)..(to.ceil() as usize).min(count) {
+                if let Some(silhouette) = framed((&seen[number], columns), SIZE, framing)? {
+                    let phase = phase(number as f64, (from, to), contacts);
+                    framed_frames.push((phase, silhouette));
+                }
+            }
+            if framed_frames.is_empty() {
+                continue;
+            }
+            examples.push(Example {
+                person: shown.person,
+                take: shown.take,
+                position: examples.len(),
+                span_s: ((from + offset) / fps, (to + offset) / fps),
+                gei: gei(framed_frames.iter().map(|(_, frame)| frame)),
+                frames: framed_frames,
+            });
+        }
+        if examples.is_empty() {
+            return Ok(Err(format!("{name}: no frame of its cycles shows anybody")));
+        }
+        by_framing.push(examples);
+    }
+    Ok(Ok(by_framing))
+}
+
+/// The phase of a frame, 0..1: 0 at a left contact, evenly between two of them and beyond; without
+/// contacts 0 at the beginning of its cycle.
+fn phase(frame: f64, (from, to): (f64, f64), contacts: &[f64]) -> f64 {
+    let period = to - from;
+    let behind = contacts.iter().rposition(|contact| *contact <= frame);
+    let share = match (behind, contacts.first()) {
+        (Some(at), _) => {
+            let next = contacts.get(at + 1).map_or(period, |next| next - contacts[at]);
+            (frame - contacts[at]) / next
+        }
+        (None, Some(first)) => (frame - first) / period,
+        (None, None) => (frame - from) / period,
+    };
+    share.rem_euclid(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn phases_begin_at_left_contacts_and_go_on_beyond_them() {
+        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
+        let cycle = (0.0, 32.0);
+        near(phase(26.0, cycle, &[10.0, 42.0]), 0.5);
+        near(phase(10.0, cycle, &[10.0, 42.0]), 0.0);
+        // A quarter of the period before the first contact, and behind the last.
+        near(phase(2.0, cycle, &[10.0, 42.0]), 0.75);
+        near(phase(50.0, cycle, &[10.0, 42.0]), 0.25);
+        near(phase(8.0, cycle, &[]), 0.25);
+    }
+}

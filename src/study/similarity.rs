@@ -1,0 +1,259 @@
+//! How like real silhouettes are to each other and to those of their synthetic twins, frame by frame.
+
+use super::example::{Example, SIZE};
+use super::likeness::{BoxPlot, Fit, Likeness, PHASES, aligned, lacking, likeness, mean};
+use edgegait_core::silhouette::Silhouette;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Phases of a cycle that overlays show.
+const OVERLAID: usize = 8;
+
+/// Jaccard indices of pairs of cycles.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Group {
+    /// Pairs of cycles.
+    pub pairs: usize,
+    /// Of all frames, by the phase that each has.
+    pub unaligned: BoxPlot,
+    /// By the phase that makes a cycle's frames most alike.
+    pub by_phase: BoxPlot,
+    /// Shifted and scaled besides.
+    pub fitted: BoxPlot,
+    /// The share of pairs that are most alike nearer to half a cycle than to none.
+    pub half_a_cycle: f64,
+    /// By how much of a cycle the others are aligned, mean magnitude.
+    pub phase: f64,
+    /// By what frames are scaled, and moved to the right and down, pixels; means.
+    pub scale: f64,
+    pub across: f64,
+    pub down: f64,
+    /// By phase, of each person.
+    pub people: Vec<(String, BoxPlot)>,
+}
+
+/// Frames of a person's cycle, real and synthetic, at even phases.
+#[derive(Clone, Debug)]
+pub(crate) struct Overlay {
+    /// The person.
+    pub person: String,
+    /// Real and synthetic.
+    pub frames: Vec<(Silhouette, Silhouette)>,
+}
+
+/// One viewpoint, one kind of masks, one framing.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Similarity {
+    /// The view's name.
+    pub view: String,
+    /// What the masks are called.
+    pub masks: &'static str,
+    /// What the framing is called.
+    pub framing: &'static str,
+    /// Two cycles of one take.
+    pub same_take: Option<Group>,
+    /// Two cycles of two takes of one person.
+    pub other_take: Option<Group>,
+    /// A cycle and the twin's that is nearest in time.
+    pub synthetic: Option<Group>,
+    /// What a real silhouette has in each row and the twin's has not, and the other way round, aligned
+    /// by phase: shares of the union, which add up to what the index lacks of 1.
+    pub rows: Vec<(f64, f64)>,
+    /// One cycle of each of the first people.
+    #[serde(skip)]
+    pub overlays: Vec<Overlay>,
+}
+
+/// A pair of cycles, compared.
+struct Pair {
+    person: usize,
+    likeness: Likeness,
+}
+
+/// The twin's cycle that is nearest in time to each real one, of the same take or else of the person; its
+/// number.
+pub(crate) fn nearest(real: &Example, synthetic: &[Example]) -> Option<usize> {
+    let own = synthetic.iter().enumerate();
+    let own = own.filter(|(_, twin)| twin.person == real.person);
+    let distance = |twin: &Example| {
+        let apart = (twin.middle_s() - real.middle_s()).abs();
+        // Another take's cycles are the last resort.
+        (twin.take != real.take, apart)
+    };
+    own.min_by(|a, b| {
+        let (a, b) = (distance(a.1), distance(b.1));
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+    })
+    .map(|(number, _)| number)
+}
+
+/// The frames of a real cycle at the phases that its twin has by time.
+pub(crate) fn by_time(real: &Example, twin: &Example) -> Vec<(f64, Silhouette)> {
+    let (from, to) = twin.span_s;
+    let count = real.frames.len() as f64;
+    let second = |number: usize| {
+        let share = (number as f64 + 0.5) / count;
+        real.span_s.0 + share * (real.span_s.1 - real.span_s.0)
+    };
+    let phase = |number| ((second(number) - from) / (to - from)).rem_euclid(1.0);
+    let frames = real.frames.iter().enumerate();
+    frames
+        .map(|(number, (_, frame))| (phase(number), frame.clone()))
+        .collect()
+}
+
+impl Similarity {
+    /// The groups that there are, and what they are called.
+    pub(crate) fn groups(&self) -> impl Iterator<Item = (&'static str, &Group)> {
+        let all = [
+            ("R-R, one take", &self.same_take),
+            ("R-R, two takes", &self.other_take),
+            ("R-S", &self.synthetic),
+        ];
+        let known = all.into_iter();
+        known.filter_map(|(name, group)| group.as_ref().map(|group| (name, group)))
+    }
+
+    /// Compares all cycles on all cores; `names` are those of the people.
+    pub(crate) fn of(
+        (view, masks, framing): (&str, &'static str, &'static str),
+        (real, synthetic): (&[Example], &[Example]),
+        names: &[String],
+    ) -> Self {
+        let cycles: Vec<Vec<Silhouette>> =
+            real.par_iter().map(|one| one.at_phases(PHASES)).collect();
+        let mut pairs = [Vec::new(), Vec::new()];
+        for (a, one) in real.iter().enumerate() {
+            for (b, other) in real.iter().enumerate().skip(a + 1) {
+                if one.person == other.person {
+                    pairs[usize::from(one.take != other.take)].push((a, b));
+                }
+            }
+        }
+        let [same_take, other_take] = pairs.map(|pairs| {
+            let compare = |&(a, b): &(usize, usize)| Pair {
+                person: real[a].person,
+                likeness: likeness(&real[a].frames, &cycles[b]),
+            };
+            Group::of(&pairs.par_iter().map(compare).collect::<Vec<_>>(), names)
+        });
+        let twins: Vec<(&Example, usize)> = real
+            .iter()
+            .filter_map(|one| nearest(one, synthetic).map(|twin| (one, twin)))
+            .collect();
+        let compared: Vec<(Pair, Vec<(f64, f64)>)> = twins
+            .par_iter()
+            .map(|&(one, twin)| compared(one, &synthetic[twin]))
+            .collect();
+        let mut rows = vec![(0.0, 0.0); SIZE.rows()];
+        for (sum, row) in compared.iter().flat_map(|(_, own)| rows_of(own)) {
+            rows[sum].0 += row.0 / compared.len() as f64;
+            rows[sum].1 += row.1 / compared.len() as f64;
+        }
+        let pairs: Vec<Pair> = compared.into_iter().map(|(pair, _)| pair).collect();
+        let mut overlays: Vec<Overlay> = Vec::new();
+        for ((one, twin), pair) in twins.iter().zip(&pairs) {
+            let name = &names[one.person];
+            if overlays.iter().all(|known| known.person != *name) {
+                overlays.push(Overlay {
+                    person: name.clone(),
+                    frames: overlaid(one, &synthetic[*twin], pair.likeness.fit),
+                });
+            }
+        }
+        Self {
+            view: view.to_owned(),
+            masks,
+            framing,
+            same_take,
+            other_take,
+            synthetic: Group::of(&pairs, names),
+            rows,
+            overlays,
+        }
+    }
+}
+
+fn rows_of(rows: &[(f64, f64)]) -> impl Iterator<Item = (usize, (f64, f64))> + '_ {
+    rows.iter().copied().enumerate()
+}
+
+/// A real cycle beside its twin's, and what each lacks by rows.
+fn compared(real: &Example, twin: &Example) -> (Pair, Vec<(f64, f64)>) {
+    let cycle = twin.at_phases(PHASES);
+    let frames = by_time(real, twin);
+    let found = likeness(&frames, &cycle);
+    let mut rows = vec![(0.0, 0.0); SIZE.rows()];
+    for (phase, frame) in &frames {
+        let own = &cycle[place(*phase, found.fit)];
+        for (row, lacking) in rows_of(&lacking(frame, own)) {
+            rows[row].0 += lacking.0 / frames.len() as f64;
+            rows[row].1 += lacking.1 / frames.len() as f64;
+        }
+    }
+    let pair = Pair {
+        person: real.person,
+        likeness: found,
+    };
+    (pair, rows)
+}
+
+/// Which of [`PHASES`] goes with a frame at this phase.
+fn place(phase: f64, fit: Fit) -> usize {
+    let phase = (phase + fit.phase).rem_euclid(1.0);
+    (phase * PHASES as f64).round() as usize % PHASES
+}
+
+fn overlaid(real: &Example, twin: &Example, fit: Fit) -> Vec<(Silhouette, Silhouette)> {
+    let cycle = twin.at_phases(PHASES);
+    let frames = by_time(real, twin);
+    let count = OVERLAID.min(frames.len());
+    let shown = (0..count).map(|at| &frames[at * frames.len() / count]);
+    shown
+        .map(|(phase, frame)| (frame.clone(), cycle[place(*phase, fit)].clone()))
+        .collect()
+}
+
+impl Group {
+    fn of(pairs: &[Pair], names: &[String]) -> Option<Self> {
+        let all = |of: fn(&Likeness) -> &Vec<f64>| {
+            let values = pairs.iter().flat_map(|pair| of(&pair.likeness));
+            BoxPlot::of(values.copied().collect())
+        };
+        let over = |of: &dyn Fn(Fit) -> f64| {
+            mean(&pairs.iter().map(|pair| of(pair.likeness.fit)).collect::<Vec<_>>())
+        };
+        let mut people: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+        for pair in pairs {
+            let own = people.entry(pair.person).or_default();
+            own.extend(&pair.likeness.by_phase);
+        }
+        let people = people.into_iter().filter_map(|(person, values)| {
+            BoxPlot::of(values).map(|plot| (names[person].clone(), plot))
+        });
+        Some(Self {
+            pairs: pairs.len(),
+            unaligned: all(|likeness| &likeness.unaligned)?,
+            by_phase: all(|likeness| &likeness.by_phase)?,
+            fitted: all(|likeness| &likeness.fitted)?,
+            half_a_cycle: over(&|fit| f64::from(u8::from(fit.phase.abs() > 0.25))),
+            phase: over(&|fit| fit.phase.abs().min(0.5 - fit.phase.abs())),
+            scale: over(&|fit| fit.scale),
+            across: over(&|fit| f64::from(fit.across)),
+            down: over(&|fit| f64::from(fit.down)),
+            people: people.collect(),
+        })
+    }
+}
+
+/// The mean Jaccard index of real cycles and their twins', aligned by phase; `None` without any.
+pub(crate) fn mean_likeness(real: &[Example], synthetic: &[Example]) -> Option<f64> {
+    let one = |one: &Example| {
+        let twin = &synthetic[nearest(one, synthetic)?];
+        let (_, found) = aligned(&by_time(one, twin), &twin.at_phases(PHASES));
+        Some(mean(&found))
+    };
+    let found: Vec<f64> = real.par_iter().filter_map(one).collect();
+    (!found.is_empty()).then(|| mean(&found))
+}

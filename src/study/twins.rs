@@ -1,0 +1,268 @@
+//! Synthetic twins: the people of a manifest with bodies of their measurements, walking by their
+//! recordings.
+
+use super::example::{Example, SIZE, gei};
+use super::likeness::PHASES;
+use super::manifest::{Pairing, listed};
+use crate::confound::Condition;
+use crate::encode::{MAX_ERROR_MM, encode_subjects};
+use crate::error::{Error, Place, Result};
+use crate::scene::cohort::{self, CohortOptions};
+use crate::scene::measured::MeasuredPeople;
+use crate::scene::recorded::{BodyOptions, Keep, ReadOptions, Recording, SubjectName, subjects};
+use crate::sweep::{
+    Framing, Job, Lens, Moments, Sensor, Settings, Shot, View, silhouettes,
+};
+use edgegait_core::pack::Pack;
+use edgegait_core::raster::Rasterizer;
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+
+/// A recording of a person, and which takes show it.
+#[derive(Clone, Debug)]
+pub(crate) struct Source {
+    /// Number of the person.
+    pub person: usize,
+    /// The file.
+    pub path: PathBuf,
+    /// Numbers of the takes that show it, and which seconds of it each does.
+    pub takes: Vec<(usize, (f64, f64))>,
+}
+
+/// One gait cycle of a twin.
+#[derive(Clone, Copy, Debug)]
+struct TwinCycle {
+    /// Number of its walk in the pack, and which variation of it.
+    walk: usize,
+    variation: u32,
+    person: usize,
+    /// The number of the take that it is nearest to in time.
+    take: usize,
+    /// Which cycle of that take.
+    position: usize,
+    span_s: (f64, f64),
+}
+
+/// Recordings that were read, to be put onto bodies.
+pub(crate) struct Walkers {
+    sources: Vec<Source>,
+    recordings: Vec<Recording>,
+    /// What was assumed of the recordings.
+    pub warnings: Vec<String>,
+}
+
+/// Twins that can be drawn.
+pub(crate) struct Twins {
+    pack: Vec<u8>,
+    cycles: Vec<TwinCycle>,
+}
+
+/// The file of a pairing's recording, in one of the folders or in `clips` there; in the one that is
+/// called as the row says, if any is.
+///
+/// # Errors
+/// If it is in none of them.
+pub(crate) fn find(pairing: &Pairing, manifest: &Path, folders: &[PathBuf]) -> Result<PathBuf> {
+    let is_called = |folder: &&PathBuf| {
+        let name = folder.file_name().map(|name| name.to_string_lossy());
+        name.is_some() && name.as_deref() == pairing.root.as_deref()
+    };
+    let named: Vec<&PathBuf> = folders.iter().filter(is_called).collect();
+    let all: Vec<&PathBuf> = folders.iter().collect();
+    let places = if named.is_empty() { all } else { named };
+    let files = places.iter().flat_map(|folder| {
+        [folder.join(&pairing.source), folder.join("clips").join(&pairing.source)]
+    });
+    files.into_iter().find(|file| file.is_file()).ok_or_else(|| {
+        let places: Vec<String> = places.iter().map(|it| it.display().to_string()).collect();
+        Error::at(
+            manifest,
+            Place::Line(pairing.line),
+            format!(
+                "source: expected the recording {} in {} or in clips there, found none",
+                pairing.source,
+                if places.is_empty() {
+                    "a folder of recordings (none was named)".into()
+                } else {
+                    listed(&places)
+                }
+            ),
+        )
+    })
+}
+
+impl Walkers {
+    /// Reads the recordings on all cores; `names` are those of the people. Those without a gait cycle
+    /// are left out, with a warning.
+    ///
+    /// # Errors
+    /// If none is left.
+    pub(crate) fn read(
+        sources: &[Source],
+        names: &[String],
+        progress: &(dyn Fn() + Sync),
+    ) -> Result<Self> {
+        let read = |source: &Source| {
+            let options = ReadOptions {
+                keep: Keep::Cycles,
+                subject: SubjectName::Given(names[source.person].clone()),
+                ..ReadOptions::default()
+            };
+            let recording = Recording::read(&source.path, &options);
+            progress();
+            recording
+        };
+        let found: Vec<Result<Recording>> = sources.par_iter().map(read).collect();
+        let mut walkers = Self {
+            sources: Vec::new(),
+            recordings: Vec::new(),
+            warnings: Vec::new(),
+        };
+        for (number, (source, found)) in sources.iter().zip(found).enumerate() {
+            match found {
+                Ok(mut recording) => {
+                    // Files of one name in several folders are several walks.
+                    recording.name = format!("{number}");
+                    walkers.sources.push(source.clone());
+                    walkers.recordings.push(recording);
+                }
+                Err(error) => walkers.warnings.push(format!("left out: {error}")),
+            }
+        }
+        if walkers.recordings.is_empty() {
+            return Err(Error::Failed(format!(
+                "no recording has a gait cycle: {}",
+                listed(&walkers.warnings)
+            )));
+        }
+        Ok(walkers)
+    }
+
+    /// The walkers with bodies of these measurements.
+    ///
+    /// # Errors
+    /// For bodies that are implausible, and walks that cannot be encoded.
+    pub(crate) fn with_bodies(
+        &self,
+        measured: &MeasuredPeople,
+        progress: &(dyn Fn() + Sync),
+    ) -> Result<Twins> {
+        let options = BodyOptions {
+            measured: measured.clone(),
+            ..BodyOptions::default()
+        };
+        let people = subjects(&self.recordings, &options)?;
+        let pack = encode_subjects(&people, MAX_ERROR_MM, progress)?;
+        let parsed = Pack::parse(&pack)?;
+        let mut cycles: Vec<TwinCycle> = Vec::new();
+        for (number, walk) in parsed.walks().enumerate() {
+            let owner = parsed.subjects().nth(walk.subject).map(|one| one.name);
+            let known = self.recordings.iter().zip(&self.sources);
+            let mut known = known.filter(|(recording, _)| {
+                recording.name == walk.name && Some(recording.subject.as_str()) == owner
+            });
+            let (recording, source) = known.next().ok_or(Error::Missing("a walk"))?;
+            let cut = recording.cut.as_ref().ok_or(Error::Missing("cycles"))?;
+            let cycle = &cut.cycles[usize::from(walk.cycle)];
+            let span_s = (cycle.start_s, cycle.start_s + cycle.cycle.period_s);
+            let middle = f64::midpoint(span_s.0, span_s.1);
+            let outside = |(from, to): (f64, f64)| (from - middle).max(middle - to).max(0.0);
+            let takes = source.takes.iter();
+            let nearest = takes.min_by(|a, b| outside(a.1).total_cmp(&outside(b.1)));
+            let take = nearest.ok_or(Error::Missing("a take"))?.0;
+            let position = cycles.iter().filter(|one| one.take == take).count();
+            cycles.push(TwinCycle {
+                walk: number,
+                variation: 0,
+                person: source.person,
+                take,
+                position,
+                span_s,
+            });
+        }
+        Ok(Twins { pack, cycles })
+    }
+}
+
+impl Twins {
+    /// The built-in cohort, which has no real twins: takes of so many seeded variations of a walk at
+    /// 5 km/h, and the people's names.
+    ///
+    /// # Errors
+    /// Never.
+    pub(crate) fn of_cohort(
+        (takes, cycles): (u32, u32),
+        progress: &(dyn Fn() + Sync),
+    ) -> Result<(Self, Vec<String>)> {
+        let options = CohortOptions {
+            speeds_kmh: vec![5.0],
+            ..CohortOptions::default()
+        };
+        let pack = encode_subjects(&cohort::subjects(&options)?, MAX_ERROR_MM, progress)?;
+        let parsed = Pack::parse(&pack)?;
+        let names = parsed.subjects().map(|one| one.name.to_owned()).collect();
+        let walks = parsed.walks().map(|walk| walk.subject).enumerate();
+        let of = |(walk, person): (usize, usize)| {
+            (0..takes * cycles).map(move |variation| TwinCycle {
+                walk,
+                variation,
+                person,
+                take: person * takes as usize + (variation / cycles) as usize,
+                position: (variation % cycles) as usize,
+                span_s: (f64::from(variation), f64::from(variation + 1)),
+            })
+        };
+        let cycles = walks.flat_map(of).collect();
+        Ok((Self { pack, cycles }, names))
+    }
+
+    /// Gait cycles of all twins from one viewpoint, in perspective from so many metres: on all cores.
+    ///
+    /// # Errors
+    /// For what cannot be drawn.
+    pub(crate) fn seen(
+        &self,
+        (view, distance_m): (View, f64),
+        framing: Framing,
+        condition: Option<&Condition>,
+    ) -> Result<Vec<Example>> {
+        let pack = Pack::parse(&self.pack)?;
+        let settings = Settings {
+            rasterizer: Rasterizer::Rows.into(),
+            size: SIZE,
+            framing,
+            lens: Lens::Persp,
+            sensor: Sensor {
+                distance_m,
+                ..Sensor::default()
+            },
+            frames_per_cycle: PHASES as u32,
+            ..Settings::default()
+        };
+        let draw = |cycle: &TwinCycle| -> Result<Example> {
+            let job = Job {
+                condition,
+                ..Job::plain(cycle.walk, cycle.variation)
+            };
+            let shot = Shot {
+                job,
+                moments: Moments::Cycle,
+                views: &[view],
+            };
+            let drawn = silhouettes(&pack, shot, settings)?;
+            let drawn = drawn.into_iter().flatten().enumerate();
+            let frames: Vec<_> = drawn
+                .map(|(at, frame)| (at as f64 / PHASES as f64, frame.silhouette()))
+                .collect();
+            Ok(Example {
+                person: cycle.person,
+                take: cycle.take,
+                position: cycle.position,
+                span_s: cycle.span_s,
+                gei: gei(frames.iter().map(|(_, frame)| frame)),
+                frames,
+            })
+        };
+        self.cycles.par_iter().map(draw).collect()
+    }
+}
