@@ -62,11 +62,11 @@ pub(super) struct Args {
 
 /// The results.
 #[derive(Serialize)]
-pub(crate) struct Results {
+struct Results {
     #[serde(flatten)]
-    pub header: Header,
+    header: Header,
     #[serde(flatten)]
-    pub findings: Findings,
+    findings: Findings,
 }
 
 impl Args {

@@ -21,7 +21,7 @@ use crate::error::{Error, ReportError, Result};
 use crate::evaluate::results::ScoreResults;
 use crate::template::Template;
 
-const CSS: &str = concat!(include_str!("style.css"), include_str!("chart.css"));
+pub(super) const CSS: &str = concat!(include_str!("style.css"), include_str!("chart.css"));
 
 /// A template to show, and what it is.
 #[derive(Clone, Debug)]
@@ -222,7 +222,7 @@ fn reading() -> Markup {
     }
 }
 
-fn provenance(header: &Header) -> Markup {
+pub(super) fn provenance(header: &Header) -> Markup {
     html! {
         h2 { "Settings and inputs" }
         table.keys { tbody {

@@ -3,9 +3,10 @@
 //! Where a skeleton's hips and spine lie is a convention of its maker, and where its rest pose
 //! had to be taken from a moment of the motion, so is what upright means.
 
+use super::forward_kinematics;
 use super::retarget::Take;
 use super::stance::Steps;
-use edgegait_core::skeleton::Joint;
+use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
 /// Mean and standard deviation between people of the lean of a walker's thorax, degrees
@@ -42,6 +43,61 @@ fn heading(pelvis: DQuat) -> DQuat {
     DQuat::from_rotation_y(libm::atan2(ahead.x, ahead.z))
 }
 
+/// Turns the trunk of a pose ahead by radians; `turns` are those of its joints in space. The head and
+/// the arms keep theirs.
+fn lean_ahead(pose: &mut [DQuat; JOINTS], turns: &[DQuat; JOINTS], by: f64) {
+    let pelvis = turns[Joint::Pelvis.index()];
+    let lean = DQuat::from_axis_angle(heading(pelvis) * DVec3::X, by);
+    pose[Joint::Spine.index()] =
+        (pelvis.inverse() * lean * turns[Joint::Spine.index()]).normalize();
+    for (joint, parent) in [
+        (Joint::Head, Joint::Neck),
+        (Joint::LeftUpperArm, Joint::LeftClavicle),
+        (Joint::RightUpperArm, Joint::RightClavicle),
+    ] {
+        let parent = lean * turns[parent.index()];
+        pose[joint.index()] = (parent.inverse() * turns[joint.index()]).normalize();
+    }
+}
+
+/// How far ahead of the middle of the hips the middle of the shoulders lies: the angle from the vertical
+/// of the line between them, mean over the poses, radians, seen from the walker's side.
+fn shoulders_ahead(poses: &[[DQuat; JOINTS]], offsets: &[DVec3; JOINTS]) -> f64 {
+    let middle = |at: &[DVec3; JOINTS], [left, right]: [Joint; 2]| {
+        0.5 * (at[left.index()] + at[right.index()])
+    };
+    let line = |pose: &[DQuat; JOINTS]| {
+        let (at, turns) = forward_kinematics(offsets, DVec3::ZERO, pose);
+        let line = middle(&at, [Joint::LeftUpperArm, Joint::RightUpperArm])
+            - middle(&at, [Joint::LeftThigh, Joint::RightThigh]);
+        heading(turns[Joint::Pelvis.index()]).inverse() * line
+    };
+    let sum: DVec3 = poses.iter().map(line).sum();
+    libm::atan2(sum.z, sum.y)
+}
+
+/// Turns the trunks of poses on another body ahead by a constant, where its shoulders would be further
+/// behind the hips than the recording had them.
+///
+/// Rest poses differ in what they mean. Where one draws the shoulders straight above the hips, turning
+/// the trunk as it turned puts the shoulders of a body that has them behind, as people have, as much
+/// further back. Where one has its hips in front of where they are in people (CMU's), that turn is what
+/// mends it: so nothing is ever turned back.
+pub(super) fn carry_shoulders(
+    (recorded, own): (&[[DQuat; JOINTS]], &[DVec3; JOINTS]),
+    (poses, target): (&mut [[DQuat; JOINTS]], &[DVec3; JOINTS]),
+) {
+    let by = shoulders_ahead(recorded, own) - shoulders_ahead(poses, target);
+    // Rounding is no lean.
+    if by < 1e-9 {
+        return;
+    }
+    for pose in poses {
+        let (_, turns) = forward_kinematics(target, DVec3::ZERO, pose);
+        lean_ahead(pose, &turns, by);
+    }
+}
+
 /// Turns the trunk of somebody who walks or runs by a constant to the published mean, and says so,
 /// where it leans as nobody's does or where the file does not say what upright is. The head and
 /// the arms keep their orientation in space.
@@ -56,20 +112,7 @@ pub(super) fn stand_upright(take: &mut Take) {
     let by = (mean_deg - lean_deg).to_radians();
     for frame in 0..take.len() {
         let (_, turns) = take.posed(frame);
-        let side = heading(turns[Joint::Pelvis.index()]) * DVec3::X;
-        let lean = DQuat::from_axis_angle(side, by);
-        let pose = &mut take.rotations[frame];
-        let pelvis = turns[Joint::Pelvis.index()];
-        pose[Joint::Spine.index()] =
-            (pelvis.inverse() * lean * turns[Joint::Spine.index()]).normalize();
-        for (joint, parent) in [
-            (Joint::Head, Joint::Neck),
-            (Joint::LeftUpperArm, Joint::LeftClavicle),
-            (Joint::RightUpperArm, Joint::RightClavicle),
-        ] {
-            let parent = lean * turns[parent.index()];
-            pose[joint.index()] = (parent.inverse() * turns[joint.index()]).normalize();
-        }
+        lean_ahead(&mut take.rotations[frame], &turns, by);
     }
     let does = if runs { "runs" } else { "walks" };
     let why = if leans {

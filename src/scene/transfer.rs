@@ -6,6 +6,7 @@ use glam::{DQuat, DVec3};
 
 use super::flips::Ends;
 use super::forward_kinematics;
+use super::lean::carry_shoulders;
 use super::leg::Leg;
 use super::retarget::leg_length_m;
 use super::{Cycle, Span};
@@ -145,6 +146,7 @@ impl Moved {
                 moved.too_short = TooShort { frame, mm };
             }
         }
+        carry_shoulders((rotations, own), (&mut moved.rotations, target));
         moved
     }
 }

@@ -28,6 +28,16 @@ pub(crate) const BANDS: [(&str, Range<usize>); 6] = [
 /// The rows above the hips: what leans.
 const LEANING: Range<usize> = 0..24;
 
+/// What rows hold, summed up by [`BANDS`].
+pub(crate) fn banded(rows: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let sum = |rows: &[(f64, f64)]| {
+        let (real, synthetic) = (rows.iter().map(|row| row.0), rows.iter().map(|row| row.1));
+        (real.sum(), synthetic.sum())
+    };
+    let bands = BANDS.into_iter();
+    bands.filter_map(|(_, band)| rows.get(band).map(sum)).collect()
+}
+
 /// One difference, and what is gained without it.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Price {

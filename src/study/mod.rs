@@ -12,6 +12,7 @@ mod example;
 mod likeness;
 mod manifest;
 mod masks;
+mod order;
 mod plan;
 mod real;
 mod recognition;
@@ -20,13 +21,14 @@ mod splits;
 mod subspaces;
 mod twins;
 
-pub(crate) use differences::{BANDS, Price};
+pub(crate) use differences::{BANDS, Price, banded};
 pub(crate) use example::SIZE;
 pub(crate) use likeness::BoxPlot;
 pub(crate) use masks::Masks;
+pub(crate) use order::Order;
 pub(crate) use plan::{Paths, Plan};
 pub(crate) use recognition::{Curve, Experiment};
-pub(crate) use similarity::{Group, Similarity};
+pub(crate) use similarity::{Group, Overlay, Similarity};
 pub(crate) use splits::Unit;
 pub(crate) use subspaces::Subspaces;
 
@@ -39,7 +41,6 @@ use example::Example;
 use likeness::{mean, shifted};
 use serde::Serialize;
 use similarity::mean_likeness;
-use subspaces::SHOWN;
 use twins::{Twins, Walkers};
 
 /// What is varied.
@@ -127,6 +128,8 @@ pub(crate) struct Findings {
     pub subspaces: Vec<Subspaces>,
     /// Part 3.
     pub recognition: Vec<Recognition>,
+    /// The paper's order beside it.
+    pub orders: Vec<Order>,
     /// What separates S from R.
     pub prices: Vec<Price>,
     /// What a user should know.
@@ -254,6 +257,7 @@ pub(crate) fn run(
             findings.prices.extend(priced);
         }
     }
+    findings.orders = order::orders(&findings.recognition);
     Ok(findings)
 }
 

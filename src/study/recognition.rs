@@ -72,6 +72,11 @@ impl Experiment {
         }
     }
 
+    /// Whether nothing of it is real.
+    pub(crate) const fn is_synthetic(self) -> bool {
+        matches!(self, Self::SyntheticSynthetic)
+    }
+
     /// Whether it parts cycles, so that it depends on how, and on the seed.
     pub(crate) const fn is_split(self) -> bool {
         !matches!(self, Self::RealSynthetic | Self::SyntheticReal)
@@ -121,12 +126,6 @@ pub(crate) struct Curve {
 }
 
 impl Curve {
-    /// The point with the most hits, of the fewest components.
-    pub(crate) fn best(&self) -> Option<&Point> {
-        let points = self.points.iter().rev();
-        points.max_by(|a, b| a.accuracy.total_cmp(&b.accuracy))
-    }
-
     /// The point of the most components.
     pub(crate) fn last(&self) -> Option<&Point> {
         self.points.last()

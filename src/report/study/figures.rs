@@ -1,0 +1,262 @@
+//! Figures of a study: box plots, curves, silhouettes over each other, and components as pictures.
+
+use crate::error::Result;
+use crate::report::drawing::{Axes, LINES, Tick, percents, to_tenth};
+use crate::report::{percent, png};
+use crate::study::{BoxPlot, Recognition, SIZE, Similarity, Subspaces};
+use image::{GrayImage, Luma, Rgb, RgbImage};
+use maud::{Markup, html};
+
+/// Looks of the experiments' lines: those of all charts, and black.
+const LOOKS: [(&str, &str); 7] = [
+    LINES[0],
+    LINES[1],
+    LINES[2],
+    LINES[3],
+    LINES[4],
+    LINES[5],
+    ("#707780", "5 2"),
+];
+
+/// Most people in overlays.
+pub(super) const OVERLAID: usize = 6;
+/// How much larger pixels of silhouettes are in overlays, and those of components.
+const SCALE: u32 = 3;
+/// Ground of pictures: neither black nor white.
+const GROUND: u8 = 24;
+
+/// A chart of its own size.
+pub(super) struct Chart {
+    /// Pixels.
+    pub size: (f64, f64),
+    /// What it shows.
+    pub title: String,
+    /// What is drawn.
+    pub drawn: Markup,
+}
+
+impl Chart {
+    /// The chart in a page.
+    pub(super) fn svg(&self) -> Markup {
+        let (width, height) = self.size;
+        html! {
+            div.wide { svg.study viewBox=(format!("0 0 {width} {height}")) width=(width) height=(height)
+                role="img" aria-label=(self.title) { (self.drawn) } }
+        }
+    }
+}
+
+/// Jaccard indices of each person: a box for two cycles of one take, and one for a cycle and the twin's.
+pub(super) fn boxes(similarity: &Similarity) -> Option<Chart> {
+    let groups: Vec<(&str, &crate::study::Group)> = similarity
+        .groups()
+        .filter(|(name, _)| *name != "R-R, two takes")
+        .collect();
+    let mut people: Vec<&str> = groups
+        .iter()
+        .flat_map(|(_, group)| group.people.iter().map(|(name, _)| name.as_str()))
+        .collect();
+    people.sort_unstable();
+    people.dedup();
+    if people.is_empty() {
+        return None;
+    }
+    let lows = groups.iter().flat_map(|(_, group)| &group.people);
+    let least = lows.fold(1.0_f64, |least, (_, plot)| least.min(plot.low));
+    // To the tenth below.
+    let floor = (10.0 * least - 1e-9).floor() / 10.0;
+    let step = 26.0;
+    let axes = Axes {
+        left: 44.0,
+        top: 12.0,
+        width: step * people.len() as f64,
+        height: 190.0,
+    };
+    let share = |index: f64| (index - floor) / (1.0 - floor);
+    let tenths = (0..=10).map(|tenth| floor + f64::from(tenth) * 0.1);
+    let across: Vec<Tick> = tenths
+        .filter(|index| *index <= 1.0 + 1e-9)
+        .map(|index| (share(index), format!("{index:.1}")))
+        .collect();
+    let place = |at: usize| (at as f64 + 0.5) / people.len() as f64;
+    let names: Vec<Tick> = people
+        .iter()
+        .enumerate()
+        .map(|(at, name)| (place(at), (*name).to_owned()))
+        .collect();
+    let drawn = html! {
+        (axes.across(&across))
+        (axes.below(&names))
+        @for (number, (name, group)) in groups.iter().enumerate() {
+            @for (person, plot) in &group.people {
+                @if let Some(at) = people.iter().position(|known| known == person) {
+                    @let x = axes.place((place(at), 0.0)).0 + 10.0 * number as f64 - 5.0;
+                    (one_box(x, plot, LINES[number].0, &format!("{person}, {name}"), &|index| axes.place((0.0, share(index))).1))
+                }
+            }
+        }
+    };
+    Some(Chart {
+        size: (axes.left + axes.width + 8.0, 232.0),
+        title: format!(
+            "Jaccard index by person, view {}, masks {}: blue {}, red {}",
+            similarity.view,
+            similarity.masks,
+            groups.first().map_or("", |group| group.0),
+            groups.get(1).map_or("", |group| group.0),
+        ),
+        drawn,
+    })
+}
+
+fn one_box(
+    x: f64,
+    plot: &BoxPlot,
+    colour: &str,
+    title: &str,
+    y_of: &dyn Fn(f64) -> f64,
+) -> Markup {
+    let [low, q1, median, q3, high] =
+        [plot.low, plot.q1, plot.median, plot.q3, plot.high].map(y_of);
+    html! {
+        g stroke=(colour) {
+            line x1=(to_tenth(x)) x2=(to_tenth(x)) y1=(to_tenth(low)) y2=(to_tenth(high)) {}
+            rect x=(to_tenth(x - 4.0)) y=(to_tenth(q3)) width="8" height=(to_tenth((q1 - q3).max(0.5)))
+                fill=(colour) fill-opacity="0.35" {}
+            line x1=(to_tenth(x - 4.0)) x2=(to_tenth(x + 4.0)) y1=(to_tenth(median)) y2=(to_tenth(median)) stroke-width="2" {}
+            title { (title) ": median " (format!("{:.3}", plot.median)) ", quartiles "
+                (format!("{:.3} to {:.3}", plot.q1, plot.q3)) ", " (plot.count) " frames" }
+        }
+    }
+}
+
+/// Accuracy over the number of components, a line for each experiment, with its 95 % interval at the end.
+pub(super) fn accuracies(title: String, found: &[&Recognition]) -> Option<Chart> {
+    let most = found
+        .iter()
+        .flat_map(|one| one.curve.points.iter().map(|point| point.components))
+        .max()?;
+    let axes = Axes {
+        left: 48.0,
+        top: 12.0,
+        width: 330.0,
+        height: 220.0,
+    };
+    let share = |components: usize| components as f64 / most as f64;
+    let ticks: Vec<Tick> = (0..=most)
+        .step_by(10)
+        .map(|at| (share(at), at.to_string()))
+        .collect();
+    let drawn = html! {
+        (axes.across(&percents([0, 25, 50, 75, 100])))
+        (axes.below(&ticks))
+        text.axis x="213" y="272" text-anchor="middle" { "principal components" }
+        @for (one, look) in found.iter().zip(LOOKS) {
+            @let points = one.curve.points.iter().map(|point| (share(point.components), point.accuracy));
+            (axes.curve(one.curve.experiment.name(), points, look))
+            @if let Some(last) = one.curve.last() {
+                @let place = |rate: f64| axes.place((share(last.components), rate));
+                @if let (Some(low), Some(high)) = (last.low, last.high) {
+                    line.error stroke=(look.0) x1=(to_tenth(place(low).0)) x2=(to_tenth(place(low).0))
+                        y1=(to_tenth(place(low).1)) y2=(to_tenth(place(high).1)) {}
+                }
+                circle cx=(to_tenth(place(last.accuracy).0)) cy=(to_tenth(place(last.accuracy).1)) r="3" fill=(look.0) {
+                    title { (one.curve.experiment.name()) ": " (percent(last.accuracy)) " %" }
+                }
+            }
+        }
+        @for (number, (one, look)) in found.iter().zip(LOOKS).enumerate() {
+            @let y = 24.0 + 20.0 * number as f64;
+            path.curve d=(format!("M396 {y}L424 {y}")) stroke=(look.0) stroke-dasharray=(look.1) {}
+            text.tick x="430" y=(to_tenth(y + 4.0)) { (one.curve.experiment.name()) }
+        }
+    };
+    Some(Chart {
+        size: (560.0, 284.0),
+        title,
+        drawn,
+    })
+}
+
+/// A PNG file of frames of the first people over each other, a row for each: green is both, red the real
+/// figure alone, yellow the twin's alone.
+///
+/// # Errors
+/// If it cannot be encoded.
+pub(super) fn overlays(similarity: &Similarity) -> Result<Option<Vec<u8>>> {
+    let shown = &similarity.overlays[..similarity.overlays.len().min(OVERLAID)];
+    let columns = shown.iter().map(|one| one.frames.len()).max().unwrap_or(0);
+    if columns == 0 {
+        return Ok(None);
+    }
+    let cell = (SIZE.columns() as u32 + 1, SIZE.rows() as u32 + 1);
+    let mut image = RgbImage::from_pixel(
+        SCALE * (cell.0 * columns as u32 + 1),
+        SCALE * (cell.1 * shown.len() as u32 + 1),
+        Rgb([GROUND; 3]),
+    );
+    for (row, one) in (0..).zip(shown) {
+        for (column, (real, twin)) in (0..).zip(&one.frames) {
+            for (x, y) in pixels() {
+                let colour = match (
+                    real.is_on(y as usize, x as usize),
+                    twin.is_on(y as usize, x as usize),
+                ) {
+                    (true, true) => [0, 158, 115],
+                    (true, false) => [213, 60, 40],
+                    (false, true) => [240, 228, 66],
+                    (false, false) => continue,
+                };
+                let corner = (column * cell.0 + x + 1, row * cell.1 + y + 1);
+                enlarge(corner, |x, y| image.put_pixel(x, y, Rgb(colour)));
+            }
+        }
+    }
+    Ok(Some(png(&image)?))
+}
+
+/// A PNG file of the mean and the nine components of R, and below of S; grey is 0.
+///
+/// # Errors
+/// If it cannot be encoded.
+pub(super) fn components(subspaces: &Subspaces) -> Result<Vec<u8>> {
+    let sides = [&subspaces.real, &subspaces.synthetic];
+    let columns = sides.map(|side| side.components.nrows() + 1);
+    let columns = columns[0].max(columns[1]) as u32;
+    let cell = (SIZE.columns() as u32 + 1, SIZE.rows() as u32 + 1);
+    let mut image = GrayImage::from_pixel(
+        SCALE * (cell.0 * columns + 1),
+        SCALE * (cell.1 * 2 + 1),
+        Luma([GROUND]),
+    );
+    for (row, side) in (0..).zip(sides) {
+        let components = side.components.outer_iter().map(|component| {
+            let most = component.iter().fold(1e-12_f64, |most, at| most.max(at.abs()));
+            component.mapv(|at| 0.5 + 0.5 * at / most).to_vec()
+        });
+        let all = std::iter::once(side.mean.clone()).chain(components);
+        for (column, pixels_of) in (0..).zip(all) {
+            for (x, y) in pixels() {
+                let share = pixels_of[y as usize * SIZE.columns() + x as usize];
+                // 0..=255, rounded.
+                let grey = Luma([(255.0 * share.clamp(0.0, 1.0) + 0.5) as u8]);
+                let corner = (column * cell.0 + x + 1, row * cell.1 + y + 1);
+                enlarge(corner, |x, y| image.put_pixel(x, y, grey));
+            }
+        }
+    }
+    png(&image)
+}
+
+/// Columns and rows of a silhouette.
+fn pixels() -> impl Iterator<Item = (u32, u32)> {
+    let rows = 0..SIZE.rows() as u32;
+    rows.flat_map(|y| (0..SIZE.columns() as u32).map(move |x| (x, y)))
+}
+
+/// The pixels that one pixel is drawn as.
+fn enlarge((x, y): (u32, u32), mut put: impl FnMut(u32, u32)) {
+    for (right, down) in (0..SCALE * SCALE).map(|at| (at % SCALE, at / SCALE)) {
+        put(SCALE * x + right, SCALE * y + down);
+    }
+}

@@ -1,0 +1,387 @@
+//! The page of a study: one HTML document that needs nothing else.
+
+use super::Figure;
+use super::figures::{accuracies, boxes, components, overlays};
+use super::tables::span;
+use crate::dataset::Header;
+use crate::error::Result;
+use crate::report::html::{CSS, provenance};
+use crate::report::{TITLE_END, percent};
+use crate::study::{
+    Findings, Order, Price, Recognition, SIZE, Similarity, Unit, banded,
+};
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+/// The figures of a study by part.
+pub(super) struct Figures {
+    likeness: Vec<Figure>,
+    overlays: Vec<Figure>,
+    components: Vec<Figure>,
+    accuracies: Vec<Figure>,
+}
+
+impl Figures {
+    pub(super) fn of(findings: &Findings) -> Result<Self> {
+        let mut figures = Self {
+            likeness: Vec::new(),
+            overlays: Vec::new(),
+            components: Vec::new(),
+            accuracies: Vec::new(),
+        };
+        for one in &findings.similarity {
+            let Similarity {
+                view,
+                masks,
+                framing,
+                ..
+            } = one;
+            let name = format!("{view}-{masks}-{framing}");
+            if let Some(chart) = boxes(one) {
+                let figure = Figure::of_chart(format!("likeness-{name}"), &chart);
+                figures.likeness.push(figure);
+            }
+            if let Some(bytes) = overlays(one)? {
+                let people: Vec<&str> = one
+                    .overlays
+                    .iter()
+                    .take(bytes_rows(&one.overlays))
+                    .map(|one| one.person.as_str())
+                    .collect();
+                let caption = format!(
+                    "View {view}, masks {masks}, framing {framing}: {}, eight phases of a cycle each. Green is both, red the real figure alone, yellow the twin's alone",
+                    people.join(", ")
+                );
+                let figure = Figure::of_png(format!("overlays-{name}"), caption, bytes);
+                figures.overlays.push(figure);
+            }
+        }
+        for one in &findings.subspaces {
+            let caption = format!(
+                "View {}: the mean and the first nine principal components, above of R, below of S; grey is 0",
+                one.view
+            );
+            let figure =
+                Figure::of_png(format!("components-{}", one.view), caption, components(one)?);
+            figures.components.push(figure);
+        }
+        for (setting, found) in settings(&findings.recognition) {
+            if let Some(chart) = accuracies(setting.title(), &found) {
+                figures
+                    .accuracies
+                    .push(Figure::of_chart(format!("accuracy-{}", setting.file()), &chart));
+            }
+        }
+        Ok(figures)
+    }
+
+    /// All of them.
+    pub(super) fn all(&self) -> impl Iterator<Item = &Figure> {
+        let parts = [
+            &self.likeness,
+            &self.overlays,
+            &self.components,
+            &self.accuracies,
+        ];
+        parts.into_iter().flatten()
+    }
+}
+
+/// How many people overlays show.
+fn bytes_rows(overlays: &[crate::study::Overlay]) -> usize {
+    overlays.len().min(super::figures::OVERLAID)
+}
+
+/// What one chart of accuracies is of.
+#[derive(PartialEq)]
+struct Setting<'a> {
+    view: &'a str,
+    masks: &'a str,
+    framing: &'a str,
+    augmented: bool,
+    split: Unit,
+}
+
+impl Setting<'_> {
+    fn title(&self) -> String {
+        format!(
+            "View {}, masks {}, framing {}, split {}{}",
+            self.view,
+            self.masks,
+            self.framing,
+            self.split.name(),
+            if self.augmented { ", flips and crops" } else { "" }
+        )
+    }
+
+    fn file(&self) -> String {
+        let split = match self.split {
+            Unit::Cycle => "cycle",
+            Unit::Take => "take",
+        };
+        let augmented = if self.augmented { "-augmented" } else { "" };
+        format!(
+            "{}-{}-{}-{split}{augmented}",
+            self.view, self.masks, self.framing
+        )
+    }
+}
+
+/// Experiments by setting; those without a split, and S-S, which has no masks, go with each.
+fn settings(all: &[Recognition]) -> Vec<(Setting<'_>, Vec<&Recognition>)> {
+    let mut found: Vec<(Setting<'_>, Vec<&Recognition>)> = Vec::new();
+    for one in all {
+        let Some(split) = one.curve.split else {
+            continue;
+        };
+        let setting = Setting {
+            view: &one.view,
+            masks: one.masks,
+            framing: one.framing,
+            augmented: one.augmented,
+            split,
+        };
+        if found.iter().any(|(known, _)| *known == setting) {
+            continue;
+        }
+        let goes_with = |other: &&Recognition| {
+            other.view == one.view
+                && (other.framing, other.augmented) == (one.framing, one.augmented)
+                && other.curve.split.is_none_or(|unit| unit == split)
+                && (other.masks == one.masks || other.curve.experiment.is_synthetic())
+        };
+        found.push((setting, all.iter().filter(goes_with).collect()));
+    }
+    found
+}
+
+/// A picture in a page.
+pub(super) fn picture(caption: &str, png: &[u8]) -> Markup {
+    let source = format!("data:image/png;base64,{}", STANDARD.encode(png));
+    html! { img.study src=(source) alt=(caption); }
+}
+
+/// The page.
+pub(super) fn page(header: &Header, findings: &Findings, figures: &Figures) -> String {
+    let title = if findings.similarity.is_empty() {
+        "Synthetic silhouettes"
+    } else {
+        "Real and synthetic silhouettes"
+    };
+    let real: usize = findings.counts.iter().map(|counts| counts.real).max().unwrap_or(0);
+    let synthetic = findings.counts.iter().map(|counts| counts.synthetic).max();
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                (PreEscaped(format!("<title>{title}{TITLE_END}")))
+                style { (PreEscaped(CSS)) }
+            }
+            body {
+                header {
+                    h1 { (title) }
+                    p.facts { "edgegait " (header.version) " " (header.command) " · seed " (header.seed)
+                        " · " (findings.people.len()) " people · " (real) " real and "
+                        (synthetic.unwrap_or(0)) " synthetic gait cycles from each viewpoint" }
+                    p { "The experiments of Charalambous & Bharath (BMVC 2016) on real silhouettes (R) and on "
+                        "those of synthetic twins of the same people (S), who walk by the motion capture of "
+                        "each walk on bodies of each person's measurements. All silhouettes are of "
+                        (SIZE.rows()) " by " (SIZE.columns()) " pixels." }
+                    @if !header.warnings.is_empty() {
+                        section.warnings {
+                            strong { "Before trusting the numbers" }
+                            ul { @for warning in &header.warnings { li { (warning) } } }
+                        }
+                    }
+                }
+                main {
+                    (orders(&findings.orders))
+                    (without(findings))
+                    @if !findings.similarity.is_empty() {
+                        h2 { "1. How alike silhouettes are" }
+                        (likeness(&findings.similarity))
+                        (shown(&figures.likeness))
+                        (shown(&figures.overlays))
+                        (rows(&findings.similarity))
+                    }
+                    h2 { "2. In which directions they differ" }
+                    (subspaces(findings))
+                    (shown(&figures.components))
+                    h2 { "3. Who is it?" }
+                    p { "Linear support vector machines (C 1, one for each person against the rest) on principal "
+                        "components that are fitted to what is trained on, and to nothing else. R-R is also the "
+                        "control of 70%R+S - 30%R. Intervals are of 95 % and draw people. Split by cycle, a "
+                        "training cycle next to one that is looked for is left out; cycles of one take are near "
+                        "copies all the same, so that a split by take is harder." }
+                    (recognition(&findings.recognition))
+                    (shown(&figures.accuracies))
+                    @if !findings.prices.is_empty() {
+                        h2 { "What separates S from R" }
+                        (prices(&findings.prices))
+                    }
+                    (provenance(header))
+                }
+            }
+        }
+    };
+    page.into_string()
+}
+
+fn shown(figures: &[Figure]) -> Markup {
+    html! { @for figure in figures {
+        figure { (figure.shown) figcaption { (figure.caption) } }
+    } }
+}
+
+fn orders(orders: &[Order]) -> Markup {
+    let says = |holds: bool| if holds { "yes" } else { "no" };
+    let gain = |gain: f64| format!("{:+.1}", 100.0 * gain);
+    html! { @if !orders.is_empty() {
+        h2 { "The paper's order, and ours" }
+        p { "The paper found R-R and S-S best, both mixed ones above 95 % given enough components, and R-S and "
+            "S-R lowest. Here, with the most components:" }
+        div.wide { table {
+            thead { tr { th { "setting" } th { "R-R, S-S best" } th { "mixed above 95 %" } th { "R-S, S-R lowest" }
+                th { "S adds to 70 % of R, points" } th { "to 30 %" } th { "order, accuracy %" } } }
+            tbody { @for order in orders { tr {
+                td { (Setting { view: &order.view, masks: order.masks, framing: order.framing,
+                    augmented: order.augmented, split: order.split }.title()) }
+                td { (says(order.own_is_best)) } td { (says(order.mixed_above_95)) }
+                td { (says(order.across_is_lowest)) }
+                td.number { (gain(order.gain_of_seventy)) } td.number { (gain(order.gain_of_thirty)) }
+                td { @for (number, (experiment, rate)) in order.ranked.iter().enumerate() {
+                    @if number > 0 { ", " } (experiment.name()) " " (percent(*rate)) } }
+            } } }
+        } }
+    } }
+}
+
+fn without(findings: &Findings) -> Markup {
+    let without: Vec<&String> = findings.counts.iter().flat_map(|one| &one.without).collect();
+    html! { @if !without.is_empty() {
+        h2 { "Takes without a gait cycle" }
+        ul { @for reason in without { li { (reason) } } }
+    } }
+}
+
+fn likeness(all: &[Similarity]) -> Markup {
+    html! {
+        p { "Mean Jaccard indices of frames. As they come, a frame has the phase that its time says; by phase, "
+            "all frames of a cycle are moved by the share of it that makes them most alike; fitted, they are "
+            "shifted by up to two pixels and scaled by up to 6 % besides." }
+        div.wide { table {
+            thead { tr { th { "view" } th { "masks" } th { "framing" } th { "cycles" } th { "pairs" }
+                th { "as they come" } th { "by phase" } th { "fitted" } th { "half a cycle off, %" }
+                th { "moved by, % of a cycle" } th { "scaled by" } th { "moved right" } th { "moved down" } } }
+            tbody { @for one in all { @for (name, group) in one.groups() { tr {
+                td { (one.view) } td { (one.masks) } td { (one.framing) } td { (name) }
+                td.number { (group.pairs) }
+                td.number { (format!("{:.3}", group.unaligned.mean)) }
+                td.number { (format!("{:.3}", group.by_phase.mean)) }
+                td.number { (format!("{:.3}", group.fitted.mean)) }
+                td.number { (percent(group.half_a_cycle)) }
+                td.number { (percent(group.phase)) }
+                td.number { (format!("{:.3}", group.scale)) }
+                td.number { (format!("{:+.2}", group.across)) }
+                td.number { (format!("{:+.2}", group.down)) }
+            } } } }
+        } }
+    }
+}
+
+/// Where a figure lacks what the other has.
+fn rows(all: &[Similarity]) -> Markup {
+    html! {
+        p { "Where the index is lost, by rows of the figure: the share of the union that R alone has, and S alone. "
+            "All of them add up to what the index by phase lacks of 1." }
+        div.wide { table {
+            thead { tr { th { "view" } th { "masks" } th { "framing" }
+                @for (name, _) in crate::study::BANDS { th { (name) ": R alone, %" } th { "S alone" } } } }
+            tbody { @for one in all { @if one.synthetic.is_some() { tr {
+                td { (one.view) } td { (one.masks) } td { (one.framing) }
+                @for (real, synthetic) in banded(&one.rows) {
+                    td.number { (percent(real)) } td.number { (percent(synthetic)) }
+                }
+            } } } }
+        } }
+    }
+}
+
+fn subspaces(findings: &Findings) -> Markup {
+    let angles = |angles: &[f64]| {
+        let angles: Vec<String> = angles.iter().map(|angle| format!("{angle:.0}")).collect();
+        angles.join(", ")
+    };
+    let held = |shares: &[f64]| {
+        let shares: Vec<String> = shares.iter().map(|share| percent(*share)).collect();
+        shares.join(", ")
+    };
+    let has_real = !findings.similarity.is_empty();
+    html! {
+        div.wide { table {
+            thead { tr { th { "view" } @if has_real { th { "R: variance that each holds, %" } }
+                th { "S" } @if has_real { th { "components for 95 %: R" } } th { "S" }
+                @if has_real { th { "principal angles, degrees" }
+                th { "of two halves of R" } th { "mean GEIs apart, of 255" } } } }
+            tbody { @for one in &findings.subspaces { tr {
+                td { (one.view) } @if has_real { td { (held(&one.real.explained)) } }
+                td { (held(&one.synthetic.explained)) }
+                @if has_real { td.number { (one.real.for_95_percent) } }
+                td.number { (one.synthetic.for_95_percent) }
+                @if has_real {
+                    td { (angles(&one.angles_deg)) } td { (angles(&one.halves_deg)) }
+                    td.number { (format!("{:.1}", one.means_apart)) }
+                }
+            } } }
+        } }
+    }
+}
+
+fn recognition(all: &[Recognition]) -> Markup {
+    html! {
+        div.wide { table {
+            thead { tr { th { "view" } th { "masks" } th { "framing" } th { "flips, crops" }
+                th { "train - test" } th { "split" } th { "people looked for" } th { "cycles trained on" }
+                th { "looked for" } th { "accuracy, %" } th { "95 %" } th { "components" }
+                th { "nearest pixels, %" } th { "95 %" } th { "chance, %" } } }
+            tbody { @for one in all {
+                @let curve = &one.curve;
+                @if let Some(last) = curve.last() { tr {
+                    td { (one.view) } td { (one.masks) } td { (one.framing) }
+                    td { @if one.augmented { "with" } }
+                    td { (curve.experiment.name()) }
+                    td { (curve.split.map_or("", Unit::name)) }
+                    td.number { (curve.people) " of " (curve.classes) }
+                    td.number { (format!("{:.0}", curve.trained)) } td.number { (format!("{:.0}", curve.tested)) }
+                    td.number { (percent(last.accuracy)) } td.number { (span(last.low, last.high)) }
+                    td.number { (last.components) }
+                    td.number { (percent(curve.nearest.accuracy)) }
+                    td.number { (span(curve.nearest.low, curve.nearest.high)) }
+                    td.number { (percent(curve.chance)) }
+                } }
+            } }
+        } }
+    }
+}
+
+fn prices(all: &[Price]) -> Markup {
+    let index = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.3}"));
+    html! {
+        p { "Each row changes one thing about S, and says how alike frames then are, and how many cycles of R are "
+            "found by what was learnt of S. What is gained is the price of the difference. Mean differences are "
+            "of all people of this study, so that they say nothing of who somebody is." }
+        div.wide { table {
+            thead { tr { th { "view" } th { "S with" } th { "Jaccard index with R" } th { "with S as it is" }
+                th { "S - R, %" } th { "95 %" } th { "nearest pixels, %" } th { "95 %" } } }
+            tbody { @for one in all { tr {
+                td { (one.view) } td { (one.change) }
+                td.number { (index(one.jaccard)) } td.number { (index(one.own)) }
+                td.number { (percent(one.learnt.accuracy)) } td.number { (span(one.learnt.low, one.learnt.high)) }
+                td.number { (percent(one.nearest.accuracy)) } td.number { (span(one.nearest.low, one.nearest.high)) }
+            } } }
+        } }
+    }
+}
