@@ -248,11 +248,11 @@ fn is_own(path: &Path, kind: Kind, found: &Metadata) -> bool {
         Kind::Report => text().is_some_and(|text| text.contains(crate::report::TITLE_END)),
         Kind::Svg => begins(SVG_START.as_bytes()),
         Kind::Npy
-            | Kind::Dataset(_)
-            | Kind::Resumed
-            | Kind::Sequence
-            | Kind::Frontier
-            | Kind::Study => false,
+        | Kind::Dataset(_)
+        | Kind::Resumed
+        | Kind::Sequence
+        | Kind::Frontier
+        | Kind::Study => false,
     }
 }
 

@@ -38,10 +38,20 @@ pub(super) struct Args {
     #[arg(long, value_name = "FILE.csv", requires = "real")]
     dressed: Option<PathBuf>,
     /// Only these people, by name
-    #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',', requires = "real")]
+    #[arg(
+        long,
+        value_name = "NAME[,NAME..]",
+        value_delimiter = ',',
+        requires = "real"
+    )]
     subjects: Vec<String>,
     /// Only these views, by name [default: 090,045,000, or all if none of these is there]
-    #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',', requires = "real")]
+    #[arg(
+        long,
+        value_name = "NAME[,NAME..]",
+        value_delimiter = ',',
+        requires = "real"
+    )]
     views: Vec<String>,
     /// Metres from the camera to the walker, where the manifest does not say
     #[arg(long, value_name = "M", default_value_t = 6.0)]
@@ -96,6 +106,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
             "--distance-m: expected 0.1 to 1,000,000 metres".into(),
         ));
     }
+    args.check_figures()?;
     let choices = args.choices();
     let header = Header::new("study", args.common.seed)
         .with("splits", args.splits)
@@ -123,6 +134,19 @@ pub(super) fn run(args: &Args) -> Result<()> {
 }
 
 impl Args {
+    /// Refuses a folder for figures in which there may be others.
+    fn check_figures(&self) -> Result<()> {
+        let figures = self.out.join("figures");
+        let is_own = self.common.overwrite || self.out.join("study.json").is_file();
+        if is_own || !figures.exists() {
+            return Ok(());
+        }
+        Err(Error::Usage(format!(
+            "--out {}: figures is there already, and no study.json beside it (name another, or use --overwrite)",
+            self.out.display()
+        )))
+    }
+
     fn of_real(
         &self,
         real: &PathBuf,
@@ -159,8 +183,7 @@ impl Args {
                 .into(),
         );
         let progress = Progress::counting("study");
-        let findings =
-            run_synthetic(&AZIMUTHS_DEG, self.distance_m, choices, &|| progress.step())?;
+        let findings = run_synthetic(&AZIMUTHS_DEG, self.distance_m, choices, &|| progress.step())?;
         Ok((header, findings))
     }
 }

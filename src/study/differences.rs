@@ -35,7 +35,9 @@ pub(crate) fn banded(rows: &[(f64, f64)]) -> Vec<(f64, f64)> {
         (real.sum(), synthetic.sum())
     };
     let bands = BANDS.into_iter();
-    bands.filter_map(|(_, band)| rows.get(band).map(sum)).collect()
+    bands
+        .filter_map(|(_, band)| rows.get(band).map(sum))
+        .collect()
 }
 
 /// One difference, and what is gained without it.
@@ -163,14 +165,22 @@ pub(crate) fn offsets(real: &[Example], synthetic: &[Example]) -> Vec<f64> {
         let rows = gei.chunks_exact(SIZE.columns());
         rows.map(|row| {
             let all: f64 = row.iter().sum();
-            let moment: f64 = (0..).zip(row).map(|(at, pixel)| f64::from(at) * pixel).sum();
+            let moment: f64 = (0..)
+                .zip(row)
+                .map(|(at, pixel)| f64::from(at) * pixel)
+                .sum();
             (all > 0.0).then(|| moment / all)
         })
         .collect()
     };
-    let pairs = middles(mean_gei(real)).into_iter().zip(middles(mean_gei(synthetic)));
+    let pairs = middles(mean_gei(real))
+        .into_iter()
+        .zip(middles(mean_gei(synthetic)));
     pairs
-        .map(|(real, synthetic)| real.zip(synthetic).map_or(0.0, |(real, synthetic)| real - synthetic))
+        .map(|(real, synthetic)| {
+            real.zip(synthetic)
+                .map_or(0.0, |(real, synthetic)| real - synthetic)
+        })
         .collect()
 }
 
@@ -178,7 +188,11 @@ pub(crate) fn offsets(real: &[Example], synthetic: &[Example]) -> Vec<f64> {
 fn leaning(examples: &[Example], offsets: &[f64]) -> Vec<Example> {
     let moved = |frame: &Silhouette| {
         let row = |at: usize| {
-            let by = if LEANING.contains(&at) { offsets[at].round() as i32 } else { 0 };
+            let by = if LEANING.contains(&at) {
+                offsets[at].round() as i32
+            } else {
+                0
+            };
             shifted(frame, by, 0).rows()[at]
         };
         let rows: Vec<u64> = (0..SIZE.rows()).map(row).collect();
@@ -226,7 +240,11 @@ mod tests {
 
     #[test]
     fn a_person_counts_once_and_what_all_lack_is_added_where_it_was_asked_for() {
-        let real = [block(0, 0..50, 4..8), block(0, 0..50, 4..8), block(1, 0..50, 4..10)];
+        let real = [
+            block(0, 0..50, 4..8),
+            block(0, 0..50, 4..8),
+            block(1, 0..50, 4..10),
+        ];
         let mean = mean_gei(&real);
         assert_eq!((mean[5], mean[9]), (255.0, 127.5));
         let synthetic = [block(0, 0..50, 4..6), block(1, 0..50, 4..6)];
@@ -241,8 +259,14 @@ mod tests {
         let synthetic = [block(0, 0..50, 5..9)];
         assert_eq!(offsets(&real, &synthetic), vec![3.0; 50]);
         let moved = leaning(&synthetic, &offsets(&real, &synthetic));
-        assert_eq!(moved[0].frames[0].1.rows()[0], real[0].frames[0].1.rows()[0]);
-        assert_eq!(moved[0].frames[0].1.rows()[30], synthetic[0].frames[0].1.rows()[30]);
+        assert_eq!(
+            moved[0].frames[0].1.rows()[0],
+            real[0].frames[0].1.rows()[0]
+        );
+        assert_eq!(
+            moved[0].frames[0].1.rows()[30],
+            synthetic[0].frames[0].1.rows()[30]
+        );
         assert_eq!(moved[0].gei[8..13], [255, 255, 255, 255, 0]);
     }
 }

@@ -87,9 +87,9 @@ pub(crate) fn likeness(frames: &[(f64, Silhouette)], cycle: &[Silhouette]) -> Li
     };
     for scale in SCALES {
         let larger = each(&|frame| scaled(frame, scale), frames);
-        for (down, across) in (-DOWN..=DOWN).flat_map(|down| {
-            (-ACROSS..=ACROSS).map(move |across| (down, across))
-        }) {
+        for (down, across) in
+            (-DOWN..=DOWN).flat_map(|down| (-ACROSS..=ACROSS).map(move |across| (down, across)))
+        {
             let moved = each(&|frame| shifted(frame, across, down), &larger);
             let indices = indices(&moved, cycle, offset);
             if mean(&indices) > mean(&found.fitted) {

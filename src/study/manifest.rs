@@ -74,8 +74,8 @@ pub(crate) fn read(path: &Path) -> Result<Vec<Pairing>> {
         let record = record.map_err(broken)?;
         let line = line_of(record.position());
         let field = |name| column(name).and_then(|at| record.get(at)).unwrap_or("");
-        let row = row(line, field)
-            .map_err(|problem| Error::at(path, Place::Line(line), problem))?;
+        let row =
+            row(line, field).map_err(|problem| Error::at(path, Place::Line(line), problem))?;
         let is_same = |other: &&Pairing| {
             (&other.person, &other.take, &other.view) == (&row.person, &row.take, &row.view)
         };
@@ -95,7 +95,10 @@ pub(crate) fn read(path: &Path) -> Result<Vec<Pairing>> {
         rows.push(row);
     }
     if rows.is_empty() {
-        return Err(Error::input(path, "expected a row for each take, found none"));
+        return Err(Error::input(
+            path,
+            "expected a row for each take, found none",
+        ));
     }
     Ok(rows)
 }
@@ -232,16 +235,43 @@ mod tests {
     #[test]
     fn what_cannot_be_read_names_line_and_column() {
         for (text, words) in [
-            ("id,take,view\n", "m.csv:1: expected the columns id, take, view, source, found no \"source\""),
-            ("id,take,view,source\n", "expected a row for each take, found none"),
-            ("id,take,view,source\n1,,90,a\n", "m.csv:2: take: expected a value, found none"),
-            ("id,take,view,source,fps\n1,a,90,a,x\n", "m.csv:2: fps: expected a number, found \"x\""),
-            ("id,take,view,source,fps\n1,a,90,a,0\n", "fps: expected more than 0, found 0"),
-            ("id,take,view,source,cycles\n1,a,90,a,5\n", "cycles: expected frames as in 6.9-39.7, found \"5\""),
-            ("id,take,view,source,cycles\n1,a,90,a,5-6\n", "found \"5-6\""),
-            ("id,take,view,source\n1,a,90,a\n1,a,90,b\n", "m.csv:3: 1/a/90 is in line 2 already"),
+            (
+                "id,take,view\n",
+                "m.csv:1: expected the columns id, take, view, source, found no \"source\"",
+            ),
+            (
+                "id,take,view,source\n",
+                "expected a row for each take, found none",
+            ),
+            (
+                "id,take,view,source\n1,,90,a\n",
+                "m.csv:2: take: expected a value, found none",
+            ),
+            (
+                "id,take,view,source,fps\n1,a,90,a,x\n",
+                "m.csv:2: fps: expected a number, found \"x\"",
+            ),
+            (
+                "id,take,view,source,fps\n1,a,90,a,0\n",
+                "fps: expected more than 0, found 0",
+            ),
+            (
+                "id,take,view,source,cycles\n1,a,90,a,5\n",
+                "cycles: expected frames as in 6.9-39.7, found \"5\"",
+            ),
+            (
+                "id,take,view,source,cycles\n1,a,90,a,5-6\n",
+                "found \"5-6\"",
+            ),
+            (
+                "id,take,view,source\n1,a,90,a\n1,a,90,b\n",
+                "m.csv:3: 1/a/90 is in line 2 already",
+            ),
             ("id,take,view,source\n1,a\n", "m.csv:2"),
-            ("id,take,view,source,distance_m\n1,a,90,a,0\n", "distance_m: expected 0.1"),
+            (
+                "id,take,view,source,distance_m\n1,a,90,a,0\n",
+                "distance_m: expected 0.1",
+            ),
         ] {
             let error = read_text(text).expect_err(text).to_string();
             assert!(error.contains(words), "{error}");

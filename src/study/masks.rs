@@ -32,7 +32,12 @@ impl Masks {
 
     /// The masks of a take of pictures with so many columns, whose figures are of 128 and more;
     /// `name` is the take's, from which all that is random follows.
-    pub(crate) fn of(self, frames: Vec<Vec<u8>>, columns: usize, (name, seed): (&str, u64)) -> Vec<Vec<u8>> {
+    pub(crate) fn of(
+        self,
+        frames: Vec<Vec<u8>>,
+        columns: usize,
+        (name, seed): (&str, u64),
+    ) -> Vec<Vec<u8>> {
         let key = Sha256::digest(format!("{seed} {name}").as_bytes());
         let mut rng = ChaCha8Rng::from_seed(key.into());
         match self {
@@ -100,10 +105,7 @@ impl Scene {
             empty: empty.collect(),
             colours: [skin, upper, lower],
             noise: (rng.random_range(1.0..2.0), rng.random_range(2.5..4.5)),
-            light: (
-                rng.random_range(0.02..0.07),
-                rng.random_range(0.02..0.06),
-            ),
+            light: (rng.random_range(0.02..0.07), rng.random_range(0.02..0.06)),
         }
     }
 
@@ -172,7 +174,8 @@ impl Scene {
             let fold = 6.0 * (0.35 * x + 0.11 * y).sin();
             let alpha = share[at];
             std::array::from_fn(|of| {
-                let light = gain * (alpha * (colour[of] + fold) + (1.0 - alpha) * shade * self.empty[at][of]);
+                let light = gain
+                    * (alpha * (colour[of] + fold) + (1.0 - alpha) * shade * self.empty[at][of]);
                 let deviation = self.noise.0
                     + (self.noise.1 - self.noise.0) * (light / 255.0).clamp(0.0, 1.0).sqrt();
                 light + deviation * normals.next()
@@ -359,7 +362,12 @@ mod tests {
                 sum += indices.sum::<f64>() / frames.len() as f64;
             }
             println!("{}: {}", masks.name(), sum / 4.0);
-            assert!((low..high).contains(&(sum / 4.0)), "{}: {}", masks.name(), sum / 4.0);
+            assert!(
+                (low..high).contains(&(sum / 4.0)),
+                "{}: {}",
+                masks.name(),
+                sum / 4.0
+            );
             let again = masks.of(frames.clone(), 180, ("a", 1));
             assert_eq!(again, masks.of(frames.clone(), 180, ("a", 1)));
             assert_ne!(again, masks.of(frames.clone(), 180, ("a", 2)));

@@ -63,7 +63,9 @@ impl Choices {
             masks: vec![Masks::Given, Masks::Segmented],
             framings: vec![Framing::Height],
             augmentations: vec![Augmentation::default()],
-            seeds: (0..u64::from(splits)).map(|at| seed.wrapping_add(at)).collect(),
+            seeds: (0..u64::from(splits))
+                .map(|at| seed.wrapping_add(at))
+                .collect(),
         }
     }
 
@@ -148,8 +150,14 @@ const CHANGES: [(&str, &str); 11] = [
     ("an outline 1 cm tighter", "erosion=1cm"),
     ("a camera rolled by 2 degrees", "roll=2deg"),
     ("a camera rolled by 5 degrees", "roll=5deg"),
-    ("noise: 2 % of the samples turned over", "salt-and-pepper=2%"),
-    ("light: bad light through segmentation, a third", "light=0.33"),
+    (
+        "noise: 2 % of the samples turned over",
+        "salt-and-pepper=2%",
+    ),
+    (
+        "light: bad light through segmentation, a third",
+        "light=0.33",
+    ),
 ];
 
 /// How many takes and cycles each person of the built-in cohort has.
@@ -167,7 +175,8 @@ pub(crate) fn steps(plan: &Plan, choices: &Choices) -> usize {
         .into_iter()
         .map(|one| if one.is_split() { 2 * seeds.len() } else { 1 })
         .sum();
-    let curves = plan.views.len() * masks.len() * framings.len() * augmentations.len() * experiments;
+    let curves =
+        plan.views.len() * masks.len() * framings.len() * augmentations.len() * experiments;
     plan.sources.len() + plan.shown.len() * masks.len() + curves
 }
 
@@ -227,8 +236,11 @@ pub(crate) fn run(
                 synthetic: synthetic.first().map_or(0, Vec::len),
                 without: real.without.clone(),
             });
-            for ((framing, real), synthetic) in
-                choices.framings.iter().zip(&real.by_framing).zip(&synthetic)
+            for ((framing, real), synthetic) in choices
+                .framings
+                .iter()
+                .zip(&real.by_framing)
+                .zip(&synthetic)
             {
                 let setting = (seen.name.as_str(), masks.name(), framing.name());
                 let both = (real.as_slice(), synthetic.as_slice());
@@ -240,7 +252,9 @@ pub(crate) fn run(
                     let is_new = |one: &Recognition| {
                         number == 0 || one.curve.experiment != Experiment::SyntheticSynthetic
                     };
-                    findings.recognition.extend(found.into_iter().filter(is_new));
+                    findings
+                        .recognition
+                        .extend(found.into_iter().filter(is_new));
                 }
             }
             if number > 0 {
@@ -291,7 +305,9 @@ pub(crate) fn run_synthetic(
         }
         let framing = choices.framings.first().copied().unwrap_or_default();
         let synthetic = twins.seen(camera, framing, None)?;
-        findings.subspaces.extend(Subspaces::of(&name, &synthetic, &synthetic)?);
+        findings
+            .subspaces
+            .extend(Subspaces::of(&name, &synthetic, &synthetic)?);
         findings.counts.push(Counts {
             view: name,
             masks: Masks::Given.name(),
@@ -362,7 +378,10 @@ fn prices(
         add(name, (Some(own(synthetic, &changed)), &changed))?;
     }
     let moved: Vec<Example> = synthetic.iter().map(moved).collect();
-    add("a shift of one column", (Some(own(synthetic, &moved)), &moved))?;
+    add(
+        "a shift of one column",
+        (Some(own(synthetic, &moved)), &moved),
+    )?;
     prices.extend(differences::shared(&seen.name, (real, synthetic), seed)?);
     Ok(prices)
 }

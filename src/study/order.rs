@@ -149,7 +149,8 @@ mod tests {
     }
 
     #[test]
-    fn what_is_synthetic_on_both_sides_counts_for_all_masks_and_a_setting_that_lacks_one_has_no_order() {
+    fn what_is_synthetic_on_both_sides_counts_for_all_masks_and_a_setting_that_lacks_one_has_no_order()
+     {
         use Experiment::*;
         let mut all = vec![found(SyntheticSynthetic, "given", 0.8)];
         for experiment in Experiment::ALL {

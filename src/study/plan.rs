@@ -114,8 +114,11 @@ impl Plan {
             plan.tree.check_size(shown.sequence, &[])?;
         }
         plan.bodies = plan.measured(&paths.manifest, paths.bodies.as_deref(), "bodies.csv")?;
-        plan.dressed =
-            plan.measured(&paths.manifest, paths.dressed.as_deref(), "bodies_dressed.csv")?;
+        plan.dressed = plan.measured(
+            &paths.manifest,
+            paths.dressed.as_deref(),
+            "bodies_dressed.csv",
+        )?;
         if plan.bodies.is_none() {
             plan.warnings.push("no measurements of the people: the bodies of their twins are estimated from their recordings".into());
         }
@@ -192,7 +195,9 @@ impl Plan {
             if takes.iter().all(|(known, _)| *known != take) {
                 let start = row.offset / row.fps;
                 let last = row.cycles.iter().flatten().map(|cycle| cycle.1);
-                let end = last.fold(None, |most: Option<f64>, at| Some(most.map_or(at, |m| m.max(at))));
+                let end = last.fold(None, |most: Option<f64>, at| {
+                    Some(most.map_or(at, |m| m.max(at)))
+                });
                 let end = end.map_or(f64::INFINITY, |frame| start + frame / row.fps);
                 takes.push((take, (start, end)));
             }
@@ -290,7 +295,10 @@ fn chosen_views(rows: &[Pairing], wanted: &[String]) -> Result<Vec<String>> {
         return Ok(each_once(wanted.iter().cloned()));
     }
     let usual: Vec<String> = VIEWS.map(str::to_owned).into();
-    let usual: Vec<String> = usual.into_iter().filter(|name| known.contains(name)).collect();
+    let usual: Vec<String> = usual
+        .into_iter()
+        .filter(|name| known.contains(name))
+        .collect();
     Ok(if usual.is_empty() { known } else { usual })
 }
 
@@ -307,10 +315,13 @@ fn check_people(rows: &[Pairing], wanted: &[String]) -> Result<()> {
 
 /// The number of a name in a list, to which it is added if need be.
 fn place(names: &mut Vec<String>, name: &str) -> usize {
-    names.iter().position(|known| known == name).unwrap_or_else(|| {
-        names.push(name.to_owned());
-        names.len() - 1
-    })
+    names
+        .iter()
+        .position(|known| known == name)
+        .unwrap_or_else(|| {
+            names.push(name.to_owned());
+            names.len() - 1
+        })
 }
 
 fn each_once(names: impl Iterator<Item = String>) -> Vec<String> {

@@ -93,7 +93,9 @@ fn take(
     let spans = match &shown.pairing.cycles {
         Some(spans) => spans.clone(),
         None => {
-            let legs = frames.iter().map(|frame| LowerBody::of_pixels(frame, columns));
+            let legs = frames
+                .iter()
+                .map(|frame| LowerBody::of_pixels(frame, columns));
             #[expect(clippy::cast_possible_truncation, reason = "frames a second")]
             match CycleFinder::new(*fps as f32)?.find(legs) {
                 Ok(found) => {
@@ -145,7 +147,9 @@ fn phase(frame: f64, (from, to): (f64, f64), contacts: &[f64]) -> f64 {
     let behind = contacts.iter().rposition(|contact| *contact <= frame);
     let share = match (behind, contacts.first()) {
         (Some(at), _) => {
-            let next = contacts.get(at + 1).map_or(period, |next| next - contacts[at]);
+            let next = contacts
+                .get(at + 1)
+                .map_or(period, |next| next - contacts[at]);
             (frame - contacts[at]) / next
         }
         (None, Some(first)) => (frame - first) / period,

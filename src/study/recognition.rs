@@ -183,15 +183,28 @@ pub(crate) fn curve(
         .map(|(at, &components)| point(components, &|judged| &judged.by_components[at]))
         .collect();
     let over = |of: &dyn Fn(&Judged) -> usize| {
-        mean(&judged.iter().map(|judged| of(judged) as f64).collect::<Vec<_>>())
+        mean(
+            &judged
+                .iter()
+                .map(|judged| of(judged) as f64)
+                .collect::<Vec<_>>(),
+        )
     };
-    let classes = judged.iter().map(|judged| judged.classes).max().unwrap_or(0);
+    let classes = judged
+        .iter()
+        .map(|judged| judged.classes)
+        .max()
+        .unwrap_or(0);
     Ok(Some(Curve {
         experiment,
         split: experiment.is_split().then_some(unit),
         splits: seeds.len(),
         classes,
-        people: judged.iter().map(|judged| judged.nearest.len()).max().unwrap_or(0),
+        people: judged
+            .iter()
+            .map(|judged| judged.nearest.len())
+            .max()
+            .unwrap_or(0),
         trained: over(&|judged| judged.trained),
         tested: over(&|judged| judged.tested),
         points,
@@ -212,8 +225,12 @@ fn trial<'a>(
             larger,
             whole,
         } = split(examples, unit, seed);
-        [smaller, larger, whole]
-            .map(|numbers| numbers.into_iter().map(|at| &examples[at]).collect::<Vec<_>>())
+        [smaller, larger, whole].map(|numbers| {
+            numbers
+                .into_iter()
+                .map(|at| &examples[at])
+                .collect::<Vec<_>>()
+        })
     };
     match experiment {
         Experiment::RealSynthetic => Trial {
@@ -291,7 +308,8 @@ fn judge(trial: &Trial<'_>, augmentation: Augmentation) -> Result<Option<Judged>
         }
     }
     let samples = Array2::from_shape_vec((labels.len(), SIZE.pixels()), pixels)?;
-    let analysed = Analysed::<f64>::of((Template::Gei, SIZE), samples.view(), &labels, people.len())?;
+    let analysed =
+        Analysed::<f64>::of((Template::Gei, SIZE), samples.view(), &labels, people.len())?;
     let mut by_components = Vec::new();
     for components in COMPONENTS {
         if components >= trial.train.len() {
@@ -302,16 +320,26 @@ fn judge(trial: &Trial<'_>, augmentation: Augmentation) -> Result<Option<Judged>
             method: Method::Svm { c: C },
         })?;
         let hits = test.iter().map(|(example, class)| {
-            let gei: Vec<f32> = example.gei.iter().map(|&it| f32::from(it) / 255.0).collect();
+            let gei: Vec<f32> = example
+                .gei
+                .iter()
+                .map(|&it| f32::from(it) / 255.0)
+                .collect();
             let scores = learnt.scores(learnt.embed(&gei).view());
             (example.person, closed_set(&scores.to_vec(), *class))
         });
         by_components.push(tallies(hits));
     }
     let nearest = test.iter().map(|(example, _)| {
-        let found = trial.train.iter().min_by_key(|other| apart(&example.gei, &other.gei));
+        let found = trial
+            .train
+            .iter()
+            .min_by_key(|other| apart(&example.gei, &other.gei));
         let is_own = found.is_some_and(|found| found.person == example.person);
-        (example.person, if is_own { Outcome::Hit } else { Outcome::Miss })
+        (
+            example.person,
+            if is_own { Outcome::Hit } else { Outcome::Miss },
+        )
     });
     Ok(Some(Judged {
         classes: people.len(),
@@ -324,7 +352,10 @@ fn judge(trial: &Trial<'_>, augmentation: Augmentation) -> Result<Option<Judged>
 
 /// The squared distance of two GEIs.
 fn apart(a: &[u8], b: &[u8]) -> u64 {
-    let squares = a.iter().zip(b).map(|(a, b)| u64::from(a.abs_diff(*b)).pow(2));
+    let squares = a
+        .iter()
+        .zip(b)
+        .map(|(a, b)| u64::from(a.abs_diff(*b)).pow(2));
     squares.sum()
 }
 

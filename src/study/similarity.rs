@@ -222,7 +222,12 @@ impl Group {
             BoxPlot::of(values.copied().collect())
         };
         let over = |of: &dyn Fn(Fit) -> f64| {
-            mean(&pairs.iter().map(|pair| of(pair.likeness.fit)).collect::<Vec<_>>())
+            mean(
+                &pairs
+                    .iter()
+                    .map(|pair| of(pair.likeness.fit))
+                    .collect::<Vec<_>>(),
+            )
         };
         let mut people: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
         for pair in pairs {

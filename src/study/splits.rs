@@ -55,7 +55,8 @@ pub(crate) fn split(examples: &[Example], unit: Unit, seed: u64) -> Split {
     for (&person, numbers) in &mut people {
         numbers.sort_by_key(|&number| (examples[number].take, examples[number].position));
         // A person's draw does not depend on who else is there.
-        let mut rng = ChaCha8Rng::seed_from_u64(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ person as u64);
+        let mut rng =
+            ChaCha8Rng::seed_from_u64(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ person as u64);
         let smaller = match unit {
             Unit::Cycle => run(examples, numbers, &mut rng),
             Unit::Take => takes(examples, numbers, &mut rng),
@@ -65,7 +66,10 @@ pub(crate) fn split(examples: &[Example], unit: Unit, seed: u64) -> Split {
             continue;
         }
         let is_on_guard = |number: usize| {
-            unit == Unit::Cycle && smaller.iter().any(|&other| are_neighbours(examples, number, other))
+            unit == Unit::Cycle
+                && smaller
+                    .iter()
+                    .any(|&other| are_neighbours(examples, number, other))
         };
         let larger = numbers.iter().copied();
         let larger = larger.filter(|number| !smaller.contains(number) && !is_on_guard(*number));
@@ -93,7 +97,9 @@ fn run(examples: &[Example], numbers: &[usize], rng: &mut ChaCha8Rng) -> Vec<usi
         let run = &numbers[*start..*start + length];
         numbers.iter().any(|number| {
             !run.contains(number)
-                && !run.iter().any(|&other| are_neighbours(examples, *number, other))
+                && !run
+                    .iter()
+                    .any(|&other| are_neighbours(examples, *number, other))
         })
     };
     let starts: Vec<usize> = (0..=numbers.len() - length).filter(leaves_some).collect();
@@ -106,7 +112,10 @@ fn run(examples: &[Example], numbers: &[usize], rng: &mut ChaCha8Rng) -> Vec<usi
 
 /// The cycles of some of a person's takes.
 fn takes(examples: &[Example], numbers: &[usize], rng: &mut ChaCha8Rng) -> Vec<usize> {
-    let mut takes: Vec<usize> = numbers.iter().map(|&number| examples[number].take).collect();
+    let mut takes: Vec<usize> = numbers
+        .iter()
+        .map(|&number| examples[number].take)
+        .collect();
     takes.dedup();
     if takes.len() < 2 {
         return Vec::new();
@@ -144,7 +153,14 @@ mod tests {
 
     #[test]
     fn by_cycle_no_neighbours_are_on_both_sides_and_everybody_who_can_be_is_on_both() {
-        let all = examples(&[&[3], &[4], &[2, 2, 2], &[3, 3, 3, 3, 3, 3, 3, 3], &[2], &[1]]);
+        let all = examples(&[
+            &[3],
+            &[4],
+            &[2, 2, 2],
+            &[3, 3, 3, 3, 3, 3, 3, 3],
+            &[2],
+            &[1],
+        ]);
         let mut seen = BTreeSet::new();
         for seed in 0..50 {
             let split = split(&all, Unit::Cycle, seed);
@@ -157,10 +173,19 @@ mod tests {
                 numbers.iter().map(|&number| all[number].person).collect()
             };
             let both = BTreeSet::from([0, 1, 2, 3]);
-            assert_eq!((people(&split.smaller), people(&split.larger)), (both.clone(), both));
+            assert_eq!(
+                (people(&split.smaller), people(&split.larger)),
+                (both.clone(), both)
+            );
             // Two cycles that are neighbours, and one alone, cannot be parted.
             assert_eq!(people(&split.whole), BTreeSet::from([4, 5]));
-            let of = |person| split.smaller.iter().filter(|&&n| all[n].person == person).count();
+            let of = |person| {
+                split
+                    .smaller
+                    .iter()
+                    .filter(|&&n| all[n].person == person)
+                    .count()
+            };
             assert_eq!([of(0), of(1), of(2), of(3)], [1, 1, 2, 7]);
         }
         assert!(seen.len() > 20, "the seed decides");

@@ -127,7 +127,10 @@ mod tests {
         let flat = array![[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]];
         let tilted = array![[0.0, tilt.cos(), tilt.sin(), 0.0], [1.0, 0.0, 0.0, 0.0]];
         let found = angles_deg(flat.view(), tilted.view()).expect("angles");
-        assert!(found[0].abs() < 1e-5 && (found[1] - 30.0).abs() < 1e-9, "{found:?}");
+        assert!(
+            found[0].abs() < 1e-5 && (found[1] - 30.0).abs() < 1e-9,
+            "{found:?}"
+        );
         let across = array![[0.0, 0.0, 1.0, 0.0]];
         let found = angles_deg(flat.view(), across.view()).expect("an angle");
         assert_eq!(found, [90.0]);
@@ -154,10 +157,17 @@ mod tests {
         let found = found.expect("enough");
         assert_eq!(found.real.components[[0, 700]], 1.0);
         assert_eq!((found.angles_deg[0], found.halves_deg[0]), (90.0, 0.0));
-        assert_eq!((found.real.explained[0], found.real.for_95_percent), (1.0, 1));
+        assert_eq!(
+            (found.real.explained[0], found.real.for_95_percent),
+            (1.0, 1)
+        );
         // Two pixels are 125 of 255 off, of 1,500.
         let expected = (2.0 * 125.0_f64.powi(2) / 1500.0).sqrt();
         assert!((found.means_apart - expected).abs() < 1e-9);
-        assert!(Subspaces::of("090", &of(1)[..2], &of(2)).expect("no error").is_none());
+        assert!(
+            Subspaces::of("090", &of(1)[..2], &of(2))
+                .expect("no error")
+                .is_none()
+        );
     }
 }

@@ -5,14 +5,13 @@ use super::example::{Example, SIZE, gei};
 use super::likeness::PHASES;
 use super::manifest::{Pairing, listed};
 use crate::confound::Condition;
-use crate::encode::{MAX_ERROR_MM, encode_subjects};
+use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
 use crate::error::{Error, Place, Result};
+use crate::scene::Subject;
 use crate::scene::cohort::{self, CohortOptions};
 use crate::scene::measured::MeasuredPeople;
 use crate::scene::recorded::{BodyOptions, Keep, ReadOptions, Recording, SubjectName, subjects};
-use crate::sweep::{
-    Framing, Job, Lens, Moments, Sensor, Settings, Shot, View, silhouettes,
-};
+use crate::sweep::{Framing, Job, Lens, Moments, Sensor, Settings, Shot, View, silhouettes};
 use edgegait_core::pack::Pack;
 use edgegait_core::raster::Rasterizer;
 use rayon::prelude::*;
@@ -71,24 +70,30 @@ pub(crate) fn find(pairing: &Pairing, manifest: &Path, folders: &[PathBuf]) -> R
     let all: Vec<&PathBuf> = folders.iter().collect();
     let places = if named.is_empty() { all } else { named };
     let files = places.iter().flat_map(|folder| {
-        [folder.join(&pairing.source), folder.join("clips").join(&pairing.source)]
+        [
+            folder.join(&pairing.source),
+            folder.join("clips").join(&pairing.source),
+        ]
     });
-    files.into_iter().find(|file| file.is_file()).ok_or_else(|| {
-        let places: Vec<String> = places.iter().map(|it| it.display().to_string()).collect();
-        Error::at(
-            manifest,
-            Place::Line(pairing.line),
-            format!(
-                "source: expected the recording {} in {} or in clips there, found none",
-                pairing.source,
-                if places.is_empty() {
-                    "a folder of recordings (none was named)".into()
-                } else {
-                    listed(&places)
-                }
-            ),
-        )
-    })
+    files
+        .into_iter()
+        .find(|file| file.is_file())
+        .ok_or_else(|| {
+            let places: Vec<String> = places.iter().map(|it| it.display().to_string()).collect();
+            Error::at(
+                manifest,
+                Place::Line(pairing.line),
+                format!(
+                    "source: expected the recording {} in {} or in clips there, found none",
+                    pairing.source,
+                    if places.is_empty() {
+                        "a folder of recordings (none was named)".into()
+                    } else {
+                        listed(&places)
+                    }
+                ),
+            )
+        })
 }
 
 impl Walkers {
@@ -152,7 +157,7 @@ impl Walkers {
             ..BodyOptions::default()
         };
         let people = subjects(&self.recordings, &options)?;
-        let pack = encode_subjects(&people, MAX_ERROR_MM, progress)?;
+        let pack = pack(&people, progress)?;
         let parsed = Pack::parse(&pack)?;
         let mut cycles: Vec<TwinCycle> = Vec::new();
         for (number, walk) in parsed.walks().enumerate() {
@@ -184,6 +189,17 @@ impl Walkers {
     }
 }
 
+/// A pack of people with the usual error, without a search for few bytes: it is not kept.
+fn pack(people: &[Subject], progress: &(dyn Fn() + Sync)) -> Result<Vec<u8>> {
+    let make = |number: usize| Ok(people[number].clone());
+    encode_population(
+        0..people.len(),
+        &make,
+        (MAX_ERROR_MM, Effort::Quick),
+        progress,
+    )
+}
+
 impl Twins {
     /// The built-in cohort, which has no real twins: takes of so many seeded variations of a walk at
     /// 5 km/h, and the people's names.
@@ -198,7 +214,7 @@ impl Twins {
             speeds_kmh: vec![5.0],
             ..CohortOptions::default()
         };
-        let pack = encode_subjects(&cohort::subjects(&options)?, MAX_ERROR_MM, progress)?;
+        let pack = pack(&cohort::subjects(&options)?, progress)?;
         let parsed = Pack::parse(&pack)?;
         let names = parsed.subjects().map(|one| one.name.to_owned()).collect();
         let walks = parsed.walks().map(|walk| walk.subject).enumerate();

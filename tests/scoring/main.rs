@@ -21,6 +21,7 @@ mod protocols;
 mod quantize;
 mod score;
 mod skinned;
+mod study;
 mod train;
 mod trees;
 mod twins;

@@ -109,13 +109,7 @@ pub(super) fn boxes(similarity: &Similarity) -> Option<Chart> {
     })
 }
 
-fn one_box(
-    x: f64,
-    plot: &BoxPlot,
-    colour: &str,
-    title: &str,
-    y_of: &dyn Fn(f64) -> f64,
-) -> Markup {
+fn one_box(x: f64, plot: &BoxPlot, colour: &str, title: &str, y_of: &dyn Fn(f64) -> f64) -> Markup {
     let [low, q1, median, q3, high] =
         [plot.low, plot.q1, plot.median, plot.q3, plot.high].map(y_of);
     html! {
@@ -231,7 +225,9 @@ pub(super) fn components(subspaces: &Subspaces) -> Result<Vec<u8>> {
     );
     for (row, side) in (0..).zip(sides) {
         let components = side.components.outer_iter().map(|component| {
-            let most = component.iter().fold(1e-12_f64, |most, at| most.max(at.abs()));
+            let most = component
+                .iter()
+                .fold(1e-12_f64, |most, at| most.max(at.abs()));
             component.mapv(|at| 0.5 + 0.5 * at / most).to_vec()
         });
         let all = std::iter::once(side.mean.clone()).chain(components);

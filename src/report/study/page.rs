@@ -7,9 +7,7 @@ use crate::dataset::Header;
 use crate::error::Result;
 use crate::report::html::{CSS, provenance};
 use crate::report::{TITLE_END, percent};
-use crate::study::{
-    Findings, Order, Price, Recognition, SIZE, Similarity, Unit, banded,
-};
+use crate::study::{Findings, Order, Price, Recognition, SIZE, Similarity, Unit, banded};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -62,15 +60,19 @@ impl Figures {
                 "View {}: the mean and the first nine principal components, above of R, below of S; grey is 0",
                 one.view
             );
-            let figure =
-                Figure::of_png(format!("components-{}", one.view), caption, components(one)?);
+            let figure = Figure::of_png(
+                format!("components-{}", one.view),
+                caption,
+                components(one)?,
+            );
             figures.components.push(figure);
         }
         for (setting, found) in settings(&findings.recognition) {
             if let Some(chart) = accuracies(setting.title(), &found) {
-                figures
-                    .accuracies
-                    .push(Figure::of_chart(format!("accuracy-{}", setting.file()), &chart));
+                figures.accuracies.push(Figure::of_chart(
+                    format!("accuracy-{}", setting.file()),
+                    &chart,
+                ));
             }
         }
         Ok(figures)
@@ -111,7 +113,11 @@ impl Setting<'_> {
             self.masks,
             self.framing,
             self.split.name(),
-            if self.augmented { ", flips and crops" } else { "" }
+            if self.augmented {
+                ", flips and crops"
+            } else {
+                ""
+            }
         )
     }
 
@@ -169,7 +175,12 @@ pub(super) fn page(header: &Header, findings: &Findings, figures: &Figures) -> S
     } else {
         "Real and synthetic silhouettes"
     };
-    let real: usize = findings.counts.iter().map(|counts| counts.real).max().unwrap_or(0);
+    let real: usize = findings
+        .counts
+        .iter()
+        .map(|counts| counts.real)
+        .max()
+        .unwrap_or(0);
     let synthetic = findings.counts.iter().map(|counts| counts.synthetic).max();
     let page = html! {
         (DOCTYPE)
@@ -260,7 +271,11 @@ fn orders(orders: &[Order]) -> Markup {
 }
 
 fn without(findings: &Findings) -> Markup {
-    let without: Vec<&String> = findings.counts.iter().flat_map(|one| &one.without).collect();
+    let without: Vec<&String> = findings
+        .counts
+        .iter()
+        .flat_map(|one| &one.without)
+        .collect();
     html! { @if !without.is_empty() {
         h2 { "Takes without a gait cycle" }
         ul { @for reason in without { li { (reason) } } }

@@ -65,9 +65,8 @@ fn similarity(findings: &Findings) -> Option<String> {
             ]);
         }
     }
-    (!findings.similarity.is_empty()).then(|| {
-        format!("Mean Jaccard index of frames (R: real, S: synthetic)\n{table}")
-    })
+    (!findings.similarity.is_empty())
+        .then(|| format!("Mean Jaccard index of frames (R: real, S: synthetic)\n{table}"))
 }
 
 fn subspaces(findings: &Findings) -> Option<String> {
@@ -76,7 +75,11 @@ fn subspaces(findings: &Findings) -> Option<String> {
     for one in &findings.subspaces {
         let held = |shares: &[f64]| percent(shares.iter().sum());
         let angles = &one.angles_deg;
-        let angle = |at: usize| angles.get(at).map_or_else(String::new, |at| format!("{at:.0}°"));
+        let angle = |at: usize| {
+            angles
+                .get(at)
+                .map_or_else(String::new, |at| format!("{at:.0}°"))
+        };
         table.row([
             one.view.clone(),
             held(&one.real.explained),
@@ -84,15 +87,26 @@ fn subspaces(findings: &Findings) -> Option<String> {
             angle(0),
             angle(angles.len() / 2),
             angle(angles.len().saturating_sub(1)),
-            one.halves_deg.last().map_or_else(String::new, |at| format!("{at:.0}°")),
+            one.halves_deg
+                .last()
+                .map_or_else(String::new, |at| format!("{at:.0}°")),
             format!("{:.1}", one.means_apart),
         ]);
     }
-    (!findings.subspaces.is_empty()).then(|| format!("Subspaces of nine principal components\n{table}"))
+    (!findings.subspaces.is_empty())
+        .then(|| format!("Subspaces of nine principal components\n{table}"))
 }
 
 fn recognition(findings: &Findings) -> Option<String> {
-    let mut table = Table::new(&[Left(0), Left(0), Left(0), Left(0), Left(0), Left(0), Right(0)]);
+    let mut table = Table::new(&[
+        Left(0),
+        Left(0),
+        Left(0),
+        Left(0),
+        Left(0),
+        Left(0),
+        Right(0),
+    ]);
     table.row(
         "view|masks|framing|flips, crops|train - test|split|people|accuracy %|95 %|components|nearest pixels %|95 %|chance %"
             .split('|'),
@@ -130,16 +144,13 @@ fn recognition(findings: &Findings) -> Option<String> {
             percent(*chance),
         ]);
     }
-    (!findings.recognition.is_empty()).then(|| {
-        format!("Who is it? PCA and linear SVM (intervals draw people)\n{table}")
-    })
+    (!findings.recognition.is_empty())
+        .then(|| format!("Who is it? PCA and linear SVM (intervals draw people)\n{table}"))
 }
 
 fn prices(findings: &Findings) -> Option<String> {
     let mut table = Table::new(&[Left(0), Left(0), Right(0)]);
-    table.row(
-        "view|S with|Jaccard, R|to itself|S - R %|95 %|nearest pixels %|95 %".split('|'),
-    );
+    table.row("view|S with|Jaccard, R|to itself|S - R %|95 %|nearest pixels %|95 %".split('|'));
     for Price {
         view,
         change,
@@ -168,6 +179,7 @@ fn prices(findings: &Findings) -> Option<String> {
 
 /// An interval of rates, percent.
 pub(super) fn span(low: Option<f64>, high: Option<f64>) -> String {
-    low.zip(high)
-        .map_or_else(String::new, |(low, high)| format!("{}-{}", percent(low), percent(high)))
+    low.zip(high).map_or_else(String::new, |(low, high)| {
+        format!("{}-{}", percent(low), percent(high))
+    })
 }
