@@ -16,6 +16,7 @@ mod bench;
 mod beside;
 mod gates;
 mod likeness;
+mod mix;
 mod populations;
 mod protocols;
 mod quantize;
