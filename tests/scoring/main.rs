@@ -23,5 +23,6 @@ mod quantize;
 mod score;
 mod skinned;
 mod train;
+mod tree_sweep;
 mod trees;
 mod twins;
