@@ -23,6 +23,14 @@ pub(super) struct CuttingArgs {
 }
 
 impl CuttingArgs {
+    /// The flags of a command that has a frame rate of its own.
+    pub(super) const fn new(fps: Option<f32>, whole_recordings: bool) -> Self {
+        Self {
+            fps,
+            whole_recordings,
+        }
+    }
+
     /// The flags, and whether each was given.
     pub(super) fn given(&self) -> [(&'static str, bool); 2] {
         [

@@ -191,7 +191,6 @@ impl DrawArgs {
     ///
     /// # Errors
     /// Naming the first such flag that was given.
-    #[cfg(feature = "train")]
     pub(super) fn refuse_for_trees(&self) -> Result<()> {
         let none = SelectionArgs::default();
         let draw = self.without_size();

@@ -82,6 +82,11 @@ fn way_out(error: &Error) -> Option<String> {
                     "use --raster rows, or another than --{setting} {value}"
                 ));
             }
+            C::SourcesDiffer { setting, .. } => {
+                return Some(format!(
+                    "--{setting} says of packs and trees what they give; a dataset is as it is"
+                ));
+            }
             C::ColumnsSumFrames(_) => "use --raster rows",
             C::ColumnsFrames(_) => "--frames-per-cycle",
             C::RasterUnderCondition { .. } => "use --raster skia or rows",

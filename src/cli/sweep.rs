@@ -1,5 +1,6 @@
-//! `edgegait sweep`: walks by viewpoints, as a dataset.
+//! `edgegait sweep`: walks by viewpoints, or a tree's gait cycles, as a dataset.
 
+mod tree;
 mod work;
 
 use super::args::{Common, Files, ViewArgs, gei_rmse, stated_choice};
@@ -7,6 +8,7 @@ use super::augment::AugmentArgs;
 use super::conditions::{ConditionArgs, listing};
 use super::drawing::DrawArgs;
 use super::export::{ExportArgs, sized, templates_of};
+use super::layout::{LayoutArgs, refuse_without_tree};
 use super::source::SourceArgs;
 pub(super) use crate::bench::peak_rss_bytes;
 use crate::dataset::{Contents, Header, Run, check_folder_name};
@@ -16,14 +18,16 @@ use crate::sweep::{Job, Settings, TAKE_FPS, Wanted, is_take, walk_name};
 use crate::template::Template;
 use edgegait_core::pack::Pack;
 use serde::Serialize;
+use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Instant;
 use work::{Work, grouped};
 
-/// Sweep walks over viewpoints into a dataset of GEIs or other templates
+/// Sweep walks over viewpoints, or a tree of silhouettes, into a dataset of GEIs or other templates
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait sweep --out dataset                 # 26 people at 5 km/h, 703 viewpoints\n  edgegait sweep cohort.egp --views side --cycles 8 --out side --json -\n  edgegait sweep --views side --template mhi --augment flip,crop --out mhi\n  edgegait sweep --views side --template gei,silhouettes --joints --out sequences\n  edgegait sweep --views side --conditions casia-b --format opengait --out tree\n  edgegait sweep --shard 1/3 --out one    # the others elsewhere; then: edgegait merge one two three --out whole\n  edgegait sweep cohort.egp --cycles 250 --raster columns --framing cycle --digest"
+    mut_arg("pack", |arg| arg.value_name("PACK|TREE").help("A pack, or a tree of silhouettes (<person>/<take>/<view>/), whose gait cycles are found [default: the built-in cohort of 26 people]")),
+    after_help = "Examples:\n  edgegait sweep --out dataset                 # 26 people at 5 km/h, 703 viewpoints\n  edgegait sweep cohort.egp --views side --cycles 8 --out side --json -\n  edgegait sweep --views side --template mhi --augment flip,crop --out mhi\n  edgegait sweep --views side --template gei,silhouettes --joints --out sequences\n  edgegait sweep --views side --conditions casia-b --format opengait --out tree\n  edgegait sweep tree --fps 30 --out geis       # a template of each gait cycle of a tree's recordings\n  edgegait sweep --shard 1/3 --out one    # the others elsewhere; then: edgegait merge one two three --out whole\n  edgegait sweep cohort.egp --cycles 250 --raster columns --framing cycle --digest"
 )]
 pub(super) struct Args {
     #[command(flatten)]
@@ -37,11 +41,13 @@ pub(super) struct Args {
     #[arg(long, conflicts_with_all = ["out", "format", "shard", "resume"])]
     digest: bool,
     /// Cycles of each walk: the stored one, then seeded variations of it
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    cycles: u32,
+    /// [default: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    cycles: Option<u32>,
     /// First cycle: 0 is the stored one; `train` uses 0 to 7, `score` 1000 and up
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
-    first_cycle: u32,
+    /// [default: 0]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
+    first_cycle: Option<u32>,
     #[command(flatten)]
     conditions: ConditionArgs,
     /// List all confounders and built-in conditions, and do nothing else
@@ -58,10 +64,16 @@ pub(super) struct Args {
     /// Tell joints besides, of 19 where they are and where they appear (joints.npy, keypoints.npy)
     #[arg(long, conflicts_with_all = ["digest", "augment"])]
     joints: bool,
-    /// Frames a second, in place of --frames-per-cycle; whole takes are swept from start to end
-    /// [default for takes: 25]
+    /// Frames a second, in place of --frames-per-cycle; whole takes are swept from start to end. Of a
+    /// tree those of its recordings, to find gait cycles in them
+    /// [default for takes and trees: 25]
     #[arg(long, value_name = "F", value_parser = fps, conflicts_with = "frames_per_cycle")]
     fps: Option<f64>,
+    /// Make one template of each whole recording of a tree, not of each gait cycle
+    #[arg(long, conflicts_with = "fps")]
+    whole_recordings: bool,
+    #[command(flatten)]
+    layout: LayoutArgs,
     #[command(flatten)]
     export: ExportArgs,
     #[command(flatten)]
@@ -80,7 +92,9 @@ struct Results {
     seconds: f64,
     silhouettes_per_second: f64,
     threads: usize,
-    raster: &'static str,
+    /// None of a tree, which is not drawn.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    raster: Option<&'static str>,
     framing: &'static str,
     peak_rss_bytes: Option<u64>,
     clipped_share: f64,
@@ -113,6 +127,11 @@ pub(super) fn run(args: &Args) -> Result<()> {
         args.common.say(listing()?);
         return Ok(());
     }
+    if let Some(path) = args.source.pack.as_deref().filter(|path| path.is_dir()) {
+        return tree::run(args, path);
+    }
+    let flags = [("--whole-recordings", args.whole_recordings)].into_iter();
+    refuse_without_tree(flags.chain(args.layout.given()))?;
     let mut header = Header::new("sweep", args.common.seed);
     let conditions = args.conditions.load(None, &mut header)?;
     let views = args.views.views("paper")?;
@@ -125,7 +144,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let source = args.source.load()?;
     let pack = Pack::parse(&source.bytes)?;
     let walks = args.source.choose(&pack)?;
-    let cycles = args.first_cycle..args.first_cycle + args.cycles;
+    let cycles = args.variations();
     let firsts: Vec<Job<'_>> = walks
         .iter()
         .map(|&walk| Job::plain(walk, cycles.start))
@@ -150,7 +169,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
             Vec::new()
         },
         firsts: &firsts,
-        variations: cycles,
+        variations: cycles.clone(),
         views: &views.list,
         settings,
         wanted: &wanted,
@@ -164,8 +183,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
         .with("views", views.name.as_str())
         .with("viewpoints", views.list.len())
         .with("walks", walks.len())
-        .with("first_cycle", args.first_cycle)
-        .with("cycles", args.cycles);
+        .with("first_cycle", cycles.start)
+        .with("cycles", cycles.len());
     let has_takes = firsts.iter().any(|job| is_take(&pack, job.walk));
     if let Some(fps) = args.fps.or(has_takes.then_some(TAKE_FPS)) {
         header = header.with("fps", fps);
@@ -184,6 +203,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
             silhouettes: drawn as u64 * u64::from(settings.frames_per_cycle),
             clipped,
             said: format!("sha256 {digest}"),
+            raster: Some(settings.rasterizer.name()),
             digest: Some(digest),
         };
         return args.report(header, (&settings, &wanted), made, started);
@@ -210,6 +230,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         silhouettes: (writer.frames() / variants.len()) as u64,
         clipped: writer.clipped(),
         said: format!("wrote {}", args.out.display()),
+        raster: Some(settings.rasterizer.name()),
         digest: None,
     };
     writer.finish()?;
@@ -222,10 +243,17 @@ struct Made {
     silhouettes: u64,
     clipped: f64,
     said: String,
+    raster: Option<&'static str>,
     digest: Option<String>,
 }
 
 impl Args {
+    /// Which cycles of each walk.
+    fn variations(&self) -> Range<u32> {
+        let first = self.first_cycle.unwrap_or(0);
+        first..first + self.cycles.unwrap_or(1)
+    }
+
     /// How silhouettes are drawn, and what is made of them.
     fn wanted(&self) -> Result<(Settings, Wanted)> {
         let format = self.export.format();
@@ -262,7 +290,7 @@ impl Args {
         (settings, wanted): (&Settings, &Wanted),
         views: usize,
     ) -> Result<()> {
-        let varied = self.first_cycle > 0 || self.cycles > 1;
+        let varied = self.variations() != (0..1);
         let walks: Vec<_> = pack.walks().collect();
         let subjects: Vec<_> = pack.subjects().collect();
         for &job in jobs {
@@ -282,7 +310,7 @@ impl Args {
                 })
                 .sum();
             let kept = if self.export.format().is_tree() {
-                self.cycles as usize
+                self.variations().len()
             } else {
                 1
             };
@@ -317,7 +345,7 @@ impl Args {
             seconds,
             silhouettes_per_second: made.silhouettes as f64 / seconds,
             threads: rayon::current_num_threads(),
-            raster: settings.rasterizer.name(),
+            raster: made.raster,
             framing: settings.framing.name(),
             peak_rss_bytes: peak_rss_bytes(),
             clipped_share: made.clipped / made.silhouettes.max(1) as f64,

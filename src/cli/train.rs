@@ -1,36 +1,44 @@
 //! `edgegait train`: fit a recognizer and export it as ONNX.
 
+mod mix;
+mod opened;
+mod part;
+mod sources;
+
 use super::args::{Common, Files, ViewArgs};
 use super::augment::AugmentArgs;
 use super::cutting::CuttingArgs;
 use super::drawing::DrawArgs;
-use super::layout::{LayoutArgs, refuse_without_tree};
+use super::layout::LayoutArgs;
 use super::outputs::{Kind, Output};
-use super::progress::Progress;
-use super::source::SourceArgs;
-use crate::dataset::{Dataset, Header, InputFile, Partition, sha256_of_bytes, write_bytes};
+use super::source::SelectionArgs;
+use crate::dataset::{Header, InputFile, sha256_of_bytes, write_bytes};
 use crate::error::{Error, Result};
 use crate::evaluate::rank::{Outcome, closed_set};
 use crate::score::Contract;
-use crate::source::{Recordings, Source};
 use crate::table::Column::{Left, Right};
 use crate::table::Table;
-use crate::template::Template;
-use crate::train::{
-    Analysed, Components, LinearRecognizer, Method, Options, Real, Recipe, Samples, onnx,
-};
-use edgegait_core::pack::Pack;
+use crate::train::{Analysed, Components, LinearRecognizer, Method, Options, Real, Samples, onnx};
+use mix::MixArgs;
 use serde::Serialize;
+use sources::{Gathered, SourceResult, gathered};
 use std::path::{Path, PathBuf};
 
 /// Train PCA + LDA or PCA + SVM recognizers and export each as one ONNX graph of plain operators
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait train --out side.onnx                      # built-in cohort, side view\n  edgegait train --azimuth-deg 0,45,90,135,180 --elevation-deg 0,30,60 --out spread.onnx\n  edgegait train dataset --out mine.onnx              # a dataset that `sweep` wrote\n  edgegait train tree --fps 30 --partition p.json     # silhouettes, cut into gait cycles\n  edgegait train --template geni --augment flip,crop --out geni.onnx\n  edgegait train --method svm --components 5,10,20,50 # recognizer-5.onnx, recognizer-10.onnx ..."
+    after_help = "Examples:\n  edgegait train --out side.onnx                      # built-in cohort, side view\n  edgegait train --azimuth-deg 0,45,90,135,180 --elevation-deg 0,30,60 --out spread.onnx\n  edgegait train dataset --out mine.onnx              # a dataset that `sweep` wrote\n  edgegait train tree --fps 30 --partition p.json     # silhouettes, cut into gait cycles\n  edgegait train real synthetic.egp --mix real:0.7    # several sources, of one all, of the other a share\n  edgegait train --template geni --augment flip,crop --out geni.onnx\n  edgegait train --method svm --components 5,10,20,50 # recognizer-5.onnx, recognizer-10.onnx ..."
 )]
 pub(super) struct Args {
+    /// Packs, datasets and trees of silhouettes (<person>/<take>/<view>/): of several, people of one
+    /// name are one class. Names of people and walks, and viewpoints, choose from each
+    /// [default: the built-in cohort of 26 people]
+    #[arg(value_name = "PACK|DATASET|TREE")]
+    sources: Vec<PathBuf>,
     #[command(flatten)]
-    source: SourceArgs,
+    mix: MixArgs,
+    #[command(flatten)]
+    selection: SelectionArgs,
     /// Where to write the model; its contract goes beside it as .toml
     #[arg(long, value_name = "PATH", default_value = "recognizer.onnx")]
     out: PathBuf,
@@ -71,12 +79,6 @@ pub(super) struct Args {
     pub common: Common,
 }
 
-fn sequences_refused() -> Error {
-    Error::Usage(
-        "--template silhouettes: these recognizers take one image or vector of each cycle".into(),
-    )
-}
-
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum MethodArg {
     Lda,
@@ -96,6 +98,8 @@ struct Results {
     header: Header,
     samples: usize,
     classes: usize,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    sources: Vec<SourceResult>,
     models: Vec<ModelResult>,
 }
 
@@ -110,19 +114,23 @@ struct ModelResult {
     training_rank1: f64,
 }
 
-/// Cycles of each walk that are trained on unless a user says otherwise.
-const CYCLES: u32 = 8;
-
 /// Runs the subcommand.
 pub(super) fn run(args: &Args) -> Result<()> {
     let method = args.method()?;
     let outs = args.outs()?;
-    let (samples, mut header) = match &args.source.pack {
-        Some(path) if path.is_dir() => args.of_folder(path)?,
-        _ => args.of_walks()?,
-    };
+    let Gathered {
+        samples,
+        header,
+        sources,
+    } = gathered(args)?;
+    for source in &sources {
+        args.common.say(source);
+    }
+    for warning in &header.warnings {
+        args.common.say(format_args!("warning: {warning}"));
+    }
     let counts: Vec<String> = args.components.iter().map(u16::to_string).collect();
-    header = header
+    let header = header
         .with("components", counts.join(","))
         .with("method", method.to_string())
         .with("precision", args.precision.name());
@@ -134,6 +142,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         header,
         samples: samples.labels.len(),
         classes: samples.names.len(),
+        sources,
         models,
     })
 }
@@ -144,10 +153,9 @@ impl Args {
         let outs = self.outs().unwrap_or_default().into_iter();
         Files {
             inputs: self
-                .source
-                .pack
-                .clone()
-                .into_iter()
+                .sources
+                .iter()
+                .cloned()
                 .chain(self.views.file())
                 .chain(self.partition.clone())
                 .collect(),
@@ -155,111 +163,6 @@ impl Args {
                 .map(|out| Output::new("--out", &out, Kind::Model))
                 .collect(),
         }
-    }
-
-    /// Samples drawn here, from a pack or from the built-in cohort.
-    fn of_walks(&self) -> Result<(Samples, Header)> {
-        let views = self.views.views("side")?;
-        let settings = self.draw.settings(self.common.seed)?;
-        if settings.template == Template::Silhouettes {
-            return Err(sequences_refused());
-        }
-        let augmentation = self.augment.augmentation()?;
-        augmentation.check(settings.template, settings.size)?;
-        let source = self.source.load()?;
-        let pack = Pack::parse(&source.bytes)?;
-        let walks = self.source.choose(&pack)?;
-        let cycles = self.cycles.unwrap_or(CYCLES);
-        let progress = Progress::new("cycles", walks.len() * cycles as usize);
-        let recipe = Recipe {
-            views: &views,
-            settings,
-            cycles,
-            augmentation,
-        };
-        let samples = Samples::drawn((&pack, &walks, &source.name), recipe, &|| progress.step())?;
-        let mut header = Header::new("train", self.common.seed)
-            .drawn(&settings)
-            .with("pack", source.name.as_str())
-            .with("walks", samples.training.walks.join(","))
-            .with("cycles", cycles)
-            .with("views", views.name.as_str())
-            .augmented(augmentation);
-        header.inputs = source.inputs;
-        Ok((samples, header))
-    }
-
-    /// The templates of a dataset, or of a tree's recordings.
-    fn of_folder(&self, path: &Path) -> Result<(Samples, Header)> {
-        match Source::open(path, &[], &self.layout.layout())? {
-            Source::Tree(recordings) => self.of_tree(path, *recordings),
-            Source::Dataset(geis) => self.of_dataset(path, geis.dataset()),
-            Source::Walks(_) => Err(Error::Missing("a dataset or a tree")),
-        }
-    }
-
-    /// The templates of a tree: of people whom a partition trains with, if one is given.
-    fn of_tree(&self, path: &Path, recordings: Recordings) -> Result<(Samples, Header)> {
-        self.draw.refuse_for_trees()?;
-        if self.cycles.is_some() {
-            return Err(Error::Usage(
-                "--cycles: all gait cycles of a tree's recordings are trained with".into(),
-            ));
-        }
-        let views = self.views.is_given().then(|| self.views.views("side"));
-        let selection = self.source.selection.selection(false);
-        let mut recordings = recordings.chosen(&selection, views.transpose()?.as_ref())?;
-        let settings = self.draw.settings(self.common.seed)?;
-        if settings.template == Template::Silhouettes {
-            return Err(sequences_refused());
-        }
-        let augmentation = self.augment.augmentation()?;
-        augmentation.check(settings.template, settings.size)?;
-        let mut header = Header::new("train", self.common.seed);
-        if let Some(partition) = &self.partition {
-            let (trained, warnings) =
-                recordings.trained(&Partition::read(partition)?, partition)?;
-            recordings = trained;
-            header.inputs.push(InputFile::of(partition)?);
-            header.warnings.extend(warnings);
-        }
-        let progress = Progress::new("folders", recordings.len());
-        recordings.check_sizes(&[], &|| progress.step())?;
-        drop(progress);
-        let recordings = self.cutting.cut(recordings, &mut header)?;
-        let name = path.display().to_string();
-        let source = Source::Tree(Box::new(recordings));
-        let samples = Samples::of_recordings((&source, &name), (settings, augmentation))?;
-        let header = header
-            .with("tree", name)
-            .with("template", settings.template.name())
-            .with("size", settings.size.name())
-            .with("framing", settings.framing.name())
-            .augmented(augmentation);
-        Ok((samples, header))
-    }
-
-    /// All of a dataset's templates.
-    fn of_dataset(&self, path: &Path, dataset: &Dataset) -> Result<(Samples, Header)> {
-        let flags = [("--partition", self.partition.is_some())].into_iter();
-        refuse_without_tree(flags.chain(self.cutting.given()).chain(self.layout.given()))?;
-        let selection = &self.source.selection;
-        self.draw
-            .refuse_for_folders(selection, self.cycles, &self.views)?;
-        let augmentation = self.augment.augmentation()?;
-        let samples = Samples::of_dataset((dataset, path), augmentation)?;
-        let mut header = Header::new("train", self.common.seed).augmented(augmentation);
-        if samples.template != Template::Gei {
-            header = header.with("template", samples.template.name());
-        }
-        if samples.framing.is_none() {
-            header.warnings.push(format!(
-                "{} does not say how its figures are framed: the model's contract says height",
-                path.display()
-            ));
-        }
-        header.inputs = Dataset::inputs(path)?;
-        Ok((samples, header))
     }
 
     fn method(&self) -> Result<Method> {

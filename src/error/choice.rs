@@ -173,6 +173,19 @@ pub enum ChoiceError {
     /// No walk is of a chosen person and has a chosen name.
     #[error("no walk of the chosen people has the chosen name")]
     NothingChosen,
+    /// What several sources give cannot be trained on together.
+    #[error(
+        "expected sources of one {setting}, found {} of {} and {} of {}",
+        .values[0], .sources[0], .values[1], .sources[1]
+    )]
+    SourcesDiffer {
+        /// `template`, `size` or `framing`.
+        setting: &'static str,
+        /// Two of the sources.
+        sources: [String; 2],
+        /// What each gives.
+        values: [&'static str; 2],
+    },
     /// A dataset is augmented, which cannot be done twice.
     #[error("{} is augmented already", .0.display())]
     Augmented(PathBuf),

@@ -87,6 +87,9 @@ pub struct Training {
     pub variations: Vec<u32>,
     /// Seed of the variations.
     pub seed: u64,
+    /// Seeds of others of them, if there are any; each variation counts as one of every seed.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub seeds: Vec<u64>,
 }
 
 impl Default for Contract {

@@ -11,6 +11,8 @@ mod tree;
 mod walks;
 
 pub(crate) use cohort::stored;
+#[cfg(feature = "train")]
+pub(crate) use packs::require;
 pub(crate) use packs::{BUILT_IN_WALK, built_in, is_pack_or_folder};
 pub use packs::{PackSource, Selection};
 pub(crate) use tree::Recordings;

@@ -7,13 +7,17 @@
 
 pub(crate) mod algebra;
 pub(crate) mod lda;
+mod mix;
 pub mod onnx;
 pub(crate) mod pca;
 mod samples;
+mod share;
 pub(crate) mod svm;
 
 pub use algebra::Real;
+pub use mix::{Part, SampleForm, joined, require_one_form, strangers};
 pub use samples::{Recipe, Samples};
+pub use share::Share;
 
 use edgegait_core::silhouette::Size;
 use ndarray::{Array1, Array2, ArrayView1, ArrayView2, s};

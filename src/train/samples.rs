@@ -1,11 +1,11 @@
 //! What is trained on: templates of walks that are drawn, of a dataset, or of a tree.
 
-use super::Method;
+use super::{Method, Share};
 use crate::dataset::{Dataset, IndexRow};
 use crate::error::{ChoiceError, Result};
 use crate::score::{Contract, EMBEDDING, Layout, OutputNames, SCORES, Training};
-use crate::source::{Form, Source, ViewLabel};
-use crate::sweep::{Framing, Lens, Settings, Views, jobs, sweep};
+use crate::source::{Form, Origin, Source};
+use crate::sweep::{Framing, Job, Lens, Settings, Views, jobs, sweep};
 use crate::template::Template;
 use crate::template::augment::{Augmentation, Crops, varied};
 use edgegait_core::pack::Pack;
@@ -29,6 +29,8 @@ pub struct Samples {
     pub labels: Vec<usize>,
     /// The people's names, in the order of their first appearance.
     pub names: Vec<String>,
+    /// How many there were before a share of them was drawn.
+    pub found: usize,
     /// What a contract says of all this.
     pub training: Training,
 }
@@ -42,13 +44,15 @@ pub struct Recipe<'a> {
     pub settings: Settings,
     /// The stored cycle and seeded variations of it, so many together.
     pub cycles: u32,
+    /// How many of all these cycles of each person are trained on.
+    pub share: Share,
     /// What is made of each template besides itself.
     pub augmentation: Augmentation,
 }
 
 impl Samples {
     /// Templates of these walks of a pack, which is called `name`; `progress` is called for each
-    /// cycle of a walk.
+    /// cycle of a walk, at first for those that are left out.
     ///
     /// # Errors
     /// For whole takes, for silhouettes, and what cannot be drawn or augmented.
@@ -61,13 +65,27 @@ impl Samples {
             views,
             settings,
             cycles,
+            share,
             augmentation,
         } = recipe;
         let (template, size) = (settings.template, settings.size);
         augmentation.check(template, size)?;
         let all: Vec<_> = pack.walks().collect();
         let people = each_once(walks.iter().map(|&walk| all[walk].subject));
-        let jobs = jobs(pack, walks, 0..cycles)?;
+        let subjects: Vec<_> = pack.subjects().collect();
+        let every = jobs(pack, walks, 0..cycles)?;
+        let origin = |job: &Job<'_>| Origin {
+            walk: all[job.walk].name.to_owned(),
+            cycle: Some(u32::from(all[job.walk].cycle)),
+            variation: job.variation,
+            seed: settings.seed,
+        };
+        let origins: Vec<Origin> = every.iter().map(origin).collect();
+        let person = |job: &Job<'_>| subjects[all[job.walk].subject].name;
+        let kept = share.kept(every.iter().map(person).zip(&origins));
+        let jobs: Vec<Job<'_>> = kept.iter().map(|&at| every[at]).collect();
+        (jobs.len()..every.len()).for_each(|_| progress());
+        let found = every.len() * views.list.len();
         let mut rows = Rows::new(size, augmentation);
         sweep(
             pack,
@@ -87,8 +105,7 @@ impl Samples {
                 Ok(())
             },
         )?;
-        let names = sorted(walks.iter().map(|&walk| all[walk].name));
-        let subjects: Vec<_> = pack.subjects().collect();
+        let names = sorted(jobs.iter().map(|job| all[job.walk].name));
         let people = people.iter().map(|&p| subjects[p].name.to_owned());
         let training = Training {
             description: format!(
@@ -112,24 +129,27 @@ impl Samples {
                 .collect(),
             subjects: Vec::new(),
             walks: names.iter().map(|&name| name.to_owned()).collect(),
-            cycles: sorted(walks.iter().map(|&walk| u32::from(all[walk].cycle))),
-            variations: (0..cycles).collect(),
+            cycles: sorted(jobs.iter().map(|job| u32::from(all[job.walk].cycle))),
+            variations: sorted(jobs.iter().map(|job| job.variation)),
             seed: settings.seed,
+            seeds: Vec::new(),
         };
-        rows.samples(
-            (template, Some(settings.framing)),
-            people.collect(),
-            training,
-        )
+        let form = (template, Some(settings.framing));
+        rows.samples(form, (people.collect(), found), training)
     }
 
-    /// All templates of the dataset in `folder`.
+    /// The templates of the dataset in `folder` that these rows of its index tell of, which rise, as
+    /// far as they are of the share.
     ///
     /// # Errors
     /// For what cannot be augmented, and a dataset that is augmented already.
+    ///
+    /// # Panics
+    /// If the index has no such row.
     pub fn of_dataset(
         (dataset, folder): (&Dataset, &Path),
-        augmentation: Augmentation,
+        chosen: &[usize],
+        (share, augmentation): (Share, Augmentation),
     ) -> Result<Self> {
         let (template, size) = (dataset.template(), dataset.size());
         augmentation.check(template, size)?;
@@ -138,10 +158,21 @@ impl Samples {
             return Err(ChoiceError::Augmented(folder.to_path_buf()).into());
         }
         let index = dataset.index();
+        let origin = |&at: &usize| Origin {
+            walk: index[at].walk.clone(),
+            cycle: Some(index[at].cycle),
+            variation: index[at].variation,
+            seed: index[at].seed,
+        };
+        let origins: Vec<Origin> = chosen.iter().map(origin).collect();
+        let people = chosen.iter().map(|&at| index[at].subject.as_str());
+        let kept = share.kept(people.zip(&origins)).into_iter();
+        let kept: Vec<usize> = kept.map(|at| chosen[at]).collect();
         let mut names: Vec<String> = Vec::new();
         let mut viewpoints: Vec<[f64; 2]> = Vec::new();
         let mut rows = Rows::new(size, augmentation);
-        for (bytes, row) in dataset.templates().zip(index) {
+        for &at in &kept {
+            let row = &index[at];
             let known = names.iter().position(|name| *name == row.subject);
             let label = known.unwrap_or_else(|| {
                 names.push(row.subject.clone());
@@ -151,65 +182,79 @@ impl Samples {
             if !viewpoints.contains(&viewpoint) {
                 viewpoints.push(viewpoint);
             }
-            rows.push(bytes, label);
+            rows.push(dataset.bytes(at), label);
         }
+        let shown = || kept.iter().map(|&at| &index[at]);
         let training = Training {
             description: format!(
                 "the {} {} of {}{}",
-                index.len(),
+                kept.len(),
                 template.plural(),
                 folder.display(),
                 described(augmentation)
             ),
             viewpoints,
             subjects: Vec::new(),
-            walks: sorted(index.iter().map(|row: &IndexRow| row.walk.clone())),
-            cycles: sorted(index.iter().map(|row| row.cycle)),
-            variations: sorted(index.iter().map(|row| row.variation)),
-            seed: index.first().map_or(0, |row| row.seed),
+            walks: sorted(shown().map(|row: &IndexRow| row.walk.clone())),
+            cycles: sorted(shown().map(|row| row.cycle)),
+            variations: sorted(shown().map(|row| row.variation)),
+            seed: shown().next().map_or(0, |row| row.seed),
+            seeds: Vec::new(),
         };
-        rows.samples((template, dataset.framing(folder)?), names, training)
+        let form = (template, dataset.framing(folder)?);
+        rows.samples(form, (names, chosen.len()), training)
     }
 
-    /// The templates of a tree's recordings, or of their gait cycles, framed as the settings say; the
-    /// tree is called `name`.
+    /// The templates of a tree's recordings, or of their gait cycles, framed as the settings say, as
+    /// far as they are of the share; the tree is called `name`.
     ///
     /// # Errors
     /// For what cannot be read, made into such a template or augmented.
     pub fn of_recordings(
         (source, name): (&Source<'_>, &str),
-        (settings, augmentation): (Settings, Augmentation),
+        settings: Settings,
+        (share, augmentation): (Share, Augmentation),
     ) -> Result<Self> {
         let (template, size) = (settings.template, settings.size);
         augmentation.check(template, size)?;
         let sequences = source.sequences();
-        let all: Vec<usize> = (0..sequences.list.len()).collect();
+        let all = 0..sequences.list.len();
+        let cycle = |at| {
+            let person = &sequences.subjects[sequences.subject(at)];
+            (person.as_str(), sequences.origin(at))
+        };
+        let kept = share.kept(all.clone().map(cycle));
         let form = Form {
             settings,
             frames: None,
         };
         let mut rows = Rows::new(size, augmentation);
-        source.show(&all, &form, &mut |number, bytes| {
+        source.show(&kept, &form, &mut |number, bytes| {
             rows.push(bytes, sequences.subject(number));
             Ok(())
         })?;
-        let angles = sequences.views.iter().filter_map(ViewLabel::angles_deg);
+        let shown = || kept.iter().map(|&at| &sequences.list[at]);
+        let viewpoints = each_once(shown().map(|sequence| sequence.view)).into_iter();
+        let angles = viewpoints.filter_map(|view| sequences.views[view].angles_deg());
+        let origins = shown().map(|sequence| &sequences.origins[sequence.origin]);
         let training = Training {
             description: format!(
                 "the {} {} of {name}{}",
-                all.len(),
+                kept.len(),
                 template.plural(),
                 described(augmentation)
             ),
             viewpoints: angles.map(Into::into).collect(),
             subjects: Vec::new(),
-            walks: sorted(sequences.takes.iter().map(|take| take.name.clone())),
-            cycles: sorted(sequences.origins.iter().filter_map(|origin| origin.cycle)),
+            walks: sorted(shown().map(|sequence| sequences.takes[sequence.take].name.clone())),
+            cycles: sorted(origins.filter_map(|origin| origin.cycle)),
             variations: vec![0],
             seed: 0,
+            seeds: Vec::new(),
         };
         let form = (template, Some(settings.framing));
-        rows.samples(form, sequences.subjects.clone(), training)
+        let people = (sequences.subjects.clone(), all.len());
+        rows.samples(form, people, training)
     }
 
     /// The contract of a model called `name` that was fitted to these with so many principal
@@ -276,10 +321,11 @@ impl Rows {
             .extend(std::iter::repeat_n(label, variants.len()));
     }
 
+    /// The samples of these people, and of how many templates there were.
     fn samples(
         self,
         (template, framing): (Template, Option<Framing>),
-        names: Vec<String>,
+        (names, found): (Vec<String>, usize),
         training: Training,
     ) -> Result<Samples> {
         let columns = template.shape(self.size).numbers();
@@ -291,6 +337,7 @@ impl Rows {
             framing,
             labels: self.labels,
             names,
+            found: found * self.augmentation.variants().len(),
             training,
         })
     }

@@ -164,7 +164,6 @@ fn a_bad_pack_is_exit_code_1_and_the_message_names_file_and_byte() {
         ("note.egp", " at byte 0: expected \"EGPK\""),
         ("empty.egp", " at byte 0: expected \"EGPK\""),
         ("missing.egp", ": No such file"),
-        ("folder.egp", ": Is a directory"),
         (
             "large.egp",
             ": 16777217 bytes, expected a pack of at most 16777216",
@@ -173,6 +172,16 @@ fn a_bad_pack_is_exit_code_1_and_the_message_names_file_and_byte() {
         for command in ["inspect", "render", "sweep"] {
             refused(at, &[command, name], 1, &[&format!("{name}{words}")]);
         }
+    }
+    for (command, words) in [
+        ("inspect", "folder.egp: Is a directory"),
+        ("render", "folder.egp: Is a directory"),
+        (
+            "sweep",
+            "folder.egp: expected a pack or a tree of silhouettes",
+        ),
+    ] {
+        refused(at, &[command, "folder.egp"], 1, &[words]);
     }
 }
 

@@ -9,18 +9,18 @@ use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
-const DESIGN: &str = "seed = 3\n[walks]\ntakes = 3\ncycles = 2\n[views]\nazimuth_deg = [0, 60, 90]\nelevation_deg = [0]\n\
+pub const DESIGN: &str = "seed = 3\n[walks]\ntakes = 3\ncycles = 2\n[views]\nazimuth_deg = [0, 60, 90]\nelevation_deg = [0]\n\
      [images]\nraster = \"rows\"\n[splits]\ntrain = \"0..2\"\ntest = \"2..6\"\n";
 
 /// The views' new names, as Gait3D has them.
 const RECORDINGS: [(&str, &str); 3] = [("000", "seq0"), ("060", "seq1"), ("090", "seq2")];
 
-fn words(command: &str) -> Vec<&str> {
+pub fn words(command: &str) -> Vec<&str> {
     command.split_whitespace().collect()
 }
 
 /// Six people, three takes, three views, which are named as recordings.
-fn tree(at: &Path, format: &str) {
+pub fn tree(at: &Path, format: &str) {
     fs::write(at.join("d.toml"), DESIGN).expect("a design");
     let generate = format!("generate d.toml --format {format} --out tree");
     done(at, &words(&generate));
@@ -34,7 +34,7 @@ fn tree(at: &Path, format: &str) {
     }
 }
 
-fn folders(path: &Path) -> Vec<String> {
+pub fn folders(path: &Path) -> Vec<String> {
     let entries = fs::read_dir(path).expect("a folder");
     let entries = entries.map(|entry| entry.expect("an entry"));
     let mut names: Vec<String> = entries
@@ -46,7 +46,7 @@ fn folders(path: &Path) -> Vec<String> {
 }
 
 /// The name of each sequence and its GEI, by the definition: the mean of silhouettes.
-fn geis(tree: &Path) -> Vec<(String, String, Vec<f64>)> {
+pub fn geis(tree: &Path) -> Vec<(String, String, Vec<f64>)> {
     let tree = Tree::open(tree, &Layout::default()).expect("a tree");
     let sequences = tree.sequences().iter().enumerate();
     sequences

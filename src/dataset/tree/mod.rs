@@ -204,6 +204,14 @@ impl Tree {
         self.silhouettes_of((index, ALL), size, framing)
     }
 
+    /// Refuses a framing that pictures of figures cannot be brought into.
+    ///
+    /// # Errors
+    /// For what follows from where a camera stood.
+    pub fn require_framing(framing: Framing) -> Result<()> {
+        Fit::of(framing).map(drop)
+    }
+
     /// The same of a part of the pictures, by their numbers from 0.
     ///
     /// # Errors

@@ -38,8 +38,9 @@ impl Seen {
             training.walks.contains(&origin.walk) && origin.cycle.is_none_or(has)
         };
         let was_shown = |origin: &crate::source::Origin| {
-            let is_same = origin.variation == 0 || origin.seed == training.seed;
-            is_same && training.variations.contains(&origin.variation)
+            let is_of = |seed| seed == training.seed || training.seeds.contains(&seed);
+            (origin.variation == 0 || is_of(origin.seed))
+                && training.variations.contains(&origin.variation)
         };
         let parts: Vec<(bool, bool)> = sequences
             .origins
@@ -166,6 +167,11 @@ mod tests {
         contract.training.subjects = vec!["bob".into()];
         assert_eq!(seen(&contract, (0, "1", Some(9), 0, 1)), (0, 0));
         assert_eq!(seen(&contract, (1, "1", Some(9), 0, 1)), (1, 0));
+        // Of several sources variations may have several seeds.
+        assert_eq!(seen(&contract, (1, "1", Some(9), 3, 5)), (0, 1));
+        contract.training.seeds = vec![4, 5];
+        assert_eq!(seen(&contract, (1, "1", Some(9), 3, 5)), (1, 0));
+        assert_eq!(seen(&contract, (1, "1", Some(9), 3, 1)), (1, 0));
         contract.training.walks.clear();
         assert_eq!(seen(&contract, (1, "1", Some(9), 0, 1)), (0, 0));
     }

@@ -1,0 +1,229 @@
+//! A sweep of a tree of silhouettes: a dataset with the templates of each of its gait cycles.
+
+use super::{Args, Made};
+use crate::cli::cutting::CuttingArgs;
+use crate::cli::progress::Progress;
+use crate::dataset::{Contents, DatasetWriter, Format, Header, IndexRow, Item, Run, Tree};
+use crate::error::{Error, Result};
+use crate::source::{Form, Shown, Source, ViewLabel};
+use crate::sweep::{Settings, Wanted};
+use crate::template::Template;
+use crate::template::augment::{Variant, varied};
+use rayon::prelude::*;
+use std::path::Path;
+use std::time::Instant;
+
+/// Sequences whose templates are held at once, for each thread.
+const AT_ONCE: usize = 16;
+
+/// What is made of each sequence: templates in the order in which they are wanted, and what was
+/// shown in one of them.
+type Templates = (Vec<Vec<u8>>, Shown);
+
+/// Sweeps the tree at `path`.
+pub(super) fn run(args: &Args, path: &Path) -> Result<()> {
+    args.refuse_for_tree()?;
+    let (settings, wanted) = args.wanted()?;
+    Tree::require_framing(settings.framing)?;
+    let augmentation = args.augment.augmentation()?;
+    for &template in &wanted.templates {
+        augmentation.check(template, settings.size)?;
+    }
+    let other = || {
+        Error::input(
+            path,
+            "expected a pack or a tree of silhouettes (<person>/<take>/<view>/ with frames), found another folder (a dataset is swept already)",
+        )
+    };
+    if !Tree::is_at(path) {
+        return Err(other());
+    }
+    let source = Source::open(path, &[], &args.layout.layout())?;
+    let mut views = source.sequences().views.iter();
+    if let Some(name) = views.find_map(ViewLabel::name) {
+        return Err(Error::input(
+            path,
+            format!(
+                "expected views named by angles, as an index of a dataset has them, found {name:?} (rename the folders of views, or give the tree itself to `train` and `score`)"
+            ),
+        ));
+    }
+    let Source::Tree(recordings) = source else {
+        return Err(other());
+    };
+    let views = args.views.is_given().then(|| args.views.views("side"));
+    let selection = args.source.selection.selection(false);
+    let recordings = recordings.chosen(&selection, views.transpose()?.as_ref())?;
+    if recordings.is_empty() {
+        return Err(Error::input(
+            path,
+            "expected some of the chosen people, takes and viewpoints, found none",
+        ));
+    }
+    let progress = Progress::new("folders", recordings.len());
+    recordings.check_sizes(&[], &|| progress.step())?;
+    drop(progress);
+    let started = Instant::now();
+    let name = path.display().to_string();
+    let mut header = Header::new("sweep", args.common.seed)
+        .with("tree", name)
+        .with("size", settings.size.name())
+        .with("framing", settings.framing.name())
+        .augmented(augmentation);
+    if settings.template != Template::Gei {
+        header = header.with("template", settings.template.name());
+    }
+    let cutting = CuttingArgs::new(args.fps.map(|fps| fps as f32), args.whole_recordings);
+    let recordings = cutting.cut(recordings, &mut header)?;
+    let source = Source::Tree(Box::new(recordings));
+    let run = Run {
+        header: header.clone(),
+        contents: Contents {
+            templates: wanted.templates.clone(),
+            size: settings.size,
+            joints: false,
+        },
+        format: args.export.format(),
+        units: source.sequences().list.len(),
+        shard: None,
+    };
+    let Some(mut writer) = args.export.begin(&args.out, run, args.common.overwrite)? else {
+        return Ok(());
+    };
+    let variants = augmentation.variants();
+    let shown = stored(&source, (settings, &wanted, &variants), &mut writer)?;
+    if shown.empty > 0 {
+        header.warnings.push(format!(
+            "{} frames without a figure were left out",
+            shown.empty
+        ));
+    }
+    let made = Made {
+        rows: writer.rows(),
+        silhouettes: shown.silhouettes,
+        clipped: shown.clipped.unwrap_or(0.0),
+        said: format!("wrote {}", args.out.display()),
+        raster: None,
+        digest: None,
+    };
+    writer.finish()?;
+    for warning in &header.warnings {
+        args.common.say(format_args!("warning: {warning}"));
+    }
+    args.report(header, (&settings, &wanted), made, started)
+}
+
+/// Writes the templates of all sequences, made on all cores; what was shown in them.
+fn stored(
+    source: &Source<'_>,
+    (settings, wanted, variants): (Settings, &Wanted, &[Variant]),
+    writer: &mut DatasetWriter,
+) -> Result<Shown> {
+    let sequences = source.sequences();
+    let all: Vec<usize> = (0..sequences.list.len()).collect();
+    let progress = Progress::new("sequences", all.len());
+    let mut shown = Shown {
+        clipped: Some(0.0),
+        ..Shown::default()
+    };
+    for numbers in all.chunks(AT_ONCE * rayon::current_num_threads().max(1)) {
+        let templates = |&number: &usize| {
+            let templates = templates(source, number, (settings, wanted));
+            progress.step();
+            templates
+        };
+        let made: Vec<Result<Templates>> = numbers.par_iter().map(templates).collect();
+        for (&number, made) in numbers.iter().zip(made) {
+            let (templates, of_one) = made?;
+            shown = shown.and(of_one);
+            let (azimuth_deg, elevation_deg) = sequences
+                .view_label(number)
+                .angles_deg()
+                .ok_or(Error::Missing("angles"))?;
+            let origin = sequences.origin(number);
+            let row = IndexRow {
+                subject: sequences.subjects[sequences.subject(number)].clone(),
+                walk: origin.walk.clone(),
+                cycle: origin.cycle.unwrap_or(0),
+                variation: 0,
+                speed_kmh: 0.0,
+                azimuth_deg,
+                elevation_deg,
+                condition: String::new(),
+                alternative: String::new(),
+                frames: u32::try_from(of_one.silhouettes).unwrap_or(u32::MAX),
+                seed: 0,
+            };
+            for &variant in variants {
+                let row = IndexRow {
+                    condition: variant.condition(&row.condition),
+                    ..row.clone()
+                };
+                let varied = |bytes: &Vec<u8>| varied(bytes, settings.size, variant);
+                let varied: Vec<Vec<u8>> = if variant == Variant::default() {
+                    templates.clone()
+                } else {
+                    templates.iter().map(varied).collect()
+                };
+                writer.push(Item {
+                    row: &row,
+                    take: &row.walk,
+                    templates: &varied,
+                    joints: [&[], &[]],
+                })?;
+            }
+            writer.end_unit()?;
+        }
+    }
+    Ok(shown)
+}
+
+/// The templates of one sequence.
+fn templates(
+    source: &Source<'_>,
+    number: usize,
+    (settings, wanted): (Settings, &Wanted),
+) -> Result<Templates> {
+    let (mut templates, mut shown) = (Vec::new(), Shown::default());
+    for &template in &wanted.templates {
+        let form = Form {
+            settings: Settings {
+                template,
+                ..settings
+            },
+            frames: None,
+        };
+        shown = source.show(&[number], &form, &mut |_, bytes| {
+            templates.push(bytes.to_vec());
+            Ok(())
+        })?;
+    }
+    Ok((templates, shown))
+}
+
+impl Args {
+    /// Refuses flags that say how walks are drawn, of silhouettes that are there.
+    fn refuse_for_tree(&self) -> Result<()> {
+        let export = &self.export;
+        let flags = [
+            ("--digest", self.digest),
+            ("--cycles", self.cycles.is_some()),
+            ("--first-cycle", self.first_cycle.is_some()),
+            ("--max-gei-rmse", self.max_gei_rmse.is_some()),
+            ("--joints", self.joints),
+            ("--shard", export.shard.is_some()),
+            ("--resume", export.resume),
+        ];
+        if let Some((flag, _)) = flags.iter().find(|(_, is_given)| *is_given) {
+            return Err(Error::Usage(format!("{flag}: expected a pack")));
+        }
+        if !matches!(export.format(), Format::Folder | Format::Npz) {
+            return Err(Error::Usage(format!(
+                "--format {}: the silhouettes are in a tree already (use folder or npz)",
+                export.format().name()
+            )));
+        }
+        self.conditions.refuse_for_folders()?;
+        self.draw.refuse_for_trees()
+    }
+}
