@@ -3,9 +3,9 @@
 //! Where a skeleton's hips and spine lie is a convention of its maker, and where its rest pose
 //! had to be taken from a moment of the motion, so is what upright means.
 
-use super::forward_kinematics;
 use super::retarget::Take;
 use super::stance::Steps;
+use super::{Cycle, forward_kinematics};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
@@ -95,6 +95,19 @@ pub(super) fn carry_shoulders(
     for pose in poses {
         let (_, turns) = forward_kinematics(target, DVec3::ZERO, pose);
         lean_ahead(pose, &turns, by);
+    }
+}
+
+impl Cycle {
+    /// The same with a trunk that leans further ahead by so many degrees, of a body with these offsets.
+    #[cfg(all(feature = "import", feature = "train", feature = "plots"))]
+    pub(crate) fn leaning_ahead(&self, offsets: &[DVec3; JOINTS], degrees: f64) -> Self {
+        let mut leaning = self.clone();
+        for pose in &mut leaning.rotations {
+            let (_, turns) = forward_kinematics(offsets, DVec3::ZERO, pose);
+            lean_ahead(pose, &turns, degrees.to_radians());
+        }
+        leaning
     }
 }
 

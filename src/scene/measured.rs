@@ -155,6 +155,21 @@ impl MeasuredPeople {
         self.0.get(subject)
     }
 
+    /// The same people, of whom dimensions whose names are so were not measured.
+    #[cfg(all(feature = "import", feature = "train", feature = "plots"))]
+    #[must_use]
+    pub(crate) fn without(&self, is_left_out: impl Fn(&str) -> bool) -> Self {
+        let mut people = self.clone();
+        for measured in people.0.values_mut() {
+            for (name, value) in NAMES.iter().zip(&mut measured.dimensions_m) {
+                if is_left_out(name) {
+                    *value = None;
+                }
+            }
+        }
+        people
+    }
+
     /// Rows without a walker among `subjects`, walkers without a row, and dimensions that
     /// have no effect. `has_stature`: whether those without a measured stature are given one.
     #[must_use]

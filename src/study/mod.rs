@@ -198,16 +198,8 @@ pub(crate) fn run(
     findings.warnings.extend(walkers.warnings.iter().cloned());
     let estimated = MeasuredPeople::default();
     let bodies = plan.bodies.as_ref().unwrap_or(&estimated);
-    let twins = walkers.with_bodies(bodies, &|| ())?;
-    let mut others: Vec<(&str, Twins)> = Vec::new();
-    if plan.bodies.is_some() {
-        let unmeasured = walkers.with_bodies(&estimated, &|| ())?;
-        others.push(("bodies without any measurement", unmeasured));
-    }
-    if let Some(dressed) = &plan.dressed {
-        let dressed = walkers.with_bodies(dressed, &|| ())?;
-        others.push(("bodies measured with clothes and hair", dressed));
-    }
+    let twins = walkers.with_bodies(bodies, 0.0)?;
+    let others = other_twins(&walkers, (bodies, plan.dressed.as_ref()))?;
     for seen in &plan.views {
         let camera = (seen.view, seen.distance_m);
         let shown: Vec<_> = plan
@@ -215,20 +207,14 @@ pub(crate) fn run(
             .iter()
             .filter(|shown| shown.pairing.view == seen.name)
             .collect();
-        let synthetic: Vec<Vec<Example>> = choices
-            .framings
+        let framings = with_box(&choices.framings);
+        let synthetic: Vec<Vec<Example>> = framings
             .iter()
             .map(|framing| twins.seen(camera, *framing, None))
             .collect::<Result<_>>()?;
         for (number, &masks) in choices.masks.iter().enumerate() {
             let seed = choices.seeds.first().copied().unwrap_or(1);
-            let real = real::read(
-                &plan.tree,
-                &shown,
-                (masks, seed),
-                &choices.framings,
-                progress,
-            )?;
+            let real = real::read(&plan.tree, &shown, (masks, seed), &framings, progress)?;
             findings.counts.push(Counts {
                 view: seen.name.clone(),
                 masks: masks.name(),
@@ -260,7 +246,8 @@ pub(crate) fn run(
             if number > 0 {
                 continue;
             }
-            let (Some(real), Some(synthetic)) = (real.by_framing.first(), synthetic.first()) else {
+            let (real_all, synthetic_all) = (&real.by_framing, &synthetic);
+            let (Some(real), Some(synthetic)) = (real_all.first(), synthetic_all.first()) else {
                 continue;
             };
             let both = (real.as_slice(), synthetic.as_slice());
@@ -269,10 +256,68 @@ pub(crate) fn run(
                 .extend(Subspaces::of(&seen.name, real, synthetic)?);
             let priced = prices(seen, both, (&twins, &others), choices)?;
             findings.prices.extend(priced);
+            let boxed = real_all.iter().zip(synthetic_all);
+            if let Some((real, synthetic)) = boxed.last() {
+                let jaccard = mean_likeness(real, synthetic);
+                let both = (real.as_slice(), synthetic.as_slice());
+                let price = Price::of(&seen.name, "both framed by box", both, jaccard, seed)?;
+                findings.prices.extend(price);
+            }
         }
     }
     findings.orders = order::orders(&findings.recognition);
     Ok(findings)
+}
+
+/// These framings and, at the end, by box, which is priced beside the first.
+fn with_box(framings: &[Framing]) -> Vec<Framing> {
+    let others = framings.iter().copied().filter(|&one| one != Framing::Box);
+    others.chain([Framing::Box]).collect()
+}
+
+/// Twins with other bodies and another carriage.
+fn other_twins(
+    walkers: &Walkers,
+    (bodies, dressed): (&MeasuredPeople, Option<&MeasuredPeople>),
+) -> Result<Vec<(&'static str, Twins)>> {
+    let begins = |starts: &'static [&str]| {
+        bodies.without(|name| starts.iter().any(|start| name.starts_with(start)))
+    };
+    let mut all = Vec::new();
+    if *bodies != MeasuredPeople::default() {
+        all.push((
+            "bodies without any measurement",
+            MeasuredPeople::default(),
+            0.0,
+        ));
+        all.push((
+            "only stature, mass and sex measured",
+            bodies.without(|_| true),
+            0.0,
+        ));
+        all.push((
+            "hands and feet not measured",
+            begins(&["hand_", "foot_"]),
+            0.0,
+        ));
+        all.push(("heads not measured", begins(&["head_", "tragion_"]), 0.0));
+    }
+    all.extend(dressed.map(|it| ("bodies measured with clothes and hair", it.clone(), 0.0)));
+    all.push((
+        "trunks that lean further ahead by 2 degrees",
+        bodies.clone(),
+        2.0,
+    ));
+    all.push((
+        "trunks that lean further ahead by 4 degrees",
+        bodies.clone(),
+        4.0,
+    ));
+    let twins = all.into_iter().map(|(name, bodies, lean_deg)| {
+        let twins = walkers.with_bodies(&bodies, lean_deg)?;
+        Ok((name, twins))
+    });
+    twins.collect()
 }
 
 /// The synthetic part alone, of the built-in cohort seen from these viewpoints, named by their azimuths:

@@ -7,10 +7,10 @@ use super::manifest::{Pairing, listed};
 use crate::confound::Condition;
 use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
 use crate::error::{Error, Place, Result};
-use crate::scene::Subject;
 use crate::scene::cohort::{self, CohortOptions};
 use crate::scene::measured::MeasuredPeople;
 use crate::scene::recorded::{BodyOptions, Keep, ReadOptions, Recording, SubjectName, subjects};
+use crate::scene::{Subject, Track};
 use crate::sweep::{Framing, Job, Lens, Moments, Sensor, Settings, Shot, View, silhouettes};
 use edgegait_core::pack::Pack;
 use edgegait_core::raster::Rasterizer;
@@ -143,21 +143,28 @@ impl Walkers {
         Ok(walkers)
     }
 
-    /// The walkers with bodies of these measurements.
+    /// The walkers with bodies of these measurements, and trunks that lean further ahead by so many
+    /// degrees.
     ///
     /// # Errors
     /// For bodies that are implausible, and walks that cannot be encoded.
-    pub(crate) fn with_bodies(
-        &self,
-        measured: &MeasuredPeople,
-        progress: &(dyn Fn() + Sync),
-    ) -> Result<Twins> {
+    pub(crate) fn with_bodies(&self, measured: &MeasuredPeople, lean_deg: f64) -> Result<Twins> {
         let options = BodyOptions {
             measured: measured.clone(),
             ..BodyOptions::default()
         };
-        let people = subjects(&self.recordings, &options)?;
-        let pack = pack(&people, progress)?;
+        let mut people = subjects(&self.recordings, &options)?;
+        for person in &mut people {
+            let walks = person.walks.iter_mut();
+            for motion in walks.map(|walk| &mut walk.motion) {
+                if let Track::Loop(cycle) = motion
+                    && lean_deg != 0.0
+                {
+                    *cycle = cycle.leaning_ahead(&person.body.offsets, lean_deg);
+                }
+            }
+        }
+        let pack = pack(&people, &|| ())?;
         let parsed = Pack::parse(&pack)?;
         let mut cycles: Vec<TwinCycle> = Vec::new();
         for (number, walk) in parsed.walks().enumerate() {
