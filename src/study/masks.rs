@@ -48,6 +48,21 @@ impl Masks {
     }
 }
 
+/// How alike masks are to others of the same frames, Jaccard index; 1 where both are empty.
+pub(super) fn jaccard(a: &[u8], b: &[u8]) -> f64 {
+    let (mut both, mut either) = (0_u32, 0_u32);
+    for (a, b) in a.iter().zip(b) {
+        let (a, b) = (*a >= 128, *b >= 128);
+        both += u32::from(a && b);
+        either += u32::from(a || b);
+    }
+    if either == 0 {
+        1.0
+    } else {
+        f64::from(both) / f64::from(either)
+    }
+}
+
 /// A made video: all of it ours. Its figures, light and noise are as in the videos that `segment` was
 /// measured with (light from 0.95 to 1.1, soft shadows, noise that grows with the signal).
 struct Scene {
@@ -55,15 +70,16 @@ struct Scene {
     rows: usize,
     /// The empty scene, red, green and blue of each pixel, 0..=255.
     empty: Vec<[f32; 3]>,
-    /// Colours of skin, upper and lower clothes.
-    colours: [[f32; 3]; 3],
+    /// Colours of hair, skin, upper and lower clothes.
+    colours: [[f32; 3]; 4],
     /// Standard deviation of the noise in black and in white.
     noise: (f32, f32),
     /// How the light changes: amplitude, and radians a frame.
     light: (f32, f32),
 }
 
-/// Shares of a figure's height at which skin ends and clothes change.
+/// Shares of a figure's height at which hair and skin end and clothes change.
+const BROW: f32 = 0.06;
 const NECK: f32 = 0.15;
 const WAIST: f32 = 0.5;
 
@@ -78,7 +94,7 @@ impl Scene {
         // Clothes are darker or lighter than what is behind them, sometimes hardly.
         let upper = colour(25.0, 110.0);
         let lower = colour(15.0, 70.0);
-        let skin = [205.0, 160.0, 135.0];
+        let (hair, skin) = (colour(20.0, 90.0), [205.0, 160.0, 135.0]);
         let waves: Vec<[f32; 4]> = (0..8)
             .map(|_| {
                 [
@@ -103,7 +119,7 @@ impl Scene {
             columns,
             rows,
             empty: empty.collect(),
-            colours: [skin, upper, lower],
+            colours: [hair, skin, upper, lower],
             noise: (rng.random_range(1.0..2.0), rng.random_range(2.5..4.5)),
             light: (rng.random_range(0.02..0.07), rng.random_range(0.02..0.06)),
         }
@@ -163,13 +179,8 @@ impl Scene {
                 + ((y - bottom as f32) / (0.045 * height)).powi(2);
             let shade = 1.0 - 0.14 * (-away).exp();
             let along = (y - top as f32) / height;
-            let colour = self.colours[if along < NECK {
-                0
-            } else if along < WAIST {
-                1
-            } else {
-                2
-            }];
+            let below = [BROW, NECK, WAIST].into_iter().filter(|end| along >= *end);
+            let colour = self.colours[below.count()];
             // Folds and roundness.
             let fold = 6.0 * (0.35 * x + 0.11 * y).sin();
             let alpha = share[at];
@@ -340,12 +351,6 @@ mod tests {
                 if is_on(x, y) { 255 } else { 0 }
             })
             .collect()
-    }
-
-    fn jaccard(a: &[u8], b: &[u8]) -> f64 {
-        let pairs = || a.iter().zip(b).map(|(a, b)| (*a >= 128, *b >= 128));
-        let both = pairs().filter(|(a, b)| *a && *b).count();
-        both as f64 / pairs().filter(|(a, b)| *a || *b).count() as f64
     }
 
     #[test]

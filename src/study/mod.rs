@@ -113,6 +113,10 @@ pub(crate) struct Counts {
     pub real: usize,
     /// Those of twins.
     pub synthetic: usize,
+    /// Mean Jaccard index of the masks with those of the tree, as they are stored, and that of the worst
+    /// take; none without real takes.
+    pub mask_jaccard: Option<f64>,
+    pub worst_mask_jaccard: Option<f64>,
     /// Takes without a cycle, and why.
     pub without: Vec<String>,
 }
@@ -220,6 +224,8 @@ pub(crate) fn run(
                 masks: masks.name(),
                 real: real.by_framing.first().map_or(0, Vec::len),
                 synthetic: synthetic.first().map_or(0, Vec::len),
+                mask_jaccard: (!real.mask_jaccards.is_empty()).then(|| mean(&real.mask_jaccards)),
+                worst_mask_jaccard: real.mask_jaccards.iter().copied().reduce(f64::min),
                 without: real.without.clone(),
             });
             for ((framing, real), synthetic) in choices
@@ -358,6 +364,8 @@ pub(crate) fn run_synthetic(
             masks: Masks::Given.name(),
             real: 0,
             synthetic: synthetic.len(),
+            mask_jaccard: None,
+            worst_mask_jaccard: None,
             without: Vec::new(),
         });
     }

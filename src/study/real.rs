@@ -1,8 +1,9 @@
 //! Real people: gait cycles of the silhouettes of a tree.
 
 use super::example::{Example, SIZE, gei};
+use super::likeness::mean;
 use super::manifest::Pairing;
-use super::masks::Masks;
+use super::masks::{Masks, jaccard};
 use crate::cycle::{CycleFinder, LowerBody};
 use crate::dataset::{Tree, framed};
 use crate::error::Result;
@@ -29,6 +30,9 @@ pub(crate) struct Real {
     pub by_framing: Vec<Vec<Example>>,
     /// Takes without a cycle, and why.
     pub without: Vec<String>,
+    /// How alike the masks are to those of the tree: the mean Jaccard index of each take's frames, of
+    /// pictures as they are stored.
+    pub mask_jaccards: Vec<f64>,
 }
 
 /// Reads takes on all cores, one kind of masks. `progress` is called once a take.
@@ -50,11 +54,12 @@ pub(crate) fn read(
     let found: Vec<Result<Take>> = takes.par_iter().map(one).collect();
     let mut real = Real {
         by_framing: vec![Vec::new(); framings.len()],
-        without: Vec::new(),
+        ..Real::default()
     };
     for found in found {
         match found? {
-            Ok(by_framing) => {
+            Ok((by_framing, mask_jaccard)) => {
+                real.mask_jaccards.push(mask_jaccard);
                 for (all, own) in real.by_framing.iter_mut().zip(by_framing) {
                     all.extend(own);
                 }
@@ -65,8 +70,8 @@ pub(crate) fn read(
     Ok(real)
 }
 
-/// The cycles of a take by framing, or why there are none.
-type Take = std::result::Result<Vec<Vec<Example>>, String>;
+/// The cycles of a take by framing, and how alike its masks are to the tree's; or why there are none.
+type Take = std::result::Result<(Vec<Vec<Example>>, f64), String>;
 
 fn take(
     tree: &Tree,
@@ -107,7 +112,12 @@ fn take(
         }
     };
     let count = frames.len();
-    let seen = masks.of(frames, columns, (&name, seed));
+    let seen = masks.of(frames.clone(), columns, (&name, seed));
+    let alike: Vec<f64> = seen
+        .iter()
+        .zip(&frames)
+        .map(|(a, b)| jaccard(a, b))
+        .collect();
     let mut by_framing = Vec::new();
     for &framing in framings {
         let mut examples = Vec::new();
@@ -137,7 +147,7 @@ fn take(
         }
         by_framing.push(examples);
     }
-    Ok(Ok(by_framing))
+    Ok(Ok((by_framing, mean(&alike))))
 }
 
 /// The phase of a frame, 0..1: 0 at a left contact, evenly between two of them and beyond; without

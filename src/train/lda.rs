@@ -31,9 +31,24 @@ impl<F: Real> Classes<F> {
     /// Checks the labels and averages the samples of each.
     ///
     /// # Errors
-    /// If there are fewer than two classes, a label outside them, a number that is not finite, a
-    /// class without samples, or two classes with the same mean.
+    /// As [`Self::averaged`], and for two classes with the same mean.
     pub(super) fn of<T: Copy + Into<F>>(
+        samples: ArrayView2<'_, T>,
+        labels: &[usize],
+        classes: usize,
+    ) -> Result<Self> {
+        let classes = Self::averaged(samples, labels, classes)?;
+        classes.refuse_equal_means()?;
+        Ok(classes)
+    }
+
+    /// The same where classes may have one mean, as all have along the first component of images and
+    /// their mirror images.
+    ///
+    /// # Errors
+    /// If there are fewer than two classes, a label outside them, a number that is not finite, or a
+    /// class without samples.
+    pub(super) fn averaged<T: Copy + Into<F>>(
         samples: ArrayView2<'_, T>,
         labels: &[usize],
         classes: usize,
@@ -70,9 +85,7 @@ impl<F: Real> Classes<F> {
             }
             mean /= F::nearest(count as f64);
         }
-        let classes = Self { counts, means };
-        classes.refuse_equal_means()?;
-        Ok(classes)
+        Ok(Self { counts, means })
     }
 
     fn refuse_equal_means(&self) -> Result<()> {

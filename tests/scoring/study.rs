@@ -2,6 +2,12 @@
 
 use crate::command::{done, names, refused};
 use crate::data::fixtures;
+use crate::people::{body, rows};
+use crate::skinned::{Seen, spans};
+use edgegait::dataset::Layout;
+use edgegait::sweep::Framing;
+use edgegait::{Dataset, Tree};
+use edgegait_core::silhouette::Size;
 use image::{GrayImage, imageops};
 use serde_json::Value;
 use std::fs;
@@ -67,6 +73,60 @@ fn accuracy(study: &Value, masks: &str, experiment: &str, split: &Value) -> (f64
     (of(last.expect("a point")), of(&found["nearest"]))
 }
 
+/// The share of real cycles whose nearest GEI of a twin is of the same person: by the commands `import`
+/// and `sweep`, and by the frames that the manifest says.
+fn found_by_hand(at: &Path) -> f64 {
+    let mut twins: Vec<(String, Vec<u8>)> = Vec::new();
+    let takes = rows(&at.join("manifest.csv"));
+    let takes: Vec<_> = takes.iter().filter(|row| row["view"] == "090").collect();
+    for body_of in &rows(&at.join("bodies.csv")) {
+        let id = &body_of["id"];
+        fs::write(at.join("body.csv"), body(body_of)).expect("a table");
+        let own = takes.iter().filter(|row| &row["id"] == id);
+        let clips = own.map(|row| {
+            let places = ["mocap", "study"].map(|it| fixtures().join(it).join("clips"));
+            let clip = places.map(|place| place.join(&row["source"]));
+            let clip = clip.into_iter().find(|clip| clip.is_file());
+            clip.expect("a clip").display().to_string()
+        });
+        let clips: Vec<String> = clips.collect();
+        let import =
+            format!("import --subject {id} --bodies body.csv --keep-going --overwrite --out w.egp");
+        let import: Vec<&str> = import
+            .split(' ')
+            .chain(clips.iter().map(String::as_str))
+            .collect();
+        done(at, &import);
+        let sweep = "sweep w.egp --raster rows --lens persp --distance-m 6 --frames-per-cycle 64 --views side --out w --overwrite";
+        done(at, &sweep.split(' ').collect::<Vec<_>>());
+        let made = Dataset::open(at.join("w")).expect("a dataset");
+        twins.extend(made.templates().map(|gei| (id.clone(), gei.to_vec())));
+    }
+    let tree = Tree::open(at.join("people"), &Layout::default()).expect("a tree");
+    let (mut hits, mut all) = (0, 0);
+    for row in takes {
+        let place = tree.sequences().iter().position(|one| {
+            one.subject == row["id"] && one.take == row["take"] && one.view == "090"
+        });
+        let seen = tree.silhouettes(place.expect("a take"), Size::S50x30, Framing::Height);
+        let seen = Seen::of(&seen.expect("silhouettes"));
+        for span in spans(&row["phase_cycles"]) {
+            let gei = seen.gei(span);
+            let apart = |twin: &[u8]| -> f64 {
+                let pairs = gei.iter().zip(twin);
+                pairs.map(|(a, b)| (a - f64::from(*b)).powi(2)).sum()
+            };
+            let nearest = twins
+                .iter()
+                .min_by(|a, b| apart(&a.1).total_cmp(&apart(&b.1)));
+            hits += usize::from(nearest.expect("a twin").0 == row["id"]);
+            all += 1;
+        }
+    }
+    assert_eq!(all, 12);
+    hits as f64 / all as f64
+}
+
 #[test]
 fn real_silhouettes_are_compared_with_those_of_twins() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -124,7 +184,15 @@ fn real_silhouettes_are_compared_with_those_of_twins() {
             .all(|pair| pair[0].as_f64() <= pair[1].as_f64())
     );
     let (own, _) = accuracy(&study, "given", "R-R", &"cycle".into());
-    assert!(own > 0.9, "{own}");
+    // Of three people whose cycles are of two walks each; guessing finds a third.
+    assert!(own > 0.6, "{own}");
+    let (_, nearest) = accuracy(&study, "given", "S-R", &Value::Null);
+    let expected = found_by_hand(at);
+    // Walks are encoded anew, without a search, so that a cycle may fall to another.
+    assert!(
+        (nearest - expected).abs() < 1.1 / 12.0,
+        "{nearest} {expected}"
+    );
     let orders = study["orders"].as_array().expect("orders");
     // Given and segmented, by cycle and by take.
     assert_eq!(orders.len(), 4);

@@ -211,6 +211,7 @@ pub(super) fn page(header: &Header, findings: &Findings, figures: &Figures) -> S
                 main {
                     (orders(&findings.orders))
                     (without(findings))
+                    (masks(findings))
                     @if !findings.similarity.is_empty() {
                         h2 { "1. How alike silhouettes are" }
                         (likeness(&findings.similarity))
@@ -279,6 +280,25 @@ fn without(findings: &Findings) -> Markup {
     html! { @if !without.is_empty() {
         h2 { "Takes without a gait cycle" }
         ul { @for reason in without { li { (reason) } } }
+    } }
+}
+
+/// What the masks are, and how alike they are to those of the tree.
+fn masks(findings: &Findings) -> Markup {
+    let index = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.3}"));
+    html! { @if !findings.similarity.is_empty() {
+        h2 { "Cycles and masks" }
+        p { "Given masks are those of the tree. Segmented ones went through a video that is made of them (a textured "
+            "wall and floor, clothes of drawn colours, noise, light that changes, a shadow) and through " code { "segment" }
+            ". Degraded ones have outlines that waver, holes and lost parts. How alike they are to the given ones, as they "
+            "are stored:" }
+        div.wide { table {
+            thead { tr { th { "view" } th { "masks" } th { "cycles of R" } th { "of S" } th { "Jaccard index with the given ones" } th { "of the worst take" } } }
+            tbody { @for one in &findings.counts { tr {
+                td { (one.view) } td { (one.masks) } td.number { (one.real) } td.number { (one.synthetic) }
+                td.number { (index(one.mask_jaccard)) } td.number { (index(one.worst_mask_jaccard)) }
+            } } }
+        } }
     } }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::report::percent;
 use crate::study::{Curve, Findings, Group, Price, Recognition};
+use crate::summary::optional;
 use crate::table::Column::{Left, Right};
 use crate::table::Table;
 
@@ -20,7 +21,7 @@ pub(crate) fn study_tables(findings: &Findings) -> String {
 
 fn counts(findings: &Findings) -> Option<String> {
     let mut table = Table::new(&[Left(0), Left(0), Right(0)]);
-    table.row("view|masks|cycles of R|cycles of S|takes without".split('|'));
+    table.row("view|masks|cycles of R|cycles of S|takes without|masks alike|worst take".split('|'));
     for counts in &findings.counts {
         table.row([
             counts.view.clone(),
@@ -28,6 +29,8 @@ fn counts(findings: &Findings) -> Option<String> {
             counts.real.to_string(),
             counts.synthetic.to_string(),
             counts.without.len().to_string(),
+            optional(counts.mask_jaccard, 3),
+            optional(counts.worst_mask_jaccard, 3),
         ]);
         for reason in &counts.without {
             table.note(format!("    without a cycle: {reason}"));
