@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::report::{study_tables, write_study};
 use crate::study::{Choices, Findings, Paths, Plan, run as run_study, run_synthetic, steps};
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Azimuths, degrees, of the synthetic part where there is no manifest to say.
 const AZIMUTHS_DEG: [f32; 3] = [90.0, 45.0, 0.0];
@@ -125,7 +125,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     write_study(&args.out, &results.header, &results.findings)?;
     let mut json = serde_json::to_string_pretty(&results)?;
     json.push('\n');
-    write_bytes(&args.out.join("study.json"), json.as_bytes())?;
+    write_bytes(args.out.join("study.json"), json.as_bytes())?;
     args.common.say(format_args!(
         "wrote {}, with study.json and figures beside it",
         args.out.join("index.html").display()
@@ -149,15 +149,15 @@ impl Args {
 
     fn of_real(
         &self,
-        real: &PathBuf,
-        manifest: &PathBuf,
+        real: &Path,
+        manifest: &Path,
         choices: &Choices,
         header: Header,
     ) -> Result<(Header, Findings)> {
         let paths = Paths {
-            real: real.clone(),
+            real: real.to_path_buf(),
             motions: self.motions.clone(),
-            manifest: manifest.clone(),
+            manifest: manifest.to_path_buf(),
             bodies: self.bodies.clone(),
             dressed: self.dressed.clone(),
         };

@@ -26,3 +26,5 @@ pub mod results {}
 pub mod segmenting {}
 #[doc = include_str!("speed.md")]
 pub mod speed {}
+#[doc = include_str!("study.md")]
+pub mod study {}

@@ -38,9 +38,7 @@ impl Example {
             };
             let frames = self.frames.iter();
             let found = frames.min_by(|a, b| apart(a.0).total_cmp(&apart(b.0)));
-            found.map_or(Silhouette::empty(SIZE), |(_, silhouette)| {
-                silhouette.clone()
-            })
+            found.map_or(Silhouette::empty(SIZE), |(_, silhouette)| *silhouette)
         };
         (0..count).map(nearest).collect()
     }

@@ -134,7 +134,7 @@ pub(crate) fn shifted(frame: &Silhouette, across: i32, down: i32) -> Silhouette 
 /// A silhouette larger by a factor about its middle, sampled at pixels' centres.
 pub(crate) fn scaled(frame: &Silhouette, by: f64) -> Silhouette {
     if by == 1.0 {
-        return frame.clone();
+        return *frame;
     }
     let size = frame.size();
     let from = |at: usize, of: usize| {
@@ -239,7 +239,7 @@ mod tests {
     fn frames_that_are_late_are_aligned_by_phase() {
         let cycle = cycle();
         let frames: Vec<(f64, Silhouette)> = (0..8)
-            .map(|at| (at as f64 / 8.0, cycle[(at * 8 + 16) % PHASES].clone()))
+            .map(|at| (at as f64 / 8.0, cycle[(at * 8 + 16) % PHASES]))
             .collect();
         let found = likeness(&frames, &cycle);
         assert!(mean(&found.unaligned) < 0.5);

@@ -124,7 +124,7 @@ fn row<'a>(
         (None, _) => None,
     };
     let fps = number("fps")?.unwrap_or(FPS);
-    if !(fps > 0.0) {
+    if fps <= 0.0 {
         return Err(format!("fps: expected more than 0, found {fps}"));
     }
     let distance_m = number("distance_m")?;

@@ -91,8 +91,8 @@ impl Scene {
             [0, 1, 2].map(|_| (grey + rng.random_range(-18.0..18.0_f32)).clamp(0.0, 255.0))
         };
         let (wall, floor) = (colour(130.0, 200.0), colour(80.0, 130.0));
-        // Clothes are darker or lighter than what is behind them, sometimes hardly.
-        let upper = colour(25.0, 110.0);
+        // Clothes are darker than what is behind them, sometimes by little.
+        let upper = colour(25.0, 90.0);
         let lower = colour(15.0, 70.0);
         let (hair, skin) = (colour(20.0, 90.0), [205.0, 160.0, 135.0]);
         let waves: Vec<[f32; 4]> = (0..8)
@@ -120,7 +120,7 @@ impl Scene {
             rows,
             empty: empty.collect(),
             colours: [hair, skin, upper, lower],
-            noise: (rng.random_range(1.0..2.0), rng.random_range(2.5..4.5)),
+            noise: (rng.random_range(1.5..3.0), rng.random_range(4.0..7.0)),
             light: (rng.random_range(0.02..0.07), rng.random_range(0.02..0.06)),
         }
     }
@@ -153,7 +153,7 @@ impl Scene {
             .iter()
             .map(|pixel| f32::from(u8::from(*pixel >= 128)))
             .collect();
-        let share = softened(&on, columns);
+        let share = softened(&softened(&on, columns), columns);
         let rows_of = |mut rows: std::iter::Enumerate<std::slice::Chunks<'_, f32>>| {
             rows.by_ref()
                 .filter(|(_, row)| row.iter().any(|on| *on > 0.0))

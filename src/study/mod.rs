@@ -262,8 +262,7 @@ pub(crate) fn run(
                 .extend(Subspaces::of(&seen.name, real, synthetic)?);
             let priced = prices(seen, both, (&twins, &others), choices)?;
             findings.prices.extend(priced);
-            let boxed = real_all.iter().zip(synthetic_all);
-            if let Some((real, synthetic)) = boxed.last() {
+            if let Some((real, synthetic)) = real_all.last().zip(synthetic_all.last()) {
                 let jaccard = mean_likeness(real, synthetic);
                 let both = (real.as_slice(), synthetic.as_slice());
                 let price = Price::of(&seen.name, "both framed by box", both, jaccard, seed)?;

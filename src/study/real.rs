@@ -111,7 +111,6 @@ fn take(
             }
         }
     };
-    let count = frames.len();
     let seen = masks.of(frames.clone(), columns, (&name, seed));
     let alike: Vec<f64> = seen
         .iter()
@@ -124,8 +123,13 @@ fn take(
         for &(from, to) in &spans {
             // Frames a to b-1 of [a, b), by their numbers.
             let mut framed_frames = Vec::new();
-            for number in (from.ceil() as usize)..(to.ceil() as usize).min(count) {
-                if let Some(silhouette) = framed((&seen[number], columns), SIZE, framing)? {
+            let numbers = from.ceil() as usize..to.ceil() as usize;
+            for (number, pixels) in seen
+                .iter()
+                .enumerate()
+                .filter(|(at, _)| numbers.contains(at))
+            {
+                if let Some(silhouette) = framed((pixels, columns), SIZE, framing)? {
                     let phase = phase(number as f64, (from, to), contacts);
                     framed_frames.push((phase, silhouette));
                 }

@@ -99,7 +99,7 @@ pub(crate) fn by_time(real: &Example, twin: &Example) -> Vec<(f64, Silhouette)> 
     let phase = |number| ((second(number) - from) / (to - from)).rem_euclid(1.0);
     let frames = real.frames.iter().enumerate();
     frames
-        .map(|(number, (_, frame))| (phase(number), frame.clone()))
+        .map(|(number, (_, frame))| (phase(number), *frame))
         .collect()
 }
 
@@ -211,7 +211,7 @@ fn overlaid(real: &Example, twin: &Example, fit: Fit) -> Vec<(Silhouette, Silhou
     let count = OVERLAID.min(frames.len());
     let shown = (0..count).map(|at| &frames[at * frames.len() / count]);
     shown
-        .map(|(phase, frame)| (frame.clone(), cycle[place(*phase, fit)].clone()))
+        .map(|(phase, frame)| (*frame, cycle[place(*phase, fit)]))
         .collect()
 }
 

@@ -119,12 +119,12 @@ fn found_by_hand(at: &Path) -> f64 {
             let nearest = twins
                 .iter()
                 .min_by(|a, b| apart(&a.1).total_cmp(&apart(&b.1)));
-            hits += usize::from(nearest.expect("a twin").0 == row["id"]);
+            hits += u32::from(nearest.expect("a twin").0 == row["id"]);
             all += 1;
         }
     }
     assert_eq!(all, 12);
-    hits as f64 / all as f64
+    f64::from(hits) / f64::from(all)
 }
 
 #[test]
