@@ -263,8 +263,15 @@ impl Plan {
         };
         let (measured, unusable) = MeasuredPeople::read_among_others(path)?;
         self.inputs.push(InputFile::of(path)?);
-        let taken = |error: &Error| format!("{error}: taken as not measured");
-        self.warnings.extend(unusable.iter().map(taken));
+        if let Some(first) = unusable.first() {
+            self.warnings.push(format!(
+                "{first}: taken as not measured{}",
+                match unusable.len() - 1 {
+                    0 => String::new(),
+                    more => format!(", as are {more} more fields of that table"),
+                }
+            ));
+        }
         let without: Vec<String> = self
             .people
             .iter()

@@ -255,7 +255,7 @@ fn orders(orders: &[Order]) -> Markup {
         h2 { "The paper's order, and ours" }
         p { "The paper found R-R and S-S best, both mixed ones above 95 % given enough components, and R-S and "
             "S-R lowest. Here, with the most components:" }
-        div.wide { table {
+        div.wide { table.study {
             thead { tr { th { "setting" } th { "R-R, S-S best" } th { "mixed above 95 %" } th { "R-S, S-R lowest" }
                 th { "S adds to 70 % of R, points" } th { "to 30 %" } th { "order, accuracy %" } } }
             tbody { @for order in orders { tr {
@@ -292,7 +292,7 @@ fn masks(findings: &Findings) -> Markup {
             "wall and floor, clothes of drawn colours, noise, light that changes, a shadow) and through " code { "segment" }
             ". Degraded ones have outlines that waver, holes and lost parts. How alike they are to the given ones, as they "
             "are stored:" }
-        div.wide { table {
+        div.wide { table.study {
             thead { tr { th { "view" } th { "masks" } th { "cycles of R" } th { "of S" } th { "Jaccard index with the given ones" } th { "of the worst take" } } }
             tbody { @for one in &findings.counts { tr {
                 td { (one.view) } td { (one.masks) } td.number { (one.real) } td.number { (one.synthetic) }
@@ -307,7 +307,7 @@ fn likeness(all: &[Similarity]) -> Markup {
         p { "Mean Jaccard indices of frames. As they come, a frame has the phase that its time says; by phase, "
             "all frames of a cycle are moved by the share of it that makes them most alike; fitted, they are "
             "shifted by up to two pixels and scaled by up to 6 % besides." }
-        div.wide { table {
+        div.wide { table.study {
             thead { tr { th { "view" } th { "masks" } th { "framing" } th { "cycles" } th { "pairs" }
                 th { "as they come" } th { "by phase" } th { "fitted" } th { "half a cycle off, %" }
                 th { "moved by, % of a cycle" } th { "scaled by" } th { "moved right" } th { "moved down" } } }
@@ -332,7 +332,7 @@ fn rows(all: &[Similarity]) -> Markup {
     html! {
         p { "Where the index is lost, by rows of the figure: the share of the union that R alone has, and S alone. "
             "All of them add up to what the index by phase lacks of 1." }
-        div.wide { table {
+        div.wide { table.study {
             thead { tr { th { "view" } th { "masks" } th { "framing" }
                 @for (name, _) in crate::study::BANDS { th { (name) ": R alone, %" } th { "S alone" } } } }
             tbody { @for one in all { @if one.synthetic.is_some() { tr {
@@ -356,7 +356,7 @@ fn subspaces(findings: &Findings) -> Markup {
     };
     let has_real = !findings.similarity.is_empty();
     html! {
-        div.wide { table {
+        div.wide { table.study {
             thead { tr { th { "view" } @if has_real { th { "R: variance that each holds, %" } }
                 th { "S" } @if has_real { th { "components for 95 %: R" } } th { "S" }
                 @if has_real { th { "principal angles, degrees" }
@@ -377,7 +377,7 @@ fn subspaces(findings: &Findings) -> Markup {
 
 fn recognition(all: &[Recognition]) -> Markup {
     html! {
-        div.wide { table {
+        div.wide { table.study {
             thead { tr { th { "view" } th { "masks" } th { "framing" } th { "flips, crops" }
                 th { "train - test" } th { "split" } th { "people looked for" } th { "cycles trained on" }
                 th { "looked for" } th { "accuracy, %" } th { "95 %" } th { "components" }
@@ -408,7 +408,7 @@ fn prices(all: &[Price]) -> Markup {
         p { "Each row changes one thing about S, and says how alike frames then are, and how many cycles of R are "
             "found by what was learnt of S. What is gained is the price of the difference. Mean differences are "
             "of all people of this study, so that they say nothing of who somebody is." }
-        div.wide { table {
+        div.wide { table.study {
             thead { tr { th { "view" } th { "S with" } th { "Jaccard index with R" } th { "with S as it is" }
                 th { "S - R, %" } th { "95 %" } th { "nearest pixels, %" } th { "95 %" } } }
             tbody { @for one in all { tr {
