@@ -161,6 +161,12 @@ mod tests {
             (found.real.explained[0], found.real.for_95_percent),
             (1.0, 1)
         );
+        // Every other cycle of R differs in a pixel of its own.
+        let (mut even, mut odd) = (of(700).into_iter(), of(702).into_iter());
+        let turns = (0..12).map(|at| if at % 2 == 0 { even.next() } else { odd.next() });
+        let mixed: Vec<Example> = turns.flatten().collect();
+        let found_halves = Subspaces::of("090", &mixed, &of(701)).expect("no error");
+        assert_eq!(found_halves.expect("enough").halves_deg, [90.0]);
         // Two pixels are 125 of 255 off, of 1,500.
         let expected = (2.0 * 125.0_f64.powi(2) / 1500.0).sqrt();
         assert!((found.means_apart - expected).abs() < 1e-9);
