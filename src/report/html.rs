@@ -21,7 +21,7 @@ use crate::error::{Error, ReportError, Result};
 use crate::evaluate::results::ScoreResults;
 use crate::template::Template;
 
-pub(super) const CSS: &str = concat!(include_str!("style.css"), include_str!("chart.css"));
+const CSS: &str = concat!(include_str!("style.css"), include_str!("chart.css"));
 
 /// A template to show, and what it is.
 #[derive(Clone, Debug)]
@@ -83,16 +83,7 @@ pub(crate) fn page(results: &ScoreResults, samples: &[Sample]) -> Result<String>
         ),
     };
     let pictures = samples.iter().map(sample).collect::<Result<Vec<_>>>()?;
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { (title) " · EdgeGait" }
-                style { (PreEscaped(CSS)) }
-            }
-            body {
+    let body = html! {
                 header {
                     h1 { (title) }
                     (facts(results))
@@ -124,10 +115,25 @@ pub(crate) fn page(results: &ScoreResults, samples: &[Sample]) -> Result<String>
                     (reading())
                     (provenance(&results.header))
                 }
+    };
+    Ok(document(&title, &body))
+}
+
+/// A page of this title that needs nothing else.
+pub(super) fn document(title: &str, body: &Markup) -> String {
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (title) " · EdgeGait" }
+                style { (PreEscaped(CSS)) }
             }
+            body { (body) }
         }
     };
-    Ok(page.into_string())
+    page.into_string()
 }
 
 fn facts(results: &ScoreResults) -> Markup {

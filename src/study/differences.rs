@@ -1,7 +1,7 @@
 //! What separates synthetic silhouettes from real ones: what each difference costs in likeness, and in
 //! finding real people by what was learnt of their twins.
 
-use super::example::{Example, SIZE, gei};
+use super::example::{Example, SIZE};
 use super::likeness::{mean, shifted};
 use super::recognition::{Curve, Experiment, Point, curve};
 use super::similarity::mean_likeness;
@@ -198,23 +198,13 @@ fn leaning(examples: &[Example], offsets: &[f64]) -> Vec<Example> {
         let rows: Vec<u64> = (0..SIZE.rows()).map(row).collect();
         Silhouette::from_rows(SIZE, &rows)
     };
-    let one = |example: &Example| {
-        let frames: Vec<_> = example
-            .frames
-            .iter()
-            .map(|(phase, frame)| (*phase, moved(frame)))
-            .collect();
-        Example {
-            gei: gei(frames.iter().map(|(_, frame)| frame)),
-            frames,
-            ..example.clone()
-        }
-    };
-    examples.iter().map(one).collect()
+    let examples = examples.iter();
+    examples.map(|example| example.with_frames(moved)).collect()
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::example::gei;
     use super::*;
 
     fn block(person: usize, rows: Range<usize>, columns: Range<usize>) -> Example {

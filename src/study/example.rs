@@ -28,6 +28,17 @@ impl Example {
         f64::midpoint(self.span_s.0, self.span_s.1)
     }
 
+    /// The same with other silhouettes, and the GEI of these.
+    pub(crate) fn with_frames(&self, of: impl Fn(&Silhouette) -> Silhouette) -> Self {
+        let frames = self.frames.iter();
+        let frames: Vec<_> = frames.map(|(phase, frame)| (*phase, of(frame))).collect();
+        Self {
+            gei: gei(frames.iter().map(|(_, frame)| frame)),
+            frames,
+            ..self.clone()
+        }
+    }
+
     /// Its silhouettes at so many phases, evenly: at each the nearest one.
     pub(crate) fn at_phases(&self, count: usize) -> Vec<Silhouette> {
         let nearest = |at: usize| {

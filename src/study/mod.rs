@@ -175,12 +175,10 @@ pub(crate) fn steps(plan: &Plan, choices: &Choices) -> usize {
         augmentations,
         seeds,
     } = choices;
-    let experiments: usize = Experiment::ALL
-        .into_iter()
-        .map(|one| if one.is_split() { 2 * seeds.len() } else { 1 })
-        .sum();
-    let curves =
-        plan.views.len() * masks.len() * framings.len() * augmentations.len() * experiments;
+    let splits = |one: Experiment| one.units().len() * if one.is_split() { seeds.len() } else { 1 };
+    let of_masks = |number| experiments(number).map(splits).sum::<usize>();
+    let all_masks: usize = (0..masks.len()).map(of_masks).sum();
+    let curves = plan.views.len() * framings.len() * augmentations.len() * all_masks;
     plan.sources.len() + plan.shown.len() * masks.len() + curves
 }
 
@@ -239,14 +237,9 @@ pub(crate) fn run(
                 let found = Similarity::of(setting, both, &plan.people);
                 findings.similarity.push(found);
                 for &augmentation in &choices.augmentations {
-                    let found = recognized(setting, both, augmentation, &choices.seeds, progress)?;
-                    // What is synthetic on both sides does not depend on the masks.
-                    let is_new = |one: &Recognition| {
-                        number == 0 || one.curve.experiment != Experiment::SyntheticSynthetic
-                    };
-                    findings
-                        .recognition
-                        .extend(found.into_iter().filter(is_new));
+                    let learning = (augmentation, choices.seeds.as_slice());
+                    let found = recognized(setting, both, experiments(number), learning, progress)?;
+                    findings.recognition.extend(found);
                 }
             }
             if number > 0 {
@@ -272,6 +265,13 @@ pub(crate) fn run(
     }
     findings.orders = order::orders(&findings.recognition);
     Ok(findings)
+}
+
+/// The experiments with masks of this number: what is synthetic on both sides does not depend on them, and
+/// goes with the first.
+fn experiments(masks: usize) -> impl Iterator<Item = Experiment> {
+    let all = Experiment::ALL.into_iter();
+    all.filter(move |one| masks == 0 || !one.is_synthetic())
 }
 
 /// These framings and, at the end, by box, which is priced beside the first.
@@ -344,49 +344,46 @@ pub(crate) fn run_synthetic(
     for &azimuth in azimuths_deg {
         let (name, view) = (format!("{azimuth:03}"), View::new(azimuth, 0.0)?);
         let camera = (view, distance_m);
-        for &framing in &choices.framings {
+        for (number, &framing) in choices.framings.iter().enumerate() {
             let synthetic = twins.seen(camera, framing, None)?;
             for &augmentation in &choices.augmentations {
                 let both = (&[][..], synthetic.as_slice());
                 let setting = (name.as_str(), Masks::Given.name(), framing.name());
-                let found = recognized(setting, both, augmentation, &choices.seeds, progress)?;
+                let learning = (augmentation, choices.seeds.as_slice());
+                let found = recognized(setting, both, experiments(0), learning, progress)?;
                 findings.recognition.extend(found);
             }
+            if number > 0 {
+                continue;
+            }
+            findings
+                .subspaces
+                .extend(Subspaces::of(&name, &synthetic, &synthetic)?);
+            findings.counts.push(Counts {
+                view: name.clone(),
+                masks: Masks::Given.name(),
+                real: 0,
+                synthetic: synthetic.len(),
+                mask_jaccard: None,
+                worst_mask_jaccard: None,
+                without: Vec::new(),
+            });
         }
-        let framing = choices.framings.first().copied().unwrap_or_default();
-        let synthetic = twins.seen(camera, framing, None)?;
-        findings
-            .subspaces
-            .extend(Subspaces::of(&name, &synthetic, &synthetic)?);
-        findings.counts.push(Counts {
-            view: name,
-            masks: Masks::Given.name(),
-            real: 0,
-            synthetic: synthetic.len(),
-            mask_jaccard: None,
-            worst_mask_jaccard: None,
-            without: Vec::new(),
-        });
     }
     Ok(findings)
 }
 
-/// All experiments under one setting.
+/// These experiments under one setting.
 fn recognized(
     (view, masks, framing): (&str, &'static str, &'static str),
     both: (&[Example], &[Example]),
-    augmentation: Augmentation,
-    seeds: &[u64],
+    experiments: impl Iterator<Item = Experiment>,
+    (augmentation, seeds): (Augmentation, &[u64]),
     progress: &(dyn Fn() + Sync),
 ) -> Result<Vec<Recognition>> {
     let mut found = Vec::new();
-    for experiment in Experiment::ALL {
-        let units = if experiment.is_split() {
-            &[Unit::Cycle, Unit::Take][..]
-        } else {
-            &[Unit::Cycle]
-        };
-        for &unit in units {
+    for experiment in experiments {
+        for &unit in experiment.units() {
             let curve =
                 recognition::curve(experiment, both, (unit, seeds), augmentation, progress)?;
             found.extend(curve.map(|curve| Recognition {
@@ -429,7 +426,8 @@ fn prices(
         let changed = twins.seen(camera, framing, Some(&condition))?;
         add(name, (Some(own(synthetic, &changed)), &changed))?;
     }
-    let moved: Vec<Example> = synthetic.iter().map(moved).collect();
+    let right = |example: &Example| example.with_frames(|frame| shifted(frame, 1, 0));
+    let moved: Vec<Example> = synthetic.iter().map(right).collect();
     add(
         "a shift of one column",
         (Some(own(synthetic, &moved)), &moved),
@@ -445,18 +443,4 @@ fn own(before: &[Example], after: &[Example]) -> f64 {
         pairs.map(|((_, before), (_, after))| f64::from(before.jaccard(after)))
     });
     mean(&frames.collect::<Vec<_>>())
-}
-
-/// A cycle one column to the right.
-fn moved(example: &Example) -> Example {
-    let frames: Vec<_> = example
-        .frames
-        .iter()
-        .map(|(phase, frame)| (*phase, shifted(frame, 1, 0)))
-        .collect();
-    Example {
-        gei: example::gei(frames.iter().map(|(_, frame)| frame)),
-        frames,
-        ..example.clone()
-    }
 }

@@ -77,6 +77,15 @@ impl Experiment {
         matches!(self, Self::SyntheticSynthetic)
     }
 
+    /// How it parts cycles; where it does not, one of them, which changes nothing.
+    pub(crate) const fn units(self) -> &'static [Unit] {
+        if self.is_split() {
+            &[Unit::Cycle, Unit::Take]
+        } else {
+            &[Unit::Cycle]
+        }
+    }
+
     /// Whether it parts cycles, so that it depends on how, and on the seed.
     pub(crate) const fn is_split(self) -> bool {
         !matches!(self, Self::RealSynthetic | Self::SyntheticReal)

@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::report::drawing::{Axes, LINES, Tick, percents, to_tenth};
 use crate::report::{percent, png};
-use crate::study::{BoxPlot, Recognition, SIZE, Similarity, Subspaces};
+use crate::study::{BoxPlot, Overlay, Recognition, SIZE, Similarity, Subspaces};
 use image::{GrayImage, Luma, Rgb, RgbImage};
 use maud::{Markup, html};
 
@@ -19,7 +19,7 @@ const LOOKS: [(&str, &str); 7] = [
 ];
 
 /// Most people in overlays.
-pub(super) const OVERLAID: usize = 6;
+const OVERLAID: usize = 6;
 /// How much larger pixels of silhouettes are in overlays, and those of components.
 const SCALE: u32 = 3;
 /// Ground of pictures: neither black nor white.
@@ -172,13 +172,18 @@ pub(super) fn accuracies(title: String, found: &[&Recognition]) -> Option<Chart>
     })
 }
 
+/// Those who are in a picture of overlays.
+pub(super) fn overlaid(similarity: &Similarity) -> &[Overlay] {
+    &similarity.overlays[..similarity.overlays.len().min(OVERLAID)]
+}
+
 /// A PNG file of frames of the first people over each other, a row for each: green is both, red the real
 /// figure alone, yellow the twin's alone.
 ///
 /// # Errors
 /// If it cannot be encoded.
 pub(super) fn overlays(similarity: &Similarity) -> Result<Option<Vec<u8>>> {
-    let shown = &similarity.overlays[..similarity.overlays.len().min(OVERLAID)];
+    let shown = overlaid(similarity);
     let columns = shown.iter().map(|one| one.frames.len()).max().unwrap_or(0);
     if columns == 0 {
         return Ok(None);

@@ -1,16 +1,16 @@
 //! The page of a study: one HTML document that needs nothing else.
 
 use super::Figure;
-use super::figures::{accuracies, boxes, components, overlays};
-use super::tables::span;
+use super::figures::{accuracies, boxes, components, overlaid, overlays};
+use super::tables::{index, span};
 use crate::dataset::Header;
 use crate::error::Result;
-use crate::report::html::{CSS, provenance};
-use crate::report::{TITLE_END, percent};
+use crate::report::html::{document, provenance};
+use crate::report::percent;
 use crate::study::{Findings, Order, Price, Recognition, SIZE, Similarity, Unit, banded};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 
 /// The figures of a study by part.
 pub(super) struct Figures {
@@ -41,12 +41,8 @@ impl Figures {
                 figures.likeness.push(figure);
             }
             if let Some(bytes) = overlays(one)? {
-                let people: Vec<&str> = one
-                    .overlays
-                    .iter()
-                    .take(bytes_rows(&one.overlays))
-                    .map(|one| one.person.as_str())
-                    .collect();
+                let people = overlaid(one).iter().map(|one| one.person.as_str());
+                let people: Vec<&str> = people.collect();
                 let caption = format!(
                     "View {view}, masks {masks}, framing {framing}: {}, eight phases of a cycle each. Green is both, red the real figure alone, yellow the twin's alone",
                     people.join(", ")
@@ -88,11 +84,6 @@ impl Figures {
         ];
         parts.into_iter().flatten()
     }
-}
-
-/// How many people overlays show.
-fn bytes_rows(overlays: &[crate::study::Overlay]) -> usize {
-    overlays.len().min(super::figures::OVERLAID)
 }
 
 /// What one chart of accuracies is of.
@@ -182,16 +173,7 @@ pub(super) fn page(header: &Header, findings: &Findings, figures: &Figures) -> S
         .max()
         .unwrap_or(0);
     let synthetic = findings.counts.iter().map(|counts| counts.synthetic).max();
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                (PreEscaped(format!("<title>{title}{TITLE_END}")))
-                style { (PreEscaped(CSS)) }
-            }
-            body {
+    let body = html! {
                 header {
                     h1 { (title) }
                     p.facts { "edgegait " (header.version) " " (header.command) " · seed " (header.seed)
@@ -236,10 +218,8 @@ pub(super) fn page(header: &Header, findings: &Findings, figures: &Figures) -> S
                     }
                     (provenance(header))
                 }
-            }
-        }
     };
-    page.into_string()
+    document(title, &body)
 }
 
 fn shown(figures: &[Figure]) -> Markup {
@@ -285,7 +265,6 @@ fn without(findings: &Findings) -> Markup {
 
 /// What the masks are, and how alike they are to those of the tree.
 fn masks(findings: &Findings) -> Markup {
-    let index = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.3}"));
     html! { @if !findings.similarity.is_empty() {
         h2 { "Cycles and masks" }
         p { "Given masks are those of the tree. Segmented ones went through a video that is made of them (a textured "
@@ -403,7 +382,6 @@ fn recognition(all: &[Recognition]) -> Markup {
 }
 
 fn prices(all: &[Price]) -> Markup {
-    let index = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.3}"));
     html! {
         p { "Each row changes one thing about S, and says how alike frames then are, and how many cycles of R are "
             "found by what was learnt of S. What is gained is the price of the difference. Mean differences are "

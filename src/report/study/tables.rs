@@ -163,12 +163,11 @@ fn prices(findings: &Findings) -> Option<String> {
         nearest,
     } in &findings.prices
     {
-        let index = |value: &Option<f64>| value.map_or_else(String::new, |it| format!("{it:.3}"));
         table.row([
             view.clone(),
             change.clone(),
-            index(jaccard),
-            index(own),
+            index(*jaccard),
+            index(*own),
             percent(learnt.accuracy),
             span(learnt.low, learnt.high),
             percent(nearest.accuracy),
@@ -178,6 +177,11 @@ fn prices(findings: &Findings) -> Option<String> {
     (!findings.prices.is_empty()).then(|| {
         format!("What separates S from R (trained on S with a change, tested on R)\n{table}")
     })
+}
+
+/// A Jaccard index, if there is one.
+pub(super) fn index(value: Option<f64>) -> String {
+    value.map_or_else(String::new, |value| format!("{value:.3}"))
 }
 
 /// An interval of rates, percent.
