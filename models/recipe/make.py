@@ -1,0 +1,122 @@
+"""Makes the shipped networks from a seed: people, training, ONNX, contracts, 8-bit weights, and a comparison.
+
+    python models/recipe/make.py --out networks
+
+Run it in a clone of the repository, after `cargo build --release` and `pip install -r
+models/recipe/requirements.txt`. What was made before in the folder of `--work` is not made again, so that
+an interrupted run goes on; `--people 24 --passes 1` tries everything in a minute.
+"""
+
+import argparse
+import hashlib
+import json
+import os
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent.parent
+# What is trained one after another: one thread computes in each of two processes.
+TURNS = [["gei-small", "geinet"], ["gaitset-small"]]
+SHIPPED = ["gei-small", "geinet", "geinet-int8", "gaitset-small"]
+
+
+def run(*command):
+    """Runs a command and ends with its status if it fails."""
+    done = subprocess.run([str(part) for part in command])
+    if done.returncode != 0:
+        sys.exit(f"{' '.join(str(part) for part in command)}: ended with status {done.returncode}")
+
+
+def generated(arguments):
+    """The folder of the dataset, which is generated unless it is there."""
+    folder = arguments.work / arguments.design.stem
+    if not (folder / "manifest.json").exists():
+        fewer = ["--people", arguments.people] if arguments.people else []
+        more = ["--resume"] if folder.exists() else []
+        run(arguments.edgegait, "generate", arguments.design, *fewer, *more, "--out", folder)
+    return folder
+
+
+def weights_path(arguments, name, manifest):
+    """Where weights lie: a name that changes with all that they follow from."""
+    parts = [manifest, *(HERE / file for file in ("data.py", "networks.py", "train.py"))]
+    content = b"".join(path.read_bytes() for path in parts)
+    made_of = hashlib.sha256(content + f"{arguments.seed} {arguments.passes}".encode()).hexdigest()
+    return arguments.work / f"{name}-{made_of[:12]}.pt"
+
+
+def train_all(arguments, folder):
+    """Trains what is not trained yet, two networks at a time, and gives the files of weights."""
+    paths = {name: weights_path(arguments, name, folder / "manifest.json") for turn in TURNS for name in turn}
+
+    def train_turn(names):
+        for name in names:
+            if not paths[name].exists():
+                partial = paths[name].with_suffix(".partial")
+                command = [sys.executable, HERE / "train.py", folder, "--network", name, "--out", partial]
+                passes = ["--passes", arguments.passes] if arguments.passes else []
+                run(*command, "--seed", arguments.seed, *passes)
+                os.replace(partial, paths[name])
+
+    with ThreadPoolExecutor(len(TURNS)) as pool:
+        list(pool.map(train_turn, TURNS))
+    return paths
+
+
+def compare(arguments):
+    """Says how near each model is to the one that is shipped."""
+    shipped = ROOT / "models"
+    for name in SHIPPED:
+        here, there = arguments.out / f"{name}.onnx", shipped / f"{name}.onnx"
+        if not there.exists() or here.resolve() == there.resolve():
+            continue
+        if here.read_bytes() == there.read_bytes():
+            print(f"{name}: the bytes of the shipped one")
+            continue
+        print(f"{name}: other bytes than the shipped one")
+        subprocess.run([str(part) for part in (arguments.edgegait, "parity", there, here)])
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, required=True, help="folder of the models and their contracts")
+    parser.add_argument("--edgegait", type=Path, default=ROOT / "target/release/edgegait", help="the command")
+    parser.add_argument("--design", type=Path, default=HERE / "people.toml", help="whom the networks learn from")
+    parser.add_argument("--work", type=Path, default=ROOT / "target/recipe", help="folder of what is in between")
+    parser.add_argument("--seed", type=int, default=1, help="seed of weights and batches")
+    parser.add_argument("--people", type=int, help="so many people only, to try the recipe")
+    parser.add_argument("--passes", type=int, help="passes over the data, instead of the recipe's")
+    arguments = parser.parse_args()
+    if not arguments.edgegait.exists():
+        sys.exit(f"{arguments.edgegait}: not found (run `cargo build --release`, or name the command by --edgegait)")
+    arguments.work.mkdir(parents=True, exist_ok=True)
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    folder = generated(arguments)
+    weights = train_all(arguments, folder)
+
+    # PyTorch is needed from here on.
+    import torch
+
+    import export
+    from data import People
+    from networks import NETWORKS
+
+    people = People(folder)
+    inputs = people.manifest["inputs"]
+    design = f"{arguments.design.name} (SHA-256 {inputs[0]['sha256'][:12]})" if inputs else arguments.design.name
+    for name, path in weights.items():
+        network = NETWORKS[name]()
+        network.load_state_dict(torch.load(path, weights_only=True))
+        description = f"{len(people)} sequences of {len(people.names)} people of models/recipe/{design}, models/recipe/make.py, seed {arguments.seed}"
+        apart = export.export(people, name, network, arguments.out, description)
+        print(f"{name}: ONNX Runtime and PyTorch differ by {apart:.1e} of the greatest number")
+    sizes = {path.name: path.stat().st_size for path in sorted(arguments.out.glob("*.onnx"))}
+    print(json.dumps(sizes, indent=2))
+    compare(arguments)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,173 @@
+"""Measures every shipped recognizer on people whom none of them has seen, and prints the tables of models/README.md.
+
+    python models/recipe/table.py --work target/recipe
+
+    python models/recipe/table.py --work target/recipe --tree "made elsewhere=FOLDER" --fps 30 --subjects 103,112
+
+PCA + LDA, trained on the people of the networks, stands beside them. Answers of networks are kept by the command, so
+that an interrupted run goes on.
+"""
+
+import argparse
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent.parent
+SHIPPED = ["side", "spread", "gei-small", "geinet", "geinet-int8", "gaitset-small"]
+# Whom nothing was trained with: a seed that no model has.
+UNSEEN = {"seed": 77, "people": "0..50"}
+
+
+def run(*command):
+    """Runs a command and ends with its status if it fails."""
+    done = subprocess.run([str(part) for part in command], stdout=subprocess.DEVNULL)
+    if done.returncode != 0:
+        sys.exit(f"{' '.join(str(part) for part in command)}: ended with status {done.returncode}")
+
+
+def percent(rate):
+    return f"{100 * rate:.1f}"
+
+
+def interval(entry, name="rank1"):
+    """Rank-1 with its interval over people."""
+    low, high = entry[f"{name}_low"], entry[f"{name}_high"]
+    return f"{percent(entry[name])} ({percent(low)} - {percent(high)})"
+
+
+class Table:
+    """Asks the command, and keeps what it said."""
+
+    def __init__(self, arguments):
+        self.arguments = arguments
+        self.work = arguments.work / "table"
+        self.work.mkdir(parents=True, exist_ok=True)
+        self.models = [self.enrolled_at_side(name) for name in SHIPPED]
+        lda = self.work / "pca-lda.onnx"
+        if not lda.exists():
+            run(arguments.edgegait, "train", arguments.work / "people", "--template", "gei", "--components", "200", "--out", lda)
+        self.models.append(self.enrolled_at_side("pca-lda", lda))
+
+    def enrolled_at_side(self, name, path=None):
+        """A copy of a model that does not say from where it was trained, so that all enrol people alike."""
+        path = path or self.arguments.models / f"{name}.onnx"
+        copy = self.work / "models" / path.name
+        copy.parent.mkdir(exist_ok=True)
+        shutil.copyfile(path, copy)
+        contract = path.with_suffix(".toml").read_text()
+        copy.with_suffix(".toml").write_text(re.sub(r"(?m)^viewpoints = .*\n", "", contract))
+        return copy
+
+    def asked(self, name, command, *arguments):
+        """The JSON of a command's results."""
+        path = self.work / f"{name}.json"
+        out = ["--out", self.work / f"{name}-report"] if command == "score" else []
+        run(self.arguments.edgegait, command, *arguments, *out, "--overwrite", "--json", path)
+        return json.loads(path.read_text())
+
+    def scored(self, name, *arguments):
+        """Results of every model and of the baselines by name."""
+        results = self.asked(name, "score", *self.models, *arguments)["recognizers"]
+        return {result["name"]: result for result in results}
+
+    def protocol(self, name):
+        return ["--protocol", HERE / "protocols" / f"{name}.toml"]
+
+
+def rows(heads, lines):
+    """A table of Markdown, the first column to the left."""
+    alignment = ["---", *["--:"] * (len(heads) - 1)]
+    return "\n".join("| " + " | ".join(line) + " |" for line in [heads, alignment, *lines])
+
+
+def costs(table):
+    """Parameters, multiply-accumulates, bytes and latency."""
+    found = {}
+    for runtime in ("rten", "ort"):
+        library = ["--ort-lib", table.arguments.ort_lib] if table.arguments.ort_lib and runtime == "ort" else []
+        bench = table.asked(f"bench-{runtime}", "bench", *table.models, "--views", "side", "--runtime", runtime, *library)
+        found[runtime] = {model["name"]: model for model in bench["models"]}
+    heads = ["", "parameters", "multiply-accumulates", "bytes", "rten, p50 us", "ONNX Runtime, p50 us", "peak memory over the program's, rten, MB"]
+    lines = []
+    for name, model in found["rten"].items():
+        macs = f"{model['macs']:,}" if model.get("macs") else ""
+        memory = model.get("peak_rss_over_baseline_bytes")
+        lines.append(
+            [f"`{name}`", f"{model['params']:,}", macs, f"{model['bytes']:,}", f"{model['p50_us']:,.0f}"]
+            + [f"{found['ort'][name]['p50_us']:,.0f}", f"{memory / 1e6:.1f}" if memory else ""]
+        )
+    return rows(heads, lines)
+
+
+def everywhere(table):
+    """Rank-1 over 703 viewpoints by enrolment, and by the angle from the side."""
+    pack = table.work / "unseen.egp"
+    if not pack.exists():
+        run(
+            table.arguments.edgegait, "cohort", "--people", UNSEEN["people"], "--seed", UNSEEN["seed"],
+            "--speeds-kmh", "5", "--dressed", "--quick", "--out", pack,
+        )
+    by_enrolment = {
+        name: table.scored(name, pack, "--views", "paper", "--raster", "rows", *table.protocol(name))
+        for name in ("enrolled-at-side", "enrolled-there", "enrolled-all-round")
+    }
+    casia = table.scored("casia-b", pack, "--raster", "rows", "--protocol", "casia-b")
+    heads = ["rank-1 %", "enrolled from the side", "from the probe's viewpoint", "from all 703"]
+    heads += ["11 level viewpoints crosswise: NM", "BG", "CL"]
+    lines = []
+    for name in casia:
+        cells = [interval(results[name]) for results in by_enrolment.values()]
+        sets = {probe_set["name"]: probe_set for probe_set in casia[name]["probe_sets"]}
+        lines.append([f"`{name}`", *cells, *[interval(sets[condition]) for condition in ("NM", "BG", "CL")]])
+    from_side = by_enrolment["enrolled-at-side"]
+    bins = [entry["to_deg"] for entry in next(iter(from_side.values()))["by_angle"]]
+    angle_lines = [
+        [f"`{name}`", *[interval(entry) for entry in result["by_angle"]]] for name, result in from_side.items()
+    ]
+    angle_heads = ["rank-1 %, enrolled from the side, at", *[f"to {to:.0f}°" for to in bins]]
+    return rows(heads, lines) + "\n\n" + rows(angle_heads, angle_lines)
+
+
+def trees(table):
+    """Rank-1 on silhouettes that other software made."""
+    parts = []
+    for stated in table.arguments.tree:
+        title, _, folder = stated.partition("=")
+        chosen = ["--subjects", table.arguments.subjects] if table.arguments.subjects else []
+        asked = {
+            "another take, same side": ["--protocol", "leave-one-take-out"],
+            "another take, other sides": ["--protocol", "cross-view"],
+            "any cycle, other sides": table.protocol("sides"),
+        }
+        stem = re.sub(r"\W+", "-", title)
+        fps = ["--fps", table.arguments.fps]
+        found = [table.scored(f"{stem}-{at}", folder, *fps, *chosen, *how) for at, how in enumerate(asked.values())]
+        lines = [[f"`{name}`", *[interval(results[name]) for results in found]] for name in found[0]]
+        parts.append(f"{title}\n\n" + rows(["rank-1 %", *asked], lines))
+    return "\n\n".join(parts)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--models", type=Path, default=ROOT / "models", help="folder of the models")
+    parser.add_argument("--edgegait", type=Path, default=ROOT / "target/release/edgegait", help="the command")
+    parser.add_argument("--work", type=Path, default=ROOT / "target/recipe", help="folder that make.py worked in")
+    parser.add_argument("--ort-lib", help="the library of ONNX Runtime")
+    parser.add_argument("--tree", action="append", default=[], metavar="TITLE=FOLDER", help="a tree of silhouettes")
+    parser.add_argument("--subjects", help="only these people of the trees")
+    parser.add_argument("--fps", default="25", help="frames a second of the trees")
+    parser.add_argument("--only", choices=["costs", "everywhere", "trees"], help="one of the tables")
+    arguments = parser.parse_args()
+    table = Table(arguments)
+    for make in (costs, everywhere, trees):
+        if arguments.only in (None, make.__name__):
+            print(make(table), end="\n\n", flush=True)
+
+
+if __name__ == "__main__":
+    main()
