@@ -248,7 +248,7 @@ mod tests {
         // A hundred that were known already, then one in two seconds.
         let plain = Plain {
             done: 110,
-            printed: VecDeque::from([(at(3), 100), (at(13), 105)]),
+            printed: VecDeque::from([(at(3), 100), (at(13), 108)]),
             is_advised: false,
         };
         assert_eq!(plain.left_s(at(23), 210), Some(200.0));
