@@ -4,7 +4,7 @@ use super::inputs::Scene;
 use crate::error::{Error, Result};
 use crate::evaluate::contest::{Drawn, Entrant, Wish};
 use crate::evaluate::intervals::Rank1Intervals;
-use crate::score::Recognizer;
+use crate::sweep::Views;
 use serde::{Deserialize, Serialize};
 
 /// Rank-1 on walks that training has not seen.
@@ -14,6 +14,9 @@ pub(crate) struct Accuracy {
     pub protocol: String,
     /// From how many viewpoints each walk was seen.
     pub viewpoints: usize,
+    /// From how many it was to be seen; none in results of versions that do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub viewpoints_planned: Option<usize>,
     /// Inputs that were recognized.
     pub probes: u64,
     /// Share of hits, 0..1.
@@ -26,45 +29,158 @@ pub(crate) struct Accuracy {
 }
 
 impl Accuracy {
-    /// Looks for the scene's people from each of its viewpoints, as `edgegait score` does unless
-    /// another protocol is named; and what to know before trusting it.
+    /// How many pictures the scene's people are recognized by from these viewpoints.
+    ///
+    /// # Errors
+    /// When the protocol does not go with the walks.
+    pub(super) fn pictures(
+        entrants: &[Entrant],
+        scene: &Scene<'_>,
+        views: &Views,
+    ) -> Result<usize> {
+        let drawn = drawn(entrants, scene, views)?;
+        Ok(drawn.contest.source().sequences().list.len())
+    }
+
+    /// Looks for the scene's people from its viewpoints, or from as many of them, evenly spread, as make
+    /// `most` pictures, as `edgegait score` does unless another protocol is named; and what to know
+    /// before trusting it. None if even one viewpoint makes more.
     ///
     /// # Errors
     /// When a figure cannot be drawn, or the recognizer fails.
-    pub(crate) fn of(
-        recognizer: Box<dyn Recognizer>,
+    pub(super) fn within(
+        entrants: &[Entrant],
         scene: &Scene<'_>,
+        (seed, most): (u64, Option<usize>),
+    ) -> Result<Option<(Self, Vec<String>)>> {
+        let views = match most {
+            None => Some(scene.views.clone()),
+            Some(most) => Self::views_within(entrants, scene, most)?,
+        };
+        let found = views.map(|views| Self::of(entrants, (scene, &views), seed));
+        found.transpose()
+    }
+
+    /// What of so many viewpoints was left out, in words; none if nothing was.
+    #[must_use]
+    pub(super) fn less(found: Option<&Self>, viewpoints: usize) -> Option<String> {
+        match found.map(|found| found.viewpoints) {
+            None => Some("no rank-1".to_owned()),
+            Some(some) if some < viewpoints => {
+                Some(format!("rank-1 from {some} of {viewpoints} viewpoints"))
+            }
+            Some(_) => None,
+        }
+    }
+
+    /// As many viewpoints, evenly spread, as make at most so many pictures; none if even one makes more.
+    fn views_within(entrants: &[Entrant], scene: &Scene<'_>, most: usize) -> Result<Option<Views>> {
+        let all = &scene.views.list;
+        let mut count = all.len();
+        while count > 0 {
+            // The middle of each of so many equal parts of the list.
+            let at = |part: usize| (2 * part + 1) * all.len() / (2 * count);
+            let views = Views {
+                name: scene.views.name.clone(),
+                list: (0..count).map(|part| all[at(part)]).collect(),
+            };
+            let pictures = Self::pictures(entrants, scene, &views)?;
+            if pictures <= most {
+                return Ok(Some(views));
+            }
+            count = (count - 1).min(count * most / pictures);
+        }
+        Ok(None)
+    }
+
+    fn of(
+        entrants: &[Entrant],
+        (scene, views): (&Scene<'_>, &Views),
         seed: u64,
     ) -> Result<(Self, Vec<String>)> {
-        let Scene {
-            pack,
-            walks,
-            views,
-            settings,
-        } = *scene;
-        let entrants = [Entrant {
-            recognizer,
-            settings,
-        }];
-        let wish = Wish {
-            views: Some(views.clone()),
-            ..Wish::default()
-        };
-        let drawn = Drawn::new((pack, walks), &entrants, wish)?;
+        let drawn = drawn(entrants, scene, views)?;
         let outcome = drawn
             .contest
-            .run(&entrants, seed, &mut |_| {}, &mut |_| {})?;
+            .run(entrants, seed, &mut |_| {}, &mut |_| {})?;
         let result = outcome.results.into_iter().next();
         let result = result.ok_or(Error::Missing("the result of one recognizer"))?;
         let warnings = [drawn.warnings, outcome.warnings].concat();
         let accuracy = Self {
             protocol: result.protocol,
             viewpoints: views.list.len(),
+            viewpoints_planned: Some(scene.views.list.len()),
             probes: result.probes,
             rank1: result.rank1,
             intervals: result.intervals,
             non_finite: result.non_finite,
         };
         Ok((accuracy, warnings))
+    }
+}
+
+fn drawn<'a>(entrants: &[Entrant], scene: &'a Scene<'_>, views: &Views) -> Result<Drawn<'a>> {
+    let wish = Wish {
+        views: Some(views.clone()),
+        ..Wish::default()
+    };
+    Drawn::new((scene.pack, scene.walks), entrants, wish)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::encode::encode_subjects;
+    use crate::scene::cohort::{self, CohortOptions};
+    use crate::score::Contract;
+    use crate::score::testing::MadeUp;
+    use crate::sweep::{Settings, View};
+    use edgegait_core::pack::Pack;
+
+    #[test]
+    fn as_many_viewpoints_as_there_is_time_for_are_spread_over_all_of_them() {
+        let options = CohortOptions {
+            people: 2,
+            speeds_kmh: vec![5.0],
+            ..CohortOptions::default()
+        };
+        let people = cohort::subjects(&options).expect("two people");
+        let bytes = encode_subjects(&people, 5.0, &|| {}).expect("a pack");
+        let pack = Pack::parse(&bytes).expect("it was just encoded");
+        let azimuths = (0..9_u8).map(|step| 20.0 * f32::from(step));
+        let views = Views::grid("nine", azimuths, [0.0]).expect("viewpoints");
+        let scene = Scene {
+            pack: &pack,
+            walks: &[0, 1],
+            views: &views,
+            settings: Settings::default(),
+        };
+        let contract = Contract {
+            classes: people.iter().map(|subject| subject.name.clone()).collect(),
+            ..Contract::default()
+        };
+        let recognizer = MadeUp::new(contract, |_| vec![1.0, 0.0]);
+        let entrants = [Entrant {
+            recognizer: Box::new(recognizer),
+            settings: Settings::default(),
+        }];
+        // Two people are looked for from each viewpoint.
+        let all = Accuracy::pictures(&entrants, &scene, &views).expect("a contest");
+        assert_eq!(all, 18);
+        let found = |most| {
+            let found = Accuracy::within(&entrants, &scene, (1, most)).expect("measured");
+            found.map(|(it, _)| (it.viewpoints, it.viewpoints_planned, it.probes))
+        };
+        assert_eq!(found(None), Some((9, Some(9), 18)));
+        assert_eq!(found(Some(18)), Some((9, Some(9), 18)));
+        assert_eq!(found(Some(7)), Some((3, Some(9), 6)));
+        assert_eq!(found(Some(1)), None);
+        let three = Accuracy::views_within(&entrants, &scene, 6).expect("three");
+        // The second, fifth and eighth of nine.
+        let expected = [20.0, 80.0, 140.0].map(|azimuth| View::new(azimuth, 0.0).expect("one"));
+        assert_eq!(
+            three.map(|views| views.list).as_deref(),
+            Some(&expected[..])
+        );
+        assert_eq!(Accuracy::less(None, 9).as_deref(), Some("no rank-1"));
     }
 }

@@ -63,6 +63,37 @@ impl Scene<'_> {
         }
     }
 
+    /// The side view of so many frames of the first walk, as silhouettes: its stored cycle, then the
+    /// seeded variations of it one after another, as a tree of long recordings has them, the last one
+    /// cut. A cycle has as many frames as the settings say.
+    ///
+    /// # Errors
+    /// When a figure cannot be drawn.
+    pub(super) fn sequence(&self, contract: &Contract, frames: usize) -> Result<Vec<f32>> {
+        let views = Views::side()?.list;
+        let settings = Settings {
+            template: contract.template,
+            ..self.settings
+        };
+        let numbers = frames * contract.numbers();
+        let mut input = Vec::with_capacity(numbers);
+        for variation in 0.. {
+            if input.len() >= numbers {
+                break;
+            }
+            let shot = Shot {
+                job: Job::plain(self.walks[0], variation),
+                moments: Moments::Cycle,
+                views: &views,
+            };
+            for frame in silhouettes(self.pack, shot, settings)?.iter().flatten() {
+                contract.feed(frame.to_coverage().pixels(), &mut input);
+            }
+        }
+        input.truncate(numbers);
+        Ok(input)
+    }
+
     /// So many inputs (at least one), one after another, of one walk after the other.
     ///
     /// # Errors
@@ -136,6 +167,17 @@ mod tests {
         };
         let frames = scene.inputs(&sequences, 1).expect("drawn");
         assert_eq!(frames.len(), 32 * 1500);
+        // A longer one begins with the cycle, and goes on with another one of the same walker.
+        let longer = scene.sequence(&sequences, 40).expect("drawn");
+        assert_eq!(
+            (longer.len(), &longer[..32 * 1500]),
+            (40 * 1500, &frames[..])
+        );
+        let (again, more) = (&frames[..8 * 1500], &longer[32 * 1500..]);
+        let other = again.iter().zip(more).filter(|(a, b)| a != b).count();
+        assert!((1..8 * 1500 / 10).contains(&other), "{other}");
+        let shorter = scene.sequence(&sequences, 5).expect("drawn");
+        assert_eq!(shorter, frames[..5 * 1500]);
         // Their mean is the GEI, but for the rounding to bytes.
         for (pixel, gei) in geis[..1500].iter().enumerate() {
             let mean = (0..32)

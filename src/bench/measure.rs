@@ -5,19 +5,33 @@
 //! outside, but for the end-to-end figures.
 
 use super::accuracy::Accuracy;
+use super::batch::{Sized, batch};
 use super::board::{Board, State, warnings};
-use super::energy::{Count, Meter};
+use super::cap::{Cap, Kind};
 use super::inputs::Scene;
 use super::memory;
-use super::results::{Bare, Conditions, Energy, ModelResult, Offline, Parts, Timing, millijoules};
-use super::windows::{Plan, Watch, Window, measure as measure_windows};
-use crate::error::{Error, Result};
-use crate::score::{BareOutputs, Model, Recognizer, Runtime};
+use super::process::Told;
+use super::results::{Bare, Conditions, Cut, Energy, ModelResult, Offline, Parts, millijoules};
+use super::timed::{First, Loaded, Watched, beside, seconds_of, timed};
+use super::windows::Plan;
+use crate::error::Result;
+use crate::evaluate::contest::Entrant;
+use crate::score::{BareOutputs, Contract, Model, Recognizer, Runtime};
 use std::path::Path;
-use std::time::Instant;
+use std::time::Duration;
 
 /// How far the means of windows may be apart before that is warned of, of their mean. Ours.
 const STEADY: f64 = 0.15;
+
+/// The kinds of work in their order, and what each may take of the time, as against the others, where
+/// all of them would take too long. Ours: what a user asks first is how long one inference takes.
+const KINDS: [(&str, f64); 5] = [
+    ("one at a time", 12.0),
+    ("batches", 4.0),
+    ("drawing", 1.0),
+    ("drawing and inference", 2.0),
+    ("rank-1", 3.0),
+];
 
 /// What is to be measured.
 pub(crate) struct Task<'a> {
@@ -31,6 +45,10 @@ pub(crate) struct Task<'a> {
     pub batch: usize,
     /// How long.
     pub plan: Plan,
+    /// How long all of it may take from the first inference on; no end if none.
+    pub most: Option<Duration>,
+    /// Is told how far it is.
+    pub tell: &'a (dyn Fn(&Told) + Sync),
     /// Whether to compare with a loop around nothing but the runtime.
     pub bare: bool,
     /// What is drawn.
@@ -49,114 +67,197 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
     // Drawing has threads of its own: one, so that its time is comparable with the inference's.
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let contract = (task.open)()?.contract().clone();
-    let (scene, plan, batch) = (&task.scene, &task.plan, task.batch);
-    let inputs = alone.install(|| scene.inputs(&contract, batch))?;
-    let single = &inputs[..inputs.len() / batch];
+    let (scene, plan) = (&task.scene, &task.plan);
+    let mut single = Vec::new();
+    let draw_s = seconds_of(&mut || {
+        alone.install(|| {
+            single = scene.inputs(&contract, 1)?;
+            Ok(())
+        })
+    })?;
 
-    let mut watched = Watched::new(task.root);
-    let baseline = memory::rss_bytes();
-    memory::forget_peak();
-    let started = Instant::now();
-    let runtime = (task.start)()?.with_threads(task.threads);
-    let runtime_load_ms = ms_since(started);
-    let started = Instant::now();
-    let model = (task.open)()?;
-    let recognizer = runtime.load(&model)?;
-    let load_ms = ms_since(started);
-    let started = Instant::now();
-    let first = recognizer.run(single, 1)?;
-    let first_ms = ms_since(started);
-    for _ in 0..plan.warm_up {
-        recognizer.run(single, 1)?;
-    }
-    let peak_rss_bytes = memory::peak_rss_bytes();
+    let start = State::read(task.root);
+    let loaded = Loaded::of(task)?;
+    let to_come = KINDS.map(|(what, weight)| Kind {
+        what: format!("{}: {what}", contract.name),
+        full_s: 0.0,
+        weight,
+    });
+    let cap = Cap::new(task.most, to_come.into(), task.tell);
+    let mut watched = Watched::new(task.root, start, cap);
+    let most_s = watched.cap.left_s() / 3.0;
+    let first = First::of(loaded.recognizer.as_ref(), &single, (plan, most_s))?;
 
-    let (windows, bare) = if task.bare {
-        let mut ours = || recognizer.run(single, 1).map(drop);
-        let mut plain = runtime.bare(&model, single, BareOutputs::New)?;
-        let mut reusing = runtime.bare(&model, single, BareOutputs::Reused)?;
+    let peak_rss_over_baseline_bytes = loaded.baseline.below(first.peak_rss_bytes);
+    let entrants = [Entrant {
+        recognizer: loaded.recognizer,
+        settings: scene.settings,
+    }];
+    let recognizer = entrants[0].recognizer.as_ref();
+    let pictures = Accuracy::pictures(&entrants, scene, scene.views);
+    let rank1_s = |call_s: f64, draw_s: f64| {
+        let pictures = pictures.as_ref().copied().unwrap_or(0);
+        // Pictures are drawn by all threads, and recognized one after the other.
+        pictures as f64 * (call_s + draw_s / rayon::current_num_threads() as f64)
+    };
+    let expected = |call_s: f64| {
+        [
+            plan.takes_s(task.batch as f64 * call_s, task.batch),
+            plan.takes_s(draw_s, 1),
+            plan.takes_s(draw_s + call_s, 1),
+            rank1_s(call_s, draw_s),
+        ]
+    };
+    let kinds = if task.bare { 3.0 } else { 1.0 };
+    let full_s = kinds * plan.takes_s(first.call_s, 1);
+    watched
+        .cap
+        .expect(&[&[full_s], &expected(first.call_s)[..]].concat());
+    let share = watched.cap.begin(full_s);
+    let (one, bare) = if task.bare {
+        let mut ours = || recognizer.run(&single, 1).map(drop);
+        let mut plain = loaded
+            .runtime
+            .bare(&loaded.model, &single, BareOutputs::New)?;
+        let mut reusing = loaded
+            .runtime
+            .bare(&loaded.model, &single, BareOutputs::Reused)?;
         let works: [&mut dyn FnMut() -> Result<()>; 3] =
             [&mut ours, &mut || plain().map(drop), &mut || {
                 reusing().map(drop)
             }];
-        let [ours, plain, reusing] = measure_windows(plan, 1, works, &mut watched)?;
-        let compared = Bare::of(&ours, &plain, &reusing);
+        let [ours, plain, reusing] = timed((plan, &share), (first.call_s, 1), works, &mut watched)?;
+        let compared = Bare::of(&ours.windows, &plain.windows, &reusing.windows);
         (ours, compared)
     } else {
-        let windows = beside(recognizer.as_ref(), (single, 1), plan, &mut watched)?;
-        (windows, None)
+        let call = (&single[..], first.call_s, 1);
+        (
+            beside(recognizer, call, (plan, &share), &mut watched)?,
+            None,
+        )
     };
+    let call_s = one.timing.times.p50_us * 1e-6;
+    watched.cap.expect(&expected(call_s));
 
-    memory::forget_peak();
-    let batches = beside(recognizer.as_ref(), (&inputs, batch), plan, &mut watched)?;
-    let offline_peak = memory::peak_rss_bytes();
-    let parts = alone.install(|| parts(scene, recognizer.as_ref(), plan, &mut watched))?;
-    let Watched { states, meter, .. } = watched;
+    let mut cut = Vec::new();
+    let share = watched.cap.begin(expected(call_s)[0]);
+    let size = {
+        let draw = |count| alone.install(|| scene.inputs(&contract, count));
+        batch((recognizer, &draw), (task, &share), (&first, call_s))?
+    };
+    cut.extend(size.less_than(task.batch));
+    let offline = match size {
+        Sized::Of(size, _) => {
+            memory::forget_peak();
+            let input = alone.install(|| scene.inputs(&contract, size))?;
+            let call_s = seconds_of(&mut || recognizer.run(&input, size).map(drop))?;
+            let call = (&input[..], call_s, size);
+            let measured = beside(recognizer, call, (plan, &share), &mut watched)?;
+            Some((size, measured, memory::peak_rss_bytes()))
+        }
+        Sized::No(_) => None,
+    };
+    let parts = alone.install(|| parts((scene, plan), recognizer, call_s, &mut watched))?;
+    let full_s = rank1_s(call_s, parts.preprocessing.times.p50_us * 1e-6);
+    let share = watched.cap.begin(full_s);
+    let most = pictures.as_ref().copied().unwrap_or(0);
+    let most = (full_s > share.most_s).then(|| share_of(most, share.most_s / full_s));
+    let accuracy = match pictures {
+        Err(error) => Err(error),
+        Ok(_) => Accuracy::within(&entrants, &task.scene, (task.seed, most)),
+    };
+    let Watched {
+        states, meter, cap, ..
+    } = watched;
     let energy = meter.and_then(|meter| {
         Some(Energy {
             source: meter.source().to_owned(),
-            single_mj: millijoules(&windows, 1)?,
-            offline_mj: millijoules(&batches, batch)?,
+            single_mj: millijoules(&one.windows, 1)?,
+            offline_mj: offline
+                .as_ref()
+                .and_then(|(size, measured, _)| millijoules(&measured.windows, *size)),
         })
     });
-    let (name, name_of_runtime) = (recognizer.name().to_owned(), recognizer.runtime().clone());
-    let accuracy = Accuracy::of(recognizer, scene, task.seed);
+    let offline = offline.map(|(size, measured, peak_rss_bytes)| Offline {
+        batch: size,
+        batch_planned: Some(task.batch),
+        timing: measured.timing,
+        peak_rss_bytes,
+    });
+    let name = recognizer.name().to_owned();
 
     let affinity = Board::read(task.root).affinity;
     let mut found = warnings(&states, affinity.as_ref());
     let broken = accuracy
         .as_ref()
-        .is_ok_and(|(found, _)| found.non_finite > 0);
+        .is_ok_and(|found| found.as_ref().is_some_and(|(it, _)| it.non_finite > 0));
     if first.non_finite > 0 || broken {
         found.push("some of its outputs are not finite numbers".into());
     }
-    let one_at_a_time = timing(&windows, 1)?;
-    if one_at_a_time.spread > STEADY {
+    let single_timing = one.timing;
+    if single_timing.spread > STEADY {
         found.push(format!(
             "the means of its windows are {:.0} % apart: measure again on an idle machine",
-            100.0 * one_at_a_time.spread
+            100.0 * single_timing.spread
         ));
     }
     match &accuracy {
         // The model's name stands before each already.
-        Ok((_, doubts)) => found.extend(doubts.iter().map(|doubt| {
+        Ok(accuracy) => found.extend(accuracy.iter().flat_map(|(_, doubts)| doubts).map(|doubt| {
             let named = doubt.strip_prefix(&format!("{name}: "));
             named.unwrap_or(doubt).to_owned()
         })),
         Err(error) => found.push(format!("its rank-1 could not be measured: {error}")),
     }
-    found.extend(model.warning());
-    let graph = model.graph();
-    let frames = contract.frames_in(single.len(), 1)?;
-    let input = contract.input_shape(1, frames);
-    let shape: Vec<u64> = input.iter().map(|&size| size as u64).collect();
-    let macs = graph.macs(&shape);
+    found.extend(loaded.model.warning());
+    let graph = loaded.model.graph();
+    let timings = [
+        ("one at a time", Some(&single_timing)),
+        ("batches", offline.as_ref().map(|it| &it.timing)),
+        ("drawing", Some(&parts.preprocessing)),
+        ("drawing and inference", Some(&parts.end_to_end)),
+    ];
+    cut.extend(match &accuracy {
+        Ok(found) => Accuracy::less(found.as_ref().map(|(it, _)| it), scene.views.list.len()),
+        Err(_) => None,
+    });
+    let less = timings.into_iter().filter_map(|(what, timing)| {
+        let cut = timing?.cut()?;
+        Some(format!("{what}: {cut}"))
+    });
+    let cut = [less.collect(), cut].concat();
+    let (input, macs) = shape_and_macs(
+        &loaded.model,
+        &contract,
+        contract.frames_in(single.len(), 1)?,
+    );
     Ok(ModelResult {
         name,
-        runtime: name_of_runtime,
+        runtime: recognizer.runtime().clone(),
         threads: task.threads,
         input,
-        bytes: model.bytes().len() as u64,
+        bytes: loaded.model.bytes().len() as u64,
         params: graph.parameters,
         macs: macs.as_ref().ok().copied(),
         macs_unknown: macs.err(),
-        runtime_load_ms,
-        load_ms,
-        first_ms,
-        single: one_at_a_time,
-        peak_rss_bytes,
-        peak_rss_over_baseline_bytes: peak_rss_bytes
-            .zip(baseline)
-            .map(|(peak, baseline)| peak.saturating_sub(baseline)),
-        offline: Offline {
-            batch,
-            timing: timing(&batches, batch)?,
-            peak_rss_bytes: offline_peak,
-        },
+        runtime_load_ms: loaded.runtime_load_ms,
+        load_ms: loaded.load_ms,
+        first_ms: first.first_ms,
+        single: single_timing,
+        peak_rss_bytes: first.peak_rss_bytes,
+        peak_rss_over_baseline_bytes,
+        offline,
         parts,
         bare,
         energy,
-        accuracy: accuracy.ok().map(|(accuracy, _)| accuracy),
+        accuracy: accuracy.ok().flatten().map(|(accuracy, _)| accuracy),
+        lengths: Vec::new(),
+        max_seconds: task.most.map(|most| most.as_secs_f64()),
+        seconds: Some(cap.taken_s()),
+        cut: (!cut.is_empty()).then(|| Cut {
+            what: cut,
+            full_seconds: cap.full_s(),
+        }),
         conditions: Conditions {
             hottest_c: states
                 .iter()
@@ -169,27 +270,33 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
     })
 }
 
-/// Inferences, called from where they cost least.
-fn beside(
-    recognizer: &dyn Recognizer,
-    (input, batch): (&[f32], usize),
-    plan: &Plan,
-    watch: &mut Watched<'_>,
-) -> Result<Vec<Window>> {
-    let mut found = None;
-    recognizer.beside(&mut || {
-        let mut ours = || recognizer.run(input, batch).map(drop);
-        found = Some(measure_windows(plan, batch, [&mut ours], watch));
-    });
-    let [windows] = found.ok_or_else(|| Error::Missing("a measurement"))??;
-    Ok(windows)
+/// The shape of an input of so many frames, and what an inference on it takes.
+pub(super) fn shape_and_macs(
+    model: &Model,
+    contract: &Contract,
+    frames: usize,
+) -> (Vec<usize>, std::result::Result<u64, String>) {
+    let input = contract.input_shape(1, frames);
+    let shape: Vec<u64> = input.iter().map(|&size| size as u64).collect();
+    (input, model.graph().macs(&shape))
+}
+
+/// So much of a number of pictures.
+fn share_of(pictures: usize, share: f64) -> usize {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "from none to all of them"
+    )]
+    let some = (pictures as f64 * share) as usize;
+    some
 }
 
 /// Drawing alone, and with the inference; people take turns.
 fn parts(
-    scene: &Scene<'_>,
+    (scene, plan): (&Scene<'_>, &Plan),
     recognizer: &dyn Recognizer,
-    plan: &Plan,
+    call_s: f64,
     watch: &mut Watched<'_>,
 ) -> Result<Parts> {
     let contract = recognizer.contract();
@@ -200,58 +307,20 @@ fn parts(
         at += 1;
         scene.append_input(contract, at, &mut input)
     };
-    let [preprocessing] = measure_windows(plan, 1, [&mut draw], watch)?;
+    let draw_s = seconds_of(&mut draw)?;
+    let share = watch.cap.begin(plan.takes_s(draw_s, 1));
+    let [preprocessing] = timed((plan, &share), (draw_s, 1), [&mut draw], watch)?;
     let mut both = || {
         input.clear();
         at += 1;
         scene.append_input(contract, at, &mut input)?;
         recognizer.run(&input, 1).map(drop)
     };
-    let [end_to_end] = measure_windows(plan, 1, [&mut both], watch)?;
+    let both_s = draw_s + call_s;
+    let share = watch.cap.begin(plan.takes_s(both_s, 1));
+    let [end_to_end] = timed((plan, &share), (both_s, 1), [&mut both], watch)?;
     Ok(Parts {
-        preprocessing: timing(&preprocessing, 1)?,
-        end_to_end: timing(&end_to_end, 1)?,
+        preprocessing: preprocessing.timing,
+        end_to_end: end_to_end.timing,
     })
-}
-
-fn timing(windows: &[Window], batch: usize) -> Result<Timing> {
-    Timing::of(windows, batch).ok_or(Error::Missing("at least one window"))
-}
-
-fn ms_since(started: Instant) -> f64 {
-    started.elapsed().as_secs_f64() * 1e3
-}
-
-/// The machine between windows.
-struct Watched<'a> {
-    root: &'a Path,
-    states: Vec<State>,
-    meter: Option<Meter>,
-    count: Option<Count>,
-}
-
-impl<'a> Watched<'a> {
-    fn new(root: &'a Path) -> Self {
-        Self {
-            root,
-            states: vec![State::read(root)],
-            meter: Meter::find(root),
-            count: None,
-        }
-    }
-}
-
-impl Watch for Watched<'_> {
-    fn begin(&mut self) {
-        self.count = self.meter.as_ref().map(Meter::start);
-    }
-
-    fn end(&mut self) -> Option<f64> {
-        let energy_j = match (&self.meter, self.count.take()) {
-            (Some(meter), Some(count)) => meter.stop(count),
-            _ => None,
-        };
-        self.states.push(State::read(self.root));
-        energy_j
-    }
 }

@@ -17,9 +17,18 @@ pub(super) fn forget_peak() {
     let _ = std::fs::write("/proc/self/clear_refs", "5");
 }
 
+/// The memory that the machine can still give, bytes (`MemAvailable` of `proc(5)`).
+pub(super) fn available_bytes() -> Option<u64> {
+    kilobytes("/proc/meminfo", "MemAvailable:")
+}
+
 fn status(name: &str) -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix(name))?;
+    kilobytes("/proc/self/status", name)
+}
+
+fn kilobytes(file: &str, name: &str) -> Option<u64> {
+    let text = std::fs::read_to_string(file).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
     let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kib * 1024)
 }
@@ -34,6 +43,7 @@ mod tests {
         // Other tests hold memory too, and free it meanwhile: no more can be said.
         let big = std::hint::black_box(vec![1_u8; 64 << 20]);
         let peak = peak_rss_bytes().expect("Linux tells");
+        assert!(available_bytes().is_some_and(|bytes| bytes > 0));
         assert!(peak >= big.len() as u64, "{peak}");
         forget_peak();
         let now = rss_bytes().expect("Linux tells");

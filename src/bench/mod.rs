@@ -3,25 +3,31 @@
 //! The questions are those of MLPerf Tiny (rules 1.2) and of `onnxruntime_perf_test`; the rules
 //! are stated where they are applied: [`windows`] for how long, [`Times`] for which percentiles,
 //! [`measure`] for what is inside the timed call. Each model is measured in a process of its
-//! own, so that its load time, first inference and peak memory are its own.
+//! own, so that its load time, first inference and peak memory are its own. [`cap`] says what is cut
+//! where all of it would take too long.
 
 mod accuracy;
 mod affinity;
+mod batch;
 pub(crate) mod board;
+mod cap;
 mod energy;
 mod inputs;
+mod lengths;
 mod measure;
 mod memory;
 mod process;
 mod results;
 mod statistics;
 mod table;
+mod timed;
 pub(crate) mod windows;
 
 pub(crate) use affinity::pin;
 pub(crate) use inputs::Scene;
+pub(crate) use lengths::{measure_lengths, require_any_length};
 pub(crate) use measure::{Task, measure};
 pub(crate) use memory::peak_rss_bytes;
-pub(crate) use process::{end_with_parent, measured_by};
+pub(crate) use process::{Told, end_with_parent, measured_by};
 pub(crate) use results::{BenchResults, ModelResult, utc_now};
 pub(crate) use table::{Column, Format, render};

@@ -1,31 +1,95 @@
 //! A process of its own for each model that is measured.
 
-use super::results::ModelResult;
 use crate::dataset::remove_unfinished;
 use crate::error::{Error, Result};
+use serde::de::DeserializeOwned;
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 /// Exit code of a process whose parent has ended: as if SIGHUP had ended it, in a shell's words.
 const ORPHANED: i32 = 128 + 1;
 
-/// What a process has to say that measures `model` and prints its result as JSON. Its standard
-/// input stays open for as long as this process lives, and has nothing to read.
+/// Before what a process that measures says of its progress, on standard error.
+const PROGRESS: &str = "progress: ";
+
+/// How far a measurement is.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Told {
+    /// What is being measured.
+    pub what: String,
+    /// How long all that is left takes, seconds, estimated.
+    pub left_s: f64,
+}
+
+impl Told {
+    /// Says it to the process that started this one.
+    pub(crate) fn say(&self) {
+        // If nobody reads it, this process is about to end too.
+        let _ = writeln!(
+            std::io::stderr(),
+            "{PROGRESS}{:.1} {}",
+            self.left_s,
+            self.what
+        );
+    }
+
+    /// What a line says, if it is one of progress.
+    fn heard(line: &str) -> Option<Self> {
+        let (left_s, what) = line.strip_prefix(PROGRESS)?.split_once(' ')?;
+        Some(Self {
+            what: what.to_owned(),
+            left_s: left_s.parse().ok()?,
+        })
+    }
+}
+
+/// What a process has to say that measures `model` and prints its result as JSON; `told` is told how
+/// far it is. Its standard input stays open for as long as this process lives, and has nothing to
+/// read.
 ///
 /// # Errors
 /// If it cannot be started, dies, or prints something else; and its own.
-pub(crate) fn measured_by(mut command: Command, model: &Path) -> Result<ModelResult> {
+pub(crate) fn measured_by<R: DeserializeOwned>(
+    mut command: Command,
+    model: &Path,
+    told: &(dyn Fn(&Told) + Sync),
+) -> Result<R> {
     let spawned = command
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn();
-    let mut child = spawned.map_err(|error| Error::io(command.get_program(), error))?;
+    let failed = |error| Error::io(command.get_program(), error);
+    let mut child = spawned.map_err(failed)?;
     // Open until the child has ended, which ends when it is closed.
     let _held = child.stdin.take();
-    let output = child
-        .wait_with_output()
-        .map_err(|error| Error::io(command.get_program(), error))?;
+    let (words, printed) = (child.stderr.take(), child.stdout.take());
+    let (stderr, stdout) = std::thread::scope(|scope| {
+        let words = scope.spawn(|| {
+            let mut rest = String::new();
+            for line in words
+                .into_iter()
+                .flat_map(|it| BufReader::new(it).split(b'\n'))
+            {
+                let line = String::from_utf8_lossy(&line?).into_owned();
+                match Told::heard(&line) {
+                    Some(one) => told(&one),
+                    None => rest += &format!("{line}\n"),
+                }
+            }
+            Ok(rest.into_bytes())
+        });
+        let mut stdout = Vec::new();
+        let read = printed.map_or(Ok(0), |mut it| it.read_to_end(&mut stdout));
+        let words: std::io::Result<Vec<u8>> = words.join().unwrap_or_else(|_| Ok(Vec::new()));
+        (words, read.map(|_| stdout))
+    });
+    let output = Output {
+        status: child.wait().map_err(failed)?,
+        stdout: stdout.map_err(failed)?,
+        stderr: stderr.map_err(failed)?,
+    };
     result_of(model, &output)
 }
 
@@ -47,7 +111,7 @@ pub(crate) fn end_with_parent() -> Result<()> {
 }
 
 /// What the process that measured a model has to say.
-fn result_of(model: &Path, output: &Output) -> Result<ModelResult> {
+fn result_of<R: DeserializeOwned>(model: &Path, output: &Output) -> Result<R> {
     let words = String::from_utf8_lossy(&output.stderr);
     let words = words.trim();
     if output.status.success() {
@@ -88,7 +152,7 @@ mod tests {
             stdout: Vec::new(),
             stderr: words.into(),
         };
-        result_of(Path::new("m.onnx"), &output).expect_err("it failed")
+        result_of::<serde_json::Value>(Path::new("m.onnx"), &output).expect_err("it failed")
     }
 
     #[test]
@@ -111,5 +175,30 @@ mod tests {
         assert_eq!(refusal(2 << 8, "error: cpus 99: no").exit_code(), 2);
         let silent = refusal(0, "").to_string();
         assert!(silent.contains("gave no result"), "{silent}");
+    }
+    #[test]
+    fn progress_is_told_apart_from_what_a_process_complains_of() {
+        let script = "echo 'progress: 12.5 m: one at a time' >&2; echo 'progress: soon' >&2; \
+                      echo 'odd: words' >&2; echo '{\"a\":1}'";
+        let heard = std::sync::Mutex::new(Vec::new());
+        let told = |one: &Told| heard.lock().expect("no panic").push(one.clone());
+        let mut command = Command::new("sh");
+        command.args(["-c", script]);
+        let found: serde_json::Value =
+            measured_by(command, Path::new("m.onnx"), &told).expect("a result");
+        assert_eq!(found["a"], 1);
+        let expected = Told {
+            what: "m: one at a time".into(),
+            left_s: 12.5,
+        };
+        assert_eq!(*heard.lock().expect("no panic"), [expected]);
+        let mut command = Command::new("sh");
+        command.args(["-c", &script.replace("echo '{", "exit 3; '{")]);
+        let failed = measured_by::<serde_json::Value>(command, Path::new("m.onnx"), &told);
+        let failed = failed.expect_err("it ended").to_string();
+        assert!(
+            failed.contains("died") && failed.contains("odd: words") && !failed.contains("12.5"),
+            "{failed}"
+        );
     }
 }

@@ -2,8 +2,9 @@
 
 use super::accuracy::Accuracy;
 use super::board::{Board, State};
+use super::lengths::Length;
 use super::statistics::{Times, median_index};
-use super::windows::Window;
+use super::windows::{Plan, Window};
 use crate::dataset::Header;
 use crate::error::{Error, Result};
 use crate::score::RuntimeName;
@@ -58,14 +59,16 @@ pub(crate) struct ModelResult {
     /// Inferences one at a time.
     #[serde(flatten)]
     pub single: Timing,
-    /// The most memory that the process had after 10 single inferences, bytes.
+    /// The most memory that the process had after its first single inference and those to warm up,
+    /// bytes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub peak_rss_bytes: Option<u64>,
     /// The same above what it had before the runtime was started, bytes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub peak_rss_over_baseline_bytes: Option<u64>,
-    /// Inferences in batches.
-    pub offline: Offline,
+    /// Inferences in batches, if there was time and memory for any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub offline: Option<Offline>,
     /// What comes before an inference, and both together.
     pub parts: Parts,
     /// Loops around nothing but ONNX Runtime, in the same run.
@@ -77,10 +80,104 @@ pub(crate) struct ModelResult {
     /// How often it is right, with this runtime and these settings.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<Accuracy>,
+    /// Inputs of other lengths, if they were asked for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lengths: Vec<Length>,
+    /// What its measuring might take, seconds; none if it had no end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_seconds: Option<f64>,
+    /// What it took from the first inference on, seconds; none in results of versions that do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seconds: Option<f64>,
+    /// What was cut to end in that time, if anything was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cut: Option<Cut>,
     /// The machine while this was measured.
     pub conditions: Conditions,
     /// What should be known before these numbers are trusted.
     pub warnings: Vec<String>,
+}
+
+/// What was left out, because all of it would have taken longer than it might.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Cut {
+    /// Each thing, in words.
+    pub what: Vec<String>,
+    /// How long all of it would take, seconds, estimated.
+    pub full_seconds: f64,
+}
+
+/// How much was planned, and how much was made of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Extent {
+    /// Windows that were planned.
+    pub windows_planned: u32,
+    /// Windows that were made.
+    pub windows: u32,
+    /// Fewest inferences that were planned for each.
+    pub inferences_planned: u64,
+    /// Inferences of each that was made.
+    pub inferences: Vec<u64>,
+    /// Calls before each, not timed, that were planned.
+    pub warm_up_planned: u32,
+    /// How many of these were made at most.
+    pub warm_up: u32,
+    /// How long each was to be at least, seconds.
+    pub window_s_planned: f64,
+}
+
+impl Extent {
+    /// Of windows with `batch` inferences a call.
+    #[must_use]
+    pub(super) fn of((planned, made): (&Plan, &Plan), windows: &[Window], batch: usize) -> Self {
+        Self {
+            windows_planned: planned.windows,
+            windows: u32::try_from(windows.len()).unwrap_or(u32::MAX),
+            inferences_planned: planned.inferences,
+            inferences: windows
+                .iter()
+                .map(|window| window.times.calls * batch as u64)
+                .collect(),
+            warm_up_planned: planned.warm_up,
+            warm_up: made.warm_up,
+            window_s_planned: planned.window.as_secs_f64(),
+        }
+    }
+
+    /// What is less than was planned, in words, such as `3 of 5 windows, 10 of 100 inferences in each`;
+    /// none if nothing is. `window_s` is how long the shortest window was, seconds.
+    #[must_use]
+    pub(super) fn cut(&self, window_s: f64) -> Option<String> {
+        let mut cut = Vec::new();
+        if self.windows < self.windows_planned {
+            cut.push(format!(
+                "{} of {} windows",
+                self.windows, self.windows_planned
+            ));
+        }
+        let (least, most) = (self.inferences.iter().min(), self.inferences.iter().max());
+        let (least, most) = (least.copied().unwrap_or(0), most.copied().unwrap_or(0));
+        if least < self.inferences_planned {
+            let made = if least == most {
+                least.to_string()
+            } else {
+                format!("{least} to {most}")
+            };
+            let each = if self.windows == 1 { "it" } else { "each" };
+            let planned = self.inferences_planned;
+            cut.push(format!("{made} of {planned} inferences in {each}"));
+        } else if window_s < 0.999 * self.window_s_planned {
+            let planned = self.window_s_planned;
+            cut.push(format!("windows of {window_s:.2} s, not {planned} s"));
+        }
+        if self.warm_up < self.warm_up_planned {
+            cut.push(format!(
+                "{} of {} calls to warm up",
+                self.warm_up, self.warm_up_planned
+            ));
+        }
+        (!cut.is_empty()).then(|| cut.join(", "))
+    }
 }
 
 /// Several windows of calls. The figures are those of the window whose mean is the median of
@@ -96,6 +193,9 @@ pub(crate) struct Timing {
     pub window_mean_us: Vec<f64>,
     /// How far the windows are apart: their largest mean less their smallest, over the median.
     pub spread: f64,
+    /// How much was planned, and made; none in results of versions that do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub extent: Option<Extent>,
 }
 
 impl Timing {
@@ -111,7 +211,19 @@ impl Timing {
             spread: (most - least) / times.mean_us,
             window_mean_us,
             times,
+            extent: None,
         })
+    }
+
+    /// What of it is less than was planned, in words; none if nothing is.
+    #[must_use]
+    pub(super) fn cut(&self) -> Option<String> {
+        let extent = self.extent.as_ref()?;
+        // Of batches, each call makes as many as the rate says.
+        let batch = (self.throughput * self.times.mean_us * 1e-6).max(1.0);
+        let windows = extent.inferences.iter().zip(&self.window_mean_us);
+        let seconds = windows.map(|(&count, mean_us)| count as f64 / batch * mean_us * 1e-6);
+        extent.cut(seconds.fold(f64::INFINITY, f64::min))
     }
 }
 
@@ -120,6 +232,9 @@ impl Timing {
 pub(crate) struct Offline {
     /// Inferences of a batch.
     pub batch: usize,
+    /// How many they were to have; none in results of versions that do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub batch_planned: Option<usize>,
     /// Times of batches.
     #[serde(flatten)]
     pub timing: Timing,
@@ -179,7 +294,8 @@ pub(crate) struct Energy {
     /// Millijoules of an inference, one at a time.
     pub single_mj: f64,
     /// Millijoules of an inference in a batch.
-    pub offline_mj: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub offline_mj: Option<f64>,
 }
 
 /// Millijoules of an inference over all windows; none if one was not metered.
@@ -202,6 +318,17 @@ pub(crate) struct Conditions {
     /// Highest temperature between windows, degrees Celsius.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hottest_c: Option<f64>,
+}
+
+impl ModelResult {
+    /// More of it was cut.
+    pub(crate) fn add(&mut self, cut: Option<Cut>) {
+        if let Some(more) = cut {
+            let all = self.cut.get_or_insert_default();
+            all.what.extend(more.what);
+            all.full_seconds += more.full_seconds;
+        }
+    }
 }
 
 impl BenchResults {
@@ -268,6 +395,43 @@ mod tests {
         // Batches of 8 in 2 us each.
         assert!((timing.throughput - 4e6).abs() < 1e-6);
         assert_eq!(Timing::of(&[], 1), None);
+    }
+
+    #[test]
+    fn what_is_less_than_was_planned_is_said_and_nothing_else() {
+        let second = 1_000_000_000;
+        let said = |planned: Plan, made: Plan, windows: &[Window], batch| {
+            let mut timing = Timing::of(windows, batch).expect("windows");
+            timing.extent = Some(Extent::of((&planned, &made), windows, batch));
+            timing.cut()
+        };
+        let full = Plan::DEFAULT;
+        let whole = vec![window(&[second / 100; 100], None); 5];
+        assert_eq!(said(full, full, &whole, 1), None);
+        let fewer = Plan {
+            warm_up: 1,
+            windows: 2,
+            inferences: 3,
+            ..full
+        };
+        let windows = [window(&[second; 3], None), window(&[second; 4], None)];
+        let expected = "2 of 5 windows, 3 to 4 of 100 inferences in each, 1 of 10 calls to warm up";
+        assert_eq!(said(full, fewer, &windows, 1).as_deref(), Some(expected));
+        // Three batches of 8; nobody asked for more windows or a warm-up.
+        let one = Plan {
+            warm_up: 0,
+            windows: 1,
+            ..full
+        };
+        let expected = "24 of 100 inferences in it";
+        let found = said(one, one, &windows[..1], 8);
+        assert_eq!(found.as_deref(), Some(expected));
+        // Enough inferences in too short a time.
+        let short = vec![window(&[second / 200; 100], None); 5];
+        let expected = "windows of 0.50 s, not 1 s";
+        assert_eq!(said(full, full, &short, 1).as_deref(), Some(expected));
+        // Results of versions that do not say.
+        assert_eq!(Timing::of(&windows, 1).and_then(|it| it.cut()), None);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Results for people: boards, then models, a column each, as plain text or as Markdown.
 
 use super::board::{Clock, State};
-use super::results::{BenchResults, ModelResult};
+use super::results::{BenchResults, ModelResult, Timing};
 use crate::report::{grouped, microseconds, percent};
 use crate::table::Column::{Left, Right};
 use crate::table::Table;
@@ -51,7 +51,51 @@ pub(crate) fn render(columns: &[Column<'_>], format: Format) -> String {
         })
     });
     let boards = side_by_side(boards, &BOARD_ROWS, format);
-    format!("{boards}\n{}", side_by_side(models, &MODEL_ROWS, format))
+    let lengths: Vec<String> = models
+        .clone()
+        .filter(|(_, model)| !model.lengths.is_empty())
+        .map(|(name, model)| format!("\n{}", by_length(&name, model, format)))
+        .collect();
+    let models = side_by_side(models, &MODEL_ROWS, format);
+    format!("{boards}\n{models}{}", lengths.concat())
+}
+
+/// What inputs of several lengths cost a model, a row each.
+fn by_length(name: &str, model: &ModelResult, format: Format) -> String {
+    let mut table = Table::new(&[Left(0), Right(0)]).with_gap(2);
+    let headings = [
+        name,
+        "multiply-accumulates",
+        "p50, us",
+        "p90, us",
+        "a second",
+        "peak memory",
+        "of that, runtime and model",
+        "inferences",
+    ];
+    table.row(headings);
+    for length in &model.lengths {
+        let timing = &length.timing;
+        let made = timing.extent.as_ref().map(|extent| {
+            let all: Vec<String> = extent.inferences.iter().map(ToString::to_string).collect();
+            all.join(" + ")
+        });
+        let cells = [
+            Some(format!("frames: {}", length.frames)),
+            length.macs.map(|macs| grouped(macs, ",")),
+            us(timing.times.p50_us),
+            timing.times.p90_us.and_then(us),
+            Some(per_second(timing.throughput)),
+            length.peak_rss_bytes.map(megabytes),
+            length.peak_rss_over_baseline_bytes.map(megabytes),
+            made,
+        ];
+        table.row(cells.map(|cell| cell.unwrap_or(ABSENT.into())));
+    }
+    match format {
+        Format::Text => table.to_string(),
+        Format::Markdown => table.markdown(),
+    }
 }
 
 /// A row of headings, and one for each label.
@@ -127,7 +171,7 @@ const BOARD_ROWS: [Row<BenchResults>; 10] = [
     }),
 ];
 
-const MODEL_ROWS: [Row<ModelResult>; 36] = [
+const MODEL_ROWS: [Row<ModelResult>; 42] = [
     ("runtime", |m| Some(m.runtime.to_string())),
     ("threads", |m| Some(m.threads.to_string())),
     ("input", |m| {
@@ -156,22 +200,38 @@ const MODEL_ROWS: [Row<ModelResult>; 36] = [
     ("p99.9", |m| us(m.single.times.p999_us?)),
     ("max", |m| us(m.single.times.max_us)),
     ("a second", |m| Some(per_second(m.single.throughput))),
-    ("windows apart", |m| {
-        Some(format!("{} %", percent(m.single.spread)))
+    ("windows apart", |m| spread(&m.single)),
+    ("cut: one at a time", |m| m.single.cut()),
+    ("in batches of", |m| {
+        m.offline.as_ref().map(|it| it.batch.to_string())
     }),
-    ("in batches of", |m| Some(m.offline.batch.to_string())),
-    ("p50 of a batch, us", |m| us(m.offline.timing.times.p50_us)),
+    ("cut: batches of", |m| {
+        let planned = m.offline.as_ref()?.batch_planned?;
+        let is_cut = planned > m.offline.as_ref()?.batch;
+        is_cut.then(|| format!("not {planned}"))
+    }),
+    ("p50 of a batch, us", |m| {
+        us(m.offline.as_ref()?.timing.times.p50_us)
+    }),
     ("a second, batches", |m| {
-        Some(per_second(m.offline.timing.throughput))
+        Some(per_second(m.offline.as_ref()?.timing.throughput))
     }),
     ("windows apart, batches", |m| {
-        Some(format!("{} %", percent(m.offline.timing.spread)))
+        spread(&m.offline.as_ref()?.timing)
     }),
+    ("cut: batches", |m| m.offline.as_ref()?.timing.cut()),
     ("drawing its input: p50, us", |m| {
         us(m.parts.preprocessing.times.p50_us)
     }),
     ("drawing and inference: p50, us", |m| {
         us(m.parts.end_to_end.times.p50_us)
+    }),
+    ("cut: drawing; and inference", |m| {
+        some_of(
+            [m.parts.preprocessing.cut(), m.parts.end_to_end.cut()]
+                .into_iter()
+                .flatten(),
+        )
     }),
     ("ONNX Runtime alone: p50, us", |m| {
         us(m.bare.as_ref()?.timing.times.p50_us)
@@ -192,15 +252,26 @@ const MODEL_ROWS: [Row<ModelResult>; 36] = [
     ("of that, runtime and model", |m| {
         m.peak_rss_over_baseline_bytes.map(megabytes)
     }),
+    ("peak memory, batches", |m| {
+        m.offline.as_ref()?.peak_rss_bytes.map(megabytes)
+    }),
     ("energy, mJ: one, batched", |m| {
         let energy = m.energy.as_ref()?;
-        Some(format!("{:.3}, {:.3}", energy.single_mj, energy.offline_mj))
+        let all = [Some(energy.single_mj), energy.offline_mj];
+        some_of(all.into_iter().flatten().map(|mj| format!("{mj:.3}")))
     }),
     ("rank-1 (95 %)", |m| {
         let a = m.accuracy.as_ref()?;
         let (low, high) = a.intervals.shown();
         let [rank1, low, high] = [a.rank1, low, high].map(percent);
         Some(format!("{rank1} % ({low} - {high})"))
+    }),
+    ("cut: its viewpoints", |m| {
+        let a = m.accuracy.as_ref()?;
+        let planned = a
+            .viewpoints_planned
+            .filter(|&planned| planned > a.viewpoints)?;
+        Some(format!("{} of {planned}", a.viewpoints))
     }),
     ("clock start, end", |m| {
         some_of(
@@ -219,6 +290,12 @@ const MODEL_ROWS: [Row<ModelResult>; 36] = [
         )
     }),
 ];
+
+/// How far windows are apart; of one nobody knows.
+fn spread(timing: &Timing) -> Option<String> {
+    let is_known = timing.window_mean_us.len() > 1;
+    is_known.then(|| format!("{} %", percent(timing.spread)))
+}
 
 fn us(us: f64) -> Option<String> {
     Some(microseconds(us, ","))

@@ -13,8 +13,10 @@ pub(crate) const LEAST_INFERENCES: u64 = 100;
 pub(crate) struct Plan {
     /// Calls before each window that are not timed.
     pub warm_up: u32,
-    /// Shortest window; one also has at least [`LEAST_INFERENCES`].
+    /// Shortest window; one also has at least so many inferences.
     pub window: Duration,
+    /// Fewest inferences of a window, at least one.
+    pub inferences: u64,
     /// Windows, at least one.
     pub windows: u32,
 }
@@ -24,6 +26,7 @@ impl Plan {
     pub(crate) const DEFAULT: Self = Self {
         warm_up: 10,
         window: Duration::from_secs(1),
+        inferences: LEAST_INFERENCES,
         windows: 5,
     };
     /// As MLPerf Tiny 1.2 runs its performance script: five windows, median; 10 s at least,
@@ -31,9 +34,52 @@ impl Plan {
     pub(crate) const MLPERF: Self = Self {
         warm_up: 10,
         window: Duration::from_secs(10),
+        inferences: LEAST_INFERENCES,
         windows: 5,
     };
+
+    /// How long it takes, seconds, if a call takes `call_s` and makes `batch` inferences.
+    #[must_use]
+    pub(crate) fn takes_s(&self, call_s: f64, batch: usize) -> f64 {
+        let calls = self.inferences.div_ceil(batch.max(1) as u64) as f64;
+        let timed = self.window.as_secs_f64().max(calls * call_s);
+        f64::from(self.windows) * (f64::from(self.warm_up) * call_s + timed)
+    }
+
+    /// The same, or what of it fits `most_s` seconds: as many windows as have ten calls each (fewer
+    /// have no 90th percentile), at least one; before each, one call to warm up for ten that are timed;
+    /// and what is left of the time for the window, at least one call.
+    #[must_use]
+    pub(crate) fn within(&self, most_s: f64, (call_s, batch): (f64, usize)) -> Self {
+        if self.takes_s(call_s, batch) <= most_s {
+            return *self;
+        }
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "saturates; fewer than windows that are asked for, or calls of an hour"
+        )]
+        let whole = |count: f64| count as u64;
+        let calls = whole(most_s / call_s);
+        let windows = (calls / CALLS_FOR_P90).clamp(1, u64::from(self.windows));
+        let each_s = most_s.max(0.0) / windows as f64;
+        let calls = whole(each_s / call_s).max(1);
+        let warm_up = u64::from(self.warm_up).min(calls / CALLS_FOR_P90);
+        let timed = (calls - warm_up).max(1);
+        let timed_s = each_s - warm_up as f64 * call_s;
+        Self {
+            warm_up: u32::try_from(warm_up).unwrap_or(self.warm_up),
+            window: self
+                .window
+                .min(Duration::try_from_secs_f64(timed_s).unwrap_or_default()),
+            inferences: self.inferences.min(timed.saturating_mul(batch as u64)),
+            windows: u32::try_from(windows).unwrap_or(self.windows),
+        }
+    }
 }
+
+/// Fewest calls of a window that have a 90th percentile.
+const CALLS_FOR_P90: u64 = 10;
 
 /// What is timed: one call.
 pub(crate) type Work<'w> = &'w mut dyn FnMut() -> Result<()>;
@@ -62,24 +108,34 @@ pub(crate) trait Watch {
 /// A call's time is from the end of the call before it, so that the times of a window add up to
 /// its length and one reading of the clock a call is all that is added.
 ///
+/// After the moment `until` each window ends with the call that it is at, its first at least, and no
+/// other turns begin.
+///
 /// # Errors
 /// When a call fails.
 pub(crate) fn measure<const N: usize>(
-    plan: &Plan,
+    (plan, until): (&Plan, Option<Instant>),
     batch: usize,
     works: [Work<'_>; N],
     watch: &mut dyn Watch,
 ) -> Result<[Vec<Window>; N]> {
     let mut all = [const { Vec::new() }; N];
     let mut times = Vec::new();
+    let is_over = || until.is_some_and(|until| Instant::now() >= until);
     for round in 0..plan.windows {
+        if round > 0 && is_over() {
+            break;
+        }
         for turn in 0..N {
             let at = if round % 2 == 0 { turn } else { N - 1 - turn };
             for _ in 0..plan.warm_up {
+                if is_over() {
+                    break;
+                }
                 works[at]()?;
             }
             watch.begin();
-            window(plan, batch as u64, works[at], &mut times)?;
+            window((plan, until), batch as u64, works[at], &mut times)?;
             let energy_j = watch.end();
             let times = Times::of(&mut times).ok_or(Error::Missing("a call in each window"))?;
             all[at].push(Window { times, energy_j });
@@ -88,7 +144,12 @@ pub(crate) fn measure<const N: usize>(
     Ok(all)
 }
 
-fn window(plan: &Plan, batch: u64, work: Work<'_>, times: &mut Vec<u64>) -> Result<()> {
+fn window(
+    (plan, until): (&Plan, Option<Instant>),
+    batch: u64,
+    work: Work<'_>,
+    times: &mut Vec<u64>,
+) -> Result<()> {
     times.clear();
     let started = Instant::now();
     let mut last = started;
@@ -97,7 +158,9 @@ fn window(plan: &Plan, batch: u64, work: Work<'_>, times: &mut Vec<u64>) -> Resu
         let now = Instant::now();
         times.push(u64::try_from((now - last).as_nanos()).unwrap_or(u64::MAX));
         last = now;
-        if now - started >= plan.window && times.len() as u64 * batch >= LEAST_INFERENCES {
+        let is_whole =
+            now - started >= plan.window && times.len() as u64 * batch >= plan.inferences;
+        if is_whole || until.is_some_and(|until| now >= until) {
             return Ok(());
         }
     }
@@ -123,6 +186,7 @@ mod tests {
         Plan {
             warm_up: 3,
             window: Duration::from_millis(window_ms),
+            inferences: LEAST_INFERENCES,
             windows: 2,
         }
     }
@@ -135,7 +199,7 @@ mod tests {
             calls += 1;
             Ok(())
         };
-        let [windows] = measure(&plan(0), 1, [&mut work], &mut watch).expect("never fails");
+        let [windows] = measure((&plan(0), None), 1, [&mut work], &mut watch).expect("never fails");
         assert_eq!(calls, 2 * (3 + 100));
         assert_eq!(watch.0, 2);
         assert!(
@@ -144,7 +208,8 @@ mod tests {
                 .all(|w| w.times.calls == 100 && w.energy_j == Some(2.0))
         );
         // Two batches of 64 are 128 inferences.
-        let [windows] = measure(&plan(0), 64, [&mut || Ok(())], &mut watch).expect("never fails");
+        let [windows] =
+            measure((&plan(0), None), 64, [&mut || Ok(())], &mut watch).expect("never fails");
         assert!(windows.iter().all(|window| window.times.calls == 2));
     }
 
@@ -154,7 +219,8 @@ mod tests {
             std::thread::sleep(Duration::from_micros(50));
             Ok(())
         };
-        let [windows] = measure(&plan(30), 1, [&mut work], &mut Counted::default()).expect("ok");
+        let [windows] =
+            measure((&plan(30), None), 1, [&mut work], &mut Counted::default()).expect("ok");
         for Window { times, .. } in windows {
             let sum_us = times.mean_us * times.calls as f64;
             assert!(sum_us >= 30_000.0, "{sum_us}");
@@ -176,8 +242,82 @@ mod tests {
             }
         };
         let (mut a, mut b) = (work('a'), work('b'));
-        measure(&plan(0), 1, [&mut a, &mut b], &mut Counted::default()).expect("never fails");
+        measure(
+            (&plan(0), None),
+            1,
+            [&mut a, &mut b],
+            &mut Counted::default(),
+        )
+        .expect("never fails");
         assert_eq!(*order.borrow(), ['a', 'b', 'a']); // a, b, then b, a
+    }
+
+    #[test]
+    fn a_plan_takes_its_windows_or_its_inferences_whichever_is_longer() {
+        // Five windows of 1 s, each after 10 calls of 1 ms.
+        assert!((Plan::DEFAULT.takes_s(1e-3, 1) - 5.05).abs() < 1e-9);
+        // Five of 100 inferences of 2 s, each after 10.
+        assert!((Plan::DEFAULT.takes_s(2.0, 1) - 5.0 * 110.0 * 2.0).abs() < 1e-9);
+        // Five of two batches of 64 that take 128 s, each after 10.
+        assert!((Plan::DEFAULT.takes_s(128.0, 64) - 5.0 * 12.0 * 128.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_plan_that_takes_too_long_is_cut_and_others_are_not() {
+        let cut = |most_s, call_s, batch| {
+            let plan = Plan::DEFAULT.within(most_s, (call_s, batch));
+            (plan.windows, plan.inferences, plan.warm_up)
+        };
+        assert_eq!(Plan::DEFAULT.within(5.06, (1e-3, 1)), Plan::DEFAULT);
+        assert_eq!(Plan::DEFAULT.within(f64::INFINITY, (2.0, 1)), Plan::DEFAULT);
+        // 7 calls: one window, none to spare for a warm-up.
+        assert_eq!(cut(15.0, 2.0, 1), (1, 7, 0));
+        // 35 calls: three windows of 11, of which one warms up.
+        assert_eq!(cut(35.0, 1.0, 1), (3, 10, 1));
+        // 250 calls: five of 50, of which five warm up.
+        assert_eq!(cut(250.0, 1.0, 1), (5, 45, 5));
+        // 12 batches of 8.
+        assert_eq!(cut(12.0, 1.0, 8), (1, 88, 1));
+        // Not even one call: one is made.
+        assert_eq!(cut(1.0, 2.0, 1), (1, 1, 0));
+        assert_eq!(cut(0.0, 2.0, 4), (1, 4, 0));
+        // Short calls have shorter windows, with as many inferences.
+        let short = Plan::DEFAULT.within(3.0, (1e-3, 1));
+        assert_eq!(
+            (short.windows, short.inferences, short.warm_up),
+            (5, 100, 10)
+        );
+        assert!((short.window.as_secs_f64() - 0.59).abs() < 1e-9);
+        // What is cut takes no longer than it may.
+        for call_s in [1e-3, 0.01, 0.1, 0.3, 1.0, 3.0] {
+            for most_s in [3.0_f64, 10.0, 33.0, 150.0] {
+                let plan = Plan::DEFAULT.within(most_s, (call_s, 1));
+                let takes_s = plan.takes_s(call_s, 1);
+                assert!(takes_s <= most_s.max(call_s) + 1e-6, "{call_s} {most_s}");
+                assert!(
+                    takes_s > 0.5 * most_s || plan == Plan::DEFAULT,
+                    "{call_s} {most_s}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn after_its_time_a_window_ends_with_the_call_that_it_is_at() {
+        let calls = std::cell::Cell::new(0);
+        let mut a = || {
+            calls.set(calls.get() + 1);
+            Ok(())
+        };
+        let mut b = || Ok(());
+        let over = Some(Instant::now());
+        let works: [Work<'_>; 2] = [&mut a, &mut b];
+        let both = measure((&plan(1000), over), 1, works, &mut Counted::default());
+        // Each kind of work has one window of one call, and no warm-up.
+        for windows in both.expect("never fails") {
+            assert_eq!((windows.len(), windows[0].times.calls), (1, 1));
+        }
+        assert_eq!(calls.get(), 1);
     }
 
     #[test]
@@ -191,7 +331,7 @@ mod tests {
                 Err(Error::Missing("a 50th call"))
             }
         };
-        let failed = measure(&plan(0), 1, [&mut work], &mut Counted::default());
+        let failed = measure((&plan(0), None), 1, [&mut work], &mut Counted::default());
         assert_eq!(
             failed.expect_err("fails").to_string(),
             "expected a 50th call, found none"

@@ -2,15 +2,15 @@
 
 use super::args::{Common, Files, ViewArgs};
 use super::drawing::DrawArgs;
-use super::progress::Progress;
+use super::progress::{Doing, time_of};
 use super::recognizers::{is_baseline, models, sort_inputs, with_contracts};
 use super::runtime::RuntimeArgs;
 use super::source::{SelectionArgs, SourceArgs};
 use crate::bench::board::{Board, CpuList, LOAD_WARNED_OF, load_of_others};
 use crate::bench::windows::Plan;
 use crate::bench::{
-    BenchResults, Column, Format, ModelResult, Scene, Task, end_with_parent, measure, measured_by,
-    pin, render, utc_now,
+    BenchResults, Column, Format, ModelResult, Scene, Task, Told, end_with_parent, measure,
+    measure_lengths, measured_by, pin, render, require_any_length, utc_now,
 };
 use crate::dataset::{Header, Staging, write_bytes};
 use crate::error::{Error, Result};
@@ -18,16 +18,21 @@ use crate::score::Model;
 use crate::source::PackSource;
 use crate::sweep::jobs;
 use edgegait_core::pack::Pack;
+use serde::de::DeserializeOwned;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
+/// Most seconds that a model is measured if nobody says otherwise. Ours: a linear model takes half a
+/// minute, drawing for its rank-1 on a slow board included.
+const USUAL_S: f64 = 300.0;
+
 /// Measure what recognizers cost on this machine: latency, throughput, memory, energy, accuracy
 #[derive(Debug, clap::Args)]
 #[command(
     mut_arg("threads", |threads| threads.help("Threads inside of one inference [default: 1]")),
-    after_help = "Examples:\n  edgegait bench                               # the shipped models, the embedded runtime\n  edgegait bench mine.onnx --runtime ort --ort-lib /path/to/libonnxruntime.so --cpus 2,3 --threads 2\n  edgegait bench mine.onnx --mlperf --json pi4.json\n  edgegait bench --compare pi4.json pi5.json --format markdown\n\nEach model is measured in a process of its own: one input at a time, then batches, then drawing\nits input and both together; after that its rank-1, with the same runtime and settings. The\nfigures are those of the median window. What a machine does not expose is left out."
+    after_help = "Examples:\n  edgegait bench                               # the shipped models, the embedded runtime\n  edgegait bench mine.onnx --runtime ort --ort-lib /path/to/libonnxruntime.so --cpus 2,3 --threads 2\n  edgegait bench gaitbase.onnx --max-seconds 60 --frames 1,8,16,32,64\n  edgegait bench mine.onnx --mlperf --json pi4.json\n  edgegait bench --compare pi4.json pi5.json --format markdown\n\nEach model is measured in a process of its own: one input at a time, then batches, then drawing\nits input and both together; after that its rank-1, with the same runtime and settings. The\nfigures are those of the median window. What a machine does not expose is left out."
 )]
 pub(super) struct Args {
     /// ONNX models, and a pack whose walks they are shown [default: the shipped models, the
@@ -48,6 +53,15 @@ pub(super) struct Args {
     /// Windows
     #[arg(long, value_name = "N", default_value_t = Plan::DEFAULT.windows, value_parser = clap::value_parser!(u32).range(1..=1000))]
     windows: u32,
+    /// Most seconds that measuring a model takes from its first inference on. Where all of it would
+    /// take longer there are fewer windows of fewer inferences, smaller batches, fewer viewpoints;
+    /// results state each [default: 300, or twice the windows asked for; none with --mlperf]
+    #[arg(long, value_name = "S", value_parser = max_seconds)]
+    max_seconds: Option<f64>,
+    /// Measure inputs of these lengths too, one at a time: gait cycles of a walk, one after another
+    /// [of models that take sequences of any number of frames]
+    #[arg(long, value_name = "N[,N..]", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=4096))]
+    frames: Vec<u16>,
     /// Five windows of 10 s, as MLPerf Tiny measures
     #[arg(long, conflicts_with_all = ["warm_up", "window_s", "windows"])]
     mlperf: bool,
@@ -61,7 +75,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "NAME", default_value = "text")]
     format: Format,
     /// Put the JSON results of several boards side by side, instead of measuring
-    #[arg(long, value_name = "FILE", num_args = 2.., conflicts_with_all = ["inputs", "json"])]
+    #[arg(long, value_name = "FILE", num_args = 2.., conflicts_with_all = ["inputs", "json", "frames"])]
     compare: Vec<PathBuf>,
     #[command(flatten)]
     runtime: RuntimeArgs,
@@ -74,6 +88,9 @@ pub(super) struct Args {
     /// Measure the model of this number here, and print its result as JSON
     #[arg(long, value_name = "N", hide = true, requires = "pack_at")]
     alone: Option<usize>,
+    /// Measure its inputs of several lengths, nothing else
+    #[arg(long, hide = true, requires = "alone")]
+    only_lengths: bool,
     /// Where the pack is that `--alone` draws from
     #[arg(long, value_name = "PATH", hide = true)]
     pack_at: Option<PathBuf>,
@@ -85,6 +102,14 @@ fn seconds(text: &str) -> std::result::Result<f64, String> {
         .ok()
         .filter(|s: &f64| (0.0..=3600.0).contains(s));
     found.ok_or_else(|| "expected 0 to 3600 seconds".to_owned())
+}
+
+fn max_seconds(text: &str) -> std::result::Result<f64, String> {
+    let found = text
+        .parse()
+        .ok()
+        .filter(|s: &f64| (1.0..=1_000_000.0).contains(s));
+    found.ok_or_else(|| "expected 1 to 1000000 seconds".to_owned())
 }
 
 fn cpus(text: &str) -> std::result::Result<CpuList, String> {
@@ -111,7 +136,28 @@ impl Args {
             warm_up: self.warm_up,
             window: Duration::from_secs_f64(self.window_s),
             windows: self.windows,
+            ..Plan::DEFAULT
         }
+    }
+
+    /// Lengths of inputs to measure, each once, rising.
+    fn lengths(&self) -> Vec<usize> {
+        let mut lengths: Vec<usize> = self.frames.iter().map(|&frames| frames.into()).collect();
+        lengths.sort_unstable();
+        lengths.dedup();
+        lengths
+    }
+
+    /// The most that measuring a model may take; half of it is for inputs of several lengths, if those
+    /// are asked for. What nobody stated leaves all windows their time twice over.
+    fn most(&self) -> Option<Duration> {
+        let (plan, lengths) = (self.plan(), self.frames.len());
+        // Single inferences and the two loops beside them, batches, drawing, both.
+        let kinds = if self.bare { 6 } else { 4 } + lengths;
+        let windows_s = plan.window.as_secs_f64() * f64::from(plan.windows) * kinds as f64;
+        let usual_s = (!self.mlperf).then(|| USUAL_S.max(2.0 * windows_s));
+        let most = Duration::from_secs_f64(self.max_seconds.or(usual_s)?);
+        Some(if lengths > 0 { most / 2 } else { most })
     }
 
     fn threads(&self) -> usize {
@@ -160,6 +206,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
             runtime.name().name
         )));
     }
+    if !args.frames.is_empty() {
+        models.iter().try_for_each(require_any_length)?;
+    }
     let header = header(args, &models)?.with("runtime", runtime.name().name);
     let root = Path::new("/");
     let load_of_others = load_of_others(root);
@@ -181,14 +230,21 @@ pub(super) fn run(args: &Args) -> Result<()> {
     };
     results.header.inputs.extend(source.inputs);
     warn(&mut results);
-    let progress = Progress::new("models", models.len());
+    let progress = Doing::new();
     for (index, model) in models.iter().enumerate() {
-        let result = elsewhere(model, index, &pack_at)?;
+        let told = |told: &Told| progress.now(&told.what, told.left_s);
+        let mut result: ModelResult = elsewhere(model, (index, &pack_at), &[], &told)?;
+        if !args.frames.is_empty() {
+            let only = ["--only-lengths"];
+            let (lengths, cut) = elsewhere(model, (index, &pack_at), &only, &told)?;
+            result.lengths = lengths;
+            result.add(cut);
+        }
+        result.warnings.extend(cut_short(args, &result));
         let warnings = result.warnings.iter();
         let warnings = warnings.map(|warning| format!("{}: {warning}", result.name));
         results.header.warnings.extend(warnings);
         results.models.push(result);
-        progress.step();
     }
     drop(progress);
     let columns = [Column {
@@ -227,6 +283,7 @@ fn header(args: &Args, models: &[Model]) -> Result<Header> {
         .with("window_s", plan.window.as_secs_f64())
         .with("windows", plan.windows)
         .with("mlperf", args.mlperf)
+        .with("max_seconds", args.most().map(|most| most.as_secs_f64()))
         .with("bare", args.bare)
         .with("views", views.name.as_str())
         .with("viewpoints", views.list.len())
@@ -238,6 +295,9 @@ fn header(args: &Args, models: &[Model]) -> Result<Header> {
                 "release"
             },
         );
+    if !args.frames.is_empty() {
+        header = header.with("frames", args.lengths());
+    }
     if let Some(cpus) = &args.cpus {
         header = header.with("cpus", cpus.to_string());
     }
@@ -263,15 +323,44 @@ fn warn(results: &mut BenchResults) {
     }
 }
 
+/// What was cut, and how to have it in full.
+fn cut_short(args: &Args, result: &ModelResult) -> Vec<String> {
+    let Some(cut) = &result.cut else {
+        return Vec::new();
+    };
+    // Half as much again as is estimated, in two digits.
+    let needed = 1.5 * cut.full_seconds;
+    let step = 10_f64.powf((needed.log10().floor() - 1.0).max(0.0));
+    let mut warnings = vec![format!(
+        "cut to be measured in {} s: {}; in full (--max-seconds {}) it takes about {}",
+        args.most().map_or(0.0, |most| most.as_secs_f64()),
+        cut.what.join("; "),
+        (needed / step).ceil() * step,
+        time_of(cut.full_seconds)
+    )];
+    if args.mlperf {
+        warnings.push(
+            "these are not all of the five windows of 10 s that MLPerf Tiny asks for".to_owned(),
+        );
+    }
+    warnings
+}
+
 /// Measures one model in a process of its own, which is this program once more.
-fn elsewhere(model: &Model, index: usize, pack_at: &Path) -> Result<ModelResult> {
+fn elsewhere<R: DeserializeOwned>(
+    model: &Model,
+    (index, pack_at): (usize, &Path),
+    flags: &[&str],
+    told: &(dyn Fn(&Told) + Sync),
+) -> Result<R> {
     let program = std::env::current_exe().map_err(|error| Error::io("this program", error))?;
     let mut command = Command::new(program);
     command
         .args(["bench", "--alone", &index.to_string(), "--pack-at"])
         .arg(pack_at)
+        .args(flags)
         .args(std::env::args_os().skip(2));
-    measured_by(command, model.path())
+    measured_by(command, model.path(), told)
 }
 
 /// Measures one model here.
@@ -297,12 +386,14 @@ fn alone(
     let pack_read = Pack::parse(&source.bytes)?;
     let walks = args.source(pack).choose(&pack_read)?;
     let views = args.views.views("paper")?;
-    let result = measure(&Task {
+    let task = Task {
         open: &open,
         start: &|| args.runtime.runtime(),
         threads: args.threads(),
         batch: usize::from(args.batch),
         plan: args.plan(),
+        most: args.most(),
+        tell: &Told::say,
         bare: args.bare,
         scene: Scene {
             pack: &pack_read,
@@ -312,8 +403,12 @@ fn alone(
         },
         seed: args.common.seed,
         root: Path::new("/"),
-    })?;
-    let json = serde_json::to_string(&result)?;
+    };
+    let json = if args.only_lengths {
+        serde_json::to_string(&measure_lengths(&task, &args.lengths())?)?
+    } else {
+        serde_json::to_string(&measure(&task)?)?
+    };
     writeln!(std::io::stdout(), "{json}").map_err(|error| Error::io("standard output", error))
 }
 

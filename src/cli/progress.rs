@@ -1,12 +1,18 @@
 //! Progress of long work: a bar on a terminal, plain lines otherwise, on standard error.
 
 use indicatif::{ProgressBar, ProgressStyle};
+use std::collections::VecDeque;
 use std::io::IsTerminal as _;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 /// Time between two plain lines.
 const INTERVAL: Duration = Duration::from_secs(3);
+
+/// Plain lines over which the time that a piece takes is averaged.
+const REMEMBERED: usize = 10;
+/// Work that takes longer than this, seconds, is worth a word about how to have less of it.
+const LONG_S: f64 = 600.0;
 
 /// Counts done pieces of work and shows them.
 #[derive(Debug)]
@@ -16,13 +22,27 @@ pub(super) struct Progress {
     total: Option<u64>,
     bar: Option<ProgressBar>,
     plain: Mutex<Plain>,
+    /// What to do about work that takes long, said once.
+    advice: Option<&'static str>,
 }
 
 /// What plain lines need to know.
 #[derive(Debug)]
 struct Plain {
     done: u64,
-    printed: Instant,
+    /// When lines were printed, and what was done then; at first the beginning.
+    printed: VecDeque<(Instant, u64)>,
+    is_advised: bool,
+}
+
+impl Plain {
+    /// How long so many pieces more take, seconds, at the pace of the last lines.
+    fn left_s(&self, now: Instant, total: u64) -> Option<f64> {
+        let &(since, done) = self.printed.front()?;
+        let pieces = self.done.checked_sub(done).filter(|pieces| *pieces > 0)?;
+        let each_s = (now - since).as_secs_f64() / pieces as f64;
+        Some(each_s * total.saturating_sub(self.done) as f64)
+    }
 }
 
 impl Progress {
@@ -36,6 +56,13 @@ impl Progress {
     #[must_use]
     pub(super) fn counting(what: &'static str) -> Self {
         Self::of(what, None)
+    }
+
+    /// The same, which says what to do if it takes more than ten minutes.
+    #[must_use]
+    pub(super) fn advising(mut self, advice: &'static str) -> Self {
+        self.advice = Some(advice);
+        self
     }
 
     fn of(what: &'static str, total: Option<u64>) -> Self {
@@ -59,8 +86,10 @@ impl Progress {
             bar,
             plain: Mutex::new(Plain {
                 done: 0,
-                printed: Instant::now(),
+                printed: VecDeque::from([(Instant::now(), 0)]),
+                is_advised: false,
             }),
+            advice: None,
         }
     }
 
@@ -69,18 +98,117 @@ impl Progress {
     pub(super) fn step(&self) {
         if let Some(bar) = &self.bar {
             bar.inc(1);
-            return;
         }
         let Ok(mut plain) = self.plain.lock() else {
             return;
         };
         plain.done += 1;
-        if plain.printed.elapsed() >= INTERVAL {
-            plain.printed = Instant::now();
-            match self.total {
-                Some(total) => eprintln!("{}: {} of {total}", self.what, plain.done),
-                None => eprintln!("{}: {}", self.what, plain.done),
+        let now = Instant::now();
+        if plain
+            .printed
+            .back()
+            .is_some_and(|(then, _)| now - *then < INTERVAL)
+        {
+            return;
+        }
+        let left_s = self.total.and_then(|total| plain.left_s(now, total));
+        let line = match (self.total, left_s) {
+            (Some(total), Some(left_s)) => {
+                let left = time_of(left_s);
+                format!("{}: {} of {total}, {left} left", self.what, plain.done)
             }
+            (Some(total), None) => format!("{}: {} of {total}", self.what, plain.done),
+            (None, _) => format!("{}: {}", self.what, plain.done),
+        };
+        let done = plain.done;
+        plain.printed.push_back((now, done));
+        if plain.printed.len() > REMEMBERED {
+            plain.printed.pop_front();
+        }
+        let advice = self.advice.filter(|_| !plain.is_advised);
+        let advice = advice.zip(left_s.filter(|left_s| *left_s > LONG_S));
+        plain.is_advised |= advice.is_some();
+        let advice = advice
+            .map(|(advice, left_s)| format!("this takes about {} more: {advice}", time_of(left_s)));
+        match (&self.bar, advice) {
+            (Some(bar), Some(advice)) => bar.println(advice),
+            (Some(_), None) => {}
+            (None, advice) => {
+                eprintln!("{line}");
+                advice.iter().for_each(|advice| eprintln!("{advice}"));
+            }
+        }
+    }
+}
+
+/// So many seconds, for people: `40 s`, `12 min`, `3 h 20 min`.
+#[must_use]
+pub(super) fn time_of(seconds: f64) -> String {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "saturates far beyond any work"
+    )]
+    let whole = seconds.max(0.0).round() as u64;
+    // From 100 s on, whole minutes.
+    let minutes = (whole + 30) / 60;
+    match (whole, minutes) {
+        (0..100, _) => format!("{whole} s"),
+        (_, 0..100) => format!("{minutes} min"),
+        _ if minutes.is_multiple_of(60) => format!("{} h", minutes / 60),
+        _ => format!("{} h {} min", minutes / 60, minutes % 60),
+    }
+}
+
+/// Shows what is being done, of which somebody else knows how long it takes.
+#[derive(Debug)]
+pub(super) struct Doing {
+    bar: Option<ProgressBar>,
+    /// What was printed last, and when.
+    printed: Mutex<(String, Instant)>,
+}
+
+impl Doing {
+    /// Starts such work.
+    #[must_use]
+    pub(super) fn new() -> Self {
+        let bar = std::io::stderr().is_terminal().then(|| {
+            let bar = ProgressBar::new_spinner();
+            if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} [{elapsed}]") {
+                bar.set_style(style);
+            }
+            bar.enable_steady_tick(Duration::from_millis(500));
+            bar
+        });
+        Self {
+            bar,
+            printed: Mutex::new((String::new(), Instant::now())),
+        }
+    }
+
+    /// This is being done now, and all that is left takes about so long. Without a terminal a line is
+    /// printed every few seconds, and one for what is new where a while is left.
+    pub(super) fn now(&self, what: &str, left_s: f64) {
+        let line = format!("{what}, about {} left", time_of(left_s));
+        if let Some(bar) = &self.bar {
+            bar.set_message(line);
+            return;
+        }
+        let Ok(mut printed) = self.printed.lock() else {
+            return;
+        };
+        let is_new = printed.0 != what && left_s > 10.0 * INTERVAL.as_secs_f64();
+        if is_new || printed.1.elapsed() >= INTERVAL {
+            *printed = (what.to_owned(), Instant::now());
+            eprintln!("{line}");
+        }
+    }
+}
+
+impl Drop for Doing {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
         }
     }
 }
@@ -90,5 +218,42 @@ impl Drop for Progress {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_in_the_unit_that_people_use() {
+        let times = [0.4, 99.4, 100.0, 209.0, 5939.0, 5971.0, 7200.0, 12_000.0];
+        let expected = [
+            "0 s",
+            "99 s",
+            "2 min",
+            "3 min",
+            "99 min",
+            "1 h 40 min",
+            "2 h",
+            "3 h 20 min",
+        ];
+        assert_eq!(times.map(time_of), expected);
+    }
+
+    #[test]
+    fn what_is_left_follows_the_pace_of_the_last_lines() {
+        let begin = Instant::now();
+        let at = |s: u64| begin + Duration::from_secs(s);
+        // A hundred that were known already, then one in two seconds.
+        let plain = Plain {
+            done: 110,
+            printed: VecDeque::from([(at(3), 100), (at(13), 108)]),
+            is_advised: false,
+        };
+        assert_eq!(plain.left_s(at(23), 210), Some(200.0));
+        assert_eq!(plain.left_s(at(23), 110), Some(0.0));
+        let none = Plain { done: 100, ..plain };
+        assert_eq!(none.left_s(at(23), 210), None);
     }
 }

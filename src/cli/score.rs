@@ -21,8 +21,12 @@ use std::time::{Duration, Instant};
 /// Inferences before and during the measurement of latency.
 const WARM_UP: usize = 20;
 const TIMED: usize = 300;
-/// Ends the measurement of a slow recognizer.
+/// Ends the warm-up of a slow recognizer, and its measurement.
+const MOST_WARM_UP: Duration = Duration::from_secs(1);
 const MOST_TIMED: Duration = Duration::from_secs(10);
+/// What to do about a score that takes long.
+const LESS: &str = "--views side, --subjects and --walks ask for less; networks' answers are kept as \
+                    they come, so that the same command goes on where it was ended (--cache)";
 /// Viewpoints of which the report shows templates, where they were swept.
 const SHOWN: [(f64, f64); 8] = [
     (0.0, 0.0),
@@ -141,7 +145,9 @@ fn judged(
     let sequences = contest.source().sequences();
     let (mut samples, mut others) = (Vec::new(), Vec::new());
     let mut inputs: Vec<Vec<Vec<u8>>> = vec![Vec::new(); entrants.len()];
-    let progress = Progress::new("sequences", sequences.list.len());
+    let is_first = |&at: &usize| !(0..at).any(|other| entrants[at].is_shown_as(&entrants[other]));
+    let times_shown = (0..entrants.len()).filter(is_first).count();
+    let progress = Progress::new("sequences", times_shown * sequences.list.len()).advising(LESS);
     let mut unwritten = None;
     let mut tell = |answer: Answered<'_>| {
         if let Some(Err(error)) = rows.as_mut().map(|rows| rows.serialize(answer)) {
@@ -155,9 +161,7 @@ fn judged(
             is_probe,
             bytes,
         } = picture;
-        if entrant == 0 {
-            progress.step();
-        }
+        progress.step();
         if inputs[entrant].len() < SHOWN_PEOPLE * SHOWN.len() {
             inputs[entrant].push(bytes.to_vec());
         }
@@ -238,19 +242,31 @@ fn latency(recognizer: &dyn Recognizer, pictures: &[Vec<u8>]) -> Result<Option<L
     };
     let inputs: Vec<Vec<f32>> = pictures.iter().map(fed).collect();
     let mut times = Vec::with_capacity(TIMED);
-    let until = Instant::now() + MOST_TIMED;
     let mut failed = Ok(());
     recognizer.beside(&mut || {
-        for (index, input) in inputs.iter().cycle().take(WARM_UP + TIMED).enumerate() {
-            let started = Instant::now();
-            failed = recognizer.run(input, 1).map(drop);
-            if index >= WARM_UP {
-                times.push(started.elapsed().as_secs_f64() * 1e6);
-            }
-            if failed.is_err() || (Instant::now() > until && !times.is_empty()) {
-                return;
-            }
-        }
+        failed = timed(recognizer, &inputs, &mut times);
     });
     failed.map(|()| Latency::of(&times))
+}
+
+/// Appends microseconds of inferences one at a time, after a warm-up; at least one of each where
+/// there is an input, and no other after it has taken long.
+fn timed(recognizer: &dyn Recognizer, inputs: &[Vec<f32>], times: &mut Vec<f64>) -> Result<()> {
+    let started = Instant::now();
+    for input in inputs.iter().cycle().take(WARM_UP) {
+        recognizer.run(input, 1)?;
+        if started.elapsed() > MOST_WARM_UP {
+            break;
+        }
+    }
+    let until = Instant::now() + MOST_TIMED;
+    for input in inputs.iter().cycle().take(TIMED) {
+        let started = Instant::now();
+        recognizer.run(input, 1)?;
+        times.push(started.elapsed().as_secs_f64() * 1e6);
+        if Instant::now() > until {
+            break;
+        }
+    }
+    Ok(())
 }

@@ -291,8 +291,8 @@ impl ViewpointResult {
 pub struct Latency {
     /// Median.
     pub p50_us: f64,
-    /// 90th percentile.
-    pub p90_us: f64,
+    /// 90th percentile; none of fewer than 10 samples.
+    pub p90_us: Option<f64>,
     /// 99th percentile; none of fewer than 100 samples.
     pub p99_us: Option<f64>,
 }
@@ -311,7 +311,7 @@ impl Latency {
         };
         Some(Self {
             p50_us: percentile(50)?,
-            p90_us: percentile(90)?,
+            p90_us: percentile(90).filter(|_| sorted.len() >= 10),
             p99_us: percentile(99).filter(|_| sorted.len() >= 100),
         })
     }

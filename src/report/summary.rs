@@ -96,7 +96,7 @@ pub(super) fn summary(results: &ScoreResults) -> Markup {
                         @match result.latency {
                             Some(latency) => {
                                 (microseconds(latency.p50_us, THIN)) " / "
-                                (microseconds(latency.p90_us, THIN)) " / "
+                                (latency.p90_us.map_or("–".into(), |us| microseconds(us, THIN))) " / "
                                 (latency.p99_us.map_or("–".into(), |us| microseconds(us, THIN)))
                             }
                             None => "–",

@@ -3,8 +3,11 @@
 use super::{Outputs, Recognizer};
 use crate::error::{Result, ScoreError};
 use crate::source::{Form, Shown, Source};
+use crate::template::Template;
 
-/// Most numbers given to a recognizer at once (4 MB), and most pictures.
+/// Most numbers given to a recognizer at once (4 MB), and most templates. Sequences of silhouettes are
+/// given one at a time: each is a batch of frames already, for which a large network holds 700 MB, and
+/// takes a second that is lost if the run is ended.
 const MAX_NUMBERS: usize = 1 << 20;
 const MAX_BATCH: usize = 512;
 /// Most numbers of all answers of one recognizer: 1 GB.
@@ -59,12 +62,11 @@ struct Listener<'a> {
 
 impl Listener<'_> {
     fn take(&mut self, sequence: usize, bytes: &[u8]) -> Result<()> {
-        // Sequences of another length go apart.
-        let each = self.input.len().checked_div(self.waiting.len());
-        if each.is_some_and(|numbers| numbers != bytes.len())
-            || self.waiting.len() == MAX_BATCH
-            || self.input.len() + bytes.len() > MAX_NUMBERS
-        {
+        let most = match self.recognizer.contract().template {
+            Template::Silhouettes => 1,
+            _ => MAX_BATCH,
+        };
+        if self.waiting.len() == most || self.input.len() + bytes.len() > MAX_NUMBERS {
             self.answer()?;
         }
         self.recognizer.contract().feed(bytes, &mut self.input);

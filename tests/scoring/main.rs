@@ -4,6 +4,8 @@
 mod command;
 #[path = "../helpers/data.rs"]
 mod data;
+#[path = "../helpers/network.rs"]
+mod network;
 #[path = "../helpers/npy.rs"]
 mod npy;
 #[path = "../helpers/people.rs"]
@@ -22,6 +24,7 @@ mod protocols;
 mod quantize;
 mod score;
 mod skinned;
+mod slow;
 mod study;
 mod train;
 mod tree_sweep;

@@ -56,7 +56,7 @@ fn the_json_begins_with_the_header_and_has_the_documented_fields() {
     )));
     assert!(json.contains(r#""protocol":"closed-set","classes":26,"of_probe_sets":[],"probes":20,"people":0,"rank1":0.95,"rank1_low":null,"rank1_high":null,"rank1_wilson_low":0.7638"#), "{json}");
     assert!(json.contains(
-        r#"[{"azimuth_deg":90.0,"elevation_deg":0.0,"probes":20,"rank1":0.95}],"by_angle":[],"probe_sets":[],"p50_us":4.0,"p90_us":4.0,"p99_us":null}],"seconds":1.5}"#
+        r#"[{"azimuth_deg":90.0,"elevation_deg":0.0,"probes":20,"rank1":0.95}],"by_angle":[],"probe_sets":[],"p50_us":4.0,"p90_us":null,"p99_us":null}],"seconds":1.5}"#
     ), "{json}");
 }
 
@@ -98,9 +98,12 @@ fn percentiles_are_of_nearest_rank() {
     let latency = Latency::of(&samples).unwrap();
     assert_eq!(
         (latency.p50_us, latency.p90_us, latency.p99_us),
-        (100.0, 180.0, Some(198.0))
+        (100.0, Some(180.0), Some(198.0))
     );
     assert_eq!(Latency::of(&samples[..99]).unwrap().p99_us, None);
+    // Of 10 the 9th.
+    assert_eq!(Latency::of(&samples[..10]).unwrap().p90_us, Some(199.0));
+    assert_eq!(Latency::of(&samples[..9]).unwrap().p90_us, None);
     assert_eq!(Latency::of(&[]), None);
 }
 
