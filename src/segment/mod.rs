@@ -159,6 +159,11 @@ impl Segmenter {
         self.scene.size()
     }
 
+    /// The picture of the empty scene.
+    pub(crate) const fn background(&self) -> &RgbImage {
+        self.scene.picture()
+    }
+
     /// Where the figure is in a frame. Takes about 60 bytes a pixel while it works.
     ///
     /// # Panics
