@@ -223,15 +223,15 @@ fn ms_since(started: Instant) -> f64 {
 }
 
 /// The machine between windows.
-struct Watched<'a> {
+pub(super) struct Watched<'a> {
     root: &'a Path,
-    states: Vec<State>,
-    meter: Option<Meter>,
+    pub(super) states: Vec<State>,
+    pub(super) meter: Option<Meter>,
     count: Option<Count>,
 }
 
 impl<'a> Watched<'a> {
-    fn new(root: &'a Path) -> Self {
+    pub(super) fn new(root: &'a Path) -> Self {
         Self {
             root,
             states: vec![State::read(root)],

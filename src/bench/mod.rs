@@ -3,7 +3,8 @@
 //! The questions are those of MLPerf Tiny (rules 1.2) and of `onnxruntime_perf_test`; the rules
 //! are stated where they are applied: [`windows`] for how long, [`Times`] for which percentiles,
 //! [`measure`] for what is inside the timed call. Each model is measured in a process of its
-//! own, so that its load time, first inference and peak memory are its own.
+//! own, so that its load time, first inference and peak memory are its own. [`path`] measures what
+//! comes before an inference in the field as well, from a video on.
 
 mod accuracy;
 mod affinity;
@@ -12,6 +13,7 @@ mod energy;
 mod inputs;
 mod measure;
 mod memory;
+mod path;
 mod process;
 mod results;
 mod statistics;
@@ -22,6 +24,10 @@ pub(crate) use affinity::pin;
 pub(crate) use inputs::Scene;
 pub(crate) use measure::{Task, measure};
 pub(crate) use memory::peak_rss_bytes;
+pub(crate) use path::{
+    Checked, MADE_FPS, MADE_SIZE, PathResult, PathTask, check, check_model, measure_path,
+    write_made,
+};
 pub(crate) use process::{end_with_parent, measured_by};
 pub(crate) use results::{BenchResults, ModelResult, utc_now};
 pub(crate) use table::{Column, Format, render};

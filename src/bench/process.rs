@@ -1,8 +1,8 @@
 //! A process of its own for each model that is measured.
 
-use super::results::ModelResult;
 use crate::dataset::remove_unfinished;
 use crate::error::{Error, Result};
+use serde::de::DeserializeOwned;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
@@ -14,7 +14,7 @@ const ORPHANED: i32 = 128 + 1;
 ///
 /// # Errors
 /// If it cannot be started, dies, or prints something else; and its own.
-pub(crate) fn measured_by(mut command: Command, model: &Path) -> Result<ModelResult> {
+pub(crate) fn measured_by<T: DeserializeOwned>(mut command: Command, model: &Path) -> Result<T> {
     let spawned = command
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -47,7 +47,7 @@ pub(crate) fn end_with_parent() -> Result<()> {
 }
 
 /// What the process that measured a model has to say.
-fn result_of(model: &Path, output: &Output) -> Result<ModelResult> {
+fn result_of<T: DeserializeOwned>(model: &Path, output: &Output) -> Result<T> {
     let words = String::from_utf8_lossy(&output.stderr);
     let words = words.trim();
     if output.status.success() {
@@ -79,6 +79,7 @@ fn result_of(model: &Path, output: &Output) -> Result<ModelResult> {
 #[cfg(all(test, unix))]
 mod tests {
     use super::*;
+    use crate::bench::ModelResult;
     use std::os::unix::process::ExitStatusExt as _;
     use std::process::ExitStatus;
 
@@ -88,7 +89,7 @@ mod tests {
             stdout: Vec::new(),
             stderr: words.into(),
         };
-        result_of(Path::new("m.onnx"), &output).expect_err("it failed")
+        result_of::<ModelResult>(Path::new("m.onnx"), &output).expect_err("it failed")
     }
 
     #[test]
