@@ -101,7 +101,8 @@
 //! silhouettes that were not drawn here. `cache` keeps what is costly for the next run.
 //! `design` says of what a training set is made, from people to templates, and is upstream of
 //! `dataset`; `study` sets real silhouettes beside those of synthetic twins, between `train` and `report`; `summary` says what a pack holds; `frontier` measures what the whole chain costs and what
-//! it gets wrong, for the command; `bench` what a recognizer costs on the machine at hand.
+//! it gets wrong, for the command; `bench` what a recognizer costs on the machine at hand, and the whole
+//! path from a video to its answers.
 
 #![warn(unreachable_pub)]
 

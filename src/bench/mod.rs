@@ -4,7 +4,8 @@
 //! are stated where they are applied: [`windows`] for how long, [`Times`] for which percentiles,
 //! [`measure`] for what is inside the timed call. Each model is measured in a process of its
 //! own, so that its load time, first inference and peak memory are its own. [`cap`] says what is cut
-//! where all of it would take too long.
+//! where all of it would take too long. [`path`] measures what comes before an inference in the field as
+//! well, from a video on.
 
 mod accuracy;
 mod affinity;
@@ -16,6 +17,7 @@ mod inputs;
 mod lengths;
 mod measure;
 mod memory;
+mod path;
 mod process;
 mod results;
 mod statistics;
@@ -28,6 +30,10 @@ pub(crate) use inputs::Scene;
 pub(crate) use lengths::{measure_lengths, require_any_length};
 pub(crate) use measure::{Task, measure};
 pub(crate) use memory::peak_rss_bytes;
+pub(crate) use path::{
+    Checked, MADE_FPS, MADE_SIZE, PathResult, PathTask, check, check_model, measure_path,
+    write_made,
+};
 pub(crate) use process::{Told, end_with_parent, measured_by};
 pub(crate) use results::{BenchResults, ModelResult, utc_now};
 pub(crate) use table::{Column, Format, render};

@@ -3,6 +3,7 @@
 use super::accuracy::Accuracy;
 use super::board::{Board, State};
 use super::lengths::Length;
+use super::path::PathResult;
 use super::statistics::{Times, median_index};
 use super::windows::{Plan, Window};
 use crate::dataset::Header;
@@ -27,6 +28,9 @@ pub(crate) struct BenchResults {
     pub load_of_others: Option<f64>,
     /// One entry per model, in the order given.
     pub models: Vec<ModelResult>,
+    /// The whole path with each model instead, if that was measured.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub paths: Vec<PathResult>,
 }
 
 /// What one model costs. Times are in microseconds unless their name says otherwise.

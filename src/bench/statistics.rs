@@ -42,15 +42,10 @@ impl Times {
         times_ns.sort_unstable();
         let sorted: &[u64] = times_ns;
         let us = |ns: u64| ns as f64 * 1e-3;
-        // In thousandths, so that ceil(p n) is exact.
-        let percentile = |per_mille: usize| -> Option<f64> {
-            let exceeding = sorted.len().checked_mul(1000 - per_mille)?;
-            let rank = (per_mille * sorted.len()).div_ceil(1000);
-            let is_enough = per_mille == 500 || exceeding >= 1000;
-            sorted
-                .get(rank.checked_sub(1)?)
-                .filter(|_| is_enough)
-                .map(|&ns| us(ns))
+        let percentile = |per_mille: u64| -> Option<f64> {
+            let rank = rank(per_mille, sorted.len() as u64)?;
+            let at = usize::try_from(rank - 1).ok()?;
+            sorted.get(at).map(|&ns| us(ns))
         };
         let count = sorted.len() as f64;
         let mean_us = sorted.iter().map(|&ns| us(ns)).sum::<f64>() / count;
@@ -68,6 +63,16 @@ impl Times {
             max_us: us(*sorted.last()?),
         })
     }
+}
+
+/// Which of so many numbers, from 1 for the smallest, is a percentile by nearest rank; none if fewer
+/// than one of them would exceed it, but for the median of any. In thousandths, so that ceil(p n) is
+/// exact.
+pub(super) fn rank(per_mille: u64, count: u64) -> Option<u64> {
+    let exceeding = count.checked_mul(1000 - per_mille)?;
+    let is_enough = per_mille == 500 || exceeding >= 1000;
+    let rank = (per_mille * count).div_ceil(1000);
+    (is_enough && rank > 0).then_some(rank)
 }
 
 /// The index of the middle one by size, the lower of two; none of an empty list.

@@ -1,7 +1,8 @@
 //! Results for people: boards, then models, a column each, as plain text or as Markdown.
 
 use super::board::{Clock, State};
-use super::results::{BenchResults, ModelResult, Timing};
+use super::path;
+use super::results::{BenchResults, Conditions, ModelResult, Timing};
 use crate::report::{grouped, microseconds, percent};
 use crate::table::Column::{Left, Right};
 use crate::table::Table;
@@ -44,20 +45,38 @@ pub(crate) fn render(columns: &[Column<'_>], format: Format) -> String {
     let boards = columns
         .iter()
         .map(|column| (column.name.to_owned(), column.results));
-    let models = columns.iter().flat_map(|column| {
-        column.results.models.iter().map(|model| match column.name {
-            "" => (model.name.clone(), model),
-            name => (format!("{} {name}", model.name), model),
-        })
+    let heading = |model: &str, board: &str| match board {
+        "" => model.to_owned(),
+        name => format!("{model} {name}"),
+    };
+    let models = columns.iter().flat_map(|Column { name, results }| {
+        let models = results.models.iter();
+        models.map(|model| (heading(&model.name, name), model))
     });
-    let boards = side_by_side(boards, &BOARD_ROWS, format);
     let lengths: Vec<String> = models
         .clone()
         .filter(|(_, model)| !model.lengths.is_empty())
-        .map(|(name, model)| format!("\n{}", by_length(&name, model, format)))
+        .map(|(name, model)| by_length(&name, model, format))
         .collect();
-    let models = side_by_side(models, &MODEL_ROWS, format);
-    format!("{boards}\n{models}{}", lengths.concat())
+    let paths = columns.iter().flat_map(|Column { name, results }| {
+        let paths = results.paths.iter();
+        paths.map(|path| (heading(&path.name, name), path))
+    });
+    let mut tables = vec![side_by_side(boards, &BOARD_ROWS, format)];
+    if columns
+        .iter()
+        .any(|column| !column.results.models.is_empty())
+    {
+        tables.push(side_by_side(models, &MODEL_ROWS, format));
+    }
+    tables.extend(lengths);
+    if columns
+        .iter()
+        .any(|column| !column.results.paths.is_empty())
+    {
+        tables.push(side_by_side(paths, &path::ROWS, format));
+    }
+    tables.join("\n")
 }
 
 /// What inputs of several lengths cost a model, a row each.
@@ -127,7 +146,7 @@ fn side_by_side<'a, T: 'a>(
 }
 
 /// A row: its label, and what it says of one column.
-type Row<T> = (&'static str, fn(&T) -> Option<String>);
+pub(super) type Row<T> = (&'static str, fn(&T) -> Option<String>);
 
 const BOARD_ROWS: [Row<BenchResults>; 10] = [
     ("date", |r| Some(r.date.clone())),
@@ -273,23 +292,23 @@ const MODEL_ROWS: [Row<ModelResult>; 42] = [
             .filter(|&planned| planned > a.viewpoints)?;
         Some(format!("{} of {planned}", a.viewpoints))
     }),
-    ("clock start, end", |m| {
-        some_of(
-            [&m.conditions.start, &m.conditions.end]
-                .into_iter()
-                .filter_map(clock),
-        )
-    }),
-    ("C start, hottest, end", |m| {
-        let c = &m.conditions;
-        let all = [c.start.temperature_c, c.hottest_c, c.end.temperature_c];
-        some_of(
-            all.into_iter()
-                .flatten()
-                .map(|celsius| format!("{celsius:.1}")),
-        )
-    }),
+    ("clock start, end", |m| of_clocks(&m.conditions)),
+    ("C start, hottest, end", |m| degrees(&m.conditions)),
 ];
+
+/// The clocks at start and end.
+pub(super) fn of_clocks(conditions: &Conditions) -> Option<String> {
+    let both = [&conditions.start, &conditions.end].into_iter();
+    some_of(both.filter_map(clock))
+}
+
+/// Temperatures at start, hottest, and end.
+pub(super) fn degrees(conditions: &Conditions) -> Option<String> {
+    let (start, end) = (&conditions.start, &conditions.end);
+    let all = [start.temperature_c, conditions.hottest_c, end.temperature_c];
+    let all = all.into_iter().flatten();
+    some_of(all.map(|celsius| format!("{celsius:.1}")))
+}
 
 /// How far windows are apart; of one nobody knows.
 fn spread(timing: &Timing) -> Option<String> {
@@ -297,11 +316,11 @@ fn spread(timing: &Timing) -> Option<String> {
     is_known.then(|| format!("{} %", percent(timing.spread)))
 }
 
-fn us(us: f64) -> Option<String> {
+pub(super) fn us(us: f64) -> Option<String> {
     Some(microseconds(us, ","))
 }
 
-fn per_second(rate: f64) -> String {
+pub(super) fn per_second(rate: f64) -> String {
     if rate < 100.0 {
         return format!("{rate:.2}");
     }
@@ -313,7 +332,7 @@ fn per_second(rate: f64) -> String {
     grouped(rate.round() as u64, ",")
 }
 
-fn megabytes(bytes: u64) -> String {
+pub(super) fn megabytes(bytes: u64) -> String {
     format!("{:.1} MB", bytes as f64 * 1e-6)
 }
 

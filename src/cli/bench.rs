@@ -1,5 +1,7 @@
 //! `edgegait bench`: what recognizers cost on this machine.
 
+mod path;
+
 use super::args::{Common, Files, ViewArgs};
 use super::drawing::DrawArgs;
 use super::progress::{Doing, time_of};
@@ -18,7 +20,9 @@ use crate::score::Model;
 use crate::source::PackSource;
 use crate::sweep::jobs;
 use edgegait_core::pack::Pack;
+use path::PathArgs;
 use serde::de::DeserializeOwned;
+use std::ffi::OsStr;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -32,7 +36,7 @@ const USUAL_S: f64 = 300.0;
 #[derive(Debug, clap::Args)]
 #[command(
     mut_arg("threads", |threads| threads.help("Threads inside of one inference [default: 1]")),
-    after_help = "Examples:\n  edgegait bench                               # the shipped models, the embedded runtime\n  edgegait bench mine.onnx --runtime ort --ort-lib /path/to/libonnxruntime.so --cpus 2,3 --threads 2\n  edgegait bench gaitbase.onnx --max-seconds 60 --frames 1,8,16,32,64\n  edgegait bench mine.onnx --mlperf --json pi4.json\n  edgegait bench --compare pi4.json pi5.json --format markdown\n\nEach model is measured in a process of its own: one input at a time, then batches, then drawing\nits input and both together; after that its rank-1, with the same runtime and settings. The\nfigures are those of the median window. What a machine does not expose is left out."
+    after_help = "Examples:\n  edgegait bench                               # the shipped models, the embedded runtime\n  edgegait bench mine.onnx --runtime ort --ort-lib /path/to/libonnxruntime.so --cpus 2,3 --threads 2\n  edgegait bench gaitbase.onnx --max-seconds 60 --frames 1,8,16,32,64\n  edgegait bench mine.onnx --mlperf --json pi4.json\n  edgegait bench mine.onnx --video made        # from video to answer\n  edgegait bench mine.onnx --video walk --background empty.png --minutes 10 --json path.json\n  edgegait bench --compare pi4.json pi5.json --format markdown\n\nEach model is measured in a process of its own: one input at a time, then batches, then drawing\nits input and both together; after that its rank-1, with the same runtime and settings. The\nfigures are those of the median window. What a machine does not expose is left out."
 )]
 pub(super) struct Args {
     /// ONNX models, and a pack whose walks they are shown [default: the shipped models, the
@@ -78,6 +82,8 @@ pub(super) struct Args {
     #[arg(long, value_name = "FILE", num_args = 2.., conflicts_with_all = ["inputs", "json", "frames"])]
     compare: Vec<PathBuf>,
     #[command(flatten)]
+    path: PathArgs,
+    #[command(flatten)]
     runtime: RuntimeArgs,
     #[command(flatten)]
     views: ViewArgs,
@@ -86,7 +92,7 @@ pub(super) struct Args {
     #[command(flatten)]
     pub common: Common,
     /// Measure the model of this number here, and print its result as JSON
-    #[arg(long, value_name = "N", hide = true, requires = "pack_at")]
+    #[arg(long, value_name = "N", hide = true)]
     alone: Option<usize>,
     /// Measure its inputs of several lengths, nothing else
     #[arg(long, hide = true, requires = "alone")]
@@ -123,6 +129,7 @@ impl Args {
             inputs: with_contracts(&inputs)
                 .into_iter()
                 .chain(self.views.file())
+                .chain(self.path.files())
                 .collect(),
             outputs: Vec::new(),
         }
@@ -160,6 +167,16 @@ impl Args {
         Some(if lengths > 0 { most / 2 } else { most })
     }
 
+    /// Prints results, and writes them where that was asked for.
+    fn show(&self, results: &BenchResults) -> Result<()> {
+        let columns = [Column { name: "", results }];
+        self.common.say(render(&columns, self.format).trim_end());
+        for warning in &results.header.warnings {
+            self.common.say(format_args!("warning: {warning}"));
+        }
+        self.common.write_json(results)
+    }
+
     fn threads(&self) -> usize {
         self.common.threads.map_or(1, usize::from)
     }
@@ -186,8 +203,15 @@ pub(super) fn run(args: &Args) -> Result<()> {
             "pixels: expected models to measure, found the baseline, which computes nothing".into(),
         ));
     }
-    if let (Some(index), Some(pack)) = (args.alone, &args.pack_at) {
-        return alone(args, &paths, data, (index, pack));
+    if let Some(index) = args.alone {
+        return alone(args, &paths, data, index);
+    }
+    if let Some(cpus) = &args.cpus {
+        pin(cpus)?;
+    }
+    let models = models(&paths)?;
+    if args.path.is_given() {
+        return path::run(args, &models, data);
     }
     if let Some(folder) = data.as_ref().filter(|path| path.is_dir()) {
         return Err(Error::input(
@@ -195,10 +219,6 @@ pub(super) fn run(args: &Args) -> Result<()> {
             "expected a pack to draw from, found a dataset",
         ));
     }
-    if let Some(cpus) = &args.cpus {
-        pin(cpus)?;
-    }
-    let models = models(&paths)?;
     let runtime = args.runtime.runtime()?;
     if args.bare && runtime.name().name != "onnxruntime" {
         return Err(Error::Usage(format!(
@@ -227,16 +247,18 @@ pub(super) fn run(args: &Args) -> Result<()> {
         board: Board::read(root),
         load_of_others,
         models: Vec::new(),
+        paths: Vec::new(),
     };
     results.header.inputs.extend(source.inputs);
     warn(&mut results);
     let progress = Doing::new();
+    let here: [&OsStr; 2] = ["--pack-at".as_ref(), pack_at.as_os_str()];
     for (index, model) in models.iter().enumerate() {
         let told = |told: &Told| progress.now(&told.what, told.left_s);
-        let mut result: ModelResult = elsewhere(model, (index, &pack_at), &[], &told)?;
+        let mut result: ModelResult = elsewhere(model, index, &here, &told)?;
         if !args.frames.is_empty() {
-            let only = ["--only-lengths"];
-            let (lengths, cut) = elsewhere(model, (index, &pack_at), &only, &told)?;
+            let only = [&here[..], &["--only-lengths".as_ref()]].concat();
+            let (lengths, cut) = elsewhere(model, index, &only, &told)?;
             result.lengths = lengths;
             result.add(cut);
         }
@@ -247,15 +269,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         results.models.push(result);
     }
     drop(progress);
-    let columns = [Column {
-        name: "",
-        results: &results,
-    }];
-    args.common.say(render(&columns, args.format).trim_end());
-    for warning in &results.header.warnings {
-        args.common.say(format_args!("warning: {warning}"));
-    }
-    args.common.write_json(&results)
+    args.show(&results)
 }
 
 /// What was asked for.
@@ -287,14 +301,7 @@ fn header(args: &Args, models: &[Model]) -> Result<Header> {
         .with("bare", args.bare)
         .with("views", views.name.as_str())
         .with("viewpoints", views.list.len())
-        .with(
-            "build",
-            if cfg!(debug_assertions) {
-                "debug"
-            } else {
-                "release"
-            },
-        );
+        .with("build", build());
     if !args.frames.is_empty() {
         header = header.with("frames", args.lengths());
     }
@@ -303,6 +310,15 @@ fn header(args: &Args, models: &[Model]) -> Result<Header> {
     }
     header.inputs = models.iter().map(Model::input).collect();
     Ok(header)
+}
+
+/// How this program was built.
+const fn build() -> &'static str {
+    if cfg!(debug_assertions) {
+        "debug"
+    } else {
+        "release"
+    }
 }
 
 /// What speaks against the numbers before they are measured.
@@ -349,27 +365,21 @@ fn cut_short(args: &Args, result: &ModelResult) -> Vec<String> {
 /// Measures one model in a process of its own, which is this program once more.
 fn elsewhere<R: DeserializeOwned>(
     model: &Model,
-    (index, pack_at): (usize, &Path),
-    flags: &[&str],
+    index: usize,
+    flags: &[&OsStr],
     told: &(dyn Fn(&Told) + Sync),
 ) -> Result<R> {
     let program = std::env::current_exe().map_err(|error| Error::io("this program", error))?;
     let mut command = Command::new(program);
     command
-        .args(["bench", "--alone", &index.to_string(), "--pack-at"])
-        .arg(pack_at)
+        .args(["bench", "--alone", &index.to_string()])
         .args(flags)
         .args(std::env::args_os().skip(2));
     measured_by(command, model.path(), told)
 }
 
 /// Measures one model here.
-fn alone(
-    args: &Args,
-    paths: &[PathBuf],
-    pack: Option<PathBuf>,
-    (index, pack_at): (usize, &Path),
-) -> Result<()> {
+fn alone(args: &Args, paths: &[PathBuf], pack: Option<PathBuf>, index: usize) -> Result<()> {
     end_with_parent()?;
     let open = || {
         let shipped_or_named = match paths.get(index) {
@@ -379,6 +389,15 @@ fn alone(
         let model = shipped_or_named.into_iter().next();
         model.ok_or_else(|| Error::Usage(format!("--alone {index}: there is no such model")))
     };
+    let say = |result: serde_json::Result<String>| {
+        let json = result?;
+        writeln!(std::io::stdout(), "{json}").map_err(|error| Error::io("standard output", error))
+    };
+    if let Some(folder) = args.path.at() {
+        return say(serde_json::to_string(&path::alone(args, &open, folder)?));
+    }
+    let pack_at = args.pack_at.as_deref();
+    let pack_at = pack_at.ok_or(Error::Missing("a pack"))?;
     let settings = args
         .draw
         .settings_for(open()?.contract(), args.common.seed)?;
@@ -404,12 +423,13 @@ fn alone(
         seed: args.common.seed,
         root: Path::new("/"),
     };
-    let json = if args.only_lengths {
-        serde_json::to_string(&measure_lengths(&task, &args.lengths())?)?
-    } else {
-        serde_json::to_string(&measure(&task)?)?
-    };
-    writeln!(std::io::stdout(), "{json}").map_err(|error| Error::io("standard output", error))
+    if args.only_lengths {
+        return say(serde_json::to_string(&measure_lengths(
+            &task,
+            &args.lengths(),
+        )?));
+    }
+    say(serde_json::to_string(&measure(&task)?))
 }
 
 /// Prints results of several boards side by side.

@@ -197,6 +197,36 @@ impl DrawArgs {
         draw.refuse_for_folders(&none, None, &ViewArgs::default())
     }
 
+    /// Refuses flags that say how walks are drawn, of a video that is segmented.
+    ///
+    /// # Errors
+    /// Naming the first such flag that was given.
+    pub(super) fn refuse_for_video(&self) -> Result<()> {
+        match self.given().iter().find(|(_, is_given)| *is_given) {
+            Some((flag, _)) => Err(Error::Usage(format!(
+                "{flag}: silhouettes of a video are made as each model's contract asks"
+            ))),
+            None => Ok(()),
+        }
+    }
+
+    /// The flags, and whether each was given.
+    fn given(&self) -> [(&'static str, bool); 11] {
+        [
+            ("--template", !self.template.is_empty()),
+            ("--raster", self.raster.is_some()),
+            ("--framing", self.framing.is_some()),
+            ("--lens", self.lens.is_some()),
+            ("--distance-m", self.distance_m.is_some()),
+            ("--fov-deg", self.fov_deg.is_some()),
+            ("--camera", self.camera.is_some()),
+            ("--aim-m", self.aim_m.is_some()),
+            ("--size", self.size.is_some()),
+            ("--jitter", self.jitter.is_some()),
+            ("--frames-per-cycle", self.frames_per_cycle.is_some()),
+        ]
+    }
+
     /// Refuses flags that choose walks and say how they are drawn, where what is in a folder is used
     /// as it is.
     ///
@@ -213,19 +243,8 @@ impl DrawArgs {
             ("--walks", !selection.walks.is_empty()),
             ("--cycles", cycles.is_some()),
             ("--views, --azimuth-deg, --elevation-deg", views.is_given()),
-            ("--template", !self.template.is_empty()),
-            ("--raster", self.raster.is_some()),
-            ("--framing", self.framing.is_some()),
-            ("--lens", self.lens.is_some()),
-            ("--distance-m", self.distance_m.is_some()),
-            ("--fov-deg", self.fov_deg.is_some()),
-            ("--camera", self.camera.is_some()),
-            ("--aim-m", self.aim_m.is_some()),
-            ("--size", self.size.is_some()),
-            ("--jitter", self.jitter.is_some()),
-            ("--frames-per-cycle", self.frames_per_cycle.is_some()),
         ];
-        match flags.iter().find(|(_, given)| *given) {
+        match flags.iter().chain(&self.given()).find(|(_, given)| *given) {
             Some((flag, _)) => Err(Error::Usage(format!(
                 "{flag}: a folder is used whole and as it was drawn (use a pack, or sweep another dataset)"
             ))),

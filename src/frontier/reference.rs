@@ -185,7 +185,7 @@ fn exact<T: Send>(
         ..settings
     };
     let draw = |renderer: &mut ExactRenderer, &job: &Job<'_>| {
-        let figures = figures(pack, job, settings)?;
+        let figures = figures(pack, job, Moments::Cycle, settings)?;
         let mut views = Vec::with_capacity(sample.views.len());
         for view in &sample.views {
             let frames = figures

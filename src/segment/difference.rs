@@ -59,6 +59,11 @@ impl Scene {
         }
     }
 
+    /// What it was made of.
+    pub(super) const fn picture(&self) -> &RgbImage {
+        &self.picture
+    }
+
     /// Columns and rows.
     pub(super) const fn size(&self) -> (u32, u32) {
         (self.columns, self.rows)

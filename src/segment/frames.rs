@@ -115,6 +115,61 @@ impl Video {
         Ok(frames)
     }
 
+    /// The next frame; none at the end. It is read on this thread, and [`Self::input`] will not know of
+    /// it.
+    ///
+    /// # Errors
+    /// As [`Self::batch`].
+    pub(crate) fn frame(&mut self) -> Result<Option<RgbImage>> {
+        let frame = match &mut self.source {
+            Source::Folder(files, _) => {
+                let Some(file) = files.get(self.read) else {
+                    return Ok(None);
+                };
+                let frame = decoded(file, &bytes_of(file)?)?;
+                check_size(file, frame.dimensions(), self.size)?;
+                Some(frame)
+            }
+            Source::Stream(stream) => stream.frame()?,
+        };
+        self.read += usize::from(frame.is_some());
+        Ok(frame)
+    }
+
+    /// Begins anew.
+    ///
+    /// # Errors
+    /// If a file cannot be opened any more, or is another by now.
+    ///
+    /// # Panics
+    /// On standard input, which cannot be read again.
+    pub(crate) fn again(&mut self) -> Result<()> {
+        if let Source::Stream(stream) = &mut self.source {
+            assert!(self.path != Path::new("-"), "a file");
+            let anew = Stream::open(&self.path)?;
+            check_size(&self.path, anew.size(), self.size)?;
+            **stream = anew;
+        }
+        self.read = 0;
+        Ok(())
+    }
+
+    /// Frames a second, if the video says it.
+    pub(crate) fn fps(&self) -> Option<f64> {
+        match &self.source {
+            Source::Folder(..) => None,
+            Source::Stream(stream) => stream.fps(),
+        }
+    }
+
+    /// Whether another process decodes it.
+    pub(crate) fn is_decoded_elsewhere(&self) -> bool {
+        match &self.source {
+            Source::Folder(..) => false,
+            Source::Stream(stream) => stream.has_ffmpeg(),
+        }
+    }
+
     /// What was read of it, by its SHA-256: of pictures one after another, of a stream as it came, of
     /// a file as it is.
     ///

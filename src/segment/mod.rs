@@ -33,6 +33,7 @@ mod difference;
 mod frames;
 mod lab;
 mod mask;
+mod painted;
 mod sheet;
 mod spread;
 mod stream;
@@ -42,6 +43,9 @@ mod y4m;
 pub use background::median;
 pub use frames::Video;
 pub use mask::Mask;
+pub(crate) use painted::Painted;
+#[cfg(all(feature = "import", feature = "train", feature = "plots"))]
+pub(crate) use painted::softened;
 pub use sheet::Sheet;
 pub use writer::{Names, SequenceWriter, check_replaceable};
 
@@ -153,6 +157,11 @@ impl Segmenter {
     #[must_use]
     pub fn size(&self) -> (u32, u32) {
         self.scene.size()
+    }
+
+    /// The picture of the empty scene.
+    pub(crate) const fn background(&self) -> &RgbImage {
+        self.scene.picture()
     }
 
     /// Where the figure is in a frame. Takes about 60 bytes a pixel while it works.

@@ -89,6 +89,30 @@ impl Stream {
         frames
     }
 
+    /// The next frame, on this thread; none at the end. It is not hashed.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub(super) fn frame(&mut self) -> Result<Option<RgbImage>> {
+        let frame = self.video.frame();
+        if !matches!(frame, Ok(Some(_)))
+            && let Some(ffmpeg) = &mut self.ffmpeg
+        {
+            ffmpeg.finish(self.video.path())?;
+        }
+        frame
+    }
+
+    /// Frames a second, if its first line says it.
+    pub(super) const fn fps(&self) -> Option<f64> {
+        self.video.fps()
+    }
+
+    /// Whether `ffmpeg` decodes it.
+    pub(super) const fn has_ffmpeg(&self) -> bool {
+        self.ffmpeg.is_some()
+    }
+
     /// What was read, by its SHA-256: of a file that `ffmpeg` reads that of the file.
     ///
     /// # Errors

@@ -33,6 +33,8 @@ pub(super) struct Y4m<R> {
     chroma: Chroma,
     /// Whether bytes use their full range, not that from 16 on.
     full: bool,
+    /// Frames a second, if it says.
+    fps: Option<f64>,
     /// Bytes that were read.
     at: usize,
     hash: Sha256,
@@ -51,6 +53,7 @@ impl<R: BufRead> Y4m<R> {
             rows: 0,
             chroma: Chroma::Shared(2, 2),
             full: false,
+            fps: None,
             at: 0,
             hash: Sha256::new(),
         };
@@ -67,6 +70,7 @@ impl<R: BufRead> Y4m<R> {
             match tag {
                 'W' => video.columns = video.side(parameter, value)?,
                 'H' => video.rows = video.side(parameter, value)?,
+                'F' => video.fps = rate(value),
                 'C' => video.chroma = video.chroma_of(value)?,
                 'I' if !matches!(value, "p" | "?") => {
                     return Err(video.refuse(format!(
@@ -92,6 +96,11 @@ impl<R: BufRead> Y4m<R> {
         (self.columns, self.rows)
     }
 
+    /// Frames a second, if it says.
+    pub(super) const fn fps(&self) -> Option<f64> {
+        self.fps
+    }
+
     /// What errors name.
     pub(super) fn path(&self) -> &Path {
         &self.path
@@ -110,12 +119,14 @@ impl<R: BufRead> Y4m<R> {
         let mut frames = Vec::new();
         while frames.len() < most {
             match self.planes()? {
-                Some(planes) => frames.push(planes),
+                Some(planes) => {
+                    self.hash.update(&planes);
+                    frames.push(planes);
+                }
                 None => break,
             }
         }
-        let this = &*self;
-        let look = (this.columns, this.rows, this.chroma, this.full);
+        let look = self.look();
         Ok(frames.par_iter().map(|planes| rgb(planes, look)).collect())
     }
 
@@ -140,8 +151,21 @@ impl<R: BufRead> Y4m<R> {
             )));
         }
         self.at += found;
-        self.hash.update(&bytes);
         Ok(Some(bytes))
+    }
+
+    /// The next frame, on this thread; none at the end. It is not hashed.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub(super) fn frame(&mut self) -> Result<Option<RgbImage>> {
+        let look = self.look();
+        Ok(self.planes()?.map(|planes| rgb(&planes, look)))
+    }
+
+    /// What colours follow from.
+    const fn look(&self) -> (u32, u32, Chroma, bool) {
+        (self.columns, self.rows, self.chroma, self.full)
     }
 
     /// A line without its end; none at the end.
@@ -202,6 +226,13 @@ impl Chroma {
     }
 }
 
+/// Frames a second from `30:1` or `30000:1001`; none of `0:0`, which stands for nothing known.
+fn rate(value: &str) -> Option<f64> {
+    let (over, under) = value.split_once(':')?;
+    let (over, under): (u32, u32) = (over.parse().ok()?, under.parse().ok()?);
+    (over > 0 && under > 0).then(|| f64::from(over) / f64::from(under))
+}
+
 /// The colours of a frame: Rec. ITU-R BT.601-7, 2.5.1 and 2.5.3; a colour that pixels share is each
 /// one's.
 fn rgb(planes: &[u8], (columns, rows, chroma, full): (u32, u32, Chroma, bool)) -> RgbImage {
@@ -260,6 +291,19 @@ mod tests {
             Ok(_) => panic!("it is read"),
             Err(error) => error.to_string(),
         }
+    }
+
+    #[test]
+    fn the_first_line_says_the_rate_unless_it_is_not_known() {
+        let fps = |rate: &str| {
+            let bytes = format!("YUV4MPEG2 W2 H2 {rate} Cmono\n").into_bytes();
+            open(&bytes).unwrap().fps()
+        };
+        assert_eq!(
+            [fps("F30:1"), fps("F25:2"), fps("F0:0"), fps("")],
+            [Some(30.0), Some(12.5), None, None]
+        );
+        assert!((fps("F30000:1001").unwrap() - 29.970_03).abs() < 1e-5);
     }
 
     #[test]
@@ -324,6 +368,18 @@ mod tests {
         let found = frames(&bytes);
         let greys: Vec<u8> = found.iter().map(|frame| frame.as_raw()[0]).collect();
         assert_eq!(greys, [0, 255, 51]);
+
+        // One by one they are the same; what was read together is known by its hash.
+        let mut video = open(&bytes).unwrap();
+        let mut one_by_one = Vec::new();
+        while let Some(frame) = video.frame().unwrap() {
+            one_by_one.push(frame);
+        }
+        assert_eq!(one_by_one, found);
+        let mut video = open(&bytes).unwrap();
+        assert_eq!(video.read(9).unwrap().len(), 3);
+        assert!(video.read(9).unwrap().is_empty());
+        assert_eq!(video.sha256(), hex(&Sha256::digest(&bytes)));
     }
 
     #[test]

@@ -15,7 +15,7 @@ pub(crate) use cohort::stored;
 pub(crate) use packs::require;
 pub(crate) use packs::{BUILT_IN_WALK, built_in, is_pack_or_folder};
 pub use packs::{PackSource, Selection};
-pub(crate) use tree::Recordings;
+pub(crate) use tree::{Recordings, in_form};
 pub(crate) use walks::{Made, Walks};
 
 use crate::dataset::{Dataset, Layout, Tree};

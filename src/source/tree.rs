@@ -414,35 +414,43 @@ impl Recordings {
             clipped: Some(found.clipped_share * frames as f64),
             empty: found.empty as u64,
         };
-        let bytes = match (form.settings.template, form.frames) {
-            (Template::Gei, _) => mean(&found.pixels, size),
-            (Template::Silhouettes, None) => found.pixels,
-            (Template::Silhouettes, Some(wanted)) => (0..wanted)
-                .flat_map(|at| {
-                    // Evenly, or again from the start if there are fewer.
-                    let from = if frames > wanted {
-                        at * frames / wanted
-                    } else {
-                        at % frames
-                    };
-                    found.pixels[from * size.pixels()..][..size.pixels()].to_vec()
-                })
-                .collect(),
-            (template, _) => {
-                let most = Builder::MAX_FRAMES as usize;
-                if frames > most {
-                    return Err(Error::input(
-                        self.tree.folder(recording),
-                        format!(
-                            "expected at most {most} frames for {}, found {frames}",
-                            template.plural()
-                        ),
-                    ));
-                }
-                whole(template, &found.pixels, size)?
-            }
-        };
-        Ok((bytes, shown))
+        let (template, most) = (form.settings.template, Builder::MAX_FRAMES as usize);
+        if frames > most && ![Template::Gei, Template::Silhouettes].contains(&template) {
+            return Err(Error::input(
+                self.tree.folder(recording),
+                format!(
+                    "expected at most {most} frames for {}, found {frames}",
+                    template.plural()
+                ),
+            ));
+        }
+        Ok((in_form(found.pixels, form)?, shown))
+    }
+}
+
+/// What a recognizer is shown of a recording or a gait cycle, from its silhouettes: bytes of 0 to 255,
+/// one frame after another, at least one.
+///
+/// # Errors
+/// For a template of more frames than [`Builder::MAX_FRAMES`], of others than GEIs and silhouettes.
+pub(crate) fn in_form(silhouettes: Vec<u8>, form: &Form) -> Result<Vec<u8>> {
+    let size = form.settings.size;
+    let frames = silhouettes.len() / size.pixels();
+    match (form.settings.template, form.frames) {
+        (Template::Gei, _) => Ok(mean(&silhouettes, size)),
+        (Template::Silhouettes, None) => Ok(silhouettes),
+        (Template::Silhouettes, Some(wanted)) => Ok((0..wanted)
+            .flat_map(|at| {
+                // Evenly, or again from the start if there are fewer.
+                let from = if frames > wanted {
+                    at * frames / wanted
+                } else {
+                    at % frames
+                };
+                silhouettes[from * size.pixels()..][..size.pixels()].to_vec()
+            })
+            .collect()),
+        (template, _) => whole(template, &silhouettes, size),
     }
 }
 

@@ -1,8 +1,7 @@
 //! Masks as video gives them: silhouettes through a video that is made of them and segmented, or
 //! with the faults that segmentation leaves.
 
-use crate::segment::{Segmenter, Settings};
-use image::{Rgb, RgbImage};
+use crate::segment::{Painted, Segmenter, Settings, softened};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -42,7 +41,7 @@ impl Masks {
         let mut rng = ChaCha8Rng::from_seed(key.into());
         match self {
             Self::Given => frames,
-            Self::Segmented => Scene::new(columns, &frames, &mut rng).segmented(&frames, &mut rng),
+            Self::Segmented => segmented(&frames, columns, &mut rng),
             Self::Degraded => degraded(&frames, columns, &mut rng),
         }
     }
@@ -63,182 +62,16 @@ pub(super) fn jaccard(a: &[u8], b: &[u8]) -> f64 {
     }
 }
 
-/// A made video: all of it ours. Its figures, light and noise are as in the videos that `segment` was
-/// measured with (light from 0.95 to 1.1, soft shadows, noise that grows with the signal).
-struct Scene {
-    columns: usize,
-    rows: usize,
-    /// The empty scene, red, green and blue of each pixel, 0..=255.
-    empty: Vec<[f32; 3]>,
-    /// Colours of hair, skin, upper and lower clothes.
-    colours: [[f32; 3]; 4],
-    /// Standard deviation of the noise in black and in white.
-    noise: (f32, f32),
-    /// How the light changes: amplitude, and radians a frame.
-    light: (f32, f32),
-}
-
-/// Shares of a figure's height at which hair and skin end and clothes change.
-const BROW: f32 = 0.06;
-const NECK: f32 = 0.15;
-const WAIST: f32 = 0.5;
-
-impl Scene {
-    fn new(columns: usize, frames: &[Vec<u8>], rng: &mut ChaCha8Rng) -> Self {
-        let rows = frames.first().map_or(0, |frame| frame.len() / columns);
-        let mut colour = |low: f32, high: f32| -> [f32; 3] {
-            let grey = rng.random_range(low..high);
-            [0, 1, 2].map(|_| (grey + rng.random_range(-18.0..18.0_f32)).clamp(0.0, 255.0))
-        };
-        let (wall, floor) = (colour(130.0, 200.0), colour(80.0, 130.0));
-        // Clothes are darker than what is behind them, sometimes by little.
-        let upper = colour(25.0, 90.0);
-        let lower = colour(15.0, 70.0);
-        let (hair, skin) = (colour(20.0, 90.0), [205.0, 160.0, 135.0]);
-        let waves: Vec<[f32; 4]> = (0..8)
-            .map(|_| {
-                [
-                    rng.random_range(0.01..0.12),
-                    rng.random_range(0.01..0.12),
-                    rng.random_range(0.0..std::f32::consts::TAU),
-                    rng.random_range(1.0..4.0),
-                ]
-            })
-            .collect();
-        let edge = 0.8 * rows as f32;
-        let empty = (0..rows * columns).map(|at| {
-            let (x, y) = ((at % columns) as f32, (at / columns) as f32);
-            let base = if y < edge { wall } else { floor };
-            let texture: f32 = waves
-                .iter()
-                .map(|[across, down, phase, by]| by * (across * x + down * y + phase).sin())
-                .sum();
-            base.map(|value| value + texture)
-        });
-        Self {
-            columns,
-            rows,
-            empty: empty.collect(),
-            colours: [hair, skin, upper, lower],
-            noise: (rng.random_range(1.5..3.0), rng.random_range(4.0..7.0)),
-            light: (rng.random_range(0.02..0.07), rng.random_range(0.02..0.06)),
-        }
+/// The masks that are found in a video that is made of these.
+fn segmented(frames: &[Vec<u8>], columns: usize, rng: &mut ChaCha8Rng) -> Vec<Vec<u8>> {
+    let rows = frames.first().map_or(0, |frame| frame.len() / columns);
+    if rows == 0 {
+        return Vec::new();
     }
-
-    fn segmented(&self, frames: &[Vec<u8>], rng: &mut ChaCha8Rng) -> Vec<Vec<u8>> {
-        if self.rows == 0 {
-            return Vec::new();
-        }
-        let picture = |pixels: &dyn Fn(usize) -> [f32; 3]| {
-            let mut image = RgbImage::new(self.columns as u32, self.rows as u32);
-            for (at, pixel) in image.pixels_mut().enumerate() {
-                // Rounded and cut off at both ends by the conversion.
-                *pixel = Rgb(pixels(at).map(|value| (value + 0.5) as u8));
-            }
-            image
-        };
-        let segmenter = Segmenter::new(picture(&|at| self.empty[at]), Settings::default());
-        let mut normals = Normals::new(rng);
-        let one = |(number, frame): (usize, &Vec<u8>)| {
-            let seen = self.frame(frame, number, &mut normals);
-            segmenter.segment(&picture(&|at| seen[at])).mask.grey()
-        };
-        frames.iter().enumerate().map(one).collect()
-    }
-
-    /// What the camera sees: the figure over the empty scene, mixed at its rim, and its shadow.
-    fn frame(&self, mask: &[u8], number: usize, normals: &mut Normals) -> Vec<[f32; 3]> {
-        let columns = self.columns;
-        let on: Vec<f32> = mask
-            .iter()
-            .map(|pixel| f32::from(u8::from(*pixel >= 128)))
-            .collect();
-        let share = softened(&softened(&on, columns), columns);
-        let rows_of = |mut rows: std::iter::Enumerate<std::slice::Chunks<'_, f32>>| {
-            rows.by_ref()
-                .filter(|(_, row)| row.iter().any(|on| *on > 0.0))
-                .fold(None, |span: Option<(usize, usize)>, (at, _)| {
-                    Some((span.map_or(at, |span| span.0), at))
-                })
-        };
-        let (top, bottom) = rows_of(on.chunks(columns).enumerate()).unwrap_or((0, 1));
-        let height = (bottom + 1 - top) as f32;
-        let feet = on[(bottom.saturating_sub(4)) * columns..(bottom + 1) * columns]
-            .iter()
-            .enumerate()
-            .filter(|(_, on)| **on > 0.0)
-            .fold((0.0, 0.0_f32), |(sum, count), (at, _)| {
-                (sum + (at % columns) as f32, count + 1.0)
-            });
-        let feet = feet.0 / feet.1.max(1.0);
-        let gain = 1.0 + self.light.0 * (self.light.1 * number as f32).sin();
-        let see = |at: usize| {
-            let (x, y) = ((at % columns) as f32, (at / columns) as f32);
-            // An ellipse of soft shade on the floor about the feet.
-            let away = ((x - feet) / (0.28 * height)).powi(2)
-                + ((y - bottom as f32) / (0.045 * height)).powi(2);
-            let shade = 1.0 - 0.14 * (-away).exp();
-            let along = (y - top as f32) / height;
-            let below = [BROW, NECK, WAIST].into_iter().filter(|end| along >= *end);
-            let colour = self.colours[below.count()];
-            // Folds and roundness.
-            let fold = 6.0 * (0.35 * x + 0.11 * y).sin();
-            let alpha = share[at];
-            std::array::from_fn(|of| {
-                let light = gain
-                    * (alpha * (colour[of] + fold) + (1.0 - alpha) * shade * self.empty[at][of]);
-                let deviation = self.noise.0
-                    + (self.noise.1 - self.noise.0) * (light / 255.0).clamp(0.0, 1.0).sqrt();
-                light + deviation * normals.next()
-            })
-        };
-        (0..mask.len()).map(see).collect()
-    }
-}
-
-/// Normal deviates from a table that is drawn once: a video needs millions.
-struct Normals {
-    table: Vec<f32>,
-    state: u64,
-}
-
-impl Normals {
-    const COUNT: usize = 1 << 16;
-
-    fn new(rng: &mut ChaCha8Rng) -> Self {
-        let table = (0..Self::COUNT).map(|_| crate::scene::cohort::normal(rng) as f32);
-        Self {
-            table: table.collect(),
-            state: rng.random_range(1..u64::MAX),
-        }
-    }
-
-    fn next(&mut self) -> f32 {
-        // Xorshift (Marsaglia, "Xorshift RNGs", J. Stat. Softw. 8, 2003) chooses among them.
-        self.state ^= self.state << 13;
-        self.state ^= self.state >> 7;
-        self.state ^= self.state << 17;
-        self.table[(self.state >> 40) as usize % Self::COUNT]
-    }
-}
-
-/// The mean of each pixel and its neighbours, the middle counting twice along each axis.
-fn softened(on: &[f32], columns: usize) -> Vec<f32> {
-    let rows = on.len() / columns;
-    let at = |row: usize, column: usize| on[row * columns + column];
-    let across = |row: usize, column: usize| {
-        0.25 * (at(row, column.saturating_sub(1))
-            + 2.0 * at(row, column)
-            + at(row, (column + 1).min(columns - 1)))
-    };
-    (0..on.len())
-        .map(|place| {
-            let (row, column) = (place / columns, place % columns);
-            0.25 * (across(row.saturating_sub(1), column)
-                + 2.0 * across(row, column)
-                + across((row + 1).min(rows - 1), column))
-        })
-        .collect()
+    let mut video = Painted::new((columns, rows), rng);
+    let segmenter = Segmenter::new(video.empty(), Settings::default());
+    let one = |frame: &Vec<u8>| segmenter.segment(&video.frame(frame)).mask.grey();
+    frames.iter().map(one).collect()
 }
 
 /// Frames for which a hole or a lost part stays: a third of a second.

@@ -303,14 +303,19 @@ impl Swept {
     }
 }
 
-/// The figures of one cycle of a job: of each frame the points of each hull, metres.
+/// The figures of a job at these moments: of each frame the points of each hull, metres.
 ///
 /// # Errors
 /// When there is no such walk or variation.
-pub fn figures(pack: &Pack<'_>, job: Job<'_>, settings: Settings) -> Result<Vec<Vec<Vec<Vec3>>>> {
+pub fn figures(
+    pack: &Pack<'_>,
+    job: Job<'_>,
+    moments: Moments,
+    settings: Settings,
+) -> Result<Vec<Vec<Vec<Vec3>>>> {
     let dressed = Dressed::new(pack, job, settings.seed)?;
     let mut film = Film::new(pack, job, &dressed, settings)?;
-    film.pose(Moments::Cycle, 0..settings.frames_per_cycle);
+    film.pose(moments, 0..moments.count(settings.frames_per_cycle));
     Ok(film.figures())
 }
 

@@ -15,6 +15,7 @@ mod two;
 
 mod baselines;
 mod bench;
+mod bench_path;
 mod beside;
 mod gates;
 mod likeness;
