@@ -1,21 +1,18 @@
 //! Who is looked for among whom: the flags of it, and what they come to.
 
 use super::args::{ViewArgs, file_with};
-use super::cache::CacheArgs;
 use super::conditions::ConditionArgs;
 use super::cutting::CuttingArgs;
 use super::drawing::DrawArgs;
 use super::keep_going::{KeepGoing, with_hint};
 use super::layout::{LayoutArgs, refuse_without_tree};
 use super::progress::Progress;
-use super::recognizers::load;
 use super::source::{SelectionArgs, SourceArgs};
 use crate::confound::Condition;
 use crate::dataset::{Dataset, Header, InputFile, Partition};
 use crate::error::{Error, Result};
 use crate::evaluate::contest::{Contest, Drawn, Entrant, Stored, Wish, usual};
 use crate::evaluate::protocol::{PARTITION, Protocol};
-use crate::score::Runtime;
 use crate::source::{Form, Source};
 use crate::sweep::Views;
 use crate::template::Template;
@@ -47,20 +44,28 @@ pub(super) struct ContestArgs {
     cutting: CuttingArgs,
     #[command(flatten)]
     layout: LayoutArgs,
-    /// Leave out the baselines: `pixels`, which compares templates as they are, and `random`, which
-    /// compares random projections of them
-    #[arg(long)]
-    no_baselines: bool,
     #[command(flatten)]
     keep_going: KeepGoing,
-    #[command(flatten)]
-    cache: CacheArgs,
     #[command(flatten)]
     conditions: ConditionArgs,
     #[command(flatten)]
     views: ViewArgs,
     #[command(flatten)]
     draw: DrawArgs,
+}
+
+/// How recognizers are shown people: as flags say, drawn with a seed, or as templates are stored.
+pub(super) type Setup<'a> = (&'a DrawArgs, u64, Option<Stored>);
+
+/// Who takes part.
+pub(super) struct Field<'a> {
+    /// Loads the recognizers, and states in the header what they were read from.
+    pub load: &'a dyn Fn(Setup<'_>, &mut Header) -> Result<Vec<Entrant>>,
+    /// Whether the baselines do too.
+    pub with_baselines: bool,
+    /// From where probes are seen, if neither flags nor the protocol say so; if this does not
+    /// either, from the paper's viewpoints.
+    pub views: Option<Views>,
 }
 
 impl ContestArgs {
@@ -76,19 +81,18 @@ impl ContestArgs {
         files.into_iter().flatten()
     }
 
-    /// Loads the models of these files, opens the pack or folder (or makes the built-in cohort), and
-    /// gives them to `work` with a header that states all of it.
+    /// Loads the recognizers, opens the pack or folder (or makes the built-in cohort), and gives them
+    /// to `work` with a header that states all of it.
     ///
     /// # Errors
     /// When something cannot be used, and what `work` returns.
     pub(super) fn run<R>(
         &self,
-        (models, data): (&[PathBuf], Option<PathBuf>),
-        (runtime, seed): (&Runtime, u64),
+        (field, data): (&Field<'_>, Option<PathBuf>),
+        seed: u64,
         mut header: Header,
         work: impl FnOnce(&Contest<'_>, &[Entrant], Header) -> Result<R>,
     ) -> Result<R> {
-        let cache = self.cache.cache();
         let protocol = self.protocol.as_deref().map(Protocol::named).transpose()?;
         if let Some(name) = self
             .protocol
@@ -101,7 +105,7 @@ impl ContestArgs {
             self.conditions.refuse_for_folders()?;
             let (source, stored) = self.folder(folder, protocol.as_ref(), &mut header)?;
             let setup = (&self.draw, seed, stored);
-            let mut entrants = load(models, (runtime, &cache), setup, &mut header)?;
+            let mut entrants = (field.load)(setup, &mut header)?;
             let hinted = |error, is_tree| match error {
                 // Of a picture, not of what is written.
                 Error::Input { ref path, .. } | Error::Io { ref path, .. }
@@ -128,7 +132,9 @@ impl ContestArgs {
                     .with("framing", entrant.settings.framing.name());
             }
             let contest = Contest::new(source, protocol)?;
-            self.add_baselines(&contest, &mut entrants, (None, seed), &mut header)?;
+            if field.with_baselines {
+                add_baselines(&contest, &mut entrants, (None, seed), &mut header)?;
+            }
             return work(&contest, &entrants, header).map_err(|error| hinted(error, is_tree));
         }
         self.refuse_without_tree()?;
@@ -137,7 +143,7 @@ impl ContestArgs {
             .and_then(|protocol| protocol.conditions.as_deref());
         let conditions = self.conditions.load(usual, &mut header)?;
         let setup = (&self.draw, seed, None);
-        let mut entrants = load(models, (runtime, &cache), setup, &mut header)?;
+        let mut entrants = (field.load)(setup, &mut header)?;
         let source_args = SourceArgs {
             pack: data,
             selection: self.selection.clone(),
@@ -155,7 +161,7 @@ impl ContestArgs {
         } = Drawn::new(
             (&pack, &chosen),
             &entrants,
-            self.wish(protocol, &conditions)?,
+            self.wish(protocol, field, &conditions)?,
         )?;
         let all: Vec<_> = pack.walks().collect();
         let mut header = header
@@ -166,30 +172,13 @@ impl ContestArgs {
             .with("subjects", self.selection.subjects.join(","))
             .with("probes", probes);
         header.warnings.extend(warnings);
-        self.add_baselines(&contest, &mut entrants, (Some(&pack), seed), &mut header)?;
+        if field.with_baselines {
+            add_baselines(&contest, &mut entrants, (Some(&pack), seed), &mut header)?;
+        }
         if let Some(entrant) = entrants.first() {
             header = header.drawn(&entrant.settings);
         }
         work(&contest, &entrants, header)
-    }
-
-    /// Adds the baselines, unless they are not wanted.
-    ///
-    /// # Errors
-    /// As [`Contest::baselines`].
-    fn add_baselines(
-        &self,
-        contest: &Contest<'_>,
-        entrants: &mut Vec<Entrant>,
-        known_by: (Option<&Pack<'_>>, u64),
-        header: &mut Header,
-    ) -> Result<()> {
-        if !self.no_baselines {
-            let baselines = contest.baselines(entrants, known_by)?;
-            entrants.extend(baselines.entrants);
-            header.warnings.extend(baselines.warnings);
-        }
-        Ok(())
     }
 
     /// What is asked of a contest about walks.
@@ -199,12 +188,16 @@ impl ContestArgs {
     fn wish<'a>(
         &self,
         protocol: Option<Protocol>,
+        field: &Field<'_>,
         conditions: &'a [Condition],
     ) -> Result<Wish<'a>> {
+        let says_views = |protocol: &Protocol| protocol.views.is_some();
+        let usual = field.views.clone();
+        let usual = usual.filter(|_| !protocol.as_ref().is_some_and(says_views));
         Ok(Wish {
             protocol,
             cycles: self.cycles,
-            views: self.given_views()?,
+            views: self.given_views()?.or(usual),
             conditions,
         })
     }
@@ -353,6 +346,22 @@ impl ContestArgs {
         *header = header.clone().with(kind, path.display().to_string());
         Ok((source, stored))
     }
+}
+
+/// Adds the baselines.
+///
+/// # Errors
+/// As [`Contest::baselines`].
+fn add_baselines(
+    contest: &Contest<'_>,
+    entrants: &mut Vec<Entrant>,
+    known_by: (Option<&Pack<'_>>, u64),
+    header: &mut Header,
+) -> Result<()> {
+    let baselines = contest.baselines(entrants, known_by)?;
+    entrants.extend(baselines.entrants);
+    header.warnings.extend(baselines.warnings);
+    Ok(())
 }
 
 /// Whether a partition says which sequences of a tree are looked for among which.

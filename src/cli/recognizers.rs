@@ -1,10 +1,10 @@
 //! Which recognizers a command runs: named models, the pixel baseline, or the shipped models.
 
-use super::drawing::DrawArgs;
+use super::contest::Setup;
 use crate::cache::Cache;
 use crate::dataset::Header;
 use crate::error::{Error, Result};
-use crate::evaluate::contest::{Entrant, Stored};
+use crate::evaluate::contest::Entrant;
 use crate::score::baseline;
 use crate::score::{Contract, Kept, Model, Runtime, shipped};
 use crate::source::is_pack_or_folder;
@@ -46,7 +46,7 @@ pub(super) fn is_baseline(path: &Path) -> bool {
 pub(super) fn load(
     paths: &[PathBuf],
     (runtime, cache): (&Runtime, &Cache),
-    (draw, seed, stored): (&DrawArgs, u64, Option<Stored>),
+    (draw, seed, stored): Setup<'_>,
     header: &mut Header,
 ) -> Result<Vec<Entrant>> {
     let settings = draw.settings(seed)?;
@@ -57,19 +57,31 @@ pub(super) fn load(
     for model in models(paths)? {
         header.inputs.extend(model.inputs()?);
         header.warnings.extend(model.warning());
-        let entrant = match stored {
-            Some(stored) => Entrant::stored(&model, runtime, (stored, settings))?,
-            None => {
-                let settings = draw.settings_for(model.contract(), seed)?;
-                Entrant::drawn(&model, runtime, settings)?
-            }
-        };
+        let entrant = entrant(&model, runtime, (draw, seed, stored))?;
         entrants.push(Entrant {
             recognizer: Kept::of(entrant.recognizer, &model, cache)?,
             ..entrant
         });
     }
     Ok(entrants)
+}
+
+/// A model on a runtime, and how it is shown people.
+///
+/// # Errors
+/// As [`load`].
+pub(super) fn entrant(
+    model: &Model,
+    runtime: &Runtime,
+    (draw, seed, stored): Setup<'_>,
+) -> Result<Entrant> {
+    match stored {
+        Some(stored) => Entrant::stored(model, runtime, (stored, draw.settings(seed)?)),
+        None => {
+            let settings = draw.settings_for(model.contract(), seed)?;
+            Entrant::drawn(model, runtime, settings)
+        }
+    }
 }
 
 /// The named models, or the shipped ones.

@@ -1,10 +1,11 @@
 //! `edgegait score`: how well recognizers hold up.
 
 use super::args::{Common, Files};
-use super::contest::ContestArgs;
+use super::cache::CacheArgs;
+use super::contest::{ContestArgs, Field};
 use super::outputs::{Kind, Output};
 use super::progress::Progress;
-use super::recognizers::{sort_inputs, with_contracts};
+use super::recognizers::{load, sort_inputs, with_contracts};
 use super::runtime::RuntimeArgs;
 use super::sweep::peak_rss_bytes;
 use crate::dataset::{Header, write_bytes};
@@ -62,6 +63,12 @@ pub(super) struct Args {
     runtime: RuntimeArgs,
     #[command(flatten)]
     contest: ContestArgs,
+    /// Leave out the baselines: `pixels`, which compares templates as they are, and `random`, which
+    /// compares random projections of them
+    #[arg(long)]
+    no_baselines: bool,
+    #[command(flatten)]
+    cache: CacheArgs,
     #[command(flatten)]
     pub common: Common,
 }
@@ -72,14 +79,19 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let runtime = args.runtime.runtime()?;
     let (models, data) = sort_inputs(&args.inputs)?;
     let header = Header::new("score", args.common.seed).with("runtime", runtime.name().name);
-    let setup = (&runtime, args.common.seed);
+    let cache = args.cache.cache();
+    let field = Field {
+        load: &|setup, header| load(&models, (&runtime, &cache), setup, header),
+        with_baselines: !args.no_baselines,
+        views: None,
+    };
     let mut rows = args
         .probes_csv
         .as_ref()
         .map(|_| csv::Writer::from_writer(Vec::new()));
     let (mut results, samples) = args.contest.run(
-        (&models, data),
-        setup,
+        (&field, data),
+        args.common.seed,
         header,
         |contest, entrants, header| {
             judged(contest, entrants, header, (args.common.seed, &mut rows))

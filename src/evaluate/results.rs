@@ -161,6 +161,9 @@ pub struct ProbeSetResult {
 /// Whom a recognizer took one probe for: a row of `edgegait score --probes-csv`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Answered<'a> {
+    /// Number of the probe among the source's sequences.
+    #[serde(skip)]
+    pub sequence: usize,
     /// The recognizer.
     pub recognizer: &'a str,
     /// The set of probes.

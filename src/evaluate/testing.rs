@@ -1,4 +1,12 @@
-//! Matrix E1 of the project's reference, whose metrics were worked out by hand.
+//! What tests of this module share: matrix E1 of the project's reference, whose metrics were worked
+//! out by hand, and datasets of GEIs that say little.
+
+use crate::dataset::{Contents, DatasetWriter, Existing, Format, Header, IndexRow, Item, Run};
+use crate::error::Result;
+use crate::template::Template;
+use edgegait_core::budget::PIXELS;
+use edgegait_core::silhouette::Size;
+use std::path::Path;
 
 /// Distances `[probe][gallery]`.
 pub(crate) const E1: [[f64; 6]; 3] = [
@@ -10,3 +18,43 @@ pub(crate) const E1: [[f64; 6]; 3] = [
 pub(crate) const E1_PROBES: [usize; 3] = [1, 2, 3];
 /// The person of each gallery entry.
 pub(crate) const E1_GALLERY: [usize; 6] = [1, 1, 2, 2, 3, 3];
+
+/// (Person, take, viewpoint, first two pixels).
+pub(crate) type Gei<'a> = (&'a str, &'a str, (f64, f64), (u8, u8));
+
+/// A dataset of GEIs in a folder that is made; their other pixels are 0.
+pub(crate) fn write_geis(dir: &Path, geis: &[Gei<'_>]) -> Result<()> {
+    let run = Run {
+        header: Header::new("sweep", 1),
+        contents: Contents::one(Template::Gei, Size::S50x30),
+        format: Format::Folder,
+        units: 0,
+        shard: None,
+    };
+    let mut writer = DatasetWriter::begin(dir, run, Existing::ReplaceOwn, false)?;
+    for &(subject, walk, (azimuth_deg, elevation_deg), (first, second)) in geis {
+        let mut pixels = vec![0; PIXELS];
+        pixels[..2].copy_from_slice(&[first, second]);
+        let row = IndexRow {
+            subject: subject.into(),
+            walk: walk.into(),
+            cycle: 0,
+            variation: 0,
+            speed_kmh: 5.0,
+            azimuth_deg,
+            elevation_deg,
+            condition: String::new(),
+            alternative: String::new(),
+            frames: 32,
+            seed: 1,
+        };
+        writer.push(Item {
+            row: &row,
+            take: walk,
+            templates: &[pixels],
+            joints: [&[], &[]],
+        })?;
+    }
+    writer.finish()?;
+    Ok(())
+}

@@ -235,6 +235,7 @@ impl<'a> Trial<'a> {
         let nearest = meeting.nearest.map(|(_, distance)| distance);
         let by_distance = self.classes.is_none();
         Answered {
+            sequence: probe,
             recognizer: recognizer.name(),
             probe_set,
             subject: &self.sequences.subjects[take.subject],

@@ -14,6 +14,7 @@ pub(super) mod written;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::profile::is_of_8_bits;
 use super::protobuf::{Malformed, Reader};
 use crate::error::{Error, Place, Result};
 use walk::Walk;
@@ -136,6 +137,14 @@ impl Graph {
             .inputs
             .retain(|port| !graph.initializers.contains_key(&port.name));
         Ok(graph)
+    }
+}
+
+impl Graph {
+    /// Whether any of its operators computes in 8-bit integers or turns numbers into such.
+    #[must_use]
+    pub fn is_quantized(&self) -> bool {
+        self.operators.keys().any(|name| is_of_8_bits(name))
     }
 }
 

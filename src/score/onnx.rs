@@ -17,9 +17,11 @@ use ort::value::{Tensor as OrtTensor, TensorRef};
 use super::library::Library;
 use super::model::Model;
 use super::ports::Ports;
+use super::profile;
 use super::{
-    Bare, BareOutputs, Contract, Outputs, Provider, Recognizer, RuntimeName, Tensor, run_batch,
+    Bare, BareOutputs, Contract, Outputs, Provider, Ran, Recognizer, RuntimeName, Tensor, run_batch,
 };
+use crate::dataset::Staging;
 use crate::error::{Cause, ChoiceError, Error, Result, ScoreError};
 
 /// The library that this process has loaded.
@@ -327,6 +329,34 @@ impl OrtRecognizer {
             numbers: numbers.to_vec(),
         })
     }
+}
+
+/// What ran each operation of a model, of one input, by a session of its own that writes it down.
+pub(super) fn profile(
+    ort: &Ort,
+    model: &Model,
+    how: (Provider, usize),
+    input: &[f32],
+) -> Result<Vec<Ran>> {
+    let contract = model.contract();
+    let failed = |cause: Cause| ScoreError::OnnxRuntime {
+        model: contract.name.clone(),
+        cause,
+    };
+    let shape = contract.input_shape(1, contract.frames_in(input.len(), 1)?);
+    let folder = Staging::temporary()?;
+    let written = || -> ort::Result<String> {
+        let mut session = builder(ort, how)?
+            .with_profiling(folder.path().join("profile"))?
+            .commit_from_memory(model.bytes())?;
+        let view = TensorRef::from_array_view((shape, input))?;
+        session.run(ort::inputs![view])?;
+        session.end_profiling()
+    };
+    let path = written().map_err(|error| failed(error.into()))?;
+    let text = std::fs::read_to_string(&path).map_err(|error| Error::io(&path, error))?;
+    let ran = profile::read(&text);
+    ran.map_err(|error| failed(format!("its profile cannot be read: {error}").into()).into())
 }
 
 /// The outputs that are used, each once.

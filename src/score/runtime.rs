@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Model, Recognizer, onnx, rten};
+use super::{Model, Ran, Recognizer, onnx, rten};
 use crate::error::{ChoiceError, Result};
 
 /// Which software runs a model, for results.
@@ -202,6 +202,21 @@ impl Runtime {
             Engine::Ort(ort, provider) => {
                 let how = (*provider, self.threads);
                 onnx::OrtRecognizer::load(ort, model, how)?.into_bare(input, outputs)
+            }
+        }
+    }
+
+    /// What ran each operation of `model`, of one input: which provider, and whether in float or in
+    /// 8-bit integers. None with the embedded runtime, which has the processor only and computes
+    /// quantised models in float.
+    ///
+    /// # Errors
+    /// If ONNX Runtime refuses the model or the input, or does not tell.
+    pub fn profile(&self, model: &Model, input: &[f32]) -> Result<Option<Vec<Ran>>> {
+        match &self.engine {
+            Engine::Rten => Ok(None),
+            Engine::Ort(ort, provider) => {
+                onnx::profile(ort, model, (*provider, self.threads), input).map(Some)
             }
         }
     }

@@ -15,7 +15,8 @@ use super::protocol::{Decision, GalleryViews, Protocol, Roles};
 use super::results::{Answered, RecognizerResult};
 use super::trial::Trial;
 use crate::error::{EvaluateError, Result};
-use crate::score::{Contract, Recognizer, answers::ask};
+use crate::score::answers::{Answers, ask};
+use crate::score::{Contract, Recognizer};
 use crate::source::{Shown, Source};
 use crate::sweep::{View, Views};
 
@@ -39,6 +40,16 @@ pub struct Outcome {
     pub shown: Shown,
     /// What to know before trusting the results.
     pub warnings: Vec<String>,
+}
+
+/// What recognizers answered, before anybody judges it.
+pub(crate) struct Asked {
+    /// Of each recognizer, in order.
+    pub answers: Vec<Answers>,
+    /// Sequences that were shown to any of them.
+    pub sequences: u64,
+    /// What was drawn for them.
+    pub shown: Shown,
 }
 
 /// A picture that a recognizer is shown.
@@ -113,11 +124,65 @@ impl<'a> Contest<'a> {
         tell: &mut dyn FnMut(Answered<'_>),
     ) -> Result<Outcome> {
         let sequences = self.source.sequences();
-        let trials: Vec<Trial<'_>> = entrants
-            .iter()
-            .map(|entrant| self.trial(entrant.recognizer.contract()))
-            .collect::<Result<_>>()?;
-        let mut answers = vec![None; entrants.len()];
+        let asked = self.ask(entrants, seen)?;
+        let trials = self.trials(entrants)?;
+        let mut warnings = self.protocol.doubts(&sequences.takes, &self.roles);
+        for (entrant, trial) in entrants.iter().zip(&trials) {
+            if entrant.recognizer.is_baseline() {
+                continue;
+            }
+            let contract = entrant.recognizer.contract();
+            let seen = Seen::of(contract, sequences, |sequence| trial.is_probe(sequence));
+            warnings.extend(seen.warnings(entrant.recognizer.name()));
+        }
+        let mut results = Vec::with_capacity(entrants.len());
+        for (entrant, answers) in entrants.iter().zip(&asked.answers) {
+            let result = self.judged(entrant, answers, seed, tell)?;
+            if result.gallery_non_finite > 0 {
+                warnings.push(format!(
+                    "{}: {} embeddings of the gallery were not finite and left out",
+                    result.name, result.gallery_non_finite
+                ));
+            }
+            warnings.extend(doubts(&result));
+            results.push(result);
+        }
+        Ok(Outcome {
+            results,
+            sequences: asked.sequences,
+            shown: asked.shown,
+            warnings,
+        })
+    }
+
+    /// What one recognizer's answers come to, as [`Self::run`] judges them.
+    ///
+    /// # Errors
+    /// When nothing that it answered can be compared, or there is too much.
+    pub(crate) fn judged(
+        &self,
+        entrant: &Entrant,
+        answers: &Answers,
+        seed: u64,
+        tell: &mut dyn FnMut(Answered<'_>),
+    ) -> Result<RecognizerResult> {
+        let recognizer = entrant.recognizer.as_ref();
+        let trial = self.trial(recognizer.contract())?;
+        judge(recognizer, &trial, answers, seed, tell)
+    }
+
+    /// Shows all recognizers what they ask for; `seen` is told of each picture.
+    ///
+    /// # Errors
+    /// When a sequence cannot be shown, a recognizer fails, or there is too much to compare.
+    pub(crate) fn ask(
+        &self,
+        entrants: &[Entrant],
+        seen: &mut dyn FnMut(Picture<'_>),
+    ) -> Result<Asked> {
+        let sequences = self.source.sequences();
+        let trials = self.trials(entrants)?;
+        let mut answers = vec![Answers::default(); entrants.len()];
         let mut shown: Option<Shown> = None;
         let mut all = vec![false; sequences.list.len()];
         for first in 0..entrants.len() {
@@ -147,37 +212,20 @@ impl<'a> Contest<'a> {
             let (found, now) = ask(&recognizers, &self.source, &wanted, &form, &mut tell)?;
             shown = Some(shown.map_or(now, |before| before.and(now)));
             for (&at, found) in group.iter().zip(found) {
-                answers[at] = Some(found);
+                answers[at] = found;
             }
         }
-        let mut warnings = self.protocol.doubts(&sequences.takes, &self.roles);
-        for (entrant, trial) in entrants.iter().zip(&trials) {
-            if entrant.recognizer.is_baseline() {
-                continue;
-            }
-            let contract = entrant.recognizer.contract();
-            let seen = Seen::of(contract, sequences, |sequence| trial.is_probe(sequence));
-            warnings.extend(seen.warnings(entrant.recognizer.name()));
-        }
-        let mut results = Vec::with_capacity(entrants.len());
-        for ((entrant, trial), answers) in entrants.iter().zip(&trials).zip(answers) {
-            let Some(answers) = answers else { continue };
-            let result = judge(entrant.recognizer.as_ref(), trial, &answers, seed, tell)?;
-            if result.gallery_non_finite > 0 {
-                warnings.push(format!(
-                    "{}: {} embeddings of the gallery were not finite and left out",
-                    result.name, result.gallery_non_finite
-                ));
-            }
-            warnings.extend(doubts(&result));
-            results.push(result);
-        }
-        Ok(Outcome {
-            results,
+        Ok(Asked {
+            answers,
             sequences: all.iter().filter(|is_shown| **is_shown).count() as u64,
             shown: shown.unwrap_or_default(),
-            warnings,
         })
+    }
+
+    /// Who is compared with whom by each of them.
+    fn trials(&self, entrants: &[Entrant]) -> Result<Vec<Trial<'_>>> {
+        let contracts = entrants.iter().map(|entrant| entrant.recognizer.contract());
+        contracts.map(|contract| self.trial(contract)).collect()
     }
 
     /// Who is compared with whom by one recognizer.

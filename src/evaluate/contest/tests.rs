@@ -1,12 +1,8 @@
 use super::*;
-use crate::dataset::{
-    Contents, DatasetWriter, Existing, Format, Header, IndexRow, Item, Layout, Run,
-};
+use crate::dataset::Layout;
+use crate::evaluate::testing::{Gei, write_geis};
 use crate::score::{InputRange, Outputs, RuntimeName};
 use crate::sweep::Settings;
-use crate::template::Template;
-use edgegait_core::budget::PIXELS;
-use edgegait_core::silhouette::Size;
 
 /// Answers with the first two pixels of a GEI, as embedding and as class scores; of a first
 /// pixel of 13 with NaN.
@@ -41,47 +37,13 @@ impl Recognizer for FirstTwoPixels {
     }
 }
 
-/// (Person, take, viewpoint, first two pixels).
-type Gei<'a> = (&'a str, &'a str, (f64, f64), (u8, u8));
-
 const FRONT: (f64, f64) = (0.0, 0.0);
 const SIDE: (f64, f64) = (90.0, 0.0);
 
 fn outcome(protocol: &str, classes: &[&str], geis: &[Gei<'_>]) -> Result<Outcome> {
     let folder = tempfile::tempdir().expect("a folder");
     let dir = folder.path().join("geis");
-    let run = Run {
-        header: Header::new("sweep", 1),
-        contents: Contents::one(Template::Gei, Size::S50x30),
-        format: Format::Folder,
-        units: 0,
-        shard: None,
-    };
-    let mut writer = DatasetWriter::begin(&dir, run, Existing::ReplaceOwn, false)?;
-    for &(subject, walk, (azimuth_deg, elevation_deg), (first, second)) in geis {
-        let mut pixels = vec![0; PIXELS];
-        pixels[..2].copy_from_slice(&[first, second]);
-        let row = IndexRow {
-            subject: subject.into(),
-            walk: walk.into(),
-            cycle: 0,
-            variation: 0,
-            speed_kmh: 5.0,
-            azimuth_deg,
-            elevation_deg,
-            condition: String::new(),
-            alternative: String::new(),
-            frames: 32,
-            seed: 1,
-        };
-        writer.push(Item {
-            row: &row,
-            take: walk,
-            templates: &[pixels],
-            joints: [&[], &[]],
-        })?;
-    }
-    writer.finish()?;
+    write_geis(&dir, geis)?;
     let protocol = Protocol::named(protocol)?;
     let contest = Contest::new(
         Source::open(&dir, &protocol.made, &Layout::default())?,

@@ -1,0 +1,224 @@
+//! What ran each operation of a model: ONNX Runtime's profile, read.
+//!
+//! A provider that does not support an operation leaves it to the processor and says nothing, and
+//! ONNX Runtime runs an operation between 8-bit numbers in float where it cannot fuse them. The
+//! profile that a session writes names the provider and the types of each operation.
+
+use std::collections::{BTreeMap, HashSet};
+
+use serde::{Deserialize, Serialize};
+
+/// Operations of one kind that a session ran alike.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Ran {
+    /// The operation, `Conv` or `QLinearConv`; a name of the provider's own where it runs many as
+    /// one.
+    pub operator: String,
+    /// What ran it, as ONNX Runtime calls it: `CPUExecutionProvider`.
+    pub provider: String,
+    /// What it computes in.
+    pub arithmetic: Arithmetic,
+    /// How many of them there are.
+    pub count: usize,
+}
+
+/// What an operation computes in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Arithmetic {
+    /// Floating-point numbers.
+    Float,
+    /// 8-bit integers.
+    Int8,
+    /// It turns the one into the other.
+    Conversion,
+    /// Shapes and indices, or it is not known.
+    Other,
+}
+
+impl Ran {
+    /// Whether the processor ran it, by ONNX Runtime's own kernels.
+    #[must_use]
+    pub fn is_on_cpu(&self) -> bool {
+        self.provider == "CPUExecutionProvider"
+    }
+}
+
+/// Whether an operator is of a quantised model: it computes in 8-bit integers or turns numbers into
+/// such. Those of ONNX and ONNX Runtime are called `QuantizeLinear`, `DynamicQuantizeMatMul`,
+/// `QLinearConv`, `QGemm`, `ConvInteger`.
+pub(super) fn is_of_8_bits(operator: &str) -> bool {
+    let name = operator.rsplit('.').next().unwrap_or(operator);
+    let mut letters = name.chars();
+    let is_q = letters.next() == Some('Q') && letters.next().is_some_and(char::is_uppercase);
+    is_q || name.contains("Integer") || name.to_lowercase().contains("quantize")
+}
+
+/// An event of a profile.
+#[derive(Deserialize)]
+struct Event {
+    #[serde(default)]
+    cat: String,
+    #[serde(default)]
+    name: String,
+    #[serde(default)]
+    args: Arguments,
+}
+
+#[derive(Default, Deserialize)]
+struct Arguments {
+    #[serde(default)]
+    op_name: String,
+    #[serde(default)]
+    provider: String,
+    #[serde(default)]
+    input_type_shape: Vec<BTreeMap<String, serde_json::Value>>,
+    #[serde(default)]
+    output_type_shape: Vec<BTreeMap<String, serde_json::Value>>,
+}
+
+/// What a profile tells, in the order of operators' names; each operation counts once, however
+/// often it ran.
+///
+/// # Errors
+/// If the text is no profile.
+pub(super) fn read(text: &str) -> serde_json::Result<Vec<Ran>> {
+    let events: Vec<Event> = serde_json::from_str(text)?;
+    let mut seen = HashSet::new();
+    let mut counts: BTreeMap<(String, String, Arithmetic), usize> = BTreeMap::new();
+    for Event { cat, name, args } in events {
+        // Older versions tell of the fences around an operation too, without a provider.
+        if cat == "Node" && !args.provider.is_empty() && seen.insert(name) {
+            let arithmetic = arithmetic(&args);
+            *counts
+                .entry((args.op_name, args.provider, arithmetic))
+                .or_default() += 1;
+        }
+    }
+    let ran = |((operator, provider, arithmetic), count)| Ran {
+        operator,
+        provider,
+        arithmetic,
+        count,
+    };
+    Ok(counts.into_iter().map(ran).collect())
+}
+
+fn arithmetic(args: &Arguments) -> Arithmetic {
+    let first = |types: &[BTreeMap<String, serde_json::Value>]| {
+        let first = types.first().and_then(|one| one.keys().next());
+        first.cloned().unwrap_or_default()
+    };
+    let (input, output) = (
+        first(&args.input_type_shape),
+        first(&args.output_type_shape),
+    );
+    let is_int8 = |kind: &str| kind == "uint8" || kind == "int8";
+    let is_float = |kind: &str| kind.contains("float") || kind == "double";
+    match (is_int8(&input), is_int8(&output)) {
+        (true, false) if args.op_name == "DequantizeLinear" => Arithmetic::Conversion,
+        (false, true) if args.op_name.ends_with("QuantizeLinear") => Arithmetic::Conversion,
+        // QLinearConcat begins with a scale, QGemm may end in float.
+        (true, _) | (_, true) => Arithmetic::Int8,
+        _ if is_float(&input) || is_float(&output) => Arithmetic::Float,
+        _ => Arithmetic::Other,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn event(name: &str, operator: &str, provider: &str, types: [&str; 2]) -> String {
+        let [input, output] = types;
+        format!(
+            r#"{{"cat":"Node","pid":7,"tid":7,"dur":5,"ts":9,"ph":"X","name":"{name}_kernel_time",
+            "args":{{"op_name":"{operator}","provider":"{provider}","node_index":"1",
+            "input_type_shape":[{{"{input}":[1,8]}},{{"float":[8]}}],
+            "output_type_shape":[{{"{output}":[1,8]}}]}}}}"#
+        )
+    }
+
+    fn read_all(events: &[String]) -> Vec<(String, String, Arithmetic, usize)> {
+        let ran = read(&format!("[{}]", events.join(","))).expect("a profile");
+        ran.into_iter()
+            .map(|one| (one.operator, one.provider, one.arithmetic, one.count))
+            .collect()
+    }
+
+    #[test]
+    fn operations_are_counted_once_by_what_ran_them() {
+        let (xnnpack, cpu) = ("XnnpackExecutionProvider", "CPUExecutionProvider");
+        let float = ["float", "float"];
+        let session = r#"{"cat":"Session","name":"model_run","ts":1,"dur":2,"args":{}}"#;
+        let fence = r#"{"cat":"Node","name":"a_fence_before","args":{"op_name":"Conv"}}"#;
+        let found = read_all(&[
+            session.into(),
+            fence.into(),
+            event("a", "Conv", xnnpack, float),
+            event("b", "Conv", xnnpack, float),
+            event("c", "Conv", cpu, float),
+            // In a loop.
+            event("c", "Conv", cpu, float),
+            event("d", "Shape", cpu, ["int64", "int64"]),
+        ]);
+        let expected = [
+            ("Conv", cpu, Arithmetic::Float, 1),
+            ("Conv", xnnpack, Arithmetic::Float, 2),
+            ("Shape", cpu, Arithmetic::Other, 1),
+        ];
+        let expected = expected.map(|(a, b, c, d)| (a.to_owned(), b.to_owned(), c, d));
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn what_an_operation_computes_in_follows_from_its_types() {
+        for (operator, types, expected) in [
+            ("Conv", ["float", "float"], Arithmetic::Float),
+            ("Conv", ["float16", "float16"], Arithmetic::Float),
+            ("QLinearConv", ["uint8", "uint8"], Arithmetic::Int8),
+            ("QGemm", ["int8", "float"], Arithmetic::Int8),
+            ("QLinearConcat", ["float", "uint8"], Arithmetic::Int8),
+            ("MaxPool", ["uint8", "uint8"], Arithmetic::Int8),
+            ("QuantizeLinear", ["float", "uint8"], Arithmetic::Conversion),
+            (
+                "DequantizeLinear",
+                ["int8", "float"],
+                Arithmetic::Conversion,
+            ),
+            (
+                "DynamicQuantizeLinear",
+                ["float", "uint8"],
+                Arithmetic::Conversion,
+            ),
+            ("Gather", ["int64", "int64"], Arithmetic::Other),
+        ] {
+            let found = read_all(&[event("a", operator, "P", types)]);
+            assert_eq!(found[0].2, expected, "{operator}");
+        }
+    }
+
+    #[test]
+    fn operators_of_quantised_models_are_known_by_their_names() {
+        for name in [
+            "QuantizeLinear",
+            "DequantizeLinear",
+            "QLinearConv",
+            "com.microsoft.QGemm",
+            "MatMulInteger",
+            "com.microsoft.DynamicQuantizeMatMul",
+        ] {
+            assert!(is_of_8_bits(name), "{name}");
+        }
+        for name in ["Conv", "Gemm", "com.microsoft.QuickGelu", "Squeeze"] {
+            assert!(!is_of_8_bits(name), "{name}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_profile_is_refused() {
+        assert!(read("{").is_err());
+        assert!(read(r#"{"cat":"Node"}"#).is_err());
+        assert_eq!(read("[]").expect("an empty one"), []);
+    }
+}
