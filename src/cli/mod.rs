@@ -27,6 +27,7 @@ mod keep_going;
 mod layout;
 mod merge;
 mod outputs;
+mod parity;
 mod progress;
 mod quantize;
 mod recognizers;
@@ -83,6 +84,7 @@ enum Command {
     Import(import::Args),
     Inspect(inspect::Args),
     Merge(merge::Args),
+    Parity(parity::Args),
     Quantize(quantize::Args),
     Render(render::Args),
     Score(score::Args),
@@ -115,7 +117,7 @@ fn command() -> clap::Command {
 pub fn main() -> std::process::ExitCode {
     let cli = Cli::from_arg_matches(&command().get_matches()).unwrap_or_else(|error| error.exit());
     match interrupt::listen().and_then(|()| run(&cli.command)) {
-        Ok(()) => std::process::ExitCode::SUCCESS,
+        Ok(ending) => std::process::ExitCode::from(ending as u8),
         Err(error) => {
             eprintln!("error: {}", WithFlags(&error));
             interrupt::tell_unfinished();
@@ -124,7 +126,16 @@ pub fn main() -> std::process::ExitCode {
     }
 }
 
-fn run(command: &Command) -> Result<()> {
+/// How a command ended that did its work; the process's exit code. Errors have 1 and 2.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Ending {
+    /// There is nothing more to say.
+    Done = 0,
+    /// What was found is beyond a limit.
+    LimitMissed = 4,
+}
+
+fn run(command: &Command) -> Result<Ending> {
     macro_rules! run {
         ($name:ident, $args:expr) => {{
             $args.common.check(stringify!($name), &$args.files())?;
@@ -144,6 +155,7 @@ fn run(command: &Command) -> Result<()> {
         Command::Import(args) => run!(import, args),
         Command::Inspect(args) => run!(inspect, args),
         Command::Merge(args) => run!(merge, args),
+        Command::Parity(args) => return run!(parity, args),
         Command::Quantize(args) => run!(quantize, args),
         Command::Render(args) => run!(render, args),
         Command::Score(args) => run!(score, args),
@@ -154,10 +166,14 @@ fn run(command: &Command) -> Result<()> {
         #[cfg(feature = "train")]
         Command::Train(args) => run!(train, args),
     }
+    .map(|()| Ending::Done)
 }
 
 /// Runs `work` with as many threads as were asked for.
-fn with_threads(common: &args::Common, work: impl FnOnce() -> Result<()> + Send) -> Result<()> {
+fn with_threads<R: Send>(
+    common: &args::Common,
+    work: impl FnOnce() -> Result<R> + Send,
+) -> Result<R> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(common.threads.map_or(0, usize::from))
         .build()?;

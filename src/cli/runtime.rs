@@ -3,7 +3,8 @@
 use crate::error::{Error, Result};
 use crate::score::{Provider, Runtime, find_library};
 use clap::ValueEnum;
-use std::path::PathBuf;
+use std::fmt;
+use std::path::{Path, PathBuf};
 
 /// What runs the models.
 #[derive(Clone, Debug, clap::Args)]
@@ -36,15 +37,89 @@ impl RuntimeArgs {
     /// If there is no ONNX Runtime library, or it cannot be used, or has no such provider; if
     /// flags are given that the embedded runtime has no use for.
     pub(super) fn runtime(&self) -> Result<Runtime> {
-        match self.runtime {
-            RuntimeArg::Rten if self.ort_lib.is_some() => Err(Error::Usage(
-                "--ort-lib: the embedded runtime needs no library (use --runtime ort)".into(),
-            )),
-            RuntimeArg::Rten => Runtime::rten().with_provider(self.provider),
-            RuntimeArg::Ort => {
-                let library = find_library(self.ort_lib.as_deref())?;
-                Runtime::ort(library)?.with_provider(self.provider)
+        let engine = Engine {
+            runtime: self.runtime,
+            provider: self.provider,
+        };
+        refuse_idle_library(self.ort_lib.as_deref(), &[engine])?;
+        engine.load(self.ort_lib.as_deref())
+    }
+}
+
+/// A runtime and what it computes with, in one word: `rten`, `ort`, `ort:xnnpack`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Engine {
+    runtime: RuntimeArg,
+    provider: Provider,
+}
+
+impl Engine {
+    /// The embedded runtime.
+    pub(super) const EMBEDDED: Self = Self {
+        runtime: RuntimeArg::Rten,
+        provider: Provider::Cpu,
+    };
+    /// ONNX Runtime on the processor.
+    pub(super) const ONNX_RUNTIME: Self = Self {
+        runtime: RuntimeArg::Ort,
+        provider: Provider::Cpu,
+    };
+
+    /// What a word stands for.
+    ///
+    /// # Errors
+    /// With the words that there are.
+    pub(super) fn parse(word: &str) -> std::result::Result<Self, String> {
+        match word.split_once(':') {
+            None if word == "rten" => return Ok(Self::EMBEDDED),
+            None if word == "ort" => return Ok(Self::ONNX_RUNTIME),
+            Some(("ort", name)) => {
+                let known = Provider::ALL.into_iter().find(|one| one.name() == name);
+                if let Some(provider) = known {
+                    return Ok(Self {
+                        provider,
+                        ..Self::ONNX_RUNTIME
+                    });
+                }
             }
+            _ => {}
+        }
+        let names = Provider::ALL.map(Provider::name).join(", ");
+        Err(format!(
+            "expected rten, ort, or ort:PROVIDER with one of {names}"
+        ))
+    }
+
+    /// The runtime, with one thread.
+    ///
+    /// # Errors
+    /// If there is no ONNX Runtime library, or it cannot be used, or has no such provider.
+    pub(super) fn load(self, ort_lib: Option<&Path>) -> Result<Runtime> {
+        match self.runtime {
+            RuntimeArg::Rten => Runtime::rten().with_provider(self.provider),
+            RuntimeArg::Ort => Runtime::ort(find_library(ort_lib)?)?.with_provider(self.provider),
         }
     }
+}
+
+/// The word that [`Engine::parse`] reads.
+impl fmt::Display for Engine {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.runtime, self.provider) {
+            (RuntimeArg::Rten, _) => f.write_str("rten"),
+            (RuntimeArg::Ort, Provider::Cpu) => f.write_str("ort"),
+            (RuntimeArg::Ort, provider) => write!(f, "ort:{}", provider.name()),
+        }
+    }
+}
+
+/// Refuses a library where none is used.
+pub(super) fn refuse_idle_library(ort_lib: Option<&Path>, engines: &[Engine]) -> Result<()> {
+    let is_used = engines.iter().any(|one| one.runtime == RuntimeArg::Ort);
+    if ort_lib.is_none() || is_used {
+        return Ok(());
+    }
+    Err(Error::Usage(
+        "--ort-lib: the embedded runtime needs no library (use --runtime ort)".into(),
+    ))
 }

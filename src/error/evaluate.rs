@@ -121,6 +121,19 @@ pub enum EvaluateError {
         /// The view of the gallery.
         gallery: usize,
     },
+    /// What two sides take or give cannot be compared.
+    #[error(
+        "expected one {what} to compare, found {} of {} and {} of {}",
+        .values[0], .sides[0], .values[1], .sides[1]
+    )]
+    SidesDiffer {
+        /// A setting of their contracts, or the form of their answers.
+        what: &'static str,
+        /// The sides.
+        sides: [String; 2],
+        /// What each has.
+        values: [String; 2],
+    },
     /// A recognizer was not asked under a condition.
     #[error("{recognizer}: no probes under {condition}")]
     NotAsked {

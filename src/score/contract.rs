@@ -128,9 +128,17 @@ impl Contract {
     /// # Errors
     /// If the file is there but cannot be read or used.
     pub fn beside(model: &Path) -> Result<Self> {
+        Ok(Self::stated_beside(model)?.unwrap_or_default())
+    }
+
+    /// The same; none if there is no such file.
+    ///
+    /// # Errors
+    /// As [`Self::beside`].
+    pub(super) fn stated_beside(model: &Path) -> Result<Option<Self>> {
         let path = Self::path_beside(model);
         match std::fs::metadata(&path) {
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Self::default()),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
             Err(error) => Err(Error::io(path, error)),
             Ok(metadata) if metadata.len() > MAX_BYTES => Err(Error::input(
                 path,
@@ -142,7 +150,7 @@ impl Contract {
             Ok(_) => {
                 let text =
                     std::fs::read_to_string(&path).map_err(|error| Error::io(&path, error))?;
-                Self::parse(&path, &text)
+                Self::parse(&path, &text).map(Some)
             }
         }
     }
@@ -351,6 +359,8 @@ fn first_repeated(names: &[String]) -> Option<&String> {
     let mut seen = std::collections::HashSet::new();
     names.iter().find(|name| !seen.insert(*name))
 }
+
+mod difference;
 
 #[cfg(test)]
 mod tests;

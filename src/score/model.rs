@@ -33,6 +33,14 @@ impl Model {
     /// # Errors
     /// If a file cannot be read, or as [`Self::from_bytes`].
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
+        Self::open_or(path, &Contract::default())
+    }
+
+    /// Reads `path` and the contract beside it; if there is none, it keeps to `usual`.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn open_or(path: impl AsRef<Path>, usual: &Contract) -> Result<Self> {
         let path = path.as_ref();
         let metadata = std::fs::metadata(path).map_err(|error| Error::io(path, error))?;
         if !metadata.is_file() {
@@ -51,9 +59,11 @@ impl Model {
             ));
         }
         let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
+        let contract = Contract::stated_beside(path)?;
+        let contract = contract.unwrap_or_else(|| usual.clone());
         Ok(Self {
             is_file: true,
-            ..Self::from_bytes(path, bytes, Contract::beside(path)?)?
+            ..Self::from_bytes(path, bytes, contract)?
         })
     }
 
@@ -84,6 +94,13 @@ impl Model {
             ports,
             is_file: false,
         })
+    }
+
+    /// The same model, called otherwise in results and messages.
+    #[must_use]
+    pub fn named(mut self, name: impl Into<String>) -> Self {
+        self.contract.name = name.into();
+        self
     }
 
     /// Where the model is from.

@@ -17,6 +17,7 @@ mod beside;
 mod gates;
 mod likeness;
 mod mix;
+mod parity;
 mod populations;
 mod protocols;
 mod quantize;

@@ -1,0 +1,324 @@
+//! `edgegait parity`: whether runtimes, or forms of a model, give the same answers.
+
+mod text;
+
+use super::Ending;
+use super::args::{Common, Files};
+use super::contest::{ContestArgs, Field, Setup};
+use super::keep_going::with_hint;
+use super::progress::Progress;
+use super::recognizers::{entrant, is_baseline, sort_inputs, with_contracts};
+use super::runtime::{Engine, refuse_idle_library};
+use crate::dataset::Header;
+use crate::error::{ChoiceError, Error, EvaluateError, Result};
+use crate::evaluate::contest::{Contest, Entrant, Picture};
+use crate::evaluate::parity::{Answered, Limits, ParityResults, Side, Verdict};
+use crate::score::{Contract, Model, Runtime};
+use crate::sweep::Views;
+use std::path::{Path, PathBuf};
+
+/// From where people are seen unless flags or a protocol say so: the walker's left from front to
+/// back, level and from above. Ours: ten viewpoints take seconds and show each kind of picture.
+const AZIMUTHS_DEG: [f32; 5] = [0.0, 45.0, 90.0, 135.0, 180.0];
+const ELEVATIONS_DEG: [f32; 2] = [0.0, 30.0];
+
+/// Compare the answers of one model on several runtimes, or of several forms of a model
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Examples:\n  edgegait parity mine.onnx                                  # the embedded runtime and ONNX Runtime\n  edgegait parity mine.onnx --runtime ort --runtime ort:xnnpack\n  edgegait parity float.onnx int8.onnx --runtime ort\n  edgegait parity float.onnx int8.onnx int8.onnx --runtime ort --runtime ort --runtime ort:qnn\n\nThe first side is the reference, and each of the others is compared with it: models with one\nruntime, runtimes with one model, or as many of both, in pairs. All are shown the same pictures,\nby default from 10 viewpoints, and people are looked for as `edgegait score` does. A relative\ndifference is the length of the difference of two answers, divided by the root mean square of how\nfar the reference's answers lie from their mean. The exit code is 0 if all answer the same, 4 if\none differs, 1 or 2 after an error."
+)]
+pub(super) struct Args {
+    /// ONNX models, the reference first, and a pack, a dataset or a tree of silhouettes [default: the
+    /// built-in cohort]; a model without a .toml beside it is taken as that of the first states
+    #[arg(value_name = "MODEL|PACK|DATASET|TREE", required = true)]
+    inputs: Vec<PathBuf>,
+    /// What runs a side: rten (the embedded runtime), ort (ONNX Runtime), or ort:PROVIDER, which is
+    /// one of cpu, xnnpack, acl, armnn, nnapi, coreml, qnn, rknpu, cuda, tensorrt, openvino; several
+    /// times for several sides [default: rten, and of one model ort too]
+    #[arg(long, value_name = "NAME[:PROVIDER]", value_parser = Engine::parse)]
+    runtime: Vec<Engine>,
+    /// The ONNX Runtime library, for `--runtime ort` [env: EDGEGAIT_ORT_LIB, ORT_DYLIB_PATH;
+    /// default: looked for beside Python's onnxruntime and in the system's library folders]
+    #[arg(long, value_name = "PATH")]
+    ort_lib: Option<PathBuf>,
+    /// Greatest relative difference of any answer [default: 0.001; 0.5 where a side is quantised]
+    #[arg(long, value_name = "X", value_parser = limit)]
+    max_relative_difference: Option<f64>,
+    /// Mean relative difference of all answers [default: 0.001; 0.1 where a side is quantised]
+    #[arg(long, value_name = "X", value_parser = limit)]
+    max_mean_relative_difference: Option<f64>,
+    /// Share of probes that one side alone takes for the right person, 0 to 1 [default: 0.001; 0.05
+    /// where a side is quantised]
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    max_changed_hits: Option<f64>,
+    #[command(flatten)]
+    contest: ContestArgs,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+fn limit(text: &str) -> std::result::Result<f64, String> {
+    let found = text
+        .parse()
+        .ok()
+        .filter(|x: &f64| x.is_finite() && *x >= 0.0);
+    found.ok_or_else(|| "expected a number of 0 or more".to_owned())
+}
+
+fn share(text: &str) -> std::result::Result<f64, String> {
+    let found = text.parse().ok().filter(|x| (0.0..=1.0).contains(x));
+    found.ok_or_else(|| "expected a share of 0 to 1".to_owned())
+}
+
+impl Args {
+    /// What it reads and writes.
+    pub(super) fn files(&self) -> Files {
+        Files {
+            inputs: with_contracts(&self.inputs)
+                .into_iter()
+                .chain(self.contest.inputs())
+                .collect(),
+            outputs: Vec::new(),
+        }
+    }
+
+    /// The limits of these sides.
+    fn limits(&self, reference: &Side, other: &Side) -> Limits {
+        let usual = Limits::of(reference, other);
+        let or = |given: Option<f64>, usual: f64| given.unwrap_or(usual);
+        Limits {
+            relative_difference: or(self.max_relative_difference, usual.relative_difference),
+            mean_relative_difference: or(
+                self.max_mean_relative_difference,
+                usual.mean_relative_difference,
+            ),
+            changed_hits: or(self.max_changed_hits, usual.changed_hits),
+        }
+    }
+}
+
+/// A model that is called as its side, and what runs it.
+struct Planned {
+    model: Model,
+    runtime: Runtime,
+}
+
+/// Runs the subcommand.
+pub(super) fn run(args: &Args) -> Result<Ending> {
+    let (paths, data) = sort_inputs(&args.inputs)?;
+    let engines = paired(&paths, &args.runtime)?;
+    let mut header = Header::new("parity", args.common.seed).with(
+        "runtime",
+        engines.iter().map(ToString::to_string).collect::<Vec<_>>(),
+    );
+    let planned = planned(&paths, &engines, args.ort_lib.as_deref(), &mut header)?;
+    let field = Field {
+        load: &|setup, _| load(&planned, setup),
+        with_baselines: false,
+        views: Some(Views::grid("10 of parity", AZIMUTHS_DEG, ELEVATIONS_DEG)?),
+    };
+    let seed = args.common.seed;
+    let results = args
+        .contest
+        .run((&field, data), seed, header, |contest, entrants, header| {
+            compared(args, &planned, (contest, entrants), header)
+        })?;
+    args.common.say(text::Text(&results));
+    for warning in &results.header.warnings {
+        args.common.say(format_args!("warning: {warning}"));
+    }
+    args.common.write_json(&results)?;
+    Ok(match results.verdict {
+        Verdict::Same => Ending::Done,
+        Verdict::Differs => Ending::LimitMissed,
+    })
+}
+
+/// What runs each side, of which there are as many as models or runtimes.
+fn paired(models: &[PathBuf], runtimes: &[Engine]) -> Result<Vec<Engine>> {
+    if models.iter().any(|path| is_baseline(path)) {
+        return Err(Error::Usage(
+            "pixels: expected models to compare, found the baseline, which computes nothing".into(),
+        ));
+    }
+    let usual: &[Engine] = match (models.len(), runtimes) {
+        (1, []) => &[Engine::EMBEDDED, Engine::ONNX_RUNTIME],
+        (_, []) => &[Engine::EMBEDDED],
+        _ => runtimes,
+    };
+    match (models.len(), usual) {
+        (0, _) => Err(Error::Usage(
+            "expected a model to compare, found none".into(),
+        )),
+        (1, [_]) => Err(Error::Usage(
+            "expected two sides to compare, found one (name another --runtime or another model)"
+                .into(),
+        )),
+        (1, several) => Ok(several.to_vec()),
+        (all, &[one]) => Ok(vec![one; all]),
+        (all, several) if all == several.len() => Ok(several.to_vec()),
+        (all, several) => Err(Error::Usage(format!(
+            "expected one model, one --runtime, or as many of both, found {all} and {}",
+            several.len()
+        ))),
+    }
+}
+
+/// Opens the models and starts the runtimes.
+fn planned(
+    paths: &[PathBuf],
+    engines: &[Engine],
+    ort_lib: Option<&Path>,
+    header: &mut Header,
+) -> Result<Vec<Planned>> {
+    refuse_idle_library(ort_lib, engines)?;
+    let mut planned: Vec<Planned> = Vec::new();
+    for (at, engine) in engines.iter().enumerate() {
+        let path = paths.get(at).unwrap_or(&paths[0]);
+        let runtime = engine.load(ort_lib).map_err(|error| match error {
+            Error::Choice(error @ ChoiceError::Provider { .. }) => {
+                Error::Usage(format!("--runtime {engine}: {error}"))
+            }
+            other => other,
+        })?;
+        let model = opened(path, planned.first(), header)?;
+        let label = Side::new(&model, runtime.name()).label();
+        let one = Planned {
+            model: model.named(label),
+            runtime,
+        };
+        one.refuse_like(&planned)?;
+        planned.push(one);
+    }
+    Ok(planned)
+}
+
+/// Opens a model that can be compared with the first.
+fn opened(path: &Path, first: Option<&Planned>, header: &mut Header) -> Result<Model> {
+    let Some(first) = first else {
+        let model = Model::open(path)?;
+        header.inputs.extend(model.inputs()?);
+        header.warnings.extend(model.warning());
+        return Ok(model);
+    };
+    let usual = Contract {
+        name: String::new(),
+        ..first.model.contract().clone()
+    };
+    let model = Model::open_or(path, &usual)?;
+    if path == first.model.path() {
+        return Ok(model);
+    }
+    let [own, of_first] = [path, first.model.path()].map(Contract::path_beside);
+    if of_first.is_file() && !own.is_file() {
+        let warning = format!(
+            "{}: has no .toml beside it: it is taken as {} states",
+            path.display(),
+            of_first.display()
+        );
+        if !header.warnings.contains(&warning) {
+            header.warnings.push(warning);
+        }
+    }
+    if let Some((what, values)) = first.model.contract().difference(model.contract()) {
+        let sides = [first.model.path(), path].map(|path| path.display().to_string());
+        return Err(EvaluateError::SidesDiffer {
+            what,
+            sides,
+            values,
+        }
+        .into());
+    }
+    let known = |path: &String| header.inputs.iter().any(|input| input.path == *path);
+    let inputs = model.inputs()?.into_iter();
+    let new: Vec<_> = inputs.filter(|input| !known(&input.path)).collect();
+    header.inputs.extend(new);
+    header.warnings.extend(model.warning());
+    Ok(model)
+}
+
+impl Planned {
+    /// Refuses a side that is there already: it would be compared with itself.
+    fn refuse_like(&self, before: &[Self]) -> Result<()> {
+        let is_like = |other: &&Self| {
+            other.model.bytes() == self.model.bytes() && other.runtime.name() == self.runtime.name()
+        };
+        match before.iter().find(is_like) {
+            None => Ok(()),
+            Some(other) if other.model.path() == self.model.path() => Err(Error::Usage(format!(
+                "{}: is there twice (name another --runtime or another model)",
+                self.model.contract().name
+            ))),
+            Some(other) => Err(Error::Usage(format!(
+                "{} and {}: are the same file, on the same runtime",
+                other.model.path().display(),
+                self.model.path().display()
+            ))),
+        }
+    }
+}
+
+/// Loads each model on its runtime; which one refuses is said.
+fn load(planned: &[Planned], setup: Setup<'_>) -> Result<Vec<Entrant>> {
+    let each = planned.iter().enumerate().map(|(at, one)| {
+        let (draw, seed, stored) = setup;
+        entrant(&one.model, &one.runtime, (draw, seed, stored))
+            .map_err(|error| with_hint(error, &format!("side {}: {}", at + 1, one.runtime.name())))
+    });
+    each.collect()
+}
+
+/// Shows all sides the same, and compares what they answer.
+fn compared(
+    args: &Args,
+    planned: &[Planned],
+    (contest, entrants): (&Contest<'_>, &[Entrant]),
+    mut header: Header,
+) -> Result<ParityResults> {
+    let sequences = contest.source().sequences();
+    let progress = Progress::new("sequences", sequences.list.len());
+    let mut first = Vec::new();
+    let mut seen = |picture: Picture<'_>| {
+        if first.is_empty() {
+            first = picture.bytes.to_vec();
+        }
+        progress.step();
+    };
+    let answered = Answered::of(contest, entrants, args.common.seed, &mut seen)?;
+    drop(progress);
+    let mut sides = Vec::new();
+    for (at, one) in planned.iter().enumerate() {
+        let mut side = Side::new(&one.model, one.runtime.name());
+        answered.complete(&mut side, at);
+        if side.is_worth_profiling() {
+            let mut input = Vec::new();
+            one.model.contract().feed(&first, &mut input);
+            match one.runtime.profile(&one.model, &input) {
+                Ok(ran) => side = side.with_operators(ran),
+                Err(error) => header
+                    .warnings
+                    .push(format!("what ran each operation is not known: {error}")),
+            }
+        }
+        sides.push(side);
+    }
+    let others = 1..sides.len();
+    let comparisons: Vec<_> = others
+        .map(|at| answered.compare(&sides, at, args.limits(&sides[0], &sides[at])))
+        .collect();
+    let is_same = comparisons.iter().all(|one| one.verdict == Verdict::Same);
+    Ok(ParityResults {
+        verdict: if is_same {
+            Verdict::Same
+        } else {
+            Verdict::Differs
+        },
+        sequences: answered.sequences(),
+        people: sequences.subjects.len(),
+        viewpoints: sequences.views.len(),
+        protocol: contest.protocol().name.clone(),
+        header,
+        sides,
+        comparisons,
+    })
+}

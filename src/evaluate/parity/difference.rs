@@ -1,0 +1,141 @@
+//! How far apart two lists of vectors are.
+//!
+//! A difference says little by itself: what is small among numbers of a thousand is all there is
+//! among those of a thousandth. People are told apart by how embeddings lie to each other, whatever
+//! they have in common, so a difference is stated relative to the spread of the reference: the root
+//! mean square of how far its vectors lie from their mean.
+
+use crate::score::Distance;
+use serde::Serialize;
+
+/// Of a spread below this share of the size, rounding in f32 could be the reason: then it is taken
+/// to be this share. Ours: 1e-6, which sums of thousands of products get wrong, stays at the
+/// thousandth that float sides may differ by.
+const LEAST_SPREAD: f64 = 1e-3;
+
+/// How far apart the answers of two sides are, over all inputs whose answers are finite.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct Difference {
+    /// Inputs that were compared.
+    pub inputs: u64,
+    /// Numbers of each answer.
+    pub numbers: usize,
+    /// Greatest difference of two numbers.
+    pub greatest: f64,
+    /// Mean difference of two numbers, without its sign.
+    pub mean: f64,
+    /// Root mean square of the lengths of the reference's answers.
+    pub size: f64,
+    /// Root mean square of how far the reference's answers lie from their mean, at least a
+    /// thousandth of their size.
+    pub spread: f64,
+    /// Greatest over the inputs: length of the difference, relative to the spread. Infinite where
+    /// the reference gives only zeros and the other does not.
+    pub greatest_relative: f64,
+    /// Mean of the same over the inputs.
+    pub mean_relative: f64,
+    /// The lowest cosine between two answers, -1..1.
+    pub worst_cosine: f64,
+}
+
+/// A vector of the reference and that of another side, of one length and finite.
+pub(super) type Pair<'a> = (&'a [f32], &'a [f32]);
+
+impl Difference {
+    /// Of these pairs, and of each of them how far it is apart relative to the spread; none without
+    /// numbers.
+    pub(super) fn of(pairs: &[Pair<'_>]) -> Option<(Self, Vec<f64>)> {
+        let width = pairs.first()?.0.len();
+        if width == 0 {
+            return None;
+        }
+        let count = pairs.len() as f64;
+        let mut mean = vec![0.0; width];
+        for (reference, _) in pairs {
+            for (sum, &number) in mean.iter_mut().zip(*reference) {
+                *sum += f64::from(number) / count;
+            }
+        }
+        let root_mean_square = |from: &[f64]| {
+            let squares = pairs.iter().flat_map(|(reference, _)| {
+                let numbers = reference.iter().copied().map(f64::from);
+                numbers.zip(from).map(|(a, b)| (a - b) * (a - b))
+            });
+            (squares.sum::<f64>() / count).sqrt()
+        };
+        let size = root_mean_square(&vec![0.0; width]);
+        let spread = root_mean_square(&mean).max(LEAST_SPREAD * size);
+
+        let relative = |&(a, b): &Pair<'_>| match Distance::Euclidean.between(a, b, 1) {
+            0.0 => 0.0,
+            length => length / spread,
+        };
+        let relatives: Vec<f64> = pairs.iter().map(relative).collect();
+        let numbers = || {
+            let pairs = pairs.iter().flat_map(|(a, b)| a.iter().zip(*b));
+            pairs.map(|(&a, &b)| (f64::from(a) - f64::from(b)).abs())
+        };
+        let difference = Self {
+            inputs: pairs.len() as u64,
+            numbers: width,
+            greatest: numbers().fold(0.0, f64::max),
+            mean: numbers().sum::<f64>() / (count * width as f64),
+            size,
+            spread,
+            greatest_relative: relatives.iter().copied().fold(0.0, f64::max),
+            mean_relative: relatives.iter().sum::<f64>() / count,
+            worst_cosine: pairs.iter().map(cosine).fold(1.0, f64::min),
+        };
+        Some((difference, relatives))
+    }
+}
+
+/// 1 of equal vectors, zero or not.
+fn cosine((a, b): &Pair<'_>) -> f64 {
+    if a == b {
+        return 1.0;
+    }
+    1.0 - Distance::Cosine.between(a, b, 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn differences_are_measured_from_the_spread_of_the_reference() {
+        // The mean is (10, 0): each lies 5 away, and 10 or more from zero.
+        let reference = [[13.0_f32, 4.0], [7.0, -4.0]];
+        let other = [[13.0_f32, 4.0], [7.0, -3.0]];
+        let pairs = [0, 1].map(|at| (&reference[at][..], &other[at][..]));
+        let (found, relatives) = Difference::of(&pairs).expect("numbers");
+        assert_eq!((found.inputs, found.numbers), (2, 2));
+        assert_eq!((found.greatest, found.mean), (1.0, 0.25));
+        assert_eq!((found.size, found.spread), (125.0_f64.sqrt(), 5.0));
+        assert_eq!(relatives, [0.0, 0.2]);
+        assert_eq!((found.greatest_relative, found.mean_relative), (0.2, 0.1));
+        // (7, -4) and (7, -3): 61 / sqrt(65 * 58).
+        let cosine = 61.0 / (65.0_f64 * 58.0).sqrt();
+        assert!((found.worst_cosine - cosine).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_reference_that_hardly_varies_is_measured_by_a_thousandth_of_its_size() {
+        let (a, b) = ([1000.0_f32], [1000.5_f32]);
+        let (found, _) = Difference::of(&[(&a, &b), (&a, &a)]).expect("numbers");
+        assert_eq!((found.size, found.spread), (1000.0, 1.0));
+        assert_eq!((found.greatest_relative, found.mean_relative), (0.5, 0.25));
+    }
+
+    #[test]
+    fn zeros_are_the_same_as_zeros_and_infinitely_far_from_others() {
+        let (zero, one) = ([0.0_f32; 3], [1.0_f32; 3]);
+        let (same, _) = Difference::of(&[(&zero, &zero)]).expect("numbers");
+        assert_eq!((same.greatest_relative, same.worst_cosine), (0.0, 1.0));
+        let (other, _) = Difference::of(&[(&zero, &one)]).expect("numbers");
+        assert_eq!(other.greatest_relative, f64::INFINITY);
+        assert_eq!(other.worst_cosine, 0.0);
+        assert_eq!(Difference::of(&[]), None);
+        assert_eq!(Difference::of(&[(&[], &[])]), None);
+    }
+}

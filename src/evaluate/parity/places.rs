@@ -1,0 +1,136 @@
+//! Where two sides are apart: at which inputs, people and viewpoints.
+
+use super::difference::{Difference, Pair};
+use crate::score::answers::Answers;
+use crate::source::{Sequences, ViewLabel};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Inputs that are listed.
+const LISTED: usize = 5;
+
+/// An input, and how far apart the answers to it are.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct Place {
+    pub subject: String,
+    pub take: String,
+    pub view: ViewLabel,
+    /// The greater of the relative differences of embedding and scores; none where a number is not
+    /// finite.
+    pub relative: Option<f64>,
+}
+
+/// Inputs of one person or from one viewpoint.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct Part {
+    pub name: String,
+    pub inputs: u64,
+    /// Inputs at which a number is not finite; the others count below.
+    pub non_finite: u64,
+    /// As [`Place::relative`].
+    pub greatest_relative: f64,
+    pub mean_relative: f64,
+}
+
+/// What two sides answered, compared.
+pub(super) struct Found {
+    pub(super) embedding: Option<Difference>,
+    pub(super) scores: Option<Difference>,
+    /// By the number of a sequence that was shown, as [`Place::relative`].
+    relatives: BTreeMap<usize, Option<f64>>,
+}
+
+impl Found {
+    /// The answers to the sequences of these numbers, as far as there are any.
+    pub(super) fn of(reference: &Answers, other: &Answers, sequences: usize) -> Self {
+        let embeddings = |at| (reference.embedding(at), other.embedding(at));
+        let scores = |at| (reference.scores(at), other.scores(at));
+        let numbers = |(a, b): Pair<'_>| a.iter().chain(b).all(|number| number.is_finite());
+        let has_answer = |at: &usize| {
+            let (a, b) = (embeddings(*at).0, scores(*at).0);
+            !(a.is_empty() && b.is_empty())
+        };
+        let shown: Vec<usize> = (0..sequences).filter(has_answer).collect();
+        let is_finite = |at: &usize| numbers(embeddings(*at)) && numbers(scores(*at));
+        let finite: Vec<usize> = shown.iter().copied().filter(is_finite).collect();
+        let mut relatives: BTreeMap<usize, Option<f64>> =
+            shown.into_iter().map(|at| (at, None)).collect();
+        let mut difference = |pairs: Vec<Pair<'_>>| {
+            let (difference, found) = Difference::of(&pairs)?;
+            for (at, relative) in finite.iter().zip(found) {
+                let greatest = relatives.entry(*at).or_default();
+                *greatest = Some(greatest.map_or(relative, |before| before.max(relative)));
+            }
+            Some(difference)
+        };
+        let of_embeddings: Vec<Pair<'_>> = finite.iter().map(|&at| embeddings(at)).collect();
+        let of_scores: Vec<Pair<'_>> = finite.iter().map(|&at| scores(at)).collect();
+        // A model with one output has it as both.
+        let is_one = of_embeddings == of_scores;
+        let embedding = difference(of_embeddings);
+        let scores = if is_one { None } else { difference(of_scores) };
+        Self {
+            embedding,
+            scores,
+            relatives,
+        }
+    }
+
+    /// Where they are farthest apart.
+    pub(super) fn worst(&self, sequences: &Sequences) -> Vec<Place> {
+        let mut order: Vec<(usize, Option<f64>)> =
+            self.relatives.iter().map(|(&at, &one)| (at, one)).collect();
+        let key = |relative: Option<f64>| relative.unwrap_or(f64::INFINITY);
+        // Stable: of equal ones the first.
+        order.sort_by(|a, b| {
+            let finite = a.1.is_some().cmp(&b.1.is_some());
+            finite.then(key(b.1).total_cmp(&key(a.1)))
+        });
+        let apart = order.into_iter().filter(|(_, one)| *one != Some(0.0));
+        let place = |(at, relative): (usize, Option<f64>)| Place {
+            subject: sequences.subjects[sequences.subject(at)].clone(),
+            take: sequences.takes[sequences.list[at].take].name.clone(),
+            view: sequences.view_label(at).clone(),
+            relative,
+        };
+        apart.take(LISTED).map(place).collect()
+    }
+
+    pub(super) fn by_subject(&self, sequences: &Sequences) -> Vec<Part> {
+        let names = sequences.subjects.clone();
+        self.parts(names, |at| sequences.subject(at))
+    }
+
+    pub(super) fn by_view(&self, sequences: &Sequences) -> Vec<Part> {
+        let names = sequences.views.iter().map(ToString::to_string).collect();
+        self.parts(names, |at| sequences.list[at].view)
+    }
+
+    /// Sums by the part that an input belongs to; parts without inputs are left out.
+    fn parts(&self, names: Vec<String>, part_of: impl Fn(usize) -> usize) -> Vec<Part> {
+        let part = |name| Part {
+            name,
+            inputs: 0,
+            non_finite: 0,
+            greatest_relative: 0.0,
+            mean_relative: 0.0,
+        };
+        let mut parts: Vec<Part> = names.into_iter().map(part).collect();
+        for (&at, relative) in &self.relatives {
+            let part = &mut parts[part_of(at)];
+            part.inputs += 1;
+            match relative {
+                None => part.non_finite += 1,
+                Some(relative) => {
+                    part.greatest_relative = part.greatest_relative.max(*relative);
+                    part.mean_relative += relative;
+                }
+            }
+        }
+        parts.retain(|part| part.inputs > 0);
+        for part in &mut parts {
+            part.mean_relative /= (part.inputs - part.non_finite).max(1) as f64;
+        }
+        parts
+    }
+}

@@ -1,0 +1,157 @@
+//! Whom two sides took the same probes for.
+
+use crate::error::{Error, EvaluateError, Result};
+use crate::evaluate::contest::{Contest, Entrant};
+use crate::evaluate::results::Answered;
+use crate::score::answers::Answers;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Whom one side took each probe for.
+pub(super) struct Ranked {
+    /// As [`crate::evaluate::results::RecognizerResult::rank1`].
+    pub(super) rank1: f64,
+    told: BTreeMap<Probe, Told>,
+}
+
+/// A probe: its set, its number, and the gallery's viewpoint if each is compared for itself.
+type Probe = (String, usize, String);
+
+/// The answer, and the rank of the right person.
+type Told = (Option<String>, Option<usize>);
+
+/// What changes in whom probes are taken for.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct RankChanges {
+    /// Probes of all sets.
+    pub probes: u64,
+    /// Probes for which another person is found, or none on one side.
+    pub other_answers: u64,
+    /// Those of them that the reference took for the right person, and the other side does not.
+    pub lost: u64,
+    /// Those that only the other side took for the right person.
+    pub gained: u64,
+    /// Probes of which the right person has another rank, the first or a later one.
+    pub other_ranks: u64,
+    /// Rank-1 of the reference, 0..1, as `edgegait score` gives it.
+    pub rank1_of_reference: f64,
+    /// Rank-1 of the other side.
+    pub rank1: f64,
+}
+
+impl Ranked {
+    /// Ranks what a side answered; none if nothing of it is finite.
+    ///
+    /// # Errors
+    /// As [`Contest::judged`].
+    pub(super) fn of(
+        contest: &Contest<'_>,
+        entrant: &Entrant,
+        answers: &Answers,
+        seed: u64,
+    ) -> Result<Option<Self>> {
+        let mut told = BTreeMap::new();
+        let mut tell = |row: Answered<'_>| {
+            let at = row.gallery_azimuth_deg.zip(row.gallery_elevation_deg);
+            let gallery = match (row.gallery_view, at) {
+                (Some(name), _) => name.to_owned(),
+                (None, Some((azimuth, elevation))) => format!("{azimuth}/{elevation}"),
+                (None, None) => String::new(),
+            };
+            let probe = (row.probe_set.to_owned(), row.sequence, gallery);
+            told.insert(probe, (row.answer.map(str::to_owned), row.rank));
+        };
+        match contest.judged(entrant, answers, seed, &mut tell) {
+            Ok(result) => Ok(Some(Self {
+                rank1: result.rank1,
+                told,
+            })),
+            Err(Error::Evaluate(EvaluateError::NoFiniteGallery(_))) => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+}
+
+impl RankChanges {
+    pub(super) fn of(reference: &Ranked, other: &Ranked) -> Self {
+        let mut changes = Self {
+            probes: 0,
+            other_answers: 0,
+            lost: 0,
+            gained: 0,
+            other_ranks: 0,
+            rank1_of_reference: reference.rank1,
+            rank1: other.rank1,
+        };
+        // A side without a finite gallery at a viewpoint has no answer there.
+        let none = (None, None);
+        let only_other = other.told.iter();
+        let only_other = only_other.filter(|(probe, _)| !reference.told.contains_key(*probe));
+        let pairs = reference.told.iter().map(|(probe, told)| {
+            let found = other.told.get(probe);
+            (told, found.unwrap_or(&none))
+        });
+        for (a, b) in pairs.chain(only_other.map(|(_, told)| (&none, told))) {
+            let is_right = |told: &Told| told.1 == Some(1);
+            changes.probes += 1;
+            changes.other_answers += u64::from(a.0 != b.0);
+            changes.lost += u64::from(is_right(a) && !is_right(b));
+            changes.gained += u64::from(is_right(b) && !is_right(a));
+            changes.other_ranks += u64::from(a.1 != b.1);
+        }
+        changes
+    }
+
+    /// The share of probes that one side alone takes for the right person, 0..1.
+    pub(crate) fn changed_hits(&self) -> f64 {
+        (self.lost + self.gained) as f64 / self.probes.max(1) as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ranked(told: &[(Option<&str>, Option<usize>)]) -> Ranked {
+        let probe = |at: usize| ("probes".to_owned(), at, String::new());
+        let told = told.iter().enumerate();
+        Ranked {
+            rank1: 0.5,
+            told: told
+                .map(|(at, (answer, rank))| (probe(at), (answer.map(str::to_owned), *rank)))
+                .collect(),
+        }
+    }
+
+    #[test]
+    fn answers_and_ranks_that_change_are_counted_apart() {
+        // Bob is right everywhere.
+        let reference = ranked(&[
+            (Some("bob"), Some(1)),
+            (Some("bob"), Some(1)),
+            (Some("ann"), Some(2)),
+            (Some("ann"), Some(2)),
+            (Some("ann"), Some(2)),
+            (None, None),
+            (Some("bob"), Some(1)),
+        ]);
+        let other = ranked(&[
+            (Some("bob"), Some(1)),
+            (Some("ann"), Some(3)),
+            (Some("bob"), Some(1)),
+            (Some("ann"), Some(4)),
+            (Some("cid"), Some(2)),
+            (None, None),
+        ]);
+        let found = RankChanges::of(&reference, &other);
+        assert_eq!(found.probes, 7);
+        // To ann, to bob, to cid, and to nobody.
+        assert_eq!((found.other_answers, found.other_ranks), (4, 4));
+        assert_eq!((found.lost, found.gained), (2, 1));
+        assert_eq!(found.changed_hits(), 3.0 / 7.0);
+        let back = RankChanges::of(&other, &reference);
+        assert_eq!((back.probes, back.lost, back.gained), (7, 1, 2));
+        let same = RankChanges::of(&reference, &reference);
+        assert_eq!((same.other_answers, same.other_ranks), (0, 0));
+    }
+}

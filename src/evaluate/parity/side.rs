@@ -1,0 +1,195 @@
+//! A model on a runtime, and what is known of how it ran.
+
+use crate::score::{Arithmetic, Model, Provider, Ran, RuntimeName};
+use serde::Serialize;
+
+/// A model on a runtime.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct Side {
+    /// The model's file.
+    pub model: String,
+    pub runtime: RuntimeName,
+    /// Whether the model computes in 8-bit integers or rounds numbers as these do.
+    pub quantized: bool,
+    /// Numbers of all its answers.
+    pub numbers: u64,
+    /// Those of them that are NaN or infinite.
+    pub non_finite: u64,
+    /// None if nothing is finite.
+    pub rank1: Option<f64>,
+    /// What ran each operation, where that was asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub operators: Option<Vec<Ran>>,
+    /// Operations that the processor ran instead of the provider.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub fell_back: Vec<Ran>,
+    /// Operations of a quantised model that were run in float.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub in_float: Vec<Ran>,
+    /// What to know of how it ran.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
+}
+
+impl Side {
+    /// Before it has answered anything.
+    pub(crate) fn new(model: &Model, runtime: RuntimeName) -> Self {
+        Self {
+            model: model.path().display().to_string(),
+            quantized: model.graph().is_quantized(),
+            runtime,
+            numbers: 0,
+            non_finite: 0,
+            rank1: None,
+            operators: None,
+            fell_back: Vec::new(),
+            in_float: Vec::new(),
+            notes: Vec::new(),
+        }
+    }
+
+    /// `int8.onnx on onnxruntime 1.31.1 (xnnpack)`.
+    pub(crate) fn label(&self) -> String {
+        format!("{} on {}", self.model, self.runtime)
+    }
+
+    fn has_provider(&self) -> bool {
+        ![Provider::Cpu.name(), ""].contains(&self.runtime.provider.as_str())
+    }
+
+    /// Whether what ran each operation tells anything.
+    pub(crate) fn is_worth_profiling(&self) -> bool {
+        self.quantized || self.has_provider()
+    }
+
+    /// Adds what ran each operation; none if the runtime has nothing to tell.
+    pub(crate) fn with_operators(mut self, ran: Option<Vec<Ran>>) -> Self {
+        let Some(ran) = ran else {
+            if self.quantized {
+                self.notes.push(
+                    "all is computed in float: QuantizeLinear and DequantizeLinear round, and what \
+                     is between them is not 8-bit arithmetic"
+                        .into(),
+                );
+            }
+            return self;
+        };
+        let chosen = |is_meant: fn(&Ran) -> bool| -> Vec<Ran> {
+            ran.iter().filter(|one| is_meant(one)).cloned().collect()
+        };
+        if self.has_provider() {
+            let provider = &self.runtime.provider;
+            self.fell_back = chosen(Ran::is_on_cpu);
+            self.notes.push(if self.fell_back.len() == ran.len() {
+                format!("nothing ran on {provider}: all was left to the processor")
+            } else if self.fell_back.is_empty() {
+                format!("all ran on {provider}")
+            } else {
+                format!(
+                    "left to the processor by {provider}: {}",
+                    listed(&self.fell_back)
+                )
+            });
+        }
+        if self.quantized {
+            self.in_float = chosen(|one| one.arithmetic == Arithmetic::Float);
+            let int8 = chosen(|one| one.arithmetic == Arithmetic::Int8);
+            let all: usize = [&int8, &self.in_float]
+                .iter()
+                .map(|list| list.iter().map(|one| one.count).sum::<usize>())
+                .sum();
+            self.notes.push(if self.in_float.is_empty() {
+                format!("ran in 8 bits: {}", listed(&int8))
+            } else {
+                let in_float = listed(&self.in_float);
+                format!("ran in float, of {all} operations between conversions: {in_float}")
+            });
+        }
+        self.operators = Some(ran);
+        self
+    }
+}
+
+/// `Conv 2, Gemm 1`.
+fn listed(ran: &[Ran]) -> String {
+    let each: Vec<String> = ran
+        .iter()
+        .map(|one| format!("{} {}", one.operator, one.count))
+        .collect();
+    if each.is_empty() {
+        "nothing".into()
+    } else {
+        each.join(", ")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn side(provider: &str, quantized: bool) -> Side {
+        let model = crate::score::testing::small_model();
+        let runtime = RuntimeName {
+            name: "onnxruntime".into(),
+            version: "1.31.1".into(),
+            provider: provider.into(),
+        };
+        Side {
+            quantized,
+            ..Side::new(&model, runtime)
+        }
+    }
+
+    fn ran(operator: &str, provider: &str, arithmetic: Arithmetic, count: usize) -> Ran {
+        Ran {
+            operator: operator.into(),
+            provider: provider.into(),
+            arithmetic,
+            count,
+        }
+    }
+
+    const CPU: &str = "CPUExecutionProvider";
+    const XNNPACK: &str = "XnnpackExecutionProvider";
+
+    #[test]
+    fn operations_that_a_provider_left_to_the_processor_are_named() {
+        let note = |ran: &[Ran]| {
+            side("xnnpack", false)
+                .with_operators(Some(ran.to_vec()))
+                .notes
+        };
+        let conv = ran("Conv", XNNPACK, Arithmetic::Float, 2);
+        let gemm = ran("Gemm", CPU, Arithmetic::Float, 1);
+        assert_eq!(
+            note(&[conv.clone(), gemm.clone()]),
+            ["left to the processor by xnnpack: Gemm 1"]
+        );
+        assert_eq!(note(std::slice::from_ref(&conv)), ["all ran on xnnpack"]);
+        assert_eq!(
+            note(std::slice::from_ref(&gemm)),
+            ["nothing ran on xnnpack: all was left to the processor"]
+        );
+        // The processor is what was asked for.
+        let on_cpu = side("cpu", false).with_operators(Some(vec![gemm]));
+        assert_eq!((on_cpu.notes.len(), on_cpu.fell_back.len()), (0, 0));
+    }
+
+    #[test]
+    fn operations_of_a_quantised_model_that_ran_in_float_are_named() {
+        let conv = ran("QLinearConv", CPU, Arithmetic::Int8, 2);
+        let quantize = ran("QuantizeLinear", CPU, Arithmetic::Conversion, 1);
+        let gemm = ran("Gemm", CPU, Arithmetic::Float, 1);
+        let partly = [conv.clone(), quantize.clone(), gemm];
+        let partly = side("cpu", true).with_operators(Some(partly.to_vec()));
+        assert_eq!(
+            partly.notes,
+            ["ran in float, of 3 operations between conversions: Gemm 1"]
+        );
+        let wholly = side("cpu", true).with_operators(Some(vec![conv, quantize]));
+        assert_eq!(wholly.notes, ["ran in 8 bits: QLinearConv 2"]);
+        let embedded = side("cpu", true).with_operators(None);
+        assert!(embedded.notes[0].starts_with("all is computed in float"));
+        assert_eq!(side("cpu", false).with_operators(None).notes, [""; 0]);
+    }
+}
