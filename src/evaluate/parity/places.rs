@@ -97,7 +97,7 @@ impl Found {
     }
 
     pub(super) fn by_subject(&self, sequences: &Sequences) -> Vec<Part> {
-        let names = sequences.subjects.iter().cloned().collect();
+        let names = sequences.subjects.clone();
         self.parts(names, |at| sequences.subject(at))
     }
 

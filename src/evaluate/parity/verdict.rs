@@ -111,7 +111,7 @@ impl Limits {
         // What is no number is beyond any limit.
         let beyond = cases
             .into_iter()
-            .filter(|(_, found, limit)| !(found <= limit));
+            .filter(|(_, found, limit)| found.is_nan() || found > limit);
         beyond
             .map(|(which, found, limit)| {
                 format!(

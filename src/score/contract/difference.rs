@@ -51,6 +51,8 @@ mod tests {
     use crate::sweep::Framing;
     use crate::template::Template;
 
+    type Change = fn(&mut Contract);
+
     #[test]
     fn the_first_setting_that_differs_is_named_with_both_values() {
         let usual = Contract {
@@ -63,7 +65,7 @@ mod tests {
             let found = usual.difference(&other);
             found.map(|(setting, [a, b])| format!("{setting}: {a}, {b}"))
         };
-        let cases: [(fn(&mut Contract), &str); 10] = [
+        let cases: [(Change, &str); 10] = [
             (|c| c.template = Template::Mhi, "template: gei, mhi"),
             (|c| c.rows = 64, "size: 50x30, 64x30"),
             (|c| c.layout = Layout::Nhwc, "layout: NCHW, NHWC"),
