@@ -92,17 +92,17 @@ def quantized(model, geis):
     return found
 
 
-def contract(network, people, description):
-    """What the `.toml` beside a model says."""
+def contract(name, network, people, description):
+    """What the `.toml` beside a model says, every key of it."""
     is_gei = network.takes == "gei"
     text = lambda value: json.dumps(value, ensure_ascii=False)
     return "\n".join(
         [
-            f'input_range = "0..1"\nrows = {ROWS}\ncolumns = {COLUMNS}',
+            f'name = "{name}"\ninput_range = "0..1"\nrows = {ROWS}\ncolumns = {COLUMNS}',
             f'layout = "{"NCHW" if is_gei else "NTHW"}"\nframing = "height"\ntemplate = "{network.takes}"',
-            'distance = "cosine"\n\n[outputs]\nembedding = "embedding"\n\n[training]',
-            f"description = {text(description)}",
-            f"subjects = {text(people.names)}",
+            'distance = "cosine"\nclasses = []\n\n[outputs]\nembedding = "embedding"\n\n[training]',
+            f"description = {text(description)}\nviewpoints = []",
+            f"subjects = {text(people.names)}\nwalks = []\ncycles = []\nvariations = []",
             f"seed = {people.manifest['seed']}\n",
         ]
     )
@@ -124,7 +124,7 @@ def export(people, name, network, out, description):
         written[f"{name}-int8"] = (quantized(model, pictures.numpy()), note)
     out = Path(out)
     for stem, (model, about) in written.items():
-        for suffix, content in ((".onnx", model.SerializeToString()), (".toml", contract(network, people, about).encode())):
+        for suffix, content in ((".onnx", model.SerializeToString()), (".toml", contract(stem, network, people, about).encode())):
             partial = out / f"{stem}{suffix}.partial"
             partial.write_bytes(content)
             partial.replace(out / f"{stem}{suffix}")

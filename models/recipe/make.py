@@ -1,6 +1,6 @@
 """Makes the shipped networks from a seed: people, training, ONNX, contracts, 8-bit weights, and a comparison.
 
-    python models/recipe/make.py --out networks
+    python models/recipe/make.py --out target/networks
 
 Run it in a clone of the repository, after `cargo build --release` and `pip install -r
 models/recipe/requirements.txt`. What was made before in the folder of `--work` is not made again, so that

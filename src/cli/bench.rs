@@ -16,7 +16,7 @@ use crate::bench::{
 };
 use crate::dataset::{Header, Staging, write_bytes};
 use crate::error::{Error, Result};
-use crate::score::Model;
+use crate::score::{Model, shipped};
 use crate::source::PackSource;
 use crate::sweep::jobs;
 use edgegait_core::pack::Pack;
@@ -383,7 +383,7 @@ fn alone(args: &Args, paths: &[PathBuf], pack: Option<PathBuf>, index: usize) ->
     end_with_parent()?;
     let open = || {
         let shipped_or_named = match paths.get(index) {
-            Some(path) => vec![Model::open(path)?],
+            Some(path) => vec![shipped::open(path)?],
             None => models(paths)?.into_iter().skip(index).collect(),
         };
         let model = shipped_or_named.into_iter().next();

@@ -13,7 +13,7 @@ use crate::dataset::Header;
 use crate::error::{ChoiceError, Error, EvaluateError, Result};
 use crate::evaluate::contest::{Contest, Entrant, Picture};
 use crate::evaluate::parity::{Answered, Limits, ParityResults, Side, Verdict};
-use crate::score::{Contract, Model, Runtime};
+use crate::score::{Contract, Model, Runtime, shipped};
 use crate::sweep::Views;
 use std::path::{Path, PathBuf};
 
@@ -196,7 +196,7 @@ fn planned(
 /// Opens a model that can be compared with the first.
 fn opened(path: &Path, first: Option<&Planned>, header: &mut Header) -> Result<Model> {
     let Some(first) = first else {
-        let model = Model::open(path)?;
+        let model = shipped::open(path)?;
         header.inputs.extend(model.inputs()?);
         header.warnings.extend(model.warning());
         return Ok(model);
@@ -205,7 +205,11 @@ fn opened(path: &Path, first: Option<&Planned>, header: &mut Header) -> Result<M
         name: String::new(),
         ..first.model.contract().clone()
     };
-    let model = Model::open_or(path, &usual)?;
+    let model = if shipped::is_name(path) {
+        shipped::open(path)?
+    } else {
+        Model::open_or(path, &usual)?
+    };
     if path == first.model.path() {
         return Ok(model);
     }

@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::evaluate::agreement::Agreement;
 use crate::evaluate::contest::training_views;
 use crate::evaluate::protocol::Protocol;
-use crate::score::{AffineScores, Contract, GeiForm, Model};
+use crate::score::{AffineScores, Contract, GeiForm, shipped};
 use crate::source::{Form, Source, Walks};
 use crate::sweep::{Settings, View};
 use crate::table::Column::Left;
@@ -75,7 +75,7 @@ struct Results {
 pub(super) fn run(args: &Args) -> Result<()> {
     args.check_out()?;
     let runtime = args.runtime.runtime()?;
-    let model = Model::open(&args.model)?;
+    let model = shipped::open(&args.model)?;
     let contract = model.contract();
     let form = GeiForm::of(contract)?;
     let settings = args.draw.settings_for(contract, args.common.seed)?;

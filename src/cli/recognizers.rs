@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 pub(super) fn sort_inputs(inputs: &[PathBuf]) -> Result<(Vec<PathBuf>, Option<PathBuf>)> {
     let (mut models, mut data) = (Vec::new(), None);
     for path in inputs {
-        if is_baseline(path) || !is_pack_or_folder(path)? {
+        if is_baseline(path) || shipped::is_name(path) || !is_pack_or_folder(path)? {
             models.push(path.clone());
         } else if data.replace(path.clone()).is_some() {
             return Err(Error::Usage(format!(
@@ -87,8 +87,8 @@ pub(super) fn entrant(
 /// The named models, or the shipped ones.
 pub(super) fn models(paths: &[PathBuf]) -> Result<Vec<Model>> {
     if paths.is_empty() {
-        return shipped::models();
+        return shipped::linear();
     }
     let files = paths.iter().filter(|path| !is_baseline(path));
-    files.map(Model::open).collect()
+    files.map(|path| shipped::open(path)).collect()
 }

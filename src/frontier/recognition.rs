@@ -28,7 +28,7 @@ impl Recognition {
     /// Never, for the models shipped.
     pub(super) fn shipped() -> Result<Self> {
         let runtime = Runtime::rten();
-        let models = shipped::models()?;
+        let models = shipped::linear()?;
         let recognizers = models.iter().map(|model| runtime.load(model));
         Ok(Self {
             recognizers: recognizers.collect::<Result<_>>()?,

@@ -4,8 +4,11 @@ use super::{Contract, Model};
 use crate::error::Result;
 use std::path::Path;
 
-/// Name, graph and contract of each; `models/README.md` has a card a model.
-const SHIPPED: [(&str, &[u8], &str); 2] = [
+/// Name, graph and contract of a model.
+type Shipped = (&'static str, &'static [u8], &'static str);
+
+/// What is shipped; `models/README.md` has a card a model.
+const SHIPPED: [Shipped; 6] = [
     (
         "side",
         include_bytes!("../../models/side.onnx"),
@@ -16,21 +19,66 @@ const SHIPPED: [(&str, &[u8], &str); 2] = [
         include_bytes!("../../models/spread.onnx"),
         include_str!("../../models/spread.toml"),
     ),
+    (
+        "gei-small",
+        include_bytes!("../../models/gei-small.onnx"),
+        include_str!("../../models/gei-small.toml"),
+    ),
+    (
+        "geinet",
+        include_bytes!("../../models/geinet.onnx"),
+        include_str!("../../models/geinet.toml"),
+    ),
+    (
+        "geinet-int8",
+        include_bytes!("../../models/geinet-int8.onnx"),
+        include_str!("../../models/geinet-int8.toml"),
+    ),
+    (
+        "gaitset-small",
+        include_bytes!("../../models/gaitset-small.onnx"),
+        include_str!("../../models/gaitset-small.toml"),
+    ),
 ];
+/// How many of them, the first, are linear: results list these where no model is named.
+const LINEAR: usize = 2;
 
-/// All of them, in the order in which results list them.
+/// Names of all of them.
+#[must_use]
+pub fn names() -> [&'static str; 6] {
+    SHIPPED.map(|(name, _, _)| name)
+}
+
+/// The linear ones, in the order in which results list them.
 ///
 /// # Errors
 /// Never, for the models shipped.
-pub fn models() -> Result<Vec<Model>> {
-    SHIPPED
-        .into_iter()
-        .map(|(name, bytes, contract)| {
-            let path = format!("models/{name}.onnx");
-            let contract = Contract::parse(Path::new(&format!("models/{name}.toml")), contract)?;
-            Model::from_bytes(path, bytes, contract)
-        })
-        .collect()
+pub fn linear() -> Result<Vec<Model>> {
+    SHIPPED.iter().take(LINEAR).map(model).collect()
+}
+
+/// Whether a path is the name of one, and no file is called so.
+#[must_use]
+pub fn is_name(path: &Path) -> bool {
+    names().iter().any(|name| path == Path::new(name)) && !path.exists()
+}
+
+/// The model at `path`, or the shipped one of this name if no file is called so.
+///
+/// # Errors
+/// If the file or its contract cannot be used.
+pub fn open(path: &Path) -> Result<Model> {
+    let named = SHIPPED.iter().find(|(name, _, _)| path == Path::new(name));
+    match named.filter(|_| !path.exists()) {
+        Some(shipped) => model(shipped),
+        None => Model::open(path),
+    }
+}
+
+fn model(&(name, bytes, contract): &Shipped) -> Result<Model> {
+    let path = format!("models/{name}.onnx");
+    let contract = Contract::parse(Path::new(&format!("models/{name}.toml")), contract)?;
+    Model::from_bytes(path, bytes, contract)
 }
 
 #[cfg(test)]
@@ -79,8 +127,8 @@ mod tests {
     }
 
     #[test]
-    fn the_shipped_models_know_the_first_people_from_the_side() {
-        for model in models().expect("the shipped models") {
+    fn the_linear_models_know_the_first_people_from_the_side() {
+        for model in linear().expect("the shipped models") {
             assert_eq!(model.contract().classes[..4], ["F01", "M01", "F02", "M02"]);
             let outputs = outputs(&Runtime::rten(), &model);
             assert_eq!((outputs.embedding_dims, outputs.classes), (25, 26));
@@ -103,9 +151,9 @@ mod tests {
 
         #[test]
         #[ignore = "needs EDGEGAIT_ORT_LIB"]
-        fn the_shipped_models_compute_the_same_on_both_runtimes() {
+        fn the_linear_models_compute_the_same_on_both_runtimes() {
             let ort = Runtime::ort(ort_library()).expect("an ONNX Runtime");
-            for model in models().expect("the shipped models") {
+            for model in linear().expect("the shipped models") {
                 let (ours, theirs) = (outputs(&Runtime::rten(), &model), outputs(&ort, &model));
                 let largest = ours.embedding.iter().fold(0.0f32, |m, x| m.max(x.abs()));
                 let difference = ours

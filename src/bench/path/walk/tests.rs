@@ -132,7 +132,7 @@ fn answers_of_the_path_are_those_of_a_tree_of_the_segmented_video() {
     write_tree(&video, &segmenter, &tree);
     let paths = (video.as_path(), tree.as_path());
     let mut counts = vec![same(paths, &segmenter, &echo(Template::Gei), 25.0)];
-    for model in shipped::models().expect("models") {
+    for model in shipped::linear().expect("models") {
         let recognizer = Runtime::rten().load(&model).expect("a recognizer");
         counts.push(same(paths, &segmenter, recognizer.as_ref(), 25.0));
     }
