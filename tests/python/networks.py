@@ -20,7 +20,7 @@ from PIL import Image
 MOST_APART = 2e-5
 # Share of probes of which 8-bit kernels may name another person than the same graph in floats does.
 MOST_CHANGED_INT8 = 0.05
-# Two takes of each person: eight cycles, and one.
+# Of each person nine cycles of two takes and more.
 SWEEP = ["sweep", "--cycles", "9", "--first-cycle", "1000", "--azimuth-deg", "0,45,90", "--size", "50x30"]
 
 
@@ -84,7 +84,6 @@ if __name__ == "__main__":
 
     index = table("geis/index.csv")
     who = np.array([row["subject"] for row in index])
-    take = np.array([int(row["variation"]) // 8 for row in index])
     view = np.array([float(row["azimuth_deg"]) for row in index])
     geis = np.load("geis/geis.npy").reshape(-1, 1, 50, 30).astype(np.float32) / 255
     bytes_of_all = 0
@@ -98,6 +97,7 @@ if __name__ == "__main__":
             run("score", str(path), "geis", *score, "--probes-csv", "answers.csv")
             answers = {(row["subject"], row["variation"], float(row["azimuth_deg"])): row for row in table("answers.csv")}
             ordered = [answers[row["subject"], row["variation"], float(row["azimuth_deg"])] for row in index]
+            take = np.array([row["take"] for row in ordered])
             check(path.stem, graph, nearest(embeddings(path, geis), who, take, view), ordered)
         else:
             run("score", str(path), "tree", "--as-stored", *score, "--probes-csv", "answers.csv")

@@ -101,7 +101,7 @@ fn the_path_of_a_made_video_is_measured_with_each_model() {
     ];
     let table = done(at, &compare);
     for words in [
-        "| | side path | spread path | side one |",
+        "|  | side path | spread path | side one |",
         "| times real time |",
         "| segment |",
         "| video | 320x240, ",
@@ -207,7 +207,7 @@ fn a_video_without_a_gait_cycle_is_refused_with_what_was_found() {
     fs::write(at.join("far.onnx"), model).expect("written");
     for (contract, words) in [
         ("framing = \"camera\"", "framing \"height\" or \"box\""),
-        ("rows = 128\ncolumns = 88", "128x88"),
+        ("rows = 128\ncolumns = 88", "[N, 1, 128, 88]"),
     ] {
         fs::write(at.join("far.toml"), contract).expect("written");
         refused(

@@ -28,7 +28,7 @@ fn a_walker_crosses_the_picture_as_a_whole_and_is_found_in_it() {
         let share = height / (f64::from(SCALE) * stature_m);
         assert!((0.93..1.04).contains(&share), "{height} of {stature_m} m");
         assert!((210..=220).contains(&bottom) && bottom < rows, "{bottom}");
-        let is_edge = |at: usize| at % columns == 0 || at % columns == columns - 1;
+        let is_edge = |at: usize| at.is_multiple_of(columns) || at % columns == columns - 1;
         assert!((0..mask.len()).all(|at| !is_edge(at) || mask[at] == 0));
     }
     let travelled = place(&masks[0]).0 - place(&masks[25]).0;
@@ -60,7 +60,7 @@ fn a_walker_crosses_the_picture_as_a_whole_and_is_found_in_it() {
     let cycles = finder.find(legs).expect("cycles");
     let walk = pack.walk(0).expect("a walk");
     let clip = pack.clip(walk.clip).expect("a clip");
-    let period = MADE_FPS as f64 * clip.duration_s();
+    let period = f64::from(MADE_FPS) * clip.duration_s();
     assert!(cycles.cycles.len() >= 2, "{cycles:?}");
     assert!(
         (cycles.period_frames / period - 1.0).abs() < 0.06,
