@@ -258,14 +258,7 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
             what: cut,
             full_seconds: cap.full_s(),
         }),
-        conditions: Conditions {
-            hottest_c: states
-                .iter()
-                .filter_map(|state| state.temperature_c)
-                .reduce(f64::max),
-            start: states.first().cloned().unwrap_or_default(),
-            end: states.last().cloned().unwrap_or_default(),
-        },
+        conditions: Conditions::of(&states),
         warnings: found,
     })
 }

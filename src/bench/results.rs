@@ -324,6 +324,19 @@ pub(crate) struct Conditions {
     pub hottest_c: Option<f64>,
 }
 
+impl Conditions {
+    /// Of states in their order, the first before and the last after what was measured.
+    #[must_use]
+    pub(super) fn of(states: &[State]) -> Self {
+        let temperatures = states.iter().filter_map(|state| state.temperature_c);
+        Self {
+            hottest_c: temperatures.reduce(f64::max),
+            start: states.first().cloned().unwrap_or_default(),
+            end: states.last().cloned().unwrap_or_default(),
+        }
+    }
+}
+
 impl ModelResult {
     /// More of it was cut.
     pub(crate) fn add(&mut self, cut: Option<Cut>) {

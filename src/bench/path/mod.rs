@@ -144,14 +144,7 @@ pub(crate) fn measure_path(task: &PathTask<'_>) -> Result<PathResult> {
         peak_rss_end_bytes,
         energy,
         windows: measured.windows,
-        conditions: Conditions {
-            hottest_c: states
-                .iter()
-                .filter_map(|state| state.temperature_c)
-                .reduce(f64::max),
-            start: states.first().cloned().unwrap_or_default(),
-            end: states.last().cloned().unwrap_or_default(),
-        },
+        conditions: Conditions::of(&states),
         warnings: doubts,
     })
 }
