@@ -227,6 +227,7 @@ fn judged(
             .clipped
             .map(|clipped| clipped / shown.silhouettes.max(1) as f64),
         recognizers: outcome.results,
+        paired: outcome.paired,
         time: None,
     };
     for (at, (result, entrant)) in results.recognizers.iter_mut().zip(entrants).enumerate() {

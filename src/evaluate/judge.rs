@@ -8,6 +8,7 @@ use super::angle::by_angle;
 use super::bootstrap::{interval_95, verification_95};
 use super::cross_view::CrossView;
 use super::intervals::Rank1Intervals;
+use super::paired::PersonResult;
 use super::protocol::{Decision, GalleryViews};
 use super::rank::Tally;
 use super::ranking::Ranking;
@@ -155,6 +156,7 @@ pub(super) fn judge(
     result.non_finite = probe_sets.iter().map(|set| set.non_finite).sum();
     result.gallery_non_finite = gallery_non_finite;
     result.by_angle = by_angle;
+    result.by_person = PersonResult::list(&sequences.subjects, &by_person);
     result.probe_sets = probe_sets;
     Ok(result)
 }
@@ -216,13 +218,13 @@ fn result_of(name: &str, trial: &Trial<'_>, sums: Sums, seed: u64) -> ProbeSetRe
     let mut all = Ranking::default();
     sums.by_person.iter().for_each(|ranking| all += ranking);
     let tally = all.tally(1);
+    let of_people: Vec<Tally> = sums.by_person.iter().map(|one| one.tally(1)).collect();
     let probed: Vec<Ranking> = sums
         .by_person
         .iter()
         .filter(|ranking| ranking.probes() > 0)
         .cloned()
         .collect();
-    let people: Vec<Tally> = probed.iter().map(|ranking| ranking.tally(1)).collect();
     let map = interval_95(&probed, seed, Ranking::map);
     ProbeSetResult {
         name: name.to_owned(),
@@ -233,13 +235,14 @@ fn result_of(name: &str, trial: &Trial<'_>, sums: Sums, seed: u64) -> ProbeSetRe
         without_mate: all.without_mate(),
         non_finite: all.non_finite(),
         rank1: tally.rank1().unwrap_or_default(),
-        intervals: Rank1Intervals::of(&people, seed),
+        intervals: Rank1Intervals::of(&of_people, seed),
         rank5: all.rank_k(5).unwrap_or_default(),
         cmc: all.cmc().unwrap_or_default(),
         map: all.map(),
         map_low: map.map(|one| one.low),
         map_high: map.map(|one| one.high),
         minp: all.minp(),
+        by_person: PersonResult::list(&trial.sequences.subjects, &of_people),
         verification: verification(&sums.pairs, seed),
         cross_view: sums.cells.map(|cells| cross_view(&cells, trial.sequences)),
     }

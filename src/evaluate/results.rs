@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::angle::AngleResult;
 use super::intervals::Rank1Intervals;
+pub use super::paired::{PairedResult, PersonResult};
 use super::rank::Tally;
 use super::verification::{RocPoint, TarAtFar};
 pub use crate::dataset::{Header, InputFile};
@@ -29,6 +30,9 @@ pub struct ScoreResults {
     pub clipped_share: Option<f64>,
     /// One entry per recognizer, in the order given.
     pub recognizers: Vec<RecognizerResult>,
+    /// How far the best of them is from each other one, whose probes are the same.
+    #[serde(default)]
+    pub paired: Vec<PairedResult>,
     /// How long it took.
     #[serde(flatten)]
     pub time: Option<RunTime>,
@@ -107,6 +111,9 @@ pub struct RecognizerResult {
     /// Rank-1 by the angle from training, nearest first; empty if that is unknown.
     #[serde(default)]
     pub by_angle: Vec<AngleResult>,
+    /// Hits by person, of what `rank1` is of; people who are not looked for are left out.
+    #[serde(default)]
+    pub by_person: Vec<PersonResult>,
     /// The protocol's sets of probes, each for itself.
     #[serde(default)]
     pub probe_sets: Vec<ProbeSetResult>,
@@ -151,6 +158,9 @@ pub struct ProbeSetResult {
     pub map_high: Option<f64>,
     /// Mean inverse negative penalty, 0..1.
     pub minp: Option<f64>,
+    /// Hits by person.
+    #[serde(default)]
+    pub by_person: Vec<PersonResult>,
     /// The same distances as claims that are accepted or refused; none if they are more than
     /// ten million.
     pub verification: Option<VerificationResult>,
@@ -379,6 +389,7 @@ impl RecognizerResult {
             by_viewpoint,
             by_named_view,
             by_angle: Vec::new(),
+            by_person: Vec::new(),
             probe_sets: Vec::new(),
             latency: None,
         }

@@ -269,6 +269,7 @@ mod tests {
             map_low: None,
             map_high: None,
             minp: None,
+            by_person: Vec::new(),
             verification: Some(VerificationResult {
                 genuine: 10,
                 impostors: 200,

@@ -15,6 +15,7 @@ mod gallery;
 mod heatmap;
 mod html;
 mod measures;
+mod paired;
 mod picture;
 #[cfg(feature = "plots")]
 mod pixels;

@@ -166,9 +166,10 @@ mod tests {
     use super::*;
     use crate::evaluate::results::VerificationResult;
     use crate::evaluate::results::tests::result_of;
+    use crate::evaluate::results::tests::set;
     use crate::evaluate::verification::RocPoint;
     use crate::report::extent::assert_texts_are_readable;
-    use crate::report::scope::tests::{confounded, set};
+    use crate::report::scope::tests::confounded;
 
     fn with_roc(mut set: ProbeSetResult, points: &[(f64, f64)]) -> ProbeSetResult {
         set.verification = Some(VerificationResult {

@@ -118,35 +118,7 @@ fn listed(names: &[String]) -> String {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::evaluate::intervals::Rank1Intervals;
-    use crate::evaluate::results::tests::result_of;
-
-    /// A set of 26 probes of 26 people, `hits` of them right.
-    pub(crate) fn set(name: &str, clean: bool, hits: u32) -> ProbeSetResult {
-        let rank1 = f64::from(hits) / 26.0;
-        ProbeSetResult {
-            name: name.into(),
-            clean,
-            probes: 26,
-            people: 26,
-            tied: 0,
-            without_mate: 0,
-            non_finite: 0,
-            rank1,
-            intervals: Rank1Intervals {
-                rank1_wilson_high: 1.0,
-                ..Rank1Intervals::default()
-            },
-            rank5: 1.0,
-            cmc: vec![rank1, 1.0],
-            map: None,
-            map_low: None,
-            map_high: None,
-            minp: None,
-            verification: None,
-            cross_view: None,
-        }
-    }
+    use crate::evaluate::results::tests::{result_of, set};
 
     /// As the command has them: 26 of 26 right on clean probes, and others that are not pooled.
     pub(crate) fn confounded(sets: Vec<ProbeSetResult>) -> RecognizerResult {

@@ -132,8 +132,9 @@ fn worst_elevation(result: &RecognizerResult) -> Option<(String, Tally)> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::evaluate::results::tests::set;
     use crate::evaluate::results::tests::{result_of, results_of};
-    use crate::report::scope::tests::{confounded, set};
+    use crate::report::scope::tests::confounded;
 
     /// Four viewpoints, the side view of them that of training.
     pub(crate) fn grid() -> RecognizerResult {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{grouped, measures, microseconds, percent, scope};
+use super::{grouped, measures, microseconds, paired, percent, scope};
 use crate::evaluate::bands::{AZIMUTHS, Bands, ELEVATIONS};
 use crate::evaluate::rank::Tally;
 use crate::evaluate::results::{Latency, RecognizerResult, ScoreResults};
@@ -53,6 +53,7 @@ pub(crate) fn table(results: &ScoreResults) -> String {
             );
         }
     }
+    out.push_str(&paired::text(results));
     // Of baselines beside others the page has more.
     for recognizer in results.learnt() {
         places(&mut out, recognizer);

@@ -11,8 +11,9 @@ pub use entrant::{Entrant, Stored};
 use seen::Seen;
 
 use super::judge::judge;
+use super::paired;
 use super::protocol::{Decision, GalleryViews, Protocol, Roles};
-use super::results::{Answered, RecognizerResult};
+use super::results::{Answered, PairedResult, RecognizerResult};
 use super::trial::Trial;
 use crate::error::{EvaluateError, Result};
 use crate::score::answers::{Answers, ask};
@@ -34,6 +35,8 @@ pub struct Contest<'a> {
 pub struct Outcome {
     /// Of each recognizer, in order.
     pub results: Vec<RecognizerResult>,
+    /// How far the best of them is from each other one.
+    pub paired: Vec<PairedResult>,
     /// Sequences that were shown to any recognizer.
     pub sequences: u64,
     /// What was drawn for them.
@@ -148,6 +151,7 @@ impl<'a> Contest<'a> {
             results.push(result);
         }
         Ok(Outcome {
+            paired: paired::from_the_best(&results, seed),
             results,
             sequences: asked.sequences,
             shown: asked.shown,

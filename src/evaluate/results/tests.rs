@@ -34,6 +34,34 @@ pub(crate) fn result_of(viewpoints: &[(f64, f64, u64, u64)]) -> RecognizerResult
     RecognizerResult::new(contestant, &counts)
 }
 
+/// A set of 26 probes of 26 people, `hits` of them right.
+pub(crate) fn set(name: &str, clean: bool, hits: u32) -> ProbeSetResult {
+    let rank1 = f64::from(hits) / 26.0;
+    ProbeSetResult {
+        name: name.into(),
+        clean,
+        probes: 26,
+        people: 26,
+        tied: 0,
+        without_mate: 0,
+        non_finite: 0,
+        rank1,
+        intervals: Rank1Intervals {
+            rank1_wilson_high: 1.0,
+            ..Rank1Intervals::default()
+        },
+        rank5: 1.0,
+        cmc: vec![rank1, 1.0],
+        map: None,
+        map_low: None,
+        map_high: None,
+        minp: None,
+        by_person: Vec::new(),
+        verification: None,
+        cross_view: None,
+    }
+}
+
 pub(crate) fn results_of(recognizers: Vec<RecognizerResult>) -> ScoreResults {
     ScoreResults {
         header: Header::new("score", 1).with("views", "paper"),
@@ -41,6 +69,7 @@ pub(crate) fn results_of(recognizers: Vec<RecognizerResult>) -> ScoreResults {
         geis: 100,
         clipped_share: Some(0.25),
         recognizers,
+        paired: Vec::new(),
         time: Some(RunTime { seconds: 1.5 }),
     }
 }
@@ -56,7 +85,7 @@ fn the_json_begins_with_the_header_and_has_the_documented_fields() {
     )));
     assert!(json.contains(r#""protocol":"closed-set","classes":26,"of_probe_sets":[],"probes":20,"people":0,"rank1":0.95,"rank1_low":null,"rank1_high":null,"rank1_wilson_low":0.7638"#), "{json}");
     assert!(json.contains(
-        r#"[{"azimuth_deg":90.0,"elevation_deg":0.0,"probes":20,"rank1":0.95}],"by_angle":[],"probe_sets":[],"p50_us":4.0,"p90_us":null,"p99_us":null}],"seconds":1.5}"#
+        r#"[{"azimuth_deg":90.0,"elevation_deg":0.0,"probes":20,"rank1":0.95}],"by_angle":[],"by_person":[],"probe_sets":[],"p50_us":4.0,"p90_us":null,"p99_us":null}],"paired":[],"seconds":1.5}"#
     ), "{json}");
 }
 

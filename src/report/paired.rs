@@ -1,0 +1,153 @@
+//! Whether the best recognizer differs from the others, on the same probes.
+
+use maud::{Markup, html};
+
+use super::table::shortened;
+use crate::evaluate::results::{PairedResult, ScoreResults};
+use crate::table::Column::{Left, Right};
+use crate::table::Table;
+
+/// What is said of a difference.
+fn verdict(one: &PairedResult) -> &'static str {
+    match one.differs() {
+        Some(true) => "differs",
+        Some(false) => "cannot tell",
+        None => "one person only",
+    }
+}
+
+/// A difference of rates in points of percent, its sign before it.
+fn points(rate: f64) -> String {
+    let text = format!("{:+.1}", 100.0 * rate);
+    // What rounds to nothing has no sign.
+    if text.trim_start_matches(['+', '-']) == "0.0" {
+        "0.0".into()
+    } else {
+        text
+    }
+}
+
+fn interval(one: &PairedResult) -> String {
+    let both = one.low.zip(one.high);
+    both.map_or("-".into(), |(low, high)| {
+        format!("{} to {}", points(low), points(high))
+    })
+}
+
+/// The differences of what leads, at most 80 columns; empty where there are none.
+#[must_use]
+pub(super) fn text(results: &ScoreResults) -> String {
+    let leading = || results.paired.iter().filter(|one| one.probe_set.is_none());
+    let Some(first) = leading().next() else {
+        return String::new();
+    };
+    let mut table = Table::new(&[Left(18), Right(10), Right(18), Left(16)]);
+    let best = shortened(&first.recognizer, 18);
+    table.row(["against", "points", "95 % interval", ""]);
+    for one in leading() {
+        table.row([
+            shortened(&one.other, 18),
+            points(one.difference),
+            interval(one),
+            verdict(one).into(),
+        ]);
+    }
+    format!("\n{best}: rank-1 beyond the others' on the same probes, paired over people\n{table}")
+}
+
+/// All differences, as a table; empty where there are none.
+pub(super) fn section(results: &ScoreResults) -> Markup {
+    let Some(first) = results.paired.first() else {
+        return html! {};
+    };
+    html! {
+        h2 { "Do they differ?" }
+        p.quiet {
+            "Rank-1 of " (first.recognizer) ", the best here, less that of each other one on the same probes: "
+            "points of percent, and the 95 % interval of the difference that draws people, who answer to both. "
+            "Where 0 is within the interval, these people cannot tell the two apart."
+        }
+        div.scroll { table.summary {
+            thead { tr {
+                th scope="col" { (first.recognizer) " against" }
+                th.text scope="col" { "probes" }
+                th scope="col" { "people" }
+                th scope="col" { "points" }
+                th scope="col" { "95 % interval" }
+                th.text scope="col" { "verdict" }
+            } }
+            tbody { @for one in &results.paired {
+                tr {
+                    th scope="row" { (one.other) }
+                    td.text data-label="probes" { (one.probe_set.as_deref().unwrap_or("as above")) }
+                    td data-label="people" { (one.people) }
+                    td data-label="points" { b { (points(one.difference)) } }
+                    td data-label="95 % interval" { (interval(one)) }
+                    td.text data-label="verdict" { (verdict(one)) }
+                }
+            } }
+        } }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluate::results::tests::results_of;
+
+    fn results() -> ScoreResults {
+        let one =
+            |other: &str, probe_set: Option<&str>, difference: f64, ends: Option<(f64, f64)>| {
+                PairedResult {
+                    recognizer: "geinet".into(),
+                    other: other.into(),
+                    probe_set: probe_set.map(str::to_owned),
+                    people: 26,
+                    difference,
+                    low: ends.map(|ends| ends.0),
+                    high: ends.map(|ends| ends.1),
+                }
+            };
+        ScoreResults {
+            paired: vec![
+                one("pixels", None, 0.25, Some((0.125, 0.375))),
+                one("pixels", Some("BG"), -0.5, Some((-0.6, -0.4))),
+                one(
+                    "a-recognizer-of-a-very-long-name",
+                    None,
+                    0.0004,
+                    Some((-0.01, 0.011)),
+                ),
+                one("random", None, 1.0, None),
+            ],
+            ..results_of(Vec::new())
+        }
+    }
+
+    #[test]
+    fn the_text_says_who_differs() {
+        let expected = "
+geinet: rank-1 beyond the others' on the same probes, paired over people
+against                points      95 % interval                 \n\
+pixels                  +25.0     +12.5 to +37.5 differs         \n\
+a-recognizer-of-a~        0.0       -1.0 to +1.1 cannot tell     \n\
+random                 +100.0                  - one person only \n";
+        let trimmed = |text: &str| {
+            let lines = text.lines().map(str::trim_end);
+            lines.collect::<Vec<_>>().join("\n")
+        };
+        assert_eq!(trimmed(&text(&results())), trimmed(expected));
+        assert_eq!(text(&results_of(Vec::new())), "");
+    }
+
+    #[test]
+    fn the_page_has_every_set_of_probes() {
+        let page = section(&results()).into_string();
+        assert_eq!(page.matches("<tr>").count(), 5);
+        assert!(
+            page.contains(">BG<") && page.contains("-60.0 to -40.0"),
+            "{page}"
+        );
+        assert_eq!(section(&results_of(Vec::new())).into_string(), "");
+    }
+}
