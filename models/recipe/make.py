@@ -50,7 +50,8 @@ def weights_path(arguments, name, manifest):
 
 def train_all(arguments, folder):
     """Trains what is not trained yet, two networks at a time, and gives the files of weights."""
-    paths = {name: weights_path(arguments, name, folder / "manifest.json") for turn in TURNS for name in turn}
+    turns = [[name for name in turn if name in arguments.networks] for turn in TURNS]
+    paths = {name: weights_path(arguments, name, folder / "manifest.json") for turn in turns for name in turn}
 
     def train_turn(names):
         for name in names:
@@ -61,8 +62,8 @@ def train_all(arguments, folder):
                 run(*command, "--seed", arguments.seed, *passes)
                 os.replace(partial, paths[name])
 
-    with ThreadPoolExecutor(len(TURNS)) as pool:
-        list(pool.map(train_turn, TURNS))
+    with ThreadPoolExecutor(len(turns)) as pool:
+        list(pool.map(train_turn, turns))
     return paths
 
 
@@ -87,6 +88,7 @@ def main():
     parser.add_argument("--design", type=Path, default=HERE / "people.toml", help="whom the networks learn from")
     parser.add_argument("--work", type=Path, default=ROOT / "target/recipe", help="folder of what is in between")
     parser.add_argument("--seed", type=int, default=1, help="seed of weights and batches")
+    parser.add_argument("--networks", nargs="+", choices=sum(TURNS, []), default=sum(TURNS, []), help="only these")
     parser.add_argument("--people", type=int, help="so many people only, to try the recipe")
     parser.add_argument("--passes", type=int, help="passes over the data, instead of the recipe's")
     arguments = parser.parse_args()

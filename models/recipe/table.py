@@ -4,7 +4,8 @@
 
     python models/recipe/table.py --work target/recipe --tree "made elsewhere=FOLDER" --fps 30 --subjects 103,112
 
-PCA + LDA, trained on the people of the networks, stands beside them. Answers of networks are kept by the command, so
+PCA + LDA, trained on the people of the networks, stands beside them, and so does the small network for GEIs trained on
+as many people without clothes, loads and faults, and on dressed people without loads and faults. Answers of networks are kept by the command, so
 that an interrupted run goes on.
 """
 
@@ -19,6 +20,8 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 SHIPPED = ["side", "spread", "gei-small", "geinet", "geinet-int8", "gaitset-small"]
+# What the others are compared with, person by person.
+BEST = "gei-small"
 # Whom nothing was trained with: a seed that no model has.
 UNSEEN = {"seed": 77, "people": "0..30"}
 
@@ -52,6 +55,22 @@ class Table:
         if not lda.exists():
             run(arguments.edgegait, "train", self.geis(), "--components", "200", "--out", lda)
         self.models.append(self.enrolled_at_side("pca-lda", lda))
+        dressed = re.sub(r"(?s)\n\[\[conditions\]\].*", "", (HERE / "people.toml").read_text())
+        bare = dressed.replace('dressed = "per-take"', 'dressed = "never"')
+        for kind, design in (("bare", bare), ("dressed", dressed)):
+            self.models.append(self.enrolled_at_side(f"{BEST}-{kind}", self.trained_on(kind, design)))
+
+    def trained_on(self, kind, design):
+        """The small network for GEIs, trained on people of another design."""
+        path = self.work / f"people-{kind}.toml"
+        path.write_text(design)
+        out = self.work / kind
+        if not (out / f"{BEST}.onnx").exists():
+            run(
+                sys.executable, HERE / "make.py", "--design", path, "--networks", BEST, "--out", out,
+                "--work", self.work, "--edgegait", self.arguments.edgegait,
+            )
+        return out / f"{BEST}.onnx"
 
     def geis(self):
         """The GEIs of the networks' people alone, as the command trains on them."""
@@ -65,14 +84,14 @@ class Table:
     def enrolled_at_side(self, name, path=None):
         """A copy of a model that is said to be trained from the side, so that all enrol people there."""
         path = path or self.arguments.models / f"{name}.onnx"
-        copy = self.work / "models" / path.name
+        copy = self.work / "models" / f"{name}.onnx"
         copy.parent.mkdir(exist_ok=True)
         shutil.copyfile(path, copy)
         contract = path.with_suffix(".toml").read_text()
         stated, count = re.subn(r"(?m)^viewpoints = .*$", "viewpoints = [[90.0, 0.0]]", contract)
         if count != 1:
             sys.exit(f"{path.with_suffix('.toml')}: expected one line of viewpoints, found {count}")
-        copy.with_suffix(".toml").write_text(stated)
+        copy.with_suffix(".toml").write_text(re.sub(r"(?m)^name = .*$", f'name = "{name}"', stated))
         return copy
 
     def asked(self, name, command, *arguments):
@@ -84,14 +103,22 @@ class Table:
 
     def scored(self, name, *arguments):
         """Results of every model and of the baselines by name."""
-        results = self.asked(name, "score", *self.models, *arguments)["recognizers"]
+        results = self.asked(name, "score", *self.models, *arguments)
         found = {}
-        for result in results:
+        for result in results["recognizers"]:
             # Baselines of the second kind of input are the same people's pictures again.
             name, _, of = result["name"].partition(" as ")
             if name not in found:
                 found[name] = result
-        return found
+        beyond = {}
+        for pair in results["paired"]:
+            one, other = pair["recognizer"], pair["other"]
+            if BEST in (one, other):
+                rates = [pair[key] for key in ("difference", "low", "high")]
+                if other == BEST:
+                    other, rates = one, [-rates[0], -rates[2], -rates[1]]
+                beyond[other, pair["probe_set"]] = "{:+.1f} ({:+.1f} - {:+.1f})".format(*[100 * rate for rate in rates])
+        return found, beyond
 
     def protocol(self, name):
         return ["--protocol", HERE / "protocols" / f"{name}.toml"]
@@ -122,6 +149,15 @@ def costs(table):
     return rows(heads, lines)
 
 
+def beyond_others(heads, columns):
+    """How far the best network is beyond each other recognizer; each column is what `scored` gave and a set of probes."""
+    names = [name for name in columns[0][0][0] if name != BEST]
+    lines = [[f"`{name}`", *[beyond.get((name, probes), "") for (_, beyond), probes in columns]] for name in names]
+    return f"`{BEST}` beyond the others on the same probes, points of rank-1 with intervals, paired over people\n\n" + rows(
+        ["beyond", *heads], [line for line in lines if any(line[1:])]
+    )
+
+
 def everywhere(table):
     """Rank-1 over 703 viewpoints by enrolment and by the angle from the side, and under conditions."""
     pack = table.work / "unseen.egp"
@@ -136,19 +172,23 @@ def everywhere(table):
         for name in ("enrolled-at-side", "enrolled-there", "enrolled-all-round")
     ]
     casia = table.scored("casia-b", pack, *drawn, "--protocol", "casia-b")
-    heads = ["rank-1 %", "enrolled from the side", "from the probe's viewpoint", "from all 703"]
+    heads = ["enrolled from the side", "from the probe's viewpoint", "from all 703"]
     heads += ["11 level viewpoints crosswise: NM", "BG", "CL"]
+    conditions = ["NM", "BG", "CL"]
+    beyond = [(found, None) for found in by_enrolment] + [(casia, condition) for condition in conditions]
+    beyond = beyond_others(heads, beyond)
+    by_enrolment, casia = [found for found, _ in by_enrolment], casia[0]
     lines = []
     for name, result in casia.items():
         # Some baselines are left out where there is too much to compare.
         cells = [interval(found[name]) if name in found else "" for found in by_enrolment]
         sets = {probe_set["name"]: probe_set for probe_set in result["probe_sets"]}
-        lines.append([f"`{name}`", *cells, *[interval(sets[condition]) for condition in ("NM", "BG", "CL")]])
+        lines.append([f"`{name}`", *cells, *[interval(sets[condition]) for condition in conditions]])
     from_side = by_enrolment[0]
     bins = [entry["to_deg"] for entry in next(iter(from_side.values()))["by_angle"]]
     angles = [[f"`{name}`", *[interval(entry) for entry in result["by_angle"]]] for name, result in from_side.items()]
     heads_of_angles = ["rank-1 %, enrolled from the side, seen", "from there", *[f"to {to:.0f}°" for to in bins[1:]]]
-    return rows(heads, lines) + "\n\n" + rows(heads_of_angles, angles)
+    return "\n\n".join([rows(["rank-1 %", *heads], lines), beyond, rows(heads_of_angles, angles)])
 
 
 def trees(table):
@@ -161,12 +201,16 @@ def trees(table):
             "another take, same side": ["--protocol", "leave-one-take-out"],
             "another take, other sides": ["--protocol", "cross-view"],
             "any cycle, other sides": table.protocol("sides"),
+            "any recording, other sides": [*table.protocol("sides"), "--whole-recordings"],
         }
         stem = re.sub(r"\W+", "-", title)
         fps = ["--fps", table.arguments.fps]
         found = [table.scored(f"{stem}-{at}", folder, *fps, *chosen, *how) for at, how in enumerate(asked.values())]
-        lines = [[f"`{name}`", *[interval(results[name]) for results in found]] for name in found[0]]
-        parts.append(f"{title}\n\n" + rows(["rank-1 %", *asked], lines))
+        # A network for silhouettes is shown whole recordings of a tree, not cycles: other probes.
+        cell = lambda name, results: interval(results[name]) if results[name]["probes"] == results[BEST]["probes"] else ""
+        lines = [[f"`{name}`", *[cell(name, results) for results, _ in found]] for name in found[0][0]]
+        beyond = beyond_others(list(asked), [(results, None) for results in found])
+        parts.append(f"{title}\n\n" + rows(["rank-1 %", *asked], lines) + f"\n\n{beyond}")
     return "\n\n".join(parts)
 
 

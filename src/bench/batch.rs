@@ -29,6 +29,9 @@ impl Sized {
     }
 }
 
+const TIME: &str = "others would take too long";
+const MEMORY: &str = "others would take more memory than there is";
+
 /// How large batches can be in the time and the memory that there are: a batch of two says how much
 /// memory one more takes, before one of many ends the process.
 pub(super) fn batch(
@@ -36,8 +39,6 @@ pub(super) fn batch(
     (task, share): (&Task<'_>, &Share),
     (first, call_s): (&First, f64),
 ) -> Result<Sized> {
-    const TIME: &str = "others would take too long";
-    const MEMORY: &str = "others would take more memory than there is";
     let asked = task.batch;
     let all_s = task.plan.takes_s(asked as f64 * call_s, asked);
     let size = if all_s <= share.most_s {
@@ -57,10 +58,41 @@ pub(super) fn batch(
         .zip(first.peak_rss_bytes)
         .map_or(0, |(two, one)| two.saturating_sub(one));
     let available = memory::available_bytes().map_or(f64::INFINITY, |bytes| bytes as f64);
-    let is_held = |size: usize| (size - 1) as f64 * more as f64 <= MEMORY_SHARE * available;
-    Ok(match largest(size, is_held) {
+    Ok(held(size, more as f64, available))
+}
+
+/// How large a batch of at most `size` can be, if each inference more takes so many bytes of those that
+/// are available.
+fn held(size: usize, more: f64, available: f64) -> Sized {
+    let is_held = |size: usize| (size - 1) as f64 * more <= MEMORY_SHARE * available;
+    match largest(size, is_held) {
         Some(held) if held < size => Sized::Of(held, MEMORY),
         Some(size) => Sized::Of(size, TIME),
         None => Sized::No(MEMORY),
-    })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 8 of 10 MB may be taken: three inferences more than one at 2.5 MB each, 31 at 0.25 MB.
+    #[test]
+    fn a_batch_takes_no_more_memory_than_there_is() {
+        let said = |size, more| held(size, more, 10e6).less_than(64);
+        let memory = |size| Some(format!("batches of {size}, not 64 ({MEMORY})"));
+        assert_eq!(said(64, 0.0), None);
+        assert_eq!(said(64, 0.12e6), None);
+        assert_eq!(said(64, 0.13e6), memory(32));
+        assert_eq!(said(64, 2.5e6), memory(4));
+        assert_eq!(said(64, 7.9e6), memory(2));
+        assert_eq!(said(64, 8.1e6), Some(format!("no batches ({MEMORY})")));
+        // What time had cut already.
+        assert_eq!(
+            said(16, 0.13e6),
+            Some(format!("batches of 16, not 64 ({TIME})"))
+        );
+        assert_eq!(said(16, 2.5e6), memory(4));
+        assert_eq!(held(64, 1e9, f64::INFINITY).less_than(64), None);
+    }
 }

@@ -43,6 +43,17 @@ impl Plain {
         let each_s = (now - since).as_secs_f64() / pieces as f64;
         Some(each_s * total.saturating_sub(self.done) as f64)
     }
+
+    /// The advice about work that takes so much longer, the first time that this is long.
+    fn advised(&mut self, advice: Option<&str>, left_s: Option<f64>) -> Option<String> {
+        let left_s = left_s.filter(|left_s| *left_s > LONG_S && !self.is_advised)?;
+        let advice = advice?;
+        self.is_advised = true;
+        Some(format!(
+            "this takes about {} more: {advice}",
+            time_of(left_s)
+        ))
+    }
 }
 
 impl Progress {
@@ -125,11 +136,7 @@ impl Progress {
         if plain.printed.len() > REMEMBERED {
             plain.printed.pop_front();
         }
-        let advice = self.advice.filter(|_| !plain.is_advised);
-        let advice = advice.zip(left_s.filter(|left_s| *left_s > LONG_S));
-        plain.is_advised |= advice.is_some();
-        let advice = advice
-            .map(|(advice, left_s)| format!("this takes about {} more: {advice}", time_of(left_s)));
+        let advice = plain.advised(self.advice, left_s);
         match (&self.bar, advice) {
             (Some(bar), Some(advice)) => bar.println(advice),
             (Some(_), None) => {}
@@ -239,6 +246,25 @@ mod tests {
             "3 h 20 min",
         ];
         assert_eq!(times.map(time_of), expected);
+    }
+
+    #[test]
+    fn long_work_is_advised_about_once() {
+        let mut plain = Plain {
+            done: 0,
+            printed: VecDeque::new(),
+            is_advised: false,
+        };
+        let advice = Some("ask for less");
+        assert_eq!(plain.advised(advice, None), None);
+        assert_eq!(plain.advised(advice, Some(600.0)), None);
+        assert_eq!(plain.advised(None, Some(7200.0)), None);
+        let said = plain.advised(advice, Some(7200.0));
+        assert_eq!(
+            said.as_deref(),
+            Some("this takes about 2 h more: ask for less")
+        );
+        assert_eq!(plain.advised(advice, Some(7200.0)), None);
     }
 
     #[test]

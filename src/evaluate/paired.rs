@@ -81,22 +81,22 @@ impl AddAssign<&Self> for Pair {
     }
 }
 
-/// How far the best recognizer is from each other one, on what leads and on each set of probes, as
-/// far as their probes are the same. None of fewer than two.
+/// How far recognizers are apart, each from each, the best from the others first; on what leads and
+/// on each set of probes, as far as their probes are the same.
 ///
 /// The best is chosen by these very probes: that it is beyond others is said a little too easily.
 /// `seed` draws people.
-pub(super) fn from_the_best(results: &[RecognizerResult], seed: u64) -> Vec<PairedResult> {
-    let scored = results.iter().filter(|one| one.probes > 0);
-    // Of equals the first: `max_by` keeps the last.
-    let best = scored.rev().max_by(|a, b| a.rank1.total_cmp(&b.rank1));
-    let Some(best) = best else {
-        return Vec::new();
+pub(super) fn each_from_each(results: &[RecognizerResult], seed: u64) -> Vec<PairedResult> {
+    let mut ranked: Vec<&RecognizerResult> = results.iter().filter(|one| one.probes > 0).collect();
+    // Of equals the first stays first.
+    ranked.sort_by(|a, b| b.rank1.total_cmp(&a.rank1));
+    let of = |(at, one): (usize, &&RecognizerResult)| {
+        let others = ranked[at + 1..].iter();
+        others
+            .flat_map(|other| between(one, other, seed))
+            .collect::<Vec<_>>()
     };
-    let others = results.iter().filter(|other| !std::ptr::eq(*other, best));
-    others
-        .flat_map(|other| between(best, other, seed))
-        .collect()
+    ranked.iter().enumerate().flat_map(of).collect()
 }
 
 /// How far one recognizer is from another, on what leads and on each set of probes; of these
@@ -193,7 +193,7 @@ mod tests {
             result("worse", people(100, |number| number * 10)),
             result("better", people(100, |number| number * 10 + 10)),
         ];
-        let [found] = &from_the_best(&results, 1)[..] else {
+        let [found] = &each_from_each(&results, 1)[..] else {
             panic!("one pair");
         };
         assert_eq!((&*found.recognizer, &*found.other), ("better", "worse"));
@@ -203,6 +203,17 @@ mod tests {
             (Some(found.difference), Some(found.difference))
         );
         assert_eq!((found.differs(), found.people), (Some(true), 10));
+    }
+
+    #[test]
+    fn the_best_stands_first_and_of_equals_the_one_listed_first() {
+        let of = |name, hits| result(name, people(10, move |_| hits));
+        let results = [of("a", 3), of("b", 5), of("c", 5)];
+        let names = each_from_each(&results, 1)
+            .into_iter()
+            .map(|one| (one.recognizer, one.other));
+        let expected = [("b", "c"), ("b", "a"), ("c", "a")];
+        assert!(names.eq(expected.map(|(one, other)| (one.to_owned(), other.to_owned()))));
     }
 
     /// Of one probe each, the sum of ten draws from two who lose, three who win and five who tie:
@@ -272,8 +283,8 @@ mod tests {
         let mut led_otherwise = result("b", people(20, hits));
         led_otherwise.of_probe_sets = vec!["BG".into()];
         let results = [result("a", people(20, hits)), led_otherwise];
-        assert_eq!(from_the_best(&results, 1), Vec::new());
-        assert_eq!(from_the_best(&[], 1), Vec::new());
+        assert_eq!(each_from_each(&results, 1), Vec::new());
+        assert_eq!(each_from_each(&[], 1), Vec::new());
     }
 
     #[test]

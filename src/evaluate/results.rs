@@ -30,7 +30,7 @@ pub struct ScoreResults {
     pub clipped_share: Option<f64>,
     /// One entry per recognizer, in the order given.
     pub recognizers: Vec<RecognizerResult>,
-    /// How far the best of them is from each other one, whose probes are the same.
+    /// How far they are apart, each from each where their probes are the same, the best first.
     #[serde(default)]
     pub paired: Vec<PairedResult>,
     /// How long it took.

@@ -34,10 +34,17 @@ fn interval(one: &PairedResult) -> String {
     })
 }
 
-/// The differences of what leads, at most 80 columns; empty where there are none.
+/// The best recognizer's differences from the others.
+fn of_the_best(results: &ScoreResults) -> impl Iterator<Item = &PairedResult> {
+    let best = results.paired.first().map(|first| &first.recognizer);
+    let differences = results.paired.iter();
+    differences.filter(move |one| Some(&one.recognizer) == best)
+}
+
+/// The best one's differences of what leads, at most 80 columns; empty where there are none.
 #[must_use]
 pub(super) fn text(results: &ScoreResults) -> String {
-    let leading = || results.paired.iter().filter(|one| one.probe_set.is_none());
+    let leading = || of_the_best(results).filter(|one| one.probe_set.is_none());
     let Some(first) = leading().next() else {
         return String::new();
     };
@@ -55,7 +62,7 @@ pub(super) fn text(results: &ScoreResults) -> String {
     format!("\n{best}: rank-1 beyond the others' on the same probes, paired over people\n{table}")
 }
 
-/// All differences, as a table; empty where there are none.
+/// All of the best one's differences, as a table; empty where there are none.
 pub(super) fn section(results: &ScoreResults) -> Markup {
     let Some(first) = results.paired.first() else {
         return html! {};
@@ -76,7 +83,7 @@ pub(super) fn section(results: &ScoreResults) -> Markup {
                 th scope="col" { "95 % interval" }
                 th.text scope="col" { "verdict" }
             } }
-            tbody { @for one in &results.paired {
+            tbody { @for one in of_the_best(results) {
                 tr {
                     th scope="row" { (one.other) }
                     td.text data-label="probes" { (one.probe_set.as_deref().unwrap_or("as above")) }
@@ -119,6 +126,10 @@ mod tests {
                     Some((-0.01, 0.011)),
                 ),
                 one("random", None, 1.0, None),
+                PairedResult {
+                    recognizer: "pixels".into(),
+                    ..one("random", None, 0.5, None)
+                },
             ],
             ..results_of(Vec::new())
         }

@@ -35,7 +35,7 @@ pub struct Contest<'a> {
 pub struct Outcome {
     /// Of each recognizer, in order.
     pub results: Vec<RecognizerResult>,
-    /// How far the best of them is from each other one.
+    /// How far they are apart.
     pub paired: Vec<PairedResult>,
     /// Sequences that were shown to any recognizer.
     pub sequences: u64,
@@ -151,7 +151,7 @@ impl<'a> Contest<'a> {
             results.push(result);
         }
         Ok(Outcome {
-            paired: paired::from_the_best(&results, seed),
+            paired: paired::each_from_each(&results, seed),
             results,
             sequences: asked.sequences,
             shown: asked.shown,
