@@ -1,7 +1,7 @@
 """The shipped networks: what each takes, and what it makes of it.
 
-Each takes pictures of 50 rows and 30 columns from 0 (background) to 1 (figure), and gives parts of an
-embedding, `[n, numbers, parts]`, which are compared by the angle between them.
+Each takes pictures of 50 rows and 30 columns from 0 (background) to 1 (figure), and gives an embedding, `[n,
+numbers]`. Embeddings are compared by the angle between them.
 """
 
 import torch
@@ -10,11 +10,11 @@ from torch import nn
 ROWS, COLUMNS = 50, 30
 
 
-def block(channels_in, channels, side=3, padding=None):
+def block(channels_in, channels, side=3, stride=1, padding=None):
     """A convolution without bias, batch normalisation, and what is above 0."""
     padding = side // 2 if padding is None else padding
     return nn.Sequential(
-        nn.Conv2d(channels_in, channels, side, padding=padding, bias=False),
+        nn.Conv2d(channels_in, channels, side, stride, padding, bias=False),
         nn.BatchNorm2d(channels),
         nn.ReLU(),
     )
@@ -29,7 +29,6 @@ class GeiSmall(nn.Module):
 
     takes = "gei"
     numbers = 64
-    parts = 1
 
     def __init__(self):
         super().__init__()
@@ -53,60 +52,64 @@ class GeiNet(nn.Module):
     """GEINet (Shiraga et al., ICB 2016) at 50x30, with batch normalisation in place of local response normalisation.
 
     `[n, 1, 50, 30]` to `[n, 256]`: 18 convolutions of 7x7, the greatest of 2x2, 45 convolutions of 5x5,
-    the greatest of 3x3 at every second, and a fully connected layer of 256 in place of 1,024.
+    the greatest of 3x3 at every second, and a fully connected layer of 256 in place of 1,024, normalised over a batch.
     """
 
     takes = "gei"
     numbers = 256
-    parts = 1
 
     def __init__(self):
         super().__init__()
         self.features = nn.Sequential(
-            block(1, 18, 7, 0),
+            block(1, 18, 7, padding=0),
             nn.MaxPool2d(2),
-            block(18, 45, 5, 0),
+            block(18, 45, 5, padding=0),
             nn.MaxPool2d(3, 2),
         )
         self.embed = nn.Linear(45 * 8 * 3, self.numbers)
+        self.neck = nn.BatchNorm1d(self.numbers)
 
     def forward(self, geis):
-        return self.embed(self.features(geis).flatten(1))
+        return self.neck(self.embed(self.features(geis).flatten(1)))
 
 
 class GaitSetSmall(nn.Module):
     """A small GaitSet (Chao et al., AAAI 2019): a set of any number of silhouettes, in any order.
 
-    `[n, t, 50, 30]` to `[n, 64, 12]`. Three convolutions on each silhouette; the greatest value over the
-    set after the second and the third; a fourth convolution on the former, the global path; of both paths
-    one, two and three strips of rows; a linear map for each.
+    `[n, t, 50, 30]` to `[n, 128]`. Three convolutions on each silhouette, the first of 5x5 at every second pixel;
+    greatest plus mean value over the set after the second and the third; a fourth convolution on the former, the
+    global path; of both paths one, two and three strips of rows; one linear map of all, normalised over a batch.
     """
 
     takes = "silhouettes"
-    numbers = 64
-    parts = 12
+    numbers = 128
     strips = (1, 2, 3)
 
     def __init__(self):
         super().__init__()
-        self.early = nn.Sequential(block(1, 16), nn.MaxPool2d(2), block(16, 32), nn.MaxPool2d(2))
+        self.early = nn.Sequential(block(1, 16, 5, stride=2), block(16, 32), nn.MaxPool2d(2))
         self.late = block(32, 64)
         self.over_all = block(32, 64)
-        self.embed = nn.Parameter(torch.randn(self.parts, 64, self.numbers) / 8)
+        self.embed = nn.Linear(64 * 2 * sum(self.strips), self.numbers)
+        self.neck = nn.BatchNorm1d(self.numbers)
 
     def forward(self, silhouettes):
         n, t = silhouettes.shape[0], silhouettes.shape[1]
         early = self.early(silhouettes.reshape(-1, 1, ROWS, COLUMNS))
         late = self.late(early)
-        set_early = early.reshape(n, t, 32, 12, 7).amax(1)
-        set_late = late.reshape(n, t, 64, 12, 7).amax(1)
+        set_early = over_set(early.reshape(n, t, 32, 12, 7))
+        set_late = over_set(late.reshape(n, t, 64, 12, 7))
         pooled = []
         for maps in (set_late, self.over_all(set_early) + set_late):
             for count in self.strips:
                 strips = maps.reshape(n, 64, count, 12 // count * 7)
                 pooled.append(strips.amax(3) + strips.mean(3))
-        pooled = torch.cat(pooled, 2).permute(2, 0, 1)
-        return torch.matmul(pooled, self.embed).permute(1, 2, 0)
+        return self.neck(self.embed(torch.cat(pooled, 2).flatten(1)))
+
+
+def over_set(maps):
+    """What a set of maps `[n, t, ...]` has in common: the greatest value and the mean, added."""
+    return maps.amax(1) + maps.mean(1)
 
 
 NETWORKS = {"gei-small": GeiSmall, "geinet": GeiNet, "gaitset-small": GaitSetSmall}

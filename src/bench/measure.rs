@@ -209,7 +209,7 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
         })),
         Err(error) => found.push(format!("its rank-1 could not be measured: {error}")),
     }
-    found.extend(loaded.model.warning());
+    found.extend(loaded.model.warnings());
     let graph = loaded.model.graph();
     let timings = [
         ("one at a time", Some(&single_timing)),

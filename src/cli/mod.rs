@@ -11,6 +11,7 @@ mod conditions;
 #[cfg(feature = "plots")]
 mod confounders;
 mod contest;
+mod contract;
 mod cutting;
 mod drawing;
 mod encoding;
@@ -77,6 +78,7 @@ enum Command {
     Cohort(cohort::Args),
     #[cfg(feature = "plots")]
     Confounders(confounders::Args),
+    Contract(contract::Args),
     #[cfg(feature = "plots")]
     Frontier(frontier::Args),
     Generate(generate::Args),
@@ -148,6 +150,7 @@ fn run(command: &Command) -> Result<Ending> {
         Command::Cohort(args) => run!(cohort, args),
         #[cfg(feature = "plots")]
         Command::Confounders(args) => run!(confounders, args),
+        Command::Contract(args) => run!(contract, args),
         #[cfg(feature = "plots")]
         Command::Frontier(args) => run!(frontier, args),
         Command::Generate(args) => run!(generate, args),

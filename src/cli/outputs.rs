@@ -33,6 +33,8 @@ pub(super) enum Kind {
     Model,
     /// The contract of a model that was trained here.
     Contract,
+    /// A contract for people to edit, so that none is known again.
+    Explained,
     /// A recognizer in 8-bit weights.
     Recognizer,
     /// A picture.
@@ -248,6 +250,7 @@ fn is_own(path: &Path, kind: Kind, found: &Metadata) -> bool {
         Kind::Report => text().is_some_and(|text| text.contains(crate::report::TITLE_END)),
         Kind::Svg => begins(SVG_START.as_bytes()),
         Kind::Npy
+        | Kind::Explained
         | Kind::Dataset(_)
         | Kind::Resumed
         | Kind::Sequence

@@ -198,7 +198,7 @@ fn opened(path: &Path, first: Option<&Planned>, header: &mut Header) -> Result<M
     let Some(first) = first else {
         let model = shipped::open(path)?;
         header.inputs.extend(model.inputs()?);
-        header.warnings.extend(model.warning());
+        header.warnings.extend(model.warnings());
         return Ok(model);
     };
     let usual = Contract {
@@ -237,7 +237,7 @@ fn opened(path: &Path, first: Option<&Planned>, header: &mut Header) -> Result<M
     let inputs = model.inputs()?.into_iter();
     let new: Vec<_> = inputs.filter(|input| !known(&input.path)).collect();
     header.inputs.extend(new);
-    header.warnings.extend(model.warning());
+    header.warnings.extend(model.warnings());
     Ok(model)
 }
 

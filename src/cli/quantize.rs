@@ -101,7 +101,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         .with("cycles", args.cycles);
     header.inputs = model.inputs()?;
     header.inputs.extend(source.inputs.iter().cloned());
-    header.warnings.extend(model.warning());
+    header.warnings.extend(model.warnings());
     let pack = Pack::parse(&source.bytes)?;
     let walks = source_args.choose(&pack)?;
     let (source, shown) = probes((&pack, &walks), &views, (settings, args.cycles))?;

@@ -56,7 +56,7 @@ pub(super) fn load(
     }
     for model in models(paths)? {
         header.inputs.extend(model.inputs()?);
-        header.warnings.extend(model.warning());
+        header.warnings.extend(model.warnings());
         let entrant = entrant(&model, runtime, (draw, seed, stored))?;
         entrants.push(Entrant {
             recognizer: Kept::of(entrant.recognizer, &model, cache)?,

@@ -31,9 +31,9 @@ pub struct Contract {
     pub rows: usize,
     /// Columns of the silhouettes that the input is made of, 30 unless given.
     pub columns: usize,
-    /// Order of the input's axes: `"NCHW"` (default), `"NHWC"` or `"NHW"` for GEIs and other
-    /// single images, `"NCHW"` for several (frequency), `"NTHW"`, `"NTCHW"` or `"NCTHW"` for
-    /// silhouettes, `"NC"` for vectors.
+    /// Order of the input's axes: `"NCHW"` (default), `"NHWC"`, `"NHW"` or, row by row, `"ND"` for GEIs
+    /// and other single images, `"NCHW"` for several (frequency), `"NTHW"`, `"NTCHW"` or `"NCTHW"` for
+    /// silhouettes, `"ND"` for vectors.
     pub layout: Layout,
     /// How figures were framed in training: `"height"` (default), `"box"`, `"cycle"` or
     /// `"camera"`.
@@ -181,11 +181,11 @@ impl Contract {
         self.shape().numbers()
     }
 
-    /// Channels of the input: its images, or the numbers of a vector.
+    /// Channels of the input: its images, or 1 of a vector.
     pub(super) const fn channels(&self) -> usize {
         match self.shape() {
             Shape::Image { planes, .. } => planes,
-            Shape::Vector(numbers) => numbers,
+            Shape::Vector(_) => 1,
         }
     }
 
@@ -236,6 +236,7 @@ impl Contract {
             Axis::Channel => self.channels(),
             Axis::Row => self.rows,
             Axis::Column => self.columns,
+            Axis::Number => self.numbers(),
         };
         self.layout.axes().iter().map(size).collect()
     }
@@ -361,6 +362,7 @@ fn first_repeated(names: &[String]) -> Option<&String> {
 }
 
 mod difference;
+mod explained;
 
 #[cfg(test)]
 mod tests;

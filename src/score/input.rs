@@ -30,7 +30,7 @@ impl InputRange {
 }
 
 /// The order of the input's axes: N inputs, T frames, C channels (one, but of templates of several
-/// images, and the numbers of vectors), H rows, W columns.
+/// images), H rows, W columns, D numbers of a vector or of an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "UPPERCASE")]
 pub enum Layout {
@@ -47,8 +47,9 @@ pub enum Layout {
     Ntchw,
     /// Silhouettes: batch, channel, frame, row, column.
     Ncthw,
-    /// Vectors: batch, channel.
-    Nc,
+    /// Vectors, and single images row by row: batch, number.
+    #[serde(alias = "NC")]
+    Nd,
 }
 
 /// What an axis of an input counts.
@@ -59,6 +60,8 @@ pub(super) enum Axis {
     Channel,
     Row,
     Column,
+    /// All numbers of a template.
+    Number,
 }
 
 impl Layout {
@@ -70,7 +73,7 @@ impl Layout {
         Self::Nthw,
         Self::Ntchw,
         Self::Ncthw,
-        Self::Nc,
+        Self::Nd,
     ];
 
     /// The name under which contracts state it.
@@ -83,7 +86,7 @@ impl Layout {
             Self::Nthw => "NTHW",
             Self::Ntchw => "NTCHW",
             Self::Ncthw => "NCTHW",
-            Self::Nc => "NC",
+            Self::Nd => "ND",
         }
     }
 
@@ -92,8 +95,9 @@ impl Layout {
     pub fn holds(self, template: Template) -> bool {
         let is_sequence = template == Template::Silhouettes;
         match (self, template.shape_of(1, 1)) {
-            (Self::Nc, shape) => matches!(shape, Shape::Vector(_)),
+            (Self::Nd, Shape::Vector(_)) => true,
             (_, Shape::Vector(_)) => false,
+            (Self::Nd, shape) => !is_sequence && shape.numbers() == 1,
             (Self::Nthw | Self::Ntchw | Self::Ncthw, _) => is_sequence,
             (Self::Nchw, _) => !is_sequence,
             (Self::Nhwc | Self::Nhw, shape) => !is_sequence && shape.numbers() == 1,
@@ -108,7 +112,7 @@ impl Layout {
     }
 
     pub(super) const fn axes(self) -> &'static [Axis] {
-        use Axis::{Batch, Channel, Column, Frame, Row};
+        use Axis::{Batch, Channel, Column, Frame, Number, Row};
         match self {
             Self::Nchw => &[Batch, Channel, Row, Column],
             Self::Nhwc => &[Batch, Row, Column, Channel],
@@ -116,7 +120,7 @@ impl Layout {
             Self::Nthw => &[Batch, Frame, Row, Column],
             Self::Ntchw => &[Batch, Frame, Channel, Row, Column],
             Self::Ncthw => &[Batch, Channel, Frame, Row, Column],
-            Self::Nc => &[Batch, Channel],
+            Self::Nd => &[Batch, Number],
         }
     }
 }
@@ -160,14 +164,15 @@ mod tests {
                 Axis::Channel => 'C',
                 Axis::Row => 'H',
                 Axis::Column => 'W',
+                Axis::Number => 'D',
             };
             let spelt: String = layout.axes().iter().map(letter).collect();
             assert_eq!(layout.name(), spelt);
             let has_frames = spelt.contains('T');
             assert_eq!(layout.holds(Template::Silhouettes), has_frames);
-            assert_eq!(layout.holds(Template::Kfd), spelt == "NC");
+            assert_eq!(layout.holds(Template::Kfd), spelt == "ND");
             assert_eq!(layout.holds(Template::Frequency), spelt == "NCHW");
-            let is_of_one_image = ["NCHW", "NHWC", "NHW"].contains(&spelt.as_str());
+            let is_of_one_image = ["NCHW", "NHWC", "NHW", "ND"].contains(&spelt.as_str());
             assert_eq!(layout.holds(Template::Mhi), is_of_one_image);
             let stated = serde_json::to_value(layout).expect("a name");
             assert_eq!(stated, layout.name());

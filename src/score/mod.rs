@@ -9,6 +9,7 @@ pub(crate) mod answers;
 pub(crate) mod baseline;
 mod contract;
 mod graph;
+mod guess;
 mod input;
 mod kept;
 mod library;

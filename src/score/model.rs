@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use super::contract::Contract;
 use super::graph::Graph;
+use super::guess;
 use super::ports::{Batching, Ports};
 use crate::dataset::{InputFile, sha256_of_bytes};
 use crate::error::{Error, Result};
@@ -25,15 +26,18 @@ pub struct Model {
     ports: Ports,
     /// Whether it was read from a file, and the contract from beside it.
     is_file: bool,
+    /// Whether no contract lies beside it, and its shape told what it takes.
+    is_guessed: bool,
 }
 
 impl Model {
-    /// Reads `path` and the contract beside it.
+    /// Reads `path` and the contract beside it; if there is none, it is what the shape of the model's
+    /// input tells, as a warning says, or the default.
     ///
     /// # Errors
     /// If a file cannot be read, or as [`Self::from_bytes`].
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
-        Self::open_or(path, &Contract::default())
+        Self::opened(path.as_ref(), None)
     }
 
     /// Reads `path` and the contract beside it; if there is none, it keeps to `usual`.
@@ -41,7 +45,10 @@ impl Model {
     /// # Errors
     /// As [`Self::open`].
     pub fn open_or(path: impl AsRef<Path>, usual: &Contract) -> Result<Self> {
-        let path = path.as_ref();
+        Self::opened(path.as_ref(), Some(usual))
+    }
+
+    fn opened(path: &Path, usual: Option<&Contract>) -> Result<Self> {
         let metadata = std::fs::metadata(path).map_err(|error| Error::io(path, error))?;
         if !metadata.is_file() {
             return Err(Error::input(
@@ -59,11 +66,17 @@ impl Model {
             ));
         }
         let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
-        let contract = Contract::stated_beside(path)?;
-        let contract = contract.unwrap_or_else(|| usual.clone());
+        let stated = Contract::stated_beside(path)?;
+        let guessed = match (&stated, usual) {
+            (None, None) => guess::contract(&Graph::read(path, &bytes)?),
+            _ => None,
+        };
+        let is_guessed = guessed.is_some();
+        let contract = stated.or_else(|| usual.cloned()).or(guessed);
         Ok(Self {
             is_file: true,
-            ..Self::from_bytes(path, bytes, contract)?
+            is_guessed,
+            ..Self::from_bytes(path, bytes, contract.unwrap_or_default())?
         })
     }
 
@@ -93,6 +106,7 @@ impl Model {
             contract,
             ports,
             is_file: false,
+            is_guessed: false,
         })
     }
 
@@ -156,14 +170,17 @@ impl Model {
 
     /// What whoever reads its results should know.
     #[must_use]
-    pub fn warning(&self) -> Option<String> {
-        (self.batching() == Batching::DynamicQuantization).then(|| {
+    pub fn warnings(&self) -> Vec<String> {
+        let guessed = self.is_guessed.then(|| guess::said(&self.contract));
+        let is_alone = self.batching() == Batching::DynamicQuantization;
+        let alone = is_alone.then(|| {
             format!(
                 "{}: quantised dynamically, so that a result would depend on its batch mates: \
                  inputs are run one at a time (static QDQ quantisation has no such limit)",
                 self.contract.name
             )
-        })
+        });
+        guessed.into_iter().chain(alone).collect()
     }
 
     pub(super) fn ports(&self) -> &Ports {
@@ -194,12 +211,18 @@ mod tests {
             let bytes = bytes_with_operator(operator, domain);
             let model = Model::from_bytes("m.onnx", bytes, Contract::default()).expect("a graph");
             assert_eq!(model.batching(), Batching::DynamicQuantization);
-            let warning = model.warning().expect("a warning");
-            assert!(warning.starts_with("m: quantised dynamically"), "{warning}");
+            let warnings = model.warnings();
+            assert!(
+                warnings[0].starts_with("m: quantised dynamically"),
+                "{warnings:?}"
+            );
         }
         let plain = bytes_with_operator("QuantizeLinear", "");
         let model = Model::from_bytes("m.onnx", plain, Contract::default()).expect("a graph");
-        assert_eq!((model.batching(), model.warning()), (Batching::Any, None));
+        assert_eq!(
+            (model.batching(), model.warnings()),
+            (Batching::Any, Vec::new())
+        );
     }
 
     #[test]

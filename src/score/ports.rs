@@ -159,6 +159,7 @@ fn expected_input(contract: &Contract) -> String {
         Axis::Channel => contract.channels().to_string(),
         Axis::Row => contract.rows.to_string(),
         Axis::Column => contract.columns.to_string(),
+        Axis::Number => contract.numbers().to_string(),
     };
     let sizes: Vec<String> = contract.layout.axes().iter().map(size).collect();
     format!("f32 [{}]", sizes.join(", "))
@@ -176,6 +177,7 @@ fn fits(shape: &[Dimension], contract: &Contract) -> bool {
             Axis::Channel => may_be(dimension, contract.channels()),
             Axis::Row => may_be(dimension, contract.rows),
             Axis::Column => may_be(dimension, contract.columns),
+            Axis::Number => may_be(dimension, contract.numbers()),
         })
 }
 
@@ -226,7 +228,7 @@ fn quantizes(operator: &str) -> bool {
 }
 
 /// `TensorProto.DataType.FLOAT`.
-const FLOAT: u64 = 1;
+pub(super) const FLOAT: u64 = 1;
 
 fn may_be(dimension: &Dimension, size: usize) -> bool {
     !matches!(dimension, Dimension::Fixed(fixed) if *fixed != size as u64)

@@ -17,6 +17,7 @@ mod baselines;
 mod bench;
 mod bench_path;
 mod beside;
+mod contracts;
 mod gates;
 mod likeness;
 mod mix;

@@ -127,7 +127,7 @@ fn a_template_has_the_shape_that_its_silhouettes_give_it() {
     assert_eq!(of("mhi", "NCHW"), [2, 1, 50, 30]);
     assert_eq!(of("geni", "NHWC"), [2, 50, 30, 1]);
     assert_eq!(of("frequency", "NCHW"), [2, 3, 50, 30]);
-    assert_eq!(of("row-width", "NC"), [2, 50]);
+    assert_eq!(of("row-width", "ND"), [2, 50]);
     assert_eq!(of("kfd", "NC"), [2, 60]);
 
     let refusal = |text: &str| parse(text).expect_err("a mistake").to_string();
@@ -135,8 +135,9 @@ fn a_template_has_the_shape_that_its_silhouettes_give_it() {
         refusal("template = \"frequency\"\nlayout = \"NHWC\""),
         "m.toml: layout: template \"frequency\" comes as NCHW, found NHWC (NCHW unless it is given)"
     );
-    assert!(refusal("template = \"kfd\"").contains("comes as NC, found NCHW"));
-    assert!(refusal("layout = \"NC\"").contains("template \"gei\" comes as NCHW, NHWC, NHW"));
+    assert!(refusal("template = \"kfd\"").contains("comes as ND, found NCHW"));
+    assert_eq!(of("gei", "ND"), [2, 1500]);
+    assert!(refusal("layout = \"NTHW\"").contains("template \"gei\" comes as NCHW, NHWC, NHW, ND"));
 
     let wide = parse("template = \"frequency\"").expect("the usual layout");
     assert_eq!(wide.frames_in(2 * 4500, 2).ok(), Some(1));

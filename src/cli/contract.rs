@@ -1,0 +1,88 @@
+//! `edgegait contract`: what a model takes and gives, written down to be checked.
+
+use super::args::{Common, Files};
+use super::outputs::{Kind, Output};
+use crate::dataset::{Header, write_bytes};
+use crate::error::Result;
+use crate::score::{Contract, Model, Port};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// Write the contract (.toml) of a model of your own, every key explained
+///
+/// What the model's file tells is filled in; what it cannot tell is marked "CHECK THIS".
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Examples:\n  edgegait contract mine.onnx                  # writes mine.toml\n  edgegait contract mine.onnx --out -          # to standard output"
+)]
+pub(super) struct Args {
+    /// An ONNX model
+    #[arg(value_name = "MODEL")]
+    model: PathBuf,
+    /// Where to write it; - is standard output [default: beside the model, where it is looked for]
+    #[arg(long, value_name = "PATH")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Runs the subcommand.
+pub(super) fn run(args: &Args) -> Result<()> {
+    let model = Model::open(&args.model)?;
+    let graph = model.graph();
+    let ports = |ports: &[Port]| {
+        let texts: Vec<String> = ports.iter().map(ToString::to_string).collect();
+        texts.join(", ")
+    };
+    let about = format!(
+        "{}: takes {}; gives {}.",
+        args.model.display(),
+        ports(&graph.inputs),
+        ports(&graph.outputs)
+    );
+    let text = model
+        .contract()
+        .explained(&about.replace(char::is_control, "?"))?;
+    let out = args.out();
+    let mut header = Header::new("contract", args.common.seed);
+    header.inputs = model.inputs()?;
+    header.warnings = model.warnings();
+    if out == Path::new("-") {
+        args.common.say(text.trim_end());
+    } else {
+        write_bytes(&out, text.as_bytes())?;
+        for warning in &header.warnings {
+            args.common.say(format_args!("warning: {warning}"));
+        }
+        args.common.say(format_args!("wrote {}", out.display()));
+    }
+    args.common.write_json(&Results {
+        header,
+        contract: model.contract(),
+    })
+}
+
+/// The results.
+#[derive(Serialize)]
+struct Results<'a> {
+    #[serde(flatten)]
+    header: Header,
+    contract: &'a Contract,
+}
+
+impl Args {
+    fn out(&self) -> PathBuf {
+        let beside = || Contract::path_beside(&self.model);
+        self.out.clone().unwrap_or_else(beside)
+    }
+
+    /// What it reads and writes.
+    pub(super) fn files(&self) -> Files {
+        let out = self.out();
+        let output = (out != Path::new("-")).then(|| Output::new("--out", &out, Kind::Explained));
+        Files {
+            inputs: vec![self.model.clone()],
+            outputs: output.into_iter().collect(),
+        }
+    }
+}
