@@ -43,6 +43,11 @@ def interval(entry, name="rank1"):
     return f"{percent(entry[name])} ({percent(low)} - {percent(high)})"
 
 
+def points(rates):
+    """A difference of rates with its interval, in points of percent."""
+    return "{:+.1f} ({:+.1f} - {:+.1f})".format(*[100 * rate for rate in rates])
+
+
 class Table:
     """Asks the command, and keeps what it said."""
 
@@ -112,12 +117,10 @@ class Table:
                 found[name] = result
         beyond = {}
         for pair in results["paired"]:
-            one, other = pair["recognizer"], pair["other"]
-            if BEST in (one, other):
-                rates = [pair[key] for key in ("difference", "low", "high")]
-                if other == BEST:
-                    other, rates = one, [-rates[0], -rates[2], -rates[1]]
-                beyond[other, pair["probe_set"]] = "{:+.1f} ({:+.1f} - {:+.1f})".format(*[100 * rate for rate in rates])
+            one, other, probes = pair["recognizer"], pair["other"], pair["probe_set"]
+            rates = [pair[key] for key in ("difference", "low", "high")]
+            beyond[one, other, probes] = points(rates)
+            beyond[other, one, probes] = points([-rates[0], -rates[2], -rates[1]])
         return found, beyond
 
     def protocol(self, name):
@@ -149,11 +152,11 @@ def costs(table):
     return rows(heads, lines)
 
 
-def beyond_others(heads, columns):
-    """How far the best network is beyond each other recognizer; each column is what `scored` gave and a set of probes."""
-    names = [name for name in columns[0][0][0] if name != BEST]
-    lines = [[f"`{name}`", *[beyond.get((name, probes), "") for (_, beyond), probes in columns]] for name in names]
-    return f"`{BEST}` beyond the others on the same probes, points of rank-1 with intervals, paired over people\n\n" + rows(
+def beyond_others(best, heads, columns):
+    """How far one network is beyond each other recognizer; each column is what `scored` gave and a set of probes."""
+    names = [name for name in columns[0][0][0] if name != best]
+    lines = [[f"`{name}`", *[beyond.get((best, name, probes), "") for (_, beyond), probes in columns]] for name in names]
+    return f"`{best}` beyond the others on the same probes, points of rank-1 with intervals, paired over people\n\n" + rows(
         ["beyond", *heads], [line for line in lines if any(line[1:])]
     )
 
@@ -176,7 +179,7 @@ def everywhere(table):
     heads += ["11 level viewpoints crosswise: NM", "BG", "CL"]
     conditions = ["NM", "BG", "CL"]
     beyond = [(found, None) for found in by_enrolment] + [(casia, condition) for condition in conditions]
-    beyond = beyond_others(heads, beyond)
+    beyond = beyond_others(BEST, heads, beyond)
     by_enrolment, casia = [found for found, _ in by_enrolment], casia[0]
     lines = []
     for name, result in casia.items():
@@ -209,8 +212,9 @@ def trees(table):
         # A network for silhouettes is shown whole recordings of a tree, not cycles: other probes.
         cell = lambda name, results: interval(results[name]) if results[name]["probes"] == results[BEST]["probes"] else ""
         lines = [[f"`{name}`", *[cell(name, results) for results, _ in found]] for name in found[0][0]]
-        beyond = beyond_others(list(asked), [(results, None) for results in found])
-        parts.append(f"{title}\n\n" + rows(["rank-1 %", *asked], lines) + f"\n\n{beyond}")
+        beyond = beyond_others(BEST, list(asked), [(results, None) for results in found])
+        recordings = beyond_others("gaitset-small", list(asked)[-1:], [(found[-1], None)])
+        parts.append("\n\n".join([title, rows(["rank-1 %", *asked], lines), beyond, recordings]))
     return "\n\n".join(parts)
 
 

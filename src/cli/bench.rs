@@ -348,8 +348,13 @@ fn cut_short(args: &Args, result: &ModelResult) -> Vec<String> {
     let needed = 1.5 * cut.full_seconds;
     let step = 10_f64.powf((needed.log10().floor() - 1.0).max(0.0));
     let mut warnings = vec![format!(
-        "cut to be measured in {} s: {}; in full (--max-seconds {}) it takes about {}",
+        "cut to be measured in {} s{}: {}; in full (--max-seconds {}) it takes about {}",
         args.most().map_or(0.0, |most| most.as_secs_f64()),
+        if args.frames.is_empty() {
+            ""
+        } else {
+            ", half of the time, as the other half is for --frames"
+        },
         cut.what.join("; "),
         (needed / step).ceil() * step,
         time_of(cut.full_seconds)

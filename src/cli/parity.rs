@@ -41,10 +41,10 @@ pub(super) struct Args {
     /// default: looked for beside Python's onnxruntime and in the system's library folders]
     #[arg(long, value_name = "PATH")]
     ort_lib: Option<PathBuf>,
-    /// Greatest relative difference of any answer [default: 0.001; 0.5 where a side is quantised]
+    /// Greatest relative difference of any answer [default: 0.0002; 0.5 where a side is quantised]
     #[arg(long, value_name = "X", value_parser = limit)]
     max_relative_difference: Option<f64>,
-    /// Mean relative difference of all answers [default: 0.001; 0.1 where a side is quantised]
+    /// Mean relative difference of all answers [default: 0.0002; 0.1 where a side is quantised]
     #[arg(long, value_name = "X", value_parser = limit)]
     max_mean_relative_difference: Option<f64>,
     /// Share of probes that one side alone takes for the right person, 0 to 1 [default: 0.001; 0.05
@@ -213,19 +213,25 @@ fn opened(path: &Path, first: Option<&Planned>, header: &mut Header) -> Result<M
     if path == first.model.path() {
         return Ok(model);
     }
-    let [own, of_first] = [path, first.model.path()].map(Contract::path_beside);
-    if of_first.is_file() && !own.is_file() {
+    if !shipped::is_name(path) && !Contract::path_beside(path).is_file() {
         let warning = format!(
-            "{}: has no .toml beside it: it is taken as {} states",
+            "{}: has no .toml beside it: it is taken for what {} is",
             path.display(),
-            of_first.display()
+            first.model.path().display()
         );
         if !header.warnings.contains(&warning) {
             header.warnings.push(warning);
         }
     }
     if let Some((what, values)) = first.model.contract().difference(model.contract()) {
-        let sides = [first.model.path(), path].map(|path| path.display().to_string());
+        let sides = [&first.model, &model].map(|side| {
+            let guessed = if side.is_guessed() {
+                " (which has no .toml beside it)"
+            } else {
+                ""
+            };
+            format!("{}{guessed}", side.path().display())
+        });
         return Err(EvaluateError::SidesDiffer {
             what,
             sides,

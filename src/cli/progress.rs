@@ -38,6 +38,10 @@ struct Plain {
 impl Plain {
     /// How long so many pieces more take, seconds, at the pace of the last lines.
     fn left_s(&self, now: Instant, total: u64) -> Option<f64> {
+        // Pieces come in batches, and the first line is of a batch that has only begun.
+        if self.printed.len() < 2 {
+            return None;
+        }
         let &(since, done) = self.printed.front()?;
         let pieces = self.done.checked_sub(done).filter(|pieces| *pieces > 0)?;
         let each_s = (now - since).as_secs_f64() / pieces as f64;
@@ -281,5 +285,12 @@ mod tests {
         assert_eq!(plain.left_s(at(23), 110), Some(0.0));
         let none = Plain { done: 100, ..plain };
         assert_eq!(none.left_s(at(23), 210), None);
+        // One of a batch whose others are done in the same moment.
+        let first = Plain {
+            done: 1,
+            printed: VecDeque::from([(begin, 0)]),
+            is_advised: false,
+        };
+        assert_eq!(first.left_s(at(5), 18_278), None);
     }
 }

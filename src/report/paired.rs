@@ -10,6 +10,7 @@ use crate::table::Table;
 /// What is said of a difference.
 fn verdict(one: &PairedResult) -> &'static str {
     match one.differs() {
+        _ if one.low == Some(0.0) && one.high == Some(0.0) => "no difference",
         Some(true) => "differs",
         Some(false) => "cannot tell",
         None => "one person only",
@@ -86,7 +87,7 @@ pub(super) fn section(results: &ScoreResults) -> Markup {
             tbody { @for one in of_the_best(results) {
                 tr {
                     th scope="row" { (one.other) }
-                    td.text data-label="probes" { (one.probe_set.as_deref().unwrap_or("as above")) }
+                    td.text data-label="probes" { (one.probe_set.as_deref().unwrap_or("those that lead")) }
                     td data-label="people" { (one.people) }
                     td data-label="points" { b { (points(one.difference)) } }
                     td data-label="95 % interval" { (interval(one)) }

@@ -64,7 +64,7 @@ impl Listener<'_> {
     fn take(&mut self, sequence: usize, bytes: &[u8]) -> Result<()> {
         let most = match self.recognizer.contract().template {
             Template::Silhouettes => 1,
-            _ => MAX_BATCH,
+            _ => self.recognizer.at_once().clamp(1, MAX_BATCH),
         };
         if self.waiting.len() == most || self.input.len() + bytes.len() > MAX_NUMBERS {
             self.answer()?;

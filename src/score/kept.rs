@@ -92,6 +92,10 @@ impl Recognizer for Kept {
         self.recognizer.contract()
     }
 
+    fn at_once(&self) -> usize {
+        self.recognizer.at_once()
+    }
+
     fn run(&self, input: &[f32], batch: usize) -> Result<Outputs> {
         let each = input.len().checked_div(batch).unwrap_or(0).max(1);
         let inputs: Vec<&[f32]> = input.chunks_exact(each).collect();

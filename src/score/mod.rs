@@ -63,6 +63,12 @@ pub trait Recognizer: Send + Sync {
     /// `batch` is 0, or the runtime fails.
     fn run(&self, input: &[f32], batch: usize) -> Result<Outputs>;
 
+    /// How many inputs are worth giving it at once: more take longer than anybody waits for a sign, or
+    /// likes to lose.
+    fn at_once(&self) -> usize {
+        usize::MAX
+    }
+
     /// Whether it has learnt nothing, and is there for others to be compared with.
     fn is_baseline(&self) -> bool {
         false

@@ -15,6 +15,11 @@ use crate::error::{Error, Result};
 
 /// Most bytes a model may have (ours; protobuf itself ends at 2 GiB).
 const MAX_BYTES: u64 = 1 << 30;
+/// Multiply-accumulates of a batch: a fraction of a second on one core, some seconds on a small board.
+/// Ours.
+const MACS_AT_ONCE: u64 = 2_000_000_000;
+/// Inputs of a batch of a model whose operations cannot be counted. Ours.
+const UNCOUNTED_AT_ONCE: usize = 32;
 
 /// A model whose inputs and outputs agree with its contract.
 #[derive(Clone, Debug)]
@@ -143,6 +148,12 @@ impl Model {
         Ok(std::iter::once(self.input()).chain(contract).collect())
     }
 
+    /// Whether no contract lies beside it, and its shape told what it takes.
+    #[must_use]
+    pub fn is_guessed(&self) -> bool {
+        self.is_guessed
+    }
+
     /// The file's content.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
@@ -166,6 +177,19 @@ impl Model {
     #[must_use]
     pub fn batching(&self) -> Batching {
         self.ports.batching
+    }
+
+    /// How many inputs are worth giving it at once: as many as take [`MACS_AT_ONCE`], one at least;
+    /// [`UNCOUNTED_AT_ONCE`] if its operations cannot be counted.
+    #[must_use]
+    pub fn at_once(&self) -> usize {
+        let shape = self
+            .contract
+            .input_shape(1, self.contract.frames.unwrap_or(1));
+        let shape: Vec<u64> = shape.iter().map(|&side| side as u64).collect();
+        let count = |macs: u64| usize::try_from(MACS_AT_ONCE / macs.max(1)).unwrap_or(usize::MAX);
+        let counted = self.graph.macs(&shape).map(count);
+        counted.unwrap_or(UNCOUNTED_AT_ONCE).max(1)
     }
 
     /// What whoever reads its results should know.
@@ -223,6 +247,18 @@ mod tests {
             (model.batching(), model.warnings()),
             (Batching::Any, Vec::new())
         );
+    }
+
+    #[test]
+    fn the_longer_an_input_takes_the_fewer_are_given_at_once() {
+        let linear = Model::open("models/side.onnx").expect("a model");
+        assert_eq!(linear.at_once(), 2_000_000_000 / 38_150);
+        let sequences = bytes_of_a_mean_over_frames(None, Some(30));
+        let model = Model::from_bytes("m.onnx", sequences, contract_of_sequences());
+        assert!(model.expect("usable").at_once() >= 1);
+        let unknown = bytes_with_operator("Unheard", "of.nobody");
+        let model = Model::from_bytes("m.onnx", unknown, Contract::default()).expect("a graph");
+        assert_eq!(model.at_once(), 32);
     }
 
     #[test]

@@ -170,6 +170,7 @@ pub(super) struct OrtRecognizer {
     loaded: Mutex<Loaded>,
     runtime: RuntimeName,
     contract: Contract,
+    at_once: usize,
     ports: Ports,
 }
 
@@ -214,6 +215,7 @@ impl OrtRecognizer {
             }),
             runtime: ort.runtime_name(how.0),
             contract: model.contract().clone(),
+            at_once: model.at_once(),
             ports,
         })
     }
@@ -389,6 +391,10 @@ impl Recognizer for OrtRecognizer {
 
     fn contract(&self) -> &Contract {
         &self.contract
+    }
+
+    fn at_once(&self) -> usize {
+        self.at_once
     }
 
     fn run(&self, input: &[f32], batch: usize) -> Result<Outputs> {

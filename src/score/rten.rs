@@ -23,6 +23,7 @@ pub(super) struct RtenRecognizer {
     pool: Arc<ThreadPool>,
     runtime: RuntimeName,
     contract: Contract,
+    at_once: usize,
     ports: Ports,
     input: NodeId,
     outputs: Vec<NodeId>,
@@ -105,6 +106,7 @@ impl RtenRecognizer {
             pool: Arc::new(ThreadPool::with_num_threads(threads)),
             runtime: runtime_name(),
             contract: model.contract().clone(),
+            at_once: model.at_once(),
             ports,
             input,
             outputs,
@@ -168,6 +170,10 @@ impl Recognizer for RtenRecognizer {
 
     fn contract(&self) -> &Contract {
         &self.contract
+    }
+
+    fn at_once(&self) -> usize {
+        self.at_once
     }
 
     fn run(&self, input: &[f32], batch: usize) -> Result<Outputs> {

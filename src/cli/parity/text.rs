@@ -159,6 +159,9 @@ fn advice(reference: &Side, side: &Side, found: &Comparison) -> &'static str {
     if reference.quantized != side.quantized {
         return "calibrate with pictures such as these (`edgegait sweep`) and scales per channel, look for an output whose range calibration has cut, and run both forms on another runtime to tell the rounding from the runtime";
     }
+    if side.quantized && reference.runtime == side.runtime {
+        return "the files hold other weights or scales (a scale or zero point of one layer that is wrong does as much): compare each with the float model on this runtime";
+    }
     if side.quantized {
         return "run the float model on both runtimes: if it agrees, one of them computes 8-bit operations otherwise (7-bit weights avoid the saturation of processors without VNNI)";
     }

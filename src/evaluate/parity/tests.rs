@@ -144,8 +144,8 @@ fn one_input_that_differs_is_found_with_its_person_and_viewpoint() {
     assert_eq!(
         found.reasons,
         [
-            "the greatest relative difference of embeddings is 2.000e0, more than 0.001",
-            "the mean relative difference of embeddings is 5.000e-1, more than 0.001",
+            "the greatest relative difference of embeddings is 2.000e0, more than 0.0002",
+            "the mean relative difference of embeddings is 5.000e-1, more than 0.0002",
             "1 of 4 probes are taken for the right person by one side only, more than 0.1 %"
         ]
     );
