@@ -72,7 +72,7 @@ def compare(arguments):
     shipped = ROOT / "models"
     for name in SHIPPED:
         here, there = arguments.out / f"{name}.onnx", shipped / f"{name}.onnx"
-        if not there.exists() or here.resolve() == there.resolve():
+        if not here.exists() or not there.exists() or here.resolve() == there.resolve():
             continue
         if here.read_bytes() == there.read_bytes():
             print(f"{name}: the bytes of the shipped one")

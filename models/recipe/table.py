@@ -22,6 +22,7 @@ ROOT = HERE.parent.parent
 SHIPPED = ["side", "spread", "gei-small", "geinet", "geinet-int8", "gaitset-small"]
 # What the others are compared with, person by person.
 BEST = "gei-small"
+OF_SILHOUETTES = "gaitset-small"
 # Whom nothing was trained with: a seed that no model has.
 UNSEEN = {"seed": 77, "people": "0..30"}
 
@@ -45,7 +46,8 @@ def interval(entry, name="rank1"):
 
 def points(rates):
     """A difference of rates with its interval, in points of percent."""
-    return "{:+.1f} ({:+.1f} - {:+.1f})".format(*[100 * rate for rate in rates])
+    # Adding 0 takes the sign from what is nothing.
+    return "{:+.1f} ({:+.1f} - {:+.1f})".format(*[round(100 * rate, 1) + 0.0 for rate in rates])
 
 
 class Table:
@@ -106,18 +108,21 @@ class Table:
         run(self.arguments.edgegait, command, *arguments, *out, "--overwrite", "--json", path)
         return json.loads(path.read_text())
 
-    def scored(self, name, *arguments):
-        """Results of every model and of the baselines by name."""
-        results = self.asked(name, "score", *self.models, *arguments)
+    def scored(self, name, *arguments, of_geis=False):
+        """Results of every model, or of those of GEIs alone, and of the baselines, by name; and how far they are apart."""
+        models = [path for path in self.models if not (of_geis and path.stem == OF_SILHOUETTES)]
+        results = self.asked(name, "score", *models, *arguments)
         found = {}
+        # Baselines of the second kind of input are the same people's pictures again: the first count.
+        names = {}
         for result in results["recognizers"]:
-            # Baselines of the second kind of input are the same people's pictures again.
-            name, _, of = result["name"].partition(" as ")
+            name = result["name"].partition(" as ")[0]
             if name not in found:
                 found[name] = result
+                names[result["name"]] = name
         beyond = {}
         for pair in results["paired"]:
-            one, other, probes = pair["recognizer"], pair["other"], pair["probe_set"]
+            one, other, probes = names.get(pair["recognizer"]), names.get(pair["other"]), pair["probe_set"]
             rates = [pair[key] for key in ("difference", "low", "high")]
             beyond[one, other, probes] = points(rates)
             beyond[other, one, probes] = points([-rates[0], -rates[2], -rates[1]])
@@ -154,7 +159,7 @@ def costs(table):
 
 def beyond_others(best, heads, columns):
     """How far one network is beyond each other recognizer; each column is what `scored` gave and a set of probes."""
-    names = [name for name in columns[0][0][0] if name != best]
+    names = [name for name in columns[-1][0][0] if name != best]
     lines = [[f"`{name}`", *[beyond.get((best, name, probes), "") for (_, beyond), probes in columns]] for name in names]
     return f"`{best}` beyond the others on the same probes, points of rank-1 with intervals, paired over people\n\n" + rows(
         ["beyond", *heads], [line for line in lines if any(line[1:])]
@@ -200,20 +205,22 @@ def trees(table):
     for stated in table.arguments.tree:
         title, _, folder = stated.partition("=")
         chosen = ["--subjects", table.arguments.subjects] if table.arguments.subjects else []
-        asked = {
-            "another take, same side": ["--protocol", "leave-one-take-out"],
-            "another take, other sides": ["--protocol", "cross-view"],
-            "any cycle, other sides": table.protocol("sides"),
-            "any recording, other sides": [*table.protocol("sides"), "--whole-recordings"],
-        }
-        stem = re.sub(r"\W+", "-", title)
         fps = ["--fps", table.arguments.fps]
-        found = [table.scored(f"{stem}-{at}", folder, *fps, *chosen, *how) for at, how in enumerate(asked.values())]
-        # A network for silhouettes is shown whole recordings of a tree, not cycles: other probes.
-        cell = lambda name, results: interval(results[name]) if results[name]["probes"] == results[BEST]["probes"] else ""
-        lines = [[f"`{name}`", *[cell(name, results) for results, _ in found]] for name in found[0][0]]
+        asked = {
+            "another take, same side": ["--protocol", "leave-one-take-out", *fps],
+            "another take, other sides": ["--protocol", "cross-view", *fps],
+            "any cycle, other sides": [*table.protocol("sides"), *fps],
+        }
+        whole = [*table.protocol("sides"), "--whole-recordings"]
+        stem = re.sub(r"\W+", "-", title)
+        found = [table.scored(f"{stem}-{at}", folder, *chosen, *how, of_geis=True) for at, how in enumerate(asked.values())]
+        asked["any recording, other sides"] = whole
+        found.append(table.scored(f"{stem}-whole", folder, *chosen, *whole))
+        # A network for silhouettes is shown whole recordings of a tree, not cycles.
+        cell = lambda name, results: interval(results[name]) if name in results else ""
+        lines = [[f"`{name}`", *[cell(name, results) for results, _ in found]] for name in found[-1][0]]
         beyond = beyond_others(BEST, list(asked), [(results, None) for results in found])
-        recordings = beyond_others("gaitset-small", list(asked)[-1:], [(found[-1], None)])
+        recordings = beyond_others(OF_SILHOUETTES, list(asked)[-1:], [(found[-1], None)])
         parts.append("\n\n".join([title, rows(["rank-1 %", *asked], lines), beyond, recordings]))
     return "\n\n".join(parts)
 

@@ -14,6 +14,9 @@ use std::path::{Path, PathBuf};
 pub(super) fn sort_inputs(inputs: &[PathBuf]) -> Result<(Vec<PathBuf>, Option<PathBuf>)> {
     let (mut models, mut data) = (Vec::new(), None);
     for path in inputs {
+        if !is_baseline(path) {
+            shipped::require_name(path)?;
+        }
         if is_baseline(path) || shipped::is_name(path) || !is_pack_or_folder(path)? {
             models.push(path.clone());
         } else if data.replace(path.clone()).is_some() {

@@ -1,7 +1,7 @@
 //! The models that come with EdgeGait, in the program itself.
 
 use super::{Contract, Model};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use std::path::Path;
 
 /// Name, graph and contract of a model.
@@ -63,6 +63,24 @@ pub fn is_name(path: &Path) -> bool {
     names().iter().any(|name| path == Path::new(name)) && !path.exists()
 }
 
+/// Refuses a path that looks like the name of one, and is neither that nor there.
+///
+/// # Errors
+/// With the names that there are.
+pub fn require_name(path: &Path) -> Result<()> {
+    let is_bare = path.components().count() == 1 && path.extension().is_none();
+    if !is_bare || path.exists() || is_name(path) {
+        return Ok(());
+    }
+    Err(Error::input(
+        path,
+        format!(
+            "expected a file or folder, or a shipped model's name ({}), found neither",
+            names().join(", ")
+        ),
+    ))
+}
+
 /// The model at `path`, or the shipped one of this name if no file is called so.
 ///
 /// # Errors
@@ -116,6 +134,19 @@ mod tests {
     fn outputs(runtime: &Runtime, model: &Model) -> Outputs {
         let recognizer = runtime.load(model).expect("a shipped model");
         recognizer.run(&geis(), 4).expect("four answers")
+    }
+
+    #[test]
+    fn a_name_that_is_none_is_told_those_that_there_are() {
+        for fine in ["geinet", "src", "no/such", "such.onnx", "Cargo.toml"] {
+            assert!(require_name(Path::new(fine)).is_ok(), "{fine}");
+        }
+        let error = require_name(Path::new("geinett")).expect_err("no name");
+        let text = error.to_string();
+        assert!(
+            text.starts_with("geinett: ") && text.contains("geinet, geinet-int8"),
+            "{text}"
+        );
     }
 
     #[test]
