@@ -179,8 +179,8 @@ impl Model {
         self.ports.batching
     }
 
-    /// How many inputs are worth giving it at once: as many as take [`MACS_AT_ONCE`], one at least;
-    /// [`UNCOUNTED_AT_ONCE`] if its operations cannot be counted.
+    /// How many inputs are worth giving it at once: as many as take two thousand million
+    /// multiply-accumulates, one at least; 32 if its operations cannot be counted.
     #[must_use]
     pub fn at_once(&self) -> usize {
         let shape = self
