@@ -291,7 +291,9 @@ fn sides_that_cannot_be_compared_are_refused_with_what_differs() {
     refuse(
         "parity float.onnx int8.onnx",
         1,
-        &["expected one input_range to compare, found 0..1 of float.onnx (which has no .toml beside it) and 0..255 of int8.onnx"],
+        &[
+            "expected one input_range to compare, found 0..1 of float.onnx (which has no .toml beside it) and 0..255 of int8.onnx",
+        ],
     );
     refuse(
         "parity spread.onnx float.onnx",
