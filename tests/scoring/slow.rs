@@ -231,7 +231,8 @@ fn a_score_that_is_ended_in_the_middle_asks_a_network_for_the_rest_only() {
             .stderr(Stdio::null())
             .spawn()
             .expect("the command starts");
-        while kept(at).len() < before.len() + 2 * answer {
+        // Early enough that a test which is kept waiting does not come too late.
+        while kept(at).len() < before.len() + answer {
             assert!(
                 child.try_wait().expect("a child").is_none(),
                 "it ended by itself"
@@ -251,7 +252,7 @@ fn a_score_that_is_ended_in_the_middle_asks_a_network_for_the_rest_only() {
         );
         before = after[..after.len() / answer * answer].to_vec();
     }
-    assert!(before.len() >= 6 * answer);
+    assert!(before.len() >= 3 * answer);
     let output = keeping(at, &score).output().expect("the command starts");
     assert_eq!(without_timings(&output), whole);
     let all = kept(at);
