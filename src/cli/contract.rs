@@ -4,7 +4,7 @@ use super::args::{Common, Files};
 use super::outputs::{Kind, Output};
 use crate::dataset::{Header, write_bytes};
 use crate::error::Result;
-use crate::score::{Contract, Model, Port};
+use crate::score::{Contract, Model, list_of};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -30,15 +30,11 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<()> {
     let model = Model::open(&args.model)?;
     let graph = model.graph();
-    let ports = |ports: &[Port]| {
-        let texts: Vec<String> = ports.iter().map(ToString::to_string).collect();
-        texts.join(", ")
-    };
     let about = format!(
         "{}: takes {}; gives {}.",
         args.model.display(),
-        ports(&graph.inputs),
-        ports(&graph.outputs)
+        list_of(&graph.inputs),
+        list_of(&graph.outputs)
     );
     let text = model
         .contract()

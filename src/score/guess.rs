@@ -2,7 +2,7 @@
 
 use super::contract::Contract;
 use super::graph::{Dimension, Graph, Port};
-use super::input::{Axis, Distance, Layout};
+use super::input::{Axis, Layout};
 use super::ports::FLOAT;
 use crate::template::Template;
 use edgegait_core::silhouette::Size;
@@ -51,18 +51,15 @@ fn is_shape_of(input: &Port, contract: &Contract) -> bool {
 
 /// What was taken for granted about a model, in words.
 pub(super) fn said(contract: &Contract) -> String {
-    let distance = match contract.distance {
-        Distance::Euclidean => "euclidean",
-        Distance::Cosine => "cosine",
-    };
     format!(
         "{}: no .toml lies beside it: its shape was taken for {} of {}x{} ({}), and framing height, input \
-         range 0..1 and {distance} distance were assumed (a .toml states otherwise)",
+         range 0..1 and {} distance were assumed (a .toml states otherwise)",
         contract.name,
         contract.template.plural(),
         contract.rows,
         contract.columns,
         contract.layout.name(),
+        contract.distance.name(),
     )
 }
 

@@ -64,12 +64,9 @@ impl Kept {
         model: &Model,
         cache: &Cache,
     ) -> Result<Box<dyn Recognizer>> {
-        let contract = recognizer.contract();
-        let shape = contract.input_shape(1, contract.frames.unwrap_or(1));
-        let shape: Vec<u64> = shape.iter().map(|&side| side as u64).collect();
         // What cannot be counted may take long.
-        let macs = model.graph().macs(&shape).unwrap_or(LEAST_MACS);
-        let stated = format!("{:?} {:?}", contract, recognizer.runtime());
+        let macs = model.macs().unwrap_or(LEAST_MACS);
+        let stated = format!("{:?} {:?}", recognizer.contract(), recognizer.runtime());
         let key = Key::of(&[model.bytes(), stated.as_bytes()]);
         let path = cache.path(KIND, &key).filter(|_| macs >= LEAST_MACS);
         Ok(match path {

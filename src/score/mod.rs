@@ -30,6 +30,7 @@ pub use graph::{Dimension, Graph, Port};
 pub use input::{Distance, InputRange, Layout};
 pub use kept::Kept;
 pub use model::Model;
+pub(crate) use ports::list_of;
 pub use ports::{Batching, EMBEDDING, SCORES};
 pub use profile::{Arithmetic, Ran};
 pub use quantize::GeiForm;

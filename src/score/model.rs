@@ -72,8 +72,9 @@ impl Model {
         }
         let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
         let stated = Contract::stated_beside(path)?;
+        let graph = Graph::read(path, &bytes)?;
         let guessed = match (&stated, usual) {
-            (None, None) => guess::contract(&Graph::read(path, &bytes)?),
+            (None, None) => guess::contract(&graph),
             _ => None,
         };
         let is_guessed = guessed.is_some();
@@ -81,7 +82,7 @@ impl Model {
         Ok(Self {
             is_file: true,
             is_guessed,
-            ..Self::from_bytes(path, bytes, contract.unwrap_or_default())?
+            ..Self::checked(path, bytes.into(), (graph, contract.unwrap_or_default()))?
         })
     }
 
@@ -93,19 +94,27 @@ impl Model {
     pub fn from_bytes(
         path: impl AsRef<Path>,
         bytes: impl Into<Cow<'static, [u8]>>,
-        mut contract: Contract,
+        contract: Contract,
     ) -> Result<Self> {
-        let (path, bytes) = (path.as_ref().to_path_buf(), bytes.into());
-        let graph = Graph::read(&path, &bytes)?;
+        let (path, bytes) = (path.as_ref(), bytes.into());
+        let graph = Graph::read(path, &bytes)?;
+        Self::checked(path, bytes, (graph, contract))
+    }
+
+    fn checked(
+        path: &Path,
+        bytes: Cow<'static, [u8]>,
+        (graph, mut contract): (Graph, Contract),
+    ) -> Result<Self> {
         let (ports, frames) =
-            Ports::find(&graph, &contract).map_err(|problem| Error::input(&path, problem))?;
+            Ports::find(&graph, &contract).map_err(|problem| Error::input(path, problem))?;
         contract.frames = contract.frames.or(frames);
         if contract.name.is_empty() {
             let stem = path.file_stem().unwrap_or(path.as_os_str());
             contract.name = stem.to_string_lossy().into_owned();
         }
         Ok(Self {
-            path,
+            path: path.to_path_buf(),
             bytes,
             graph,
             contract,
@@ -179,16 +188,21 @@ impl Model {
         self.ports.batching
     }
 
+    /// Multiply-accumulates of one input, of one frame where their number is free; none if its operations
+    /// cannot be counted.
+    pub(super) fn macs(&self) -> Option<u64> {
+        let frames = self.contract.frames.unwrap_or(1);
+        let shape = self.contract.input_shape(1, frames);
+        let shape: Vec<u64> = shape.iter().map(|&side| side as u64).collect();
+        self.graph.macs(&shape).ok()
+    }
+
     /// How many inputs are worth giving it at once: as many as take two thousand million
     /// multiply-accumulates, one at least; 32 if its operations cannot be counted.
     #[must_use]
     pub fn at_once(&self) -> usize {
-        let shape = self
-            .contract
-            .input_shape(1, self.contract.frames.unwrap_or(1));
-        let shape: Vec<u64> = shape.iter().map(|&side| side as u64).collect();
         let count = |macs: u64| usize::try_from(MACS_AT_ONCE / macs.max(1)).unwrap_or(usize::MAX);
-        let counted = self.graph.macs(&shape).map(count);
+        let counted = self.macs().map(count);
         counted.unwrap_or(UNCOUNTED_AT_ONCE).max(1)
     }
 

@@ -49,7 +49,7 @@ impl Ports {
         let [input] = graph.inputs.as_slice() else {
             return Err(format!(
                 "expected one input of {expected}, found {}",
-                list(&graph.inputs)
+                list_of(&graph.inputs)
             ));
         };
         let axes = contract.layout.axes();
@@ -128,7 +128,7 @@ fn outputs<'a>(
             return Err(format!(
                 "expected an output \"scores\" for the {people} classes in the contract, found {} \
                  (name it as scores under [outputs] in the .toml)",
-                list(&graph.outputs)
+                list_of(&graph.outputs)
             ));
         }
         return Ok((embedding, None));
@@ -242,12 +242,12 @@ fn named<'a>(graph: &'a Graph, name: &str) -> Result<&'a Port, String> {
         .ok_or_else(|| {
             format!(
                 "expected an output {name:?} as the contract says, found {}",
-                list(&graph.outputs)
+                list_of(&graph.outputs)
             )
         })
 }
 
-fn list(ports: &[Port]) -> String {
+pub(crate) fn list_of(ports: &[Port]) -> String {
     if ports.is_empty() {
         return "none".into();
     }

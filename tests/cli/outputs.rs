@@ -2,6 +2,8 @@
 
 use crate::command::*;
 use crate::npy::npy;
+#[cfg(target_os = "linux")]
+use crate::signals::heeding_signals;
 use crate::two::folder;
 use std::fs;
 use std::path::PathBuf;
@@ -179,17 +181,6 @@ fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
         std::thread::sleep(std::time::Duration::from_millis(100));
     }
     panic!("it never came about: {what}");
-}
-
-/// The command as a terminal starts it, though this test may have been started to ignore signals.
-#[cfg(target_os = "linux")]
-fn heeding_signals() -> std::process::Command {
-    let mut command = std::process::Command::new("env");
-    command.args([
-        "--default-signal=INT,TERM,HUP",
-        env!("CARGO_BIN_EXE_edgegait"),
-    ]);
-    command
 }
 
 #[test]

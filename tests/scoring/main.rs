@@ -10,6 +10,8 @@ mod network;
 mod npy;
 #[path = "../helpers/people.rs"]
 mod people;
+#[path = "../helpers/signals.rs"]
+mod signals;
 #[path = "../helpers/two.rs"]
 mod two;
 
