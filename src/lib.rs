@@ -102,7 +102,7 @@
 //! `design` says of what a training set is made, from people to templates, and is upstream of
 //! `dataset`; `study` sets real silhouettes beside those of synthetic twins, between `train` and `report`; `summary` says what a pack holds; `frontier` measures what the whole chain costs and what
 //! it gets wrong, for the command; `bench` what a recognizer costs on the machine at hand, and the whole
-//! path from a video to its answers.
+//! path from a video to its answers; `gate` whether results keep to limits.
 
 #![warn(unreachable_pub)]
 
@@ -119,6 +119,7 @@ pub mod encode;
 pub mod error;
 pub mod evaluate;
 mod frontier;
+mod gate;
 pub mod guide;
 #[cfg(feature = "import")]
 pub mod import;

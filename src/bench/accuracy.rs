@@ -4,6 +4,7 @@ use super::inputs::Scene;
 use crate::error::{Error, Result};
 use crate::evaluate::contest::{Drawn, Entrant, Wish};
 use crate::evaluate::intervals::Rank1Intervals;
+use crate::evaluate::paired::PersonResult;
 use crate::sweep::Views;
 use serde::{Deserialize, Serialize};
 
@@ -26,6 +27,9 @@ pub(crate) struct Accuracy {
     pub intervals: Rank1Intervals,
     /// Probes whose output was not finite: they are misses.
     pub non_finite: u64,
+    /// Its hits by person; none in results of versions that do not say.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub by_person: Vec<PersonResult>,
 }
 
 impl Accuracy {
@@ -113,6 +117,7 @@ impl Accuracy {
             rank1: result.rank1,
             intervals: result.intervals,
             non_finite: result.non_finite,
+            by_person: result.by_person,
         };
         Ok((accuracy, warnings))
     }

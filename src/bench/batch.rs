@@ -36,10 +36,9 @@ const MEMORY: &str = "others would take more memory than there is";
 /// memory one more takes, before one of many ends the process.
 pub(super) fn batch(
     (recognizer, draw): (&dyn Recognizer, &dyn Fn(usize) -> Result<Vec<f32>>),
-    (task, share): (&Task<'_>, &Share),
+    (asked, task, share): (usize, &Task<'_>, &Share),
     (first, call_s): (&First, f64),
 ) -> Result<Sized> {
-    let asked = task.batch;
     let all_s = task.plan.takes_s(asked as f64 * call_s, asked);
     let size = if all_s <= share.most_s {
         Some(asked)

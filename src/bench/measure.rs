@@ -6,7 +6,7 @@
 
 use super::accuracy::Accuracy;
 use super::batch::{Sized, batch};
-use super::board::{Board, State, warnings};
+use super::board::{Board, LOAD_WARNED_OF, LoadWatch, State, warnings};
 use super::cap::{Cap, Kind};
 use super::inputs::Scene;
 use super::memory;
@@ -23,15 +23,26 @@ use std::time::Duration;
 /// How far the means of windows may be apart before that is warned of, of their mean. Ours.
 const STEADY: f64 = 0.15;
 
+/// Inferences of a profile by operator. Ours.
+const PROFILED: usize = 20;
+
 /// The kinds of work in their order, and what each may take of the time, as against the others, where
 /// all of them would take too long. Ours: what a user asks first is how long one inference takes.
-const KINDS: [(&str, f64); 5] = [
-    ("one at a time", 12.0),
-    ("batches", 4.0),
-    ("drawing", 1.0),
-    ("drawing and inference", 2.0),
-    ("rank-1", 3.0),
-];
+fn kinds(task: &Task<'_>) -> Vec<(String, f64)> {
+    let batches = task.batches.iter();
+    let of_batch = |size: &usize| match task.batches {
+        [_] => "batches".to_owned(),
+        _ => format!("batches of {size}"),
+    };
+    let batches = batches.map(|size| (of_batch(size), 4.0));
+    let parts = [("drawing", 1.0), ("drawing and inference", 2.0)];
+    let rank1 = task.with_accuracy.then_some(("rank-1", 3.0));
+    let named = |(what, weight): (&str, f64)| (what.to_owned(), weight);
+    std::iter::once(named(("one at a time", 12.0)))
+        .chain(batches)
+        .chain(parts.into_iter().chain(rank1).map(named))
+        .collect()
+}
 
 /// What is to be measured.
 pub(crate) struct Task<'a> {
@@ -41,8 +52,12 @@ pub(crate) struct Task<'a> {
     pub start: &'a dyn Fn() -> Result<Runtime>,
     /// Threads inside of one inference.
     pub threads: usize,
-    /// Inferences of a batch.
-    pub batch: usize,
+    /// Inferences of a batch, of each size that is measured; at least one.
+    pub batches: &'a [usize],
+    /// Whether to measure its rank-1.
+    pub with_accuracy: bool,
+    /// Whether to measure what each operator takes, where the runtime tells.
+    pub with_operators: bool,
     /// How long.
     pub plan: Plan,
     /// How long all of it may take from the first inference on; no end if none.
@@ -77,13 +92,14 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
     })?;
 
     let start = State::read(task.root);
+    let others = LoadWatch::start(task.root);
     let loaded = Loaded::of(task)?;
-    let to_come = KINDS.map(|(what, weight)| Kind {
+    let to_come = kinds(task).into_iter().map(|(what, weight)| Kind {
         what: format!("{}: {what}", contract.name),
         full_s: 0.0,
         weight,
     });
-    let cap = Cap::new(task.most, to_come.into(), task.tell);
+    let cap = Cap::new(task.most, to_come.collect(), task.tell);
     let mut watched = Watched::new(task.root, start, cap);
     let most_s = watched.cap.left_s() / 3.0;
     let first = First::of(loaded.recognizer.as_ref(), &single, (plan, most_s))?;
@@ -94,19 +110,24 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
         settings: scene.settings,
     }];
     let recognizer = entrants[0].recognizer.as_ref();
-    let pictures = Accuracy::pictures(&entrants, scene, scene.views);
+    let pictures = task
+        .with_accuracy
+        .then(|| Accuracy::pictures(&entrants, scene, scene.views));
+    let pictures = pictures.transpose();
     let rank1_s = |call_s: f64, draw_s: f64| {
-        let pictures = pictures.as_ref().copied().unwrap_or(0);
+        let pictures = pictures.as_ref().copied().ok().flatten().unwrap_or(0);
         // Pictures are drawn by all threads, and recognized one after the other.
         pictures as f64 * (call_s + draw_s / rayon::current_num_threads() as f64)
     };
-    let expected = |call_s: f64| {
-        [
-            plan.takes_s(task.batch as f64 * call_s, task.batch),
+    let expected = |call_s: f64| -> Vec<f64> {
+        let batches = task.batches.iter();
+        let batches = batches.map(|&size| plan.takes_s(size as f64 * call_s, size));
+        let others = [
             plan.takes_s(draw_s, 1),
             plan.takes_s(draw_s + call_s, 1),
             rank1_s(call_s, draw_s),
-        ]
+        ];
+        batches.chain(others).collect()
     };
     let kinds = if task.bare { 3.0 } else { 1.0 };
     let full_s = kinds * plan.takes_s(first.call_s, 1);
@@ -140,50 +161,57 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
     watched.cap.expect(&expected(call_s));
 
     let mut cut = Vec::new();
-    let share = watched.cap.begin(expected(call_s)[0]);
-    let size = {
-        let draw = |count| alone.install(|| scene.inputs(&contract, count));
-        batch((recognizer, &draw), (task, &share), (&first, call_s))?
-    };
-    cut.extend(size.less_than(task.batch));
-    let offline = match size {
-        Sized::Of(size, _) => {
+    let mut batches = Vec::new();
+    for (asked, full_s) in task.batches.iter().copied().zip(expected(call_s)) {
+        let share = watched.cap.begin(full_s);
+        let size = {
+            let draw = |count| alone.install(|| scene.inputs(&contract, count));
+            batch((recognizer, &draw), (asked, task, &share), (&first, call_s))?
+        };
+        cut.extend(size.less_than(asked));
+        if let Sized::Of(size, _) = size {
             memory::forget_peak();
             let input = alone.install(|| scene.inputs(&contract, size))?;
             let call_s = seconds_of(&mut || recognizer.run(&input, size).map(drop))?;
             let call = (&input[..], call_s, size);
             let measured = beside(recognizer, call, (plan, &share), &mut watched)?;
-            Some((size, measured, memory::peak_rss_bytes()))
+            batches.push((asked, size, measured, memory::peak_rss_bytes()));
         }
-        Sized::No(_) => None,
-    };
+    }
     let parts = alone.install(|| parts((scene, plan), recognizer, call_s, &mut watched))?;
-    let full_s = rank1_s(call_s, parts.preprocessing.times.p50_us * 1e-6);
-    let share = watched.cap.begin(full_s);
-    let most = pictures.as_ref().copied().unwrap_or(0);
-    let most = (full_s > share.most_s).then(|| share_of(most, share.most_s / full_s));
     let accuracy = match pictures {
         Err(error) => Err(error),
-        Ok(_) => Accuracy::within(&entrants, &task.scene, (task.seed, most)),
+        Ok(None) => Ok(None),
+        Ok(Some(all)) => {
+            let full_s = rank1_s(call_s, parts.preprocessing.times.p50_us * 1e-6);
+            let share = watched.cap.begin(full_s);
+            let most = (full_s > share.most_s).then(|| share_of(all, share.most_s / full_s));
+            Accuracy::within(&entrants, &task.scene, (task.seed, most))
+        }
     };
+    let others_busy = others.and_then(|others| others.share(task.root));
     let Watched {
         states, meter, cap, ..
     } = watched;
+    let largest = batches.iter().max_by_key(|(_, size, ..)| *size);
     let energy = meter.and_then(|meter| {
         Some(Energy {
             source: meter.source().to_owned(),
             single_mj: millijoules(&one.windows, 1)?,
-            offline_mj: offline
-                .as_ref()
-                .and_then(|(size, measured, _)| millijoules(&measured.windows, *size)),
+            offline_mj: largest
+                .and_then(|(_, size, measured, _)| millijoules(&measured.windows, *size)),
         })
     });
-    let offline = offline.map(|(size, measured, peak_rss_bytes)| Offline {
-        batch: size,
-        batch_planned: Some(task.batch),
-        timing: measured.timing,
-        peak_rss_bytes,
-    });
+    let mut batches = batches
+        .into_iter()
+        .map(|(asked, size, measured, peak_rss_bytes)| Offline {
+            batch: size,
+            batch_planned: Some(asked),
+            timing: measured.timing,
+            peak_rss_bytes,
+        });
+    let offline = batches.next();
+    let batches: Vec<Offline> = batches.collect();
     let name = recognizer.name().to_owned();
 
     let affinity = Board::read(task.root).affinity;
@@ -209,20 +237,40 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
         })),
         Err(error) => found.push(format!("its rank-1 could not be measured: {error}")),
     }
+    if let Some(share) = others_busy.filter(|share| *share > LOAD_WARNED_OF) {
+        found.push(format!(
+            "others kept {:.0} % of the processors busy while it was measured",
+            100.0 * share
+        ));
+    }
+    let operators = match task.with_operators {
+        true => loaded.runtime.operator_times(&loaded.model, &single, PROFILED)?,
+        false => None,
+    };
+    if task.with_operators && operators.is_none() {
+        found.push("what each operator takes is not known: the embedded runtime does not tell".into());
+    }
     found.extend(loaded.model.warnings());
     let graph = loaded.model.graph();
-    let timings = [
-        ("one at a time", Some(&single_timing)),
-        ("batches", offline.as_ref().map(|it| &it.timing)),
-        ("drawing", Some(&parts.preprocessing)),
-        ("drawing and inference", Some(&parts.end_to_end)),
-    ];
+    let of_batch = |it: &'_ Offline| match task.batches {
+        [_] => "batches".to_owned(),
+        _ => format!("batches of {}", it.batch),
+    };
+    let named = |what: &str| what.to_owned();
+    let timings = std::iter::once((named("one at a time"), &single_timing))
+        .chain(offline.iter().chain(&batches).map(|it| (of_batch(it), &it.timing)))
+        .chain([
+            (named("drawing"), &parts.preprocessing),
+            (named("drawing and inference"), &parts.end_to_end),
+        ]);
     cut.extend(match &accuracy {
-        Ok(found) => Accuracy::less(found.as_ref().map(|(it, _)| it), scene.views.list.len()),
-        Err(_) => None,
+        Ok(found) if task.with_accuracy => {
+            Accuracy::less(found.as_ref().map(|(it, _)| it), scene.views.list.len())
+        }
+        _ => None,
     });
-    let less = timings.into_iter().filter_map(|(what, timing)| {
-        let cut = timing?.cut()?;
+    let less = timings.filter_map(|(what, timing)| {
+        let cut = timing.cut()?;
         Some(format!("{what}: {cut}"))
     });
     let cut = [less.collect(), cut].concat();
@@ -247,6 +295,8 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
         peak_rss_bytes: first.peak_rss_bytes,
         peak_rss_over_baseline_bytes,
         offline,
+        batches,
+        operators: operators.unwrap_or_default(),
         parts,
         bare,
         energy,
@@ -259,6 +309,7 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
             full_seconds: cap.full_s(),
         }),
         conditions: Conditions::of(&states),
+        others_busy,
         warnings: found,
     })
 }

@@ -8,7 +8,7 @@ use super::statistics::{Times, median_index};
 use super::windows::{Plan, Window};
 use crate::dataset::Header;
 use crate::error::{Error, Result};
-use crate::score::RuntimeName;
+use crate::score::{OperatorTime, RuntimeName};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::time::SystemTime;
@@ -73,6 +73,12 @@ pub(crate) struct ModelResult {
     /// Inferences in batches, if there was time and memory for any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub offline: Option<Offline>,
+    /// Batches of the other sizes that were asked for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub batches: Vec<Offline>,
+    /// What each operator takes, if that was asked for and the runtime tells.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub operators: Vec<OperatorTime>,
     /// What comes before an inference, and both together.
     pub parts: Parts,
     /// Loops around nothing but ONNX Runtime, in the same run.
@@ -98,6 +104,9 @@ pub(crate) struct ModelResult {
     pub cut: Option<Cut>,
     /// The machine while this was measured.
     pub conditions: Conditions,
+    /// The share of its processors that others kept busy meanwhile, 0..1, if the machine tells.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub others_busy: Option<f64>,
     /// What should be known before these numbers are trusted.
     pub warnings: Vec<String>,
 }
@@ -297,7 +306,7 @@ pub(crate) struct Energy {
     pub source: String,
     /// Millijoules of an inference, one at a time.
     pub single_mj: f64,
-    /// Millijoules of an inference in a batch.
+    /// Millijoules of an inference in the largest batch.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub offline_mj: Option<f64>,
 }

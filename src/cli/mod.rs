@@ -18,6 +18,7 @@ mod encoding;
 mod export;
 #[cfg(feature = "plots")]
 mod frontier;
+mod gate;
 mod generate;
 mod hints;
 #[cfg(feature = "import")]
@@ -81,6 +82,7 @@ enum Command {
     Contract(contract::Args),
     #[cfg(feature = "plots")]
     Frontier(frontier::Args),
+    Gate(gate::Args),
     Generate(generate::Args),
     #[cfg(feature = "import")]
     Import(import::Args),
@@ -133,6 +135,8 @@ pub fn main() -> std::process::ExitCode {
 enum Ending {
     /// There is nothing more to say.
     Done = 0,
+    /// Whether what was found is beyond a limit cannot be told.
+    CannotTell = 3,
     /// What was found is beyond a limit.
     LimitMissed = 4,
 }
@@ -153,6 +157,7 @@ fn run(command: &Command) -> Result<Ending> {
         Command::Contract(args) => run!(contract, args),
         #[cfg(feature = "plots")]
         Command::Frontier(args) => run!(frontier, args),
+        Command::Gate(args) => return run!(gate, args),
         Command::Generate(args) => run!(generate, args),
         #[cfg(feature = "import")]
         Command::Import(args) => run!(import, args),

@@ -35,6 +35,8 @@ pub(super) enum Kind {
     Contract,
     /// A contract for people to edit, so that none is known again.
     Explained,
+    /// A text that begins with this.
+    Begins(&'static str),
     /// A recognizer in 8-bit weights.
     Recognizer,
     /// A picture.
@@ -235,6 +237,7 @@ fn is_own(path: &Path, kind: Kind, found: &Metadata) -> bool {
         }),
         Kind::Csv(column) => begins(format!("{column},").as_bytes()),
         Kind::Pack => begins(&MAGIC),
+        Kind::Begins(with) => begins(with.as_bytes()),
         Kind::Recognizer => begins(&RECOGNIZER_MAGIC),
         Kind::Contract => text()
             .and_then(|text| Contract::parse(path, &text).ok())

@@ -28,35 +28,67 @@ impl Distance {
             x.len()
         );
         let of_part = |part: usize| {
-            let x = x.iter().skip(part).step_by(parts).copied().map(f64::from);
-            let y = y.iter().skip(part).step_by(parts).copied().map(f64::from);
-            match self {
-                Self::Euclidean => x.zip(y).map(|(x, y)| (x - y) * (x - y)).sum::<f64>().sqrt(),
-                Self::Cosine => cosine(x.zip(y)),
-            }
+            let taken = |numbers: &[f32]| -> Vec<f32> {
+                numbers.iter().skip(part).step_by(parts).copied().collect()
+            };
+            self.of_vectors(&taken(x), &taken(y))
         };
-        let mean = (0..parts).map(of_part).sum::<f64>() / parts as f64;
+        let mean = match parts {
+            1 => self.of_vectors(x, y),
+            _ => (0..parts).map(of_part).sum::<f64>() / parts as f64,
+        };
         match self {
             Self::Euclidean => mean,
             Self::Cosine => 1.0 - mean,
         }
     }
+
+    /// The distance of two vectors, or their cosine.
+    fn of_vectors(self, x: &[f32], y: &[f32]) -> f64 {
+        match self {
+            Self::Euclidean => {
+                let [squares] = sums(x, y, |x, y| [(x - y) * (x - y)]);
+                squares.sqrt()
+            }
+            Self::Cosine => cosine(x, y),
+        }
+    }
 }
 
 /// The cosine between two vectors, -1..1; 0 if one is zero.
-fn cosine(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
-    let (mut dot, mut xx, mut yy) = (0.0, 0.0, 0.0);
-    for (x, y) in pairs {
-        dot += x * y;
-        xx += x * x;
-        yy += y * y;
-    }
+fn cosine(x: &[f32], y: &[f32]) -> f64 {
+    let [dot, xx, yy] = sums(x, y, |x, y| [x * y, x * x, y * y]);
     // One root of the product, not two: of equal vectors it is exactly the dot product.
     let lengths = f64::sqrt(xx * yy);
     if lengths == 0.0 {
         return 0.0;
     }
     (dot / lengths).clamp(-1.0, 1.0)
+}
+
+/// Sums over pairs of numbers of what `of` makes of a pair.
+///
+/// Number i is added to sum i modulo 4, and the four are added at the end: the order is the same on every
+/// machine, and one in which a compiler may add several numbers at once.
+fn sums<const N: usize>(x: &[f32], y: &[f32], of: impl Fn(f64, f64) -> [f64; N]) -> [f64; N] {
+    let mut lanes = [[0.0; 4]; N];
+    let mut add = |lane: usize, x: f32, y: f32| {
+        let terms = of(f64::from(x), f64::from(y));
+        for (sums, term) in lanes.iter_mut().zip(terms) {
+            sums[lane] += term;
+        }
+    };
+    let (x, x_rest) = x.as_chunks::<4>();
+    let (y, y_rest) = y.as_chunks::<4>();
+    for (x, y) in x.iter().zip(y) {
+        for lane in 0..4 {
+            add(lane, x[lane], y[lane]);
+        }
+    }
+    for (lane, (&x, &y)) in x_rest.iter().zip(y_rest).enumerate() {
+        add(lane, x, y);
+    }
+    lanes.map(|[a, b, c, d]| (a + b) + (c + d))
 }
 
 #[cfg(test)]

@@ -136,8 +136,42 @@ pub(crate) fn between(
     leading.flatten().into_iter().chain(sets).collect()
 }
 
+/// A number and its interval over people; none of fewer than two.
+type Drawn = (f64, Option<Interval>);
+
+/// What is between two rates of hits on the same probes.
+pub(crate) struct Rates {
+    /// The one divided by the other; 1 where both are 0.
+    pub ratio: Drawn,
+    /// The one less the other.
+    pub difference: Drawn,
+}
+
+/// What is between two rates, with intervals over people; none if the probes are not the same.
+pub(crate) fn paired_rates(both: [&[PersonResult]; 2], seed: u64) -> Option<Rates> {
+    let ratio = |sum: &Pair| {
+        let [a, b] = sum.hits.map(|hits| hits as f64);
+        (sum.probes > 0).then_some(if a == b { 1.0 } else { a / b })
+    };
+    Some(Rates {
+        ratio: drawn(both, seed, ratio)?,
+        difference: difference(both, seed)?,
+    })
+}
+
 /// The difference and its interval over people; none if the probes are not the same.
-fn difference([one, other]: [&[PersonResult]; 2], seed: u64) -> Option<(f64, Option<Interval>)> {
+fn difference(both: [&[PersonResult]; 2], seed: u64) -> Option<Drawn> {
+    drawn(both, seed, |sum| {
+        let [a, b] = sum.hits.map(|hits| hits as f64);
+        (sum.probes > 0).then(|| (a - b) / sum.probes as f64)
+    })
+}
+
+fn drawn(
+    [one, other]: [&[PersonResult]; 2],
+    seed: u64,
+    statistic: impl Fn(&Pair) -> Option<f64>,
+) -> Option<Drawn> {
     let is_same =
         |(a, b): (&PersonResult, &PersonResult)| (&a.person, a.probes) == (&b.person, b.probes);
     if one.len() != other.len() || !one.iter().zip(other).all(is_same) {
@@ -150,10 +184,6 @@ fn difference([one, other]: [&[PersonResult]; 2], seed: u64) -> Option<(f64, Opt
             hits: [a.hits, b.hits],
         })
         .collect();
-    let statistic = |sum: &Pair| {
-        let [a, b] = sum.hits.map(|hits| hits as f64);
-        (sum.probes > 0).then(|| (a - b) / sum.probes as f64)
-    };
     let (first, more) = pairs.split_first()?;
     let mut all = first.clone();
     more.iter().for_each(|pair| all += pair);
@@ -253,6 +283,18 @@ mod tests {
         assert!((drawn.low - quantile(0.025)).abs() < 0.11, "{drawn:?}");
         assert!((drawn.high - quantile(0.975)).abs() < 0.11, "{drawn:?}");
         assert!(drawn.low < 0.0 && drawn.high > 0.0);
+    }
+
+    #[test]
+    fn a_ratio_that_all_people_share_is_sure() {
+        let [one, other] = [people(10, |_| 9), people(10, |_| 6)];
+        let rates = paired_rates([&one, &other], 1).unwrap();
+        let (ratio, drawn) = rates.ratio;
+        let ends = drawn.map(|drawn| (drawn.low, drawn.high));
+        assert_eq!((ratio, ends), (1.5, Some((1.5, 1.5))));
+        let nothing = people(10, |_| 0);
+        assert_eq!(paired_rates([&nothing, &nothing], 1).unwrap().ratio.0, 1.0);
+        assert!(paired_rates([&one, &people(9, |_| 9)], 1).is_none());
     }
 
     #[test]

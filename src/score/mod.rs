@@ -32,7 +32,7 @@ pub use kept::Kept;
 pub use model::Model;
 pub(crate) use ports::list_of;
 pub use ports::{Batching, EMBEDDING, SCORES};
-pub use profile::{Arithmetic, Ran};
+pub use profile::{Arithmetic, OperatorTime, Ran};
 pub use quantize::GeiForm;
 pub use runtime::{Bare, BareOutputs, Provider, Runtime, RuntimeName};
 pub use search::find_library;

@@ -19,7 +19,8 @@ use super::model::Model;
 use super::ports::Ports;
 use super::profile;
 use super::{
-    Bare, BareOutputs, Contract, Outputs, Provider, Ran, Recognizer, RuntimeName, Tensor, run_batch,
+    Bare, BareOutputs, Contract, OperatorTime, Outputs, Provider, Ran, Recognizer, RuntimeName,
+    Tensor, run_batch,
 };
 use crate::dataset::Staging;
 use crate::error::{Cause, ChoiceError, Error, Result, ScoreError};
@@ -340,6 +341,17 @@ pub(super) fn profile(
     how: (Provider, usize),
     input: &[f32],
 ) -> Result<Vec<Ran>> {
+    let times = operator_times(ort, model, how, (input, 1))?;
+    Ok(times.into_iter().map(|one| one.ran).collect())
+}
+
+/// The same with what operations take, by so many inferences.
+pub(super) fn operator_times(
+    ort: &Ort,
+    model: &Model,
+    how: (Provider, usize),
+    (input, runs): (&[f32], usize),
+) -> Result<Vec<OperatorTime>> {
     let contract = model.contract();
     let failed = |cause: Cause| ScoreError::OnnxRuntime {
         model: contract.name.clone(),
@@ -351,14 +363,16 @@ pub(super) fn profile(
         let mut session = builder(ort, how)?
             .with_profiling(folder.path().join("profile"))?
             .commit_from_memory(model.bytes())?;
-        let view = TensorRef::from_array_view((shape, input))?;
-        session.run(ort::inputs![view])?;
+        for _ in 0..runs {
+            let view = TensorRef::from_array_view((shape.clone(), input))?;
+            session.run(ort::inputs![view])?;
+        }
         session.end_profiling()
     };
     let path = written().map_err(|error| failed(error.into()))?;
     let text = std::fs::read_to_string(&path).map_err(|error| Error::io(&path, error))?;
-    let ran = profile::read(&text);
-    ran.map_err(|error| failed(format!("its profile cannot be read: {error}").into()).into())
+    let times = profile::read_times(&text, runs);
+    times.map_err(|error| failed(format!("its profile cannot be read: {error}").into()).into())
 }
 
 /// The outputs that are used, each once.

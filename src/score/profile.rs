@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, HashSet};
 use serde::{Deserialize, Serialize};
 
 /// Operations of one kind that a session ran alike.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Ran {
     /// The operation, `Conv` or `QLinearConv`; a name of the provider's own where it runs many as
     /// one.
@@ -22,8 +22,18 @@ pub struct Ran {
     pub count: usize,
 }
 
+/// What operations of one kind take of an inference.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OperatorTime {
+    /// What ran.
+    #[serde(flatten)]
+    pub ran: Ran,
+    /// Microseconds of all of them in one inference, the mean over several.
+    pub mean_us: f64,
+}
+
 /// What an operation computes in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Arithmetic {
     /// Floating-point numbers.
@@ -61,6 +71,9 @@ struct Event {
     cat: String,
     #[serde(default)]
     name: String,
+    /// Microseconds.
+    #[serde(default)]
+    dur: f64,
     #[serde(default)]
     args: Arguments,
 }
@@ -77,31 +90,42 @@ struct Arguments {
     output_type_shape: Vec<BTreeMap<String, serde_json::Value>>,
 }
 
-/// What a profile tells, in the order of operators' names; each operation counts once, however
-/// often it ran.
+/// What a profile of so many inferences tells, in the order of operators' names: each operation counts
+/// once, however often it ran; the time of the first inference is left out where there are more.
 ///
 /// # Errors
 /// If the text is no profile.
-pub(super) fn read(text: &str) -> serde_json::Result<Vec<Ran>> {
+pub(super) fn read_times(text: &str, runs: usize) -> serde_json::Result<Vec<OperatorTime>> {
     let events: Vec<Event> = serde_json::from_str(text)?;
+    let events = events.into_iter();
+    // Older versions tell of the fences around an operation too, without a provider.
+    let events = events.filter(|event| event.cat == "Node" && !event.args.provider.is_empty());
+    let events: Vec<Event> = events.collect();
+    // Each inference runs the same operations, those of loops aside.
+    let first = if runs > 1 { events.len() / runs } else { 0 };
     let mut seen = HashSet::new();
-    let mut counts: BTreeMap<(String, String, Arithmetic), usize> = BTreeMap::new();
-    for Event { cat, name, args } in events {
-        // Older versions tell of the fences around an operation too, without a provider.
-        if cat == "Node" && !args.provider.is_empty() && seen.insert(name) {
-            let arithmetic = arithmetic(&args);
-            *counts
-                .entry((args.op_name, args.provider, arithmetic))
-                .or_default() += 1;
+    let mut all: BTreeMap<(String, String, Arithmetic), (usize, f64)> = BTreeMap::new();
+    for (at, Event { name, dur, args, .. }) in events.into_iter().enumerate() {
+        let arithmetic = arithmetic(&args);
+        let (count, us) = all
+            .entry((args.op_name, args.provider, arithmetic))
+            .or_default();
+        *count += usize::from(seen.insert(name));
+        if at >= first {
+            *us += dur;
         }
     }
-    let ran = |((operator, provider, arithmetic), count)| Ran {
-        operator,
-        provider,
-        arithmetic,
-        count,
+    let counted = if runs > 1 { runs - 1 } else { 1 };
+    let time = |((operator, provider, arithmetic), (count, us))| OperatorTime {
+        ran: Ran {
+            operator,
+            provider,
+            arithmetic,
+            count,
+        },
+        mean_us: us / counted as f64,
     };
-    Ok(counts.into_iter().map(ran).collect())
+    Ok(all.into_iter().map(time).collect())
 }
 
 fn arithmetic(args: &Arguments) -> Arithmetic {
@@ -140,9 +164,9 @@ mod tests {
     }
 
     fn read_all(events: &[String]) -> Vec<(String, String, Arithmetic, usize)> {
-        let ran = read(&format!("[{}]", events.join(","))).expect("a profile");
+        let ran = read_times(&format!("[{}]", events.join(",")), 1).expect("a profile");
         ran.into_iter()
-            .map(|one| (one.operator, one.provider, one.arithmetic, one.count))
+            .map(|OperatorTime { ran, .. }| (ran.operator, ran.provider, ran.arithmetic, ran.count))
             .collect()
     }
 
@@ -169,6 +193,19 @@ mod tests {
         ];
         let expected = expected.map(|(a, b, c, d)| (a.to_owned(), b.to_owned(), c, d));
         assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn times_are_means_over_all_inferences_but_the_first() {
+        let event = |name: &str, dur: u64| {
+            let event = event(name, "Conv", "P", ["float", "float"]);
+            event.replace("\"dur\":5", &format!("\"dur\":{dur}"))
+        };
+        let all = [("a", 900), ("b", 800), ("a", 10), ("b", 4), ("a", 20), ("b", 6)];
+        let all = all.map(|(name, dur)| event(name, dur)).join(",");
+        let found = read_times(&format!("[{all}]"), 3).expect("a profile");
+        let said: Vec<_> = found.iter().map(|one| (one.ran.count, one.mean_us)).collect();
+        assert_eq!(said, [(2, 20.0)]);
     }
 
     #[test]
@@ -217,8 +254,8 @@ mod tests {
 
     #[test]
     fn what_is_no_profile_is_refused() {
-        assert!(read("{").is_err());
-        assert!(read(r#"{"cat":"Node"}"#).is_err());
-        assert_eq!(read("[]").expect("an empty one"), []);
+        assert!(read_times("{", 1).is_err());
+        assert!(read_times(r#"{"cat":"Node"}"#, 1).is_err());
+        assert_eq!(read_times("[]", 2).expect("an empty one"), []);
     }
 }

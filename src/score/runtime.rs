@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Model, Ran, Recognizer, onnx, rten};
+use super::{Model, OperatorTime, Ran, Recognizer, onnx, rten};
 use crate::error::{ChoiceError, Result};
 
 /// Which software runs a model, for results.
@@ -217,6 +217,26 @@ impl Runtime {
             Engine::Rten => Ok(None),
             Engine::Ort(ort, provider) => {
                 onnx::profile(ort, model, (*provider, self.threads), input).map(Some)
+            }
+        }
+    }
+
+    /// What the operators of `model` take of an inference, by `runs` inferences of one input; the first is
+    /// left out where there are more. None with the embedded runtime, which does not tell.
+    ///
+    /// # Errors
+    /// As [`Self::profile`].
+    pub fn operator_times(
+        &self,
+        model: &Model,
+        input: &[f32],
+        runs: usize,
+    ) -> Result<Option<Vec<OperatorTime>>> {
+        match &self.engine {
+            Engine::Rten => Ok(None),
+            Engine::Ort(ort, provider) => {
+                let how = (*provider, self.threads);
+                onnx::operator_times(ort, model, how, (input, runs.max(1))).map(Some)
             }
         }
     }

@@ -1,4 +1,4 @@
-//! How busy the machine is before anything is measured.
+//! How busy others keep the machine, before anything is measured and meanwhile.
 
 use super::tree::Tree;
 use std::path::Path;
@@ -18,6 +18,50 @@ pub(crate) fn load_of_others(root: &Path) -> Option<f64> {
     let before = files.raw_text("proc/stat")?;
     std::thread::sleep(WATCHED);
     busy_share(&before, &files.raw_text("proc/stat")?)
+}
+
+/// Since when others are watched while this process works.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LoadWatch {
+    /// Ticks of all processors, and idle ones.
+    all: (u64, u64),
+    /// Ticks that this process took.
+    own: u64,
+}
+
+impl LoadWatch {
+    /// From now on; none if the machine does not tell.
+    #[must_use]
+    pub(crate) fn start(root: &Path) -> Option<Self> {
+        let files = Tree::new(root);
+        Some(Self {
+            all: times(&files.raw_text("proc/stat")?)?,
+            own: own_ticks(&files.raw_text("proc/self/stat")?)?,
+        })
+    }
+
+    /// The share of the machine's processors that others have kept busy since then, 0..1; none before a
+    /// second is over, as ticks are a hundredth of one.
+    #[must_use]
+    pub(crate) fn share(self, root: &Path) -> Option<f64> {
+        let now = Self::start(root)?;
+        let total = now.all.0.checked_sub(self.all.0)?;
+        if total < 100 {
+            return None;
+        }
+        let idle = now.all.1.saturating_sub(self.all.1).min(total);
+        let own = now.own.saturating_sub(self.own);
+        Some((total - idle).saturating_sub(own) as f64 / total as f64)
+    }
+}
+
+/// User and system ticks in `/proc/self/stat` (`proc_pid_stat(5)`), which has a name in brackets before
+/// them.
+fn own_ticks(stat: &str) -> Option<u64> {
+    let (_, fields) = stat.rsplit_once(')')?;
+    // Of the fields after the name, from the state on, the 12th and 13th.
+    let mut ticks = fields.split_whitespace().skip(11).map(str::parse::<u64>);
+    Some(ticks.next()?.ok()? + ticks.next()?.ok()?)
 }
 
 /// From two readings of `/proc/stat` (`proc_stat(5)`): all but idle and waiting for disks. Time
@@ -44,6 +88,27 @@ fn times(stat: &str) -> Option<(u64, u64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_this_process_takes_is_not_that_of_others() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let root = folder.path();
+        let write = |stat: &str, own: &str| {
+            let proc = root.join("proc");
+            std::fs::create_dir_all(proc.join("self")).expect("made");
+            std::fs::write(proc.join("stat"), stat).expect("written");
+            std::fs::write(proc.join("self/stat"), own).expect("written");
+        };
+        let own = |user, system| format!("7 (edge (gait) R) S 1 7 7 0 -1 4 1 0 0 0 {user} {system} 0 0\n");
+        write("cpu  100 0 50 800 50 0 0 0\n", &own(30, 5));
+        let watch = LoadWatch::start(root).expect("it tells");
+        write("cpu  180 0 60 890 70 0 0 0\n", &own(70, 10));
+        // 90 of 200 ticks were busy, 45 of them by this process.
+        assert_eq!(watch.share(root), Some(45.0 / 200.0));
+        write("cpu  101 0 50 890 50 0 0 0\n", &own(31, 5));
+        assert_eq!(watch.share(root), None, "less than a second");
+        assert!(LoadWatch::start(&root.join("none")).is_none());
+    }
 
     #[test]
     fn a_quarter_of_the_time_between_two_readings_is_busy() {

@@ -9,7 +9,7 @@ mod state;
 mod tree;
 
 pub(crate) use cpus::{CpuGroup, CpuList};
-pub(crate) use load::{LOAD_WARNED_OF, load_of_others};
+pub(crate) use load::{LOAD_WARNED_OF, LoadWatch, load_of_others};
 pub(crate) use state::{Clock, State, warnings};
 
 use serde::{Deserialize, Serialize};

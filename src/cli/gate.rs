@@ -1,0 +1,120 @@
+//! `edgegait gate`: whether results keep to limits.
+
+use super::Ending;
+use super::args::{Common, Files};
+use super::outputs::{Kind, Output};
+use crate::dataset::{Header, InputFile, write_bytes};
+use crate::error::{Error, Result};
+use crate::gate::{
+    GateLimits, GateOutcome, GateReport, JUNIT_START, Judged, MARKDOWN_START, ResultFile, gate,
+    starter,
+};
+use std::path::{Path, PathBuf};
+
+/// Judge results by limits, alone or beside a baseline, so that a build can fail
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Examples:\n  edgegait gate --init bench.json > limits.toml       # limits to begin with\n  edgegait gate limits.toml bench.json main.json\n  edgegait gate limits.toml 1.json main-1.json --run 2.json,3.json --baseline-run main-2.json\n  edgegait gate limits.toml score.json main.json --markdown comment.md --junit gate.xml\n\nA limit names a figure by the keys of the JSON results, as in models[mine].p50_us or\nrecognizers[mine].probe_sets[BG].rank1; [*] is all of them. Times are known as well as their\nwindows and runs agree, and a limit within that interval cannot be told; nor can a miss while\nothers kept the machine busy. Rank-1 is compared with a baseline's on the same probes, by an\ninterval over people. The exit code is 0 if all limits hold, 4 if one is missed, 3 if one cannot\nbe told and none is missed, 1 or 2 after an error."
+)]
+pub(super) struct Args {
+    /// The limits (TOML), the results that are judged, and results that they are set against
+    #[arg(value_name = "FILE", num_args = 2..=3, required_unless_present = "init")]
+    files: Vec<PathBuf>,
+    /// More runs of what is judged: medians of all of them are
+    #[arg(long, value_name = "FILE[,FILE..]", value_delimiter = ',')]
+    run: Vec<PathBuf>,
+    /// More runs of the baseline
+    #[arg(long, value_name = "FILE[,FILE..]", value_delimiter = ',')]
+    baseline_run: Vec<PathBuf>,
+    /// Print limits to begin with, from these results, and judge nothing
+    #[arg(long, value_name = "RESULT", conflicts_with_all = ["files", "run", "baseline_run", "markdown", "junit", "bencher", "json"])]
+    init: Option<PathBuf>,
+    /// Write a table for a pull request
+    #[arg(long, value_name = "FILE")]
+    markdown: Option<PathBuf>,
+    /// Write JUnit XML: a missed limit is a failure, one that cannot be told an error
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+    /// Write the figures in Bencher's metric format (JSON)
+    #[arg(long, value_name = "FILE")]
+    bencher: Option<PathBuf>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+impl Args {
+    /// What it reads and writes.
+    pub(super) fn files(&self) -> Files {
+        let named = |flag, path: &Option<PathBuf>, kind| {
+            path.as_ref().map(|path| Output::new(flag, path, kind))
+        };
+        let outputs = [
+            named("--markdown", &self.markdown, Kind::Begins(MARKDOWN_START)),
+            named("--junit", &self.junit, Kind::Begins(JUNIT_START)),
+            // It does not say who wrote it.
+            named("--bencher", &self.bencher, Kind::Begins("{\n")),
+        ];
+        Files {
+            inputs: [&self.files[..], &self.run, &self.baseline_run].concat(),
+            outputs: outputs.into_iter().flatten().collect(),
+        }
+    }
+}
+
+/// Runs the subcommand.
+pub(super) fn run(args: &Args) -> Result<Ending> {
+    if let Some(path) = &args.init {
+        args.common
+            .say(starter(&ResultFile::read(path)?)?.trim_end());
+        return Ok(Ending::Done);
+    }
+    let [limits_at, result, baseline @ ..] = &args.files[..] else {
+        return Err(Error::Missing("limits and results"));
+    };
+    if baseline.is_empty() && !args.baseline_run.is_empty() {
+        return Err(Error::Usage(
+            "--baseline-run: expected a baseline of which these are more runs, found none".into(),
+        ));
+    }
+    let limits = GateLimits::read(limits_at)?;
+    let read = |paths: &mut dyn Iterator<Item = &PathBuf>| {
+        paths
+            .map(|path| ResultFile::read(path))
+            .collect::<Result<Vec<_>>>()
+    };
+    let runs = read(&mut std::iter::once(result).chain(&args.run))?;
+    let baselines = read(&mut baseline.iter().chain(&args.baseline_run))?;
+    let mut header = Header::new("gate", args.common.seed);
+    for path in &args.files().inputs {
+        header.inputs.push(InputFile::of(path)?);
+    }
+    let judged = Judged {
+        runs: &runs,
+        baselines: &baselines,
+    };
+    let report = gate((limits_at, &limits), &judged, header)?;
+    args.common.say(format!("{report}").trim_end());
+    for warning in &report.header.warnings {
+        args.common.say(format_args!("warning: {warning}"));
+    }
+    written(args, &report)?;
+    Ok(match report.outcome {
+        GateOutcome::Holds => Ending::Done,
+        GateOutcome::CannotTell => Ending::CannotTell,
+        GateOutcome::Missed => Ending::LimitMissed,
+    })
+}
+
+/// Writes the forms that were asked for.
+fn written(args: &Args, report: &GateReport) -> Result<()> {
+    let write = |path: &Option<PathBuf>, text: &dyn Fn() -> Result<String>| {
+        let path: Option<&Path> = path.as_deref();
+        path.map_or(Ok(()), |path| write_bytes(path, text()?.as_bytes()))
+    };
+    write(&args.markdown, &|| Ok(report.markdown()))?;
+    write(&args.junit, &|| Ok(report.junit()))?;
+    write(&args.bencher, &|| {
+        Ok(serde_json::to_string_pretty(&report.bencher())? + "\n")
+    })?;
+    args.common.write_json(report)
+}

@@ -1,0 +1,319 @@
+//! How well a figure is known: its value, and the interval that it is in.
+
+use super::figure::Place;
+use serde::Serialize;
+use serde_json::Value;
+
+/// Above this share of the processors' time others make a measurement unsure. Ours, as `edgegait bench`
+/// warns.
+const NOISY: f64 = 0.1;
+
+/// A number and its interval; both ends are the value where nothing varies.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct Estimate {
+    /// The value: the median where there are several runs.
+    pub value: f64,
+    /// The lower end; none if nobody knows how low it is.
+    #[serde(serialize_with = "finite")]
+    pub low: f64,
+    /// The upper end; none if nobody knows how high it is.
+    #[serde(serialize_with = "finite")]
+    pub high: f64,
+}
+
+fn finite<S: serde::Serializer>(end: &f64, to: S) -> Result<S::Ok, S::Error> {
+    end.is_finite().then_some(*end).serialize(to)
+}
+
+/// What kind of figure it is, by its key.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Measure {
+    /// How long something takes: less is better, and other work on the machine makes more of it.
+    Time,
+    /// How much is done in a time, the other way round.
+    Rate,
+    /// The same on each run, or nearly: bytes, accuracy. Whether less is better, if that is known.
+    Steady(Option<Better>),
+}
+
+/// Which way a figure is better.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Better {
+    Less,
+    More,
+}
+
+impl Measure {
+    /// By the key, whose end is its unit.
+    pub(crate) fn of(key: &str) -> Self {
+        let ends = |ends: &[&str]| ends.iter().any(|end| key.ends_with(end));
+        let is = |names: &[&str]| names.contains(&key);
+        if ends(&["_per_second"]) || is(&["throughput"]) {
+            Self::Rate
+        } else if ends(&["_us", "_ms", "_mj"]) || is(&["seconds"]) {
+            Self::Time
+        } else if ends(&["_bytes"])
+            || is(&[
+                "bytes",
+                "params",
+                "macs",
+                "eer",
+                "non_finite",
+                "tied",
+                "spread",
+            ])
+        {
+            Self::Steady(Some(Better::Less))
+        } else if key.starts_with("rank") || is(&["map", "minp", "auc", "tar", "hits", "jaccard"]) {
+            Self::Steady(Some(Better::More))
+        } else {
+            Self::Steady(None)
+        }
+    }
+
+    /// Which way it is better, if that is known.
+    pub(crate) fn better(self) -> Option<Better> {
+        match self {
+            Self::Time => Some(Better::Less),
+            Self::Rate => Some(Better::More),
+            Self::Steady(better) => better,
+        }
+    }
+
+    /// Whether it depends on what else the machine does.
+    pub(crate) fn is_timed(self) -> bool {
+        matches!(self, Self::Time | Self::Rate)
+    }
+}
+
+impl Estimate {
+    /// A number that does not vary.
+    pub(crate) fn exact(value: f64) -> Self {
+        Self {
+            value,
+            low: value,
+            high: value,
+        }
+    }
+
+    /// Of one figure from each run.
+    ///
+    /// With several runs, their median and its interval; of one run, what stands beside the figure: the
+    /// means of its windows for a time, `<key>_low` and `<key>_high` for a rate of hits.
+    pub(crate) fn of(places: &[Place<'_>], measure: Measure) -> Self {
+        let values: Vec<f64> = places.iter().map(|place| place.value).collect();
+        match places {
+            [one] => Self::of_one(one, measure),
+            _ => Self::of_median(&values),
+        }
+    }
+
+    fn of_one(place: &Place<'_>, measure: Measure) -> Self {
+        let value = place.value;
+        if measure.is_timed() {
+            return match windows(place) {
+                Some(means) => Self::of_median(&means).scaled_to(value, measure),
+                None => Self::exact(value),
+            };
+        }
+        let [low, high] = ["low", "high"].map(|end| place.beside(&format!("{}_{end}", place.key)));
+        let (Some(low), Some(high)) = (low, high) else {
+            return Self::exact(value);
+        };
+        Self {
+            value,
+            low: low.min(value),
+            high: high.max(value),
+        }
+    }
+
+    /// The median, of two the mean, and the interval that holds the median of what they are drawn from
+    /// with at least 95 %, as far as there are enough: of five, the least and the greatest hold it with
+    /// 94 %. (A median lies between the k-th least and the k-th greatest of n unless fewer than k are on
+    /// one of its sides: 2 P(B < k) of B binomial with n and 1/2; David and Nagaraja, "Order Statistics",
+    /// 2003, section 7.1.)
+    fn of_median(values: &[f64]) -> Self {
+        let mut sorted = values.to_vec();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let n = sorted.len();
+        let Some(&last) = sorted.last() else {
+            return Self::exact(f64::NAN);
+        };
+        let median = f64::midpoint(sorted[(n - 1) / 2], sorted[n / 2]);
+        // P(B < k), summed up for the next k.
+        let (mut k, mut below, mut next) = (0, 0.0, 0.5_f64.powf(n as f64));
+        while k + 1 <= n / 2 && 2.0 * (below + next) <= 0.05 {
+            below += next;
+            next *= (n - k) as f64 / (k + 1) as f64;
+            k += 1;
+        }
+        let out = k.saturating_sub(1);
+        Self {
+            value: median,
+            low: sorted[out],
+            high: sorted.get(n - 1 - out).copied().unwrap_or(last),
+        }
+    }
+
+    /// The same interval in parts of its value, of another one; of a rate, turned round.
+    fn scaled_to(self, value: f64, measure: Measure) -> Self {
+        let (low, high) = (self.low / self.value, self.high / self.value);
+        let (low, high) = match measure {
+            Measure::Rate => (1.0 / high, 1.0 / low),
+            _ => (low, high),
+        };
+        if !(low.is_finite() && high.is_finite()) {
+            return Self::exact(value);
+        }
+        Self {
+            value,
+            low: (low * value).min(value),
+            high: (high * value).max(value),
+        }
+    }
+
+    /// What is known of it where others kept the machine busy: it may be any better.
+    pub(crate) fn disturbed(self, measure: Measure) -> Self {
+        match measure {
+            Measure::Time => Self {
+                low: f64::NEG_INFINITY,
+                ..self
+            },
+            Measure::Rate => Self {
+                high: f64::INFINITY,
+                ..self
+            },
+            Measure::Steady(_) => self,
+        }
+    }
+}
+
+/// The means of the windows that a time was measured in, if they stand beside it, or around it.
+fn windows(place: &Place<'_>) -> Option<Vec<f64>> {
+    let object = place.object()?;
+    let means = object.get("window_mean_us")?.as_array()?;
+    // Of the other keys in that object only those of single calls are told by windows.
+    let is_of_windows = ["load_ms", "first_ms", "runtime_load_ms", "seconds"];
+    if is_of_windows.contains(&place.key.as_str()) {
+        return None;
+    }
+    let means: Vec<f64> = means.iter().filter_map(Value::as_f64).collect();
+    (!means.is_empty()).then_some(means)
+}
+
+/// Why a time is unsure, if others kept the machine busy.
+pub(crate) fn disturbance(place: &Place<'_>) -> Option<String> {
+    let shares = place.around.iter().flat_map(|object| {
+        [
+            ("load_of_others", "before it was measured"),
+            ("others_busy", "while it was measured"),
+        ]
+        .map(|(key, when)| (object.get(key).and_then(Value::as_f64), when))
+    });
+    let noisy = shares.filter_map(|(share, when)| share.map(|share| (share, when)));
+    let (share, when) = noisy
+        .filter(|(share, _)| *share > NOISY)
+        .max_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(format!(
+        "others kept {:.0} % of the processors busy {when}",
+        100.0 * share
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::figure::FigurePath;
+    use super::*;
+    use serde_json::json;
+
+    fn estimate(results: &Value, path: &str) -> Estimate {
+        let places = FigurePath::parse(path)
+            .and_then(|path| path.places(results))
+            .expect("a figure");
+        Estimate::of(&places, Measure::of(&places[0].key))
+    }
+
+    #[test]
+    fn keys_tell_what_a_figure_is() {
+        assert_eq!(Measure::of("p50_us"), Measure::Time);
+        assert_eq!(Measure::of("single_mj"), Measure::Time);
+        assert_eq!(Measure::of("silhouettes_per_second"), Measure::Rate);
+        assert_eq!(Measure::of("throughput"), Measure::Rate);
+        assert_eq!(Measure::of("rank1").better(), Some(Better::More));
+        assert_eq!(Measure::of("eer").better(), Some(Better::Less));
+        assert_eq!(Measure::of("peak_rss_bytes").better(), Some(Better::Less));
+        assert_eq!(Measure::of("probes").better(), None);
+        assert!(!Measure::of("bytes").is_timed());
+    }
+
+    #[test]
+    fn windows_make_the_interval_of_a_time_and_of_a_rate() {
+        let results = json!({
+            "p50_us": 200.0, "throughput": 5000.0, "load_ms": 3.0,
+            "window_mean_us": [110.0, 100.0, 90.0, 105.0, 95.0],
+        });
+        let time = estimate(&results, "p50_us");
+        assert_eq!((time.value, time.low, time.high.round()), (200.0, 180.0, 220.0));
+        let rate = estimate(&results, "throughput");
+        assert!((rate.low - 5000.0 / 1.1).abs() < 1e-9 && (rate.high - 5000.0 / 0.9).abs() < 1e-9);
+        assert_eq!(estimate(&results, "load_ms"), Estimate::exact(3.0));
+    }
+
+    #[test]
+    fn hits_have_the_interval_beside_them() {
+        let results = json!({ "rank1": 0.5, "rank1_low": 0.4, "rank1_high": 0.7, "map": 0.6 });
+        let found = estimate(&results, "rank1");
+        assert_eq!((found.low, found.high), (0.4, 0.7));
+        assert_eq!(estimate(&results, "map"), Estimate::exact(0.6));
+    }
+
+    /// The oracle: chances of a sum of coins, counted out.
+    #[test]
+    fn the_interval_of_a_median_leaves_out_as_many_as_it_may() {
+        let choose = |n: u64, k: u64| (0..k).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64);
+        for n in 1..40_u64 {
+            let values: Vec<f64> = (0..n).map(|i| i as f64).collect();
+            let found = Estimate::of_median(&values);
+            let outside = |k: u64| {
+                let few: f64 = (0..k).map(|i| choose(n, i)).sum();
+                2.0 * few / 2_f64.powf(n as f64)
+            };
+            // The k-th least, for the greatest k that is sure enough.
+            let k = (1..=n / 2).rev().find(|&k| outside(k) <= 0.05).unwrap_or(1);
+            assert_eq!(found.low, (k - 1) as f64, "{n}");
+            assert_eq!(found.high, (n - k) as f64, "{n}");
+            assert_eq!(found.value, (n - 1) as f64 / 2.0);
+        }
+    }
+
+    #[test]
+    fn a_busy_machine_may_hide_better_times_only() {
+        let time = Estimate {
+            value: 2.0,
+            low: 1.0,
+            high: 3.0,
+        };
+        let disturbed = time.disturbed(Measure::Time);
+        assert_eq!((disturbed.low, disturbed.high), (f64::NEG_INFINITY, 3.0));
+        let rate = time.disturbed(Measure::Rate);
+        assert_eq!((rate.low, rate.high), (1.0, f64::INFINITY));
+        assert_eq!(time.disturbed(Measure::of("bytes")), time);
+        let json = serde_json::to_value(disturbed).expect("JSON");
+        assert_eq!(json, json!({ "value": 2.0, "low": null, "high": 3.0 }));
+    }
+
+    #[test]
+    fn who_kept_the_machine_busy_is_said() {
+        let results = json!({
+            "load_of_others": 0.02,
+            "models": [{ "name": "a", "p50_us": 1.0, "others_busy": 0.52 }, { "name": "b", "p50_us": 1.0 }],
+        });
+        let said = |path: &str| {
+            let path = FigurePath::parse(path).expect("a path");
+            disturbance(&path.places(&results).expect("a figure")[0])
+        };
+        let expected = "others kept 52 % of the processors busy while it was measured";
+        assert_eq!(said("models[a].p50_us").as_deref(), Some(expected));
+        assert_eq!(said("models[b].p50_us"), None);
+    }
+}

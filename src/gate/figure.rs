@@ -1,0 +1,504 @@
+//! Where a figure stands in results: `models[gei-small].p50_us`.
+//!
+//! Keys are those of the JSON, with dots between them. Brackets choose an element of a list: by its name
+//! (`recognizers[mine]`), by any of its keys (`by_viewpoint[azimuth_deg=90,elevation_deg=0]`), or all of
+//! them (`probe_sets[*]`). A list of one element needs none. What has dots or brackets in it stands in
+//! quotation marks: `recognizers["pixels as gei"]`.
+
+use serde_json::{Map, Value};
+
+/// Keys by which elements of lists are known, the most telling first.
+const IDENTITIES: [&str; 14] = [
+    "name",
+    "person",
+    "recognizer",
+    "other",
+    "probe_set",
+    "runtime",
+    "threads",
+    "batch",
+    "frames",
+    "azimuth_deg",
+    "elevation_deg",
+    "from_deg",
+    "to_deg",
+    "far",
+];
+/// Most keys that a message lists.
+const LISTED: usize = 24;
+
+/// A path to one figure, or to several.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct FigurePath {
+    steps: Vec<Step>,
+}
+
+/// A key, and which element of the list that stands there.
+#[derive(Clone, Debug, PartialEq)]
+struct Step {
+    key: String,
+    chosen: Chosen,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Chosen {
+    /// What stands there, or the only element of a list.
+    Only,
+    /// Each element.
+    Each,
+    /// The one element of which these keys, or else one of [`IDENTITIES`], have these values.
+    By(Vec<(Option<String>, String)>),
+}
+
+/// A figure in results.
+#[derive(Clone, Debug)]
+pub(crate) struct Place<'a> {
+    /// The path to it alone.
+    pub path: String,
+    /// Its key.
+    pub key: String,
+    /// The number.
+    pub value: f64,
+    /// The objects around it, the outermost first; at least one.
+    pub around: Vec<&'a Map<String, Value>>,
+}
+
+impl<'a> Place<'a> {
+    /// The object that it stands in.
+    pub(super) fn object(&self) -> Option<&'a Map<String, Value>> {
+        self.around.last().copied()
+    }
+
+    /// Another number beside it.
+    pub(super) fn beside(&self, key: &str) -> Option<f64> {
+        self.object()?.get(key)?.as_f64()
+    }
+}
+
+impl FigurePath {
+    /// Reads a path.
+    ///
+    /// # Errors
+    /// In words, at which letter.
+    pub(crate) fn parse(text: &str) -> Result<Self, String> {
+        let mut letters = Letters { text, at: 0 };
+        let mut steps = Vec::new();
+        loop {
+            let key = letters.until(&['.', '[', ']']);
+            if key.is_empty() {
+                return Err(letters.expected("a key"));
+            }
+            let chosen = match letters.next_if('[') {
+                false => Chosen::Only,
+                true => letters.chosen()?,
+            };
+            steps.push(Step { key, chosen });
+            if letters.is_over() {
+                return Ok(Self { steps });
+            }
+            if !letters.next_if('.') {
+                return Err(letters.expected("a dot or the end"));
+            }
+        }
+    }
+
+    /// The figures that it names, at least one.
+    ///
+    /// # Errors
+    /// In words, if there is none, or what is there is no number.
+    pub(crate) fn places<'a>(&self, root: &'a Value) -> Result<Vec<Place<'a>>, String> {
+        let mut found = Vec::new();
+        let Value::Object(object) = root else {
+            return Err("expected an object".into());
+        };
+        self.walk(0, (String::new(), vec![object]), &mut found)?;
+        Ok(found)
+    }
+
+    fn walk<'a>(
+        &self,
+        at: usize,
+        (path, around): (String, Vec<&'a Map<String, Value>>),
+        found: &mut Vec<Place<'a>>,
+    ) -> Result<(), String> {
+        let (Some(step), Some(object)) = (self.steps.get(at), around.last()) else {
+            return Ok(());
+        };
+        let whole = |path: &str| match path {
+            "" => "the results have".to_owned(),
+            path => format!("{path} has"),
+        };
+        let Some(value) = object.get(&step.key) else {
+            return Err(format!(
+                "{} no {:?}: expected one of {}",
+                whole(&path),
+                step.key,
+                listed(object.keys().map(String::as_str))
+            ));
+        };
+        let dot = if path.is_empty() { "" } else { "." };
+        let path = format!("{path}{dot}{}", written(&step.key));
+        let is_last = at + 1 == self.steps.len();
+        for (path, value) in step.chosen(path, value)? {
+            match value {
+                Value::Object(inner) if !is_last => {
+                    let around = around.iter().copied().chain([inner]).collect();
+                    self.walk(at + 1, (path, around), found)?;
+                }
+                Value::Number(number) if is_last => found.push(Place {
+                    path,
+                    key: step.key.clone(),
+                    value: number.as_f64().unwrap_or(f64::NAN),
+                    around: around.clone(),
+                }),
+                Value::Null => return Err(format!("{path} was not measured: it is null")),
+                Value::Object(inner) => {
+                    return Err(format!(
+                        "{path}: expected a number, found an object with {}",
+                        listed(inner.keys().map(String::as_str))
+                    ));
+                }
+                other if is_last => {
+                    return Err(format!("{path}: expected a number, found {}", kind(other)));
+                }
+                other => {
+                    return Err(format!(
+                        "{path}: expected an object with {:?}, found {}",
+                        self.steps[at + 1].key,
+                        kind(other)
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Step {
+    /// The values that it chooses, with the path to each.
+    fn chosen<'a>(
+        &self,
+        path: String,
+        value: &'a Value,
+    ) -> Result<Vec<(String, &'a Value)>, String> {
+        let Value::Array(list) = value else {
+            return match self.chosen {
+                Chosen::Only => Ok(vec![(path, value)]),
+                _ => Err(format!("{path}: expected a list, found {}", kind(value))),
+            };
+        };
+        let named = |element: &'a Value| (format!("{path}[{}]", identity(element, list)), element);
+        let others = || {
+            let all = list.iter().map(|element| identity(element, list));
+            let all: Vec<String> = all.collect();
+            listed(all.iter().map(String::as_str))
+        };
+        match &self.chosen {
+            Chosen::Only => match list.as_slice() {
+                [] => Err(format!("{path} is empty")),
+                [one] => Ok(vec![named(one)]),
+                _ => Err(format!(
+                    "{path}: expected which of {} elements, as in [{}], found none: there are {}",
+                    list.len(),
+                    list.first()
+                        .map(|one| identity(one, list))
+                        .unwrap_or_default(),
+                    others()
+                )),
+            },
+            Chosen::Each if list.is_empty() => Err(format!("{path} is empty")),
+            Chosen::Each => Ok(list.iter().map(named).collect()),
+            Chosen::By(keys) => {
+                let is_meant = |element: &&Value| keys.iter().all(|one| is_like(element, one));
+                let meant: Vec<&Value> = list.iter().filter(is_meant).collect();
+                match meant.as_slice() {
+                    [one] => Ok(vec![named(one)]),
+                    several => Err(format!(
+                        "{path}: expected one element for [{}], found {} among {}",
+                        words(keys),
+                        several.len(),
+                        others()
+                    )),
+                }
+            }
+        }
+    }
+}
+
+/// Whether an element has this value, under this key or one by which elements are known.
+fn is_like(element: &Value, (key, wanted): &(Option<String>, String)) -> bool {
+    let has = |key: &str| element.get(key).is_some_and(|value| same(value, wanted));
+    match key {
+        Some(key) => has(key),
+        None => IDENTITIES.iter().any(|key| has(key)),
+    }
+}
+
+/// Whether a value is meant by a word: numbers by their value, names of runtimes by themselves.
+fn same(value: &Value, wanted: &str) -> bool {
+    match value {
+        Value::String(text) => text == wanted,
+        Value::Number(number) => {
+            let wanted: Option<f64> = wanted.parse().ok();
+            wanted.is_some_and(|wanted| number.as_f64() == Some(wanted))
+        }
+        Value::Null => wanted == "none",
+        Value::Object(inner) => inner.get("name").is_some_and(|name| same(name, wanted)),
+        _ => false,
+    }
+}
+
+/// By what an element is told from the others of its list: its name, if that is enough.
+fn identity(element: &Value, list: &[Value]) -> String {
+    let mut keys: Vec<(Option<String>, String)> = Vec::new();
+    for key in IDENTITIES {
+        let Some(value) = element.get(key) else {
+            continue;
+        };
+        let word = match value {
+            Value::String(text) => text.clone(),
+            Value::Number(number) => number.to_string(),
+            Value::Null => "none".into(),
+            Value::Object(inner) => match inner.get("name") {
+                Some(Value::String(name)) => name.clone(),
+                _ => continue,
+            },
+            _ => continue,
+        };
+        // A name speaks for itself.
+        keys.push(((key != "name").then(|| key.to_owned()), word));
+        let alike = list.iter().filter(|other| {
+            let mut keys = keys.iter();
+            keys.all(|one| is_like(other, one))
+        });
+        if alike.count() == 1 {
+            break;
+        }
+    }
+    words(&keys)
+}
+
+/// What stands in brackets.
+fn words(keys: &[(Option<String>, String)]) -> String {
+    let word = |(key, value): &(Option<String>, String)| match key {
+        Some(key) => format!("{}={}", written(key), written(value)),
+        None => written(value),
+    };
+    let words: Vec<String> = keys.iter().map(word).collect();
+    words.join(",")
+}
+
+/// A word as a path has it, in quotation marks if need be.
+pub(super) fn written(word: &str) -> String {
+    let is_plain = !word.is_empty() && !word.contains(['.', '[', ']', ',', '=', '"', '*']);
+    if is_plain || word.parse::<f64>().is_ok() {
+        word.to_owned()
+    } else {
+        format!("\"{word}\"")
+    }
+}
+
+fn listed<'a>(words: impl Iterator<Item = &'a str>) -> String {
+    let all: Vec<&str> = words.collect();
+    match all.len() {
+        0 => "none".into(),
+        count if count > LISTED => {
+            format!("{} and {} more", all[..LISTED].join(", "), count - LISTED)
+        }
+        _ => all.join(", "),
+    }
+}
+
+fn kind(value: &Value) -> &'static str {
+    match value {
+        Value::Null => "nothing",
+        Value::Bool(_) => "a truth value",
+        Value::Number(_) => "a number",
+        Value::String(_) => "text",
+        Value::Array(_) => "a list",
+        Value::Object(_) => "an object",
+    }
+}
+
+/// The letters of a path.
+struct Letters<'t> {
+    text: &'t str,
+    at: usize,
+}
+
+impl Letters<'_> {
+    fn rest(&self) -> &str {
+        &self.text[self.at..]
+    }
+
+    fn is_over(&self) -> bool {
+        self.rest().is_empty()
+    }
+
+    fn next_if(&mut self, letter: char) -> bool {
+        let is_next = self.rest().starts_with(letter);
+        if is_next {
+            self.at += letter.len_utf8();
+        }
+        is_next
+    }
+
+    /// A word in quotation marks, or one that ends at any of these letters.
+    fn until(&mut self, ends: &[char]) -> String {
+        let rest = self.rest();
+        if let Some(quoted) = rest.strip_prefix('"')
+            && let Some(end) = quoted.find('"')
+        {
+            let word = quoted[..end].to_owned();
+            self.at += end + 2;
+            return word;
+        }
+        let end = rest.find(ends).unwrap_or(rest.len());
+        let word = rest[..end].trim().to_owned();
+        self.at += end;
+        word
+    }
+
+    /// What stands in brackets, from behind the first.
+    fn chosen(&mut self) -> Result<Chosen, String> {
+        let mut keys = Vec::new();
+        loop {
+            let is_quoted = self.rest().starts_with('"');
+            let word = self.until(&['.', ',', '=', ']', '[']);
+            // Numbers have a point.
+            let word = self.with_decimals(word, is_quoted);
+            if word.is_empty() && !is_quoted {
+                return Err(self.expected("a name, KEY=VALUE or *"));
+            }
+            if self.next_if('=') {
+                let is_quoted = self.rest().starts_with('"');
+                let value = self.until(&['.', ',', '=', ']', '[']);
+                let value = self.with_decimals(value, is_quoted);
+                keys.push((Some(word), value));
+            } else if word == "*" && !is_quoted && keys.is_empty() && self.next_if(']') {
+                return Ok(Chosen::Each);
+            } else {
+                keys.push((None, word));
+            }
+            if self.next_if(']') {
+                return Ok(Chosen::By(keys));
+            }
+            if !self.next_if(',') {
+                return Err(self.expected("a comma or a closing bracket"));
+            }
+        }
+    }
+
+    fn with_decimals(&mut self, mut word: String, is_quoted: bool) -> String {
+        let is_number = |text: &str| text.parse::<f64>().is_ok();
+        if !is_quoted && is_number(&word) && self.next_if('.') {
+            let decimals = self.until(&['.', ',', '=', ']', '[']);
+            word = format!("{word}.{decimals}");
+        }
+        word
+    }
+
+    fn expected(&self, what: &str) -> String {
+        let found = match self.rest().chars().next() {
+            Some(letter) => format!("{letter:?} at letter {}", 1 + self.at),
+            None => "its end".into(),
+        };
+        format!("{:?}: expected {what}, found {found}", self.text)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn results() -> Value {
+        json!({
+            "seconds": 1.5,
+            "note": "text",
+            "absent": null,
+            "models": [
+                { "name": "a", "threads": 1, "p50_us": 1, "lengths": [] },
+                { "name": "a", "threads": 2, "p50_us": 2, "accuracy": { "rank1": 0.5 } },
+                { "name": "pixels as gei", "threads": 1, "p50_us": 3 },
+            ],
+            "only": [{ "name": "x", "views": [
+                { "azimuth_deg": 90.0, "elevation_deg": 0.0, "rank1": 0.1 },
+                { "azimuth_deg": 90.0, "elevation_deg": 30.5, "rank1": 0.2 },
+            ] }],
+        })
+    }
+
+    fn found(path: &str) -> Result<Vec<(String, f64)>, String> {
+        let results = results();
+        let places = FigurePath::parse(path)?.places(&results)?;
+        Ok(places.into_iter().map(|at| (at.path, at.value)).collect())
+    }
+
+    #[test]
+    fn a_figure_is_found_by_keys_and_by_what_elements_are_called() {
+        for (path, value) in [
+            ("seconds", 1.5),
+            ("models[a,threads=2].p50_us", 2.0),
+            ("models[name=a,threads=1].p50_us", 1.0),
+            ("models[\"pixels as gei\"].p50_us", 3.0),
+            ("models[pixels as gei].p50_us", 3.0),
+            ("models[threads=2].accuracy.rank1", 0.5),
+            ("only.views[90,0].rank1", 0.1),
+            ("only[x].views[elevation_deg=30.5].rank1", 0.2),
+            ("only.views[azimuth_deg=90,elevation_deg=0.0].rank1", 0.1),
+        ] {
+            assert_eq!(found(path).map(|all| all[0].1), Ok(value), "{path}");
+        }
+    }
+
+    #[test]
+    fn each_of_several_has_a_path_that_finds_it_alone() {
+        let all = found("models[*].p50_us").expect("three");
+        let paths = [
+            "models[a,threads=1].p50_us",
+            "models[a,threads=2].p50_us",
+            "models[pixels as gei].p50_us",
+        ];
+        assert_eq!(
+            all.iter()
+                .map(|(path, _)| path.as_str())
+                .collect::<Vec<_>>(),
+            paths
+        );
+        let views = found("only.views[*].rank1").expect("two");
+        for (path, value) in all.into_iter().chain(views) {
+            assert_eq!(found(&path), Ok(vec![(path, value)]));
+        }
+    }
+
+    #[test]
+    fn what_is_not_there_is_said_with_what_is() {
+        for (path, words) in [
+            ("p50", &["no \"p50\"", "note, only, seconds"][..]),
+            ("models.p50_us", &["which of 3", "[a,threads=1]"]),
+            ("models[b].p50_us", &["found 0 among", "a,threads=2"]),
+            ("models[a].p50_us", &["found 2"]),
+            ("models[a,threads=1].accuracy.rank1", &["no \"accuracy\""]),
+            ("models[a,threads=1].lengths.p50_us", &["is empty"]),
+            ("note", &["expected a number, found text"]),
+            ("note.x", &["expected an object with \"x\", found text"]),
+            ("absent", &["was not measured"]),
+            ("seconds[1]", &["expected a list, found a number"]),
+            (
+                "models[threads=2].accuracy",
+                &["found an object with rank1"],
+            ),
+            ("", &["expected a key, found its end"]),
+            ("a..b", &["expected a key, found '.' at letter 3"]),
+            ("a[", &["expected a name"]),
+            ("a[b", &["expected a comma or a closing bracket"]),
+            ("a[b]c", &["expected a dot or the end"]),
+        ] {
+            let said = found(path).expect_err(path);
+            for word in words {
+                assert!(said.contains(word), "{path}: {said}");
+            }
+        }
+    }
+}

@@ -1,0 +1,241 @@
+//! Whether a figure keeps to a limit, misses it, or nobody can tell.
+
+use super::estimate::{Better, Estimate, Measure};
+use super::limits::{Bound, Judge};
+use serde::Serialize;
+
+/// What became of a limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub(crate) enum GateOutcome {
+    /// The figure keeps to it.
+    #[serde(rename = "holds")]
+    Holds,
+    /// It is too close, or other work on the machine was in the way.
+    #[serde(rename = "cannot tell")]
+    CannotTell,
+    /// It does not.
+    #[serde(rename = "missed")]
+    Missed,
+}
+
+impl GateOutcome {
+    /// In words.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Holds => "holds",
+            Self::CannotTell => "cannot tell",
+            Self::Missed => "missed",
+        }
+    }
+}
+
+/// What stands between a figure and the baseline's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Between {
+    /// The figure divided by the baseline's.
+    pub ratio: Estimate,
+    /// The figure less the baseline's.
+    pub difference: Estimate,
+}
+
+impl Between {
+    /// Of two that were measured apart: each may be anywhere in its interval.
+    pub(crate) fn apart(new: Estimate, old: Estimate) -> Self {
+        let ratio = |new: f64, old: f64| if new == old { 1.0 } else { new / old };
+        // What nobody knows the end of may be as good as nothing, or have no end.
+        let low = |end: f64| if end == f64::NEG_INFINITY { 0.0 } else { end };
+        Self {
+            ratio: Estimate {
+                value: ratio(new.value, old.value),
+                low: ratio(low(new.low), old.high),
+                high: ratio(new.high, low(old.low)),
+            },
+            difference: Estimate {
+                value: new.value - old.value,
+                low: new.low - old.high,
+                high: new.high - old.low,
+            },
+        }
+    }
+}
+
+/// Whether a figure keeps to an absolute limit.
+pub(crate) fn absolute(
+    found: Estimate,
+    bound: Bound,
+    (measure, judge): (Measure, Option<Judge>),
+) -> GateOutcome {
+    // Of rates of hits the seeds are the same each time: the value is what a user asks about.
+    let usual = if measure.is_timed() {
+        Judge::Interval
+    } else {
+        Judge::Value
+    };
+    within(found, bound, judge.unwrap_or(usual))
+}
+
+/// Whether it keeps to one beside a baseline.
+pub(crate) fn relative(
+    between: Between,
+    bound: Bound,
+    (measure, judge): (Measure, Option<Judge>),
+) -> GateOutcome {
+    let judge = judge.unwrap_or(Judge::Interval);
+    match bound {
+        Bound::RatioAtMost(limit) => within(between.ratio, Bound::AtMost(limit), judge),
+        Bound::RatioAtLeast(limit) => within(between.ratio, Bound::AtLeast(limit), judge),
+        Bound::DifferenceAtMost(limit) => within(between.difference, Bound::AtMost(limit), judge),
+        Bound::DifferenceAtLeast(limit) => within(between.difference, Bound::AtLeast(limit), judge),
+        Bound::NotWorse => not_worse(between.difference, measure.better(), judge),
+        absolute => within(between.difference, absolute, judge),
+    }
+}
+
+fn within(found: Estimate, bound: Bound, judge: Judge) -> GateOutcome {
+    let (value, low, high, limit) = match bound {
+        Bound::AtLeast(limit) => (-found.value, -found.high, -found.low, -limit),
+        Bound::AtMost(limit) => (found.value, found.low, found.high, limit),
+        _ => (f64::NAN, f64::NAN, f64::NAN, 0.0),
+    };
+    let (low, high) = match judge {
+        Judge::Value => (value, value),
+        Judge::Interval => (low, high),
+    };
+    if high <= limit {
+        GateOutcome::Holds
+    } else if low > limit {
+        GateOutcome::Missed
+    } else {
+        GateOutcome::CannotTell
+    }
+}
+
+/// Worse beyond the interval is missed; so is nothing else, but where that interval has no end nobody
+/// can tell.
+fn not_worse(difference: Estimate, better: Option<Better>, judge: Judge) -> GateOutcome {
+    let Estimate { value, low, high } = difference;
+    // How much worse.
+    let (value, low, high) = match better {
+        Some(Better::More) => (-value, -high, -low),
+        _ => (value, low, high),
+    };
+    let low = if judge == Judge::Value { value } else { low };
+    if low > 0.0 {
+        GateOutcome::Missed
+    } else if value <= 0.0 && high.is_finite() || low.is_finite() && high.is_finite() {
+        GateOutcome::Holds
+    } else {
+        GateOutcome::CannotTell
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use GateOutcome::{CannotTell, Holds, Missed};
+
+    const TIME: Measure = Measure::Time;
+
+    fn about(value: f64, by: f64) -> Estimate {
+        Estimate {
+            value,
+            low: value - by,
+            high: value + by,
+        }
+    }
+
+    #[test]
+    fn an_interval_on_both_sides_of_a_limit_cannot_tell() {
+        let time = |limit| absolute(about(10.0, 1.0), Bound::AtMost(limit), (TIME, None));
+        assert_eq!(
+            [time(11.0), time(10.5), time(8.9)],
+            [Holds, CannotTell, Missed]
+        );
+        let rate = |limit| {
+            absolute(
+                about(10.0, 1.0),
+                Bound::AtLeast(limit),
+                (Measure::Rate, None),
+            )
+        };
+        assert_eq!(
+            [rate(9.0), rate(9.5), rate(11.1)],
+            [Holds, CannotTell, Missed]
+        );
+        let hits = Measure::of("rank1");
+        let hit = |judge| absolute(about(0.5, 0.1), Bound::AtLeast(0.45), (hits, judge));
+        assert_eq!(hit(None), Holds);
+        assert_eq!(hit(Some(Judge::Interval)), CannotTell);
+        let nan = absolute(Estimate::exact(f64::NAN), Bound::AtMost(1.0), (hits, None));
+        assert_eq!(nan, CannotTell, "which the command refuses before");
+    }
+
+    #[test]
+    fn a_busy_machine_spoils_a_miss_and_no_pass() {
+        let new = about(10.0, 1.0).disturbed(TIME);
+        let time = |limit| absolute(new, Bound::AtMost(limit), (TIME, None));
+        assert_eq!([time(11.0), time(5.0)], [Holds, CannotTell]);
+        let ratio = |new, old, limit| {
+            relative(
+                Between::apart(new, old),
+                Bound::RatioAtMost(limit),
+                (TIME, None),
+            )
+        };
+        let quiet = about(10.0, 0.0);
+        assert_eq!(ratio(quiet, quiet, 1.0), Holds);
+        // As fast as a baseline that may be too slow.
+        assert_eq!(ratio(quiet, quiet.disturbed(TIME), 1.5), CannotTell);
+        // Twice as slow as what is too slow already.
+        assert_eq!(ratio(about(20.0, 0.0), quiet.disturbed(TIME), 1.5), Missed);
+        assert_eq!(
+            ratio(about(20.0, 0.0).disturbed(TIME), quiet, 1.5),
+            CannotTell
+        );
+    }
+
+    #[test]
+    fn not_worse_is_missed_beyond_the_interval_alone() {
+        let hits = (Measure::of("rank1"), None);
+        let of = |value: f64, by: f64, how| {
+            let difference = about(value, by);
+            let between = Between {
+                ratio: Estimate::exact(f64::NAN),
+                difference,
+            };
+            relative(between, Bound::NotWorse, how)
+        };
+        assert_eq!(of(-0.1, 0.05, hits), Missed);
+        assert_eq!(of(-0.1, 0.15, hits), Holds);
+        assert_eq!(of(0.1, 0.05, hits), Holds);
+        assert_eq!(of(-0.1, 0.15, (hits.0, Some(Judge::Value))), Missed);
+        assert_eq!(of(1.0, 0.5, (TIME, None)), Missed);
+        assert_eq!(of(-1.0, 0.5, (TIME, None)), Holds);
+        let apart = |new, old| relative(Between::apart(new, old), Bound::NotWorse, (TIME, None));
+        let (fast, slow) = (about(1.0, 0.1), about(2.0, 0.1));
+        assert_eq!(apart(slow, fast), Missed);
+        assert_eq!(apart(slow.disturbed(TIME), fast), CannotTell);
+        assert_eq!(apart(fast.disturbed(TIME), slow), Holds);
+        assert_eq!(apart(fast, slow.disturbed(TIME)), CannotTell);
+    }
+
+    #[test]
+    fn differences_and_ratios_have_limits_on_either_side() {
+        let between = Between::apart(about(12.0, 0.0), about(10.0, 0.0));
+        for (bound, outcome) in [
+            (Bound::RatioAtMost(1.2), Holds),
+            (Bound::RatioAtMost(1.1), Missed),
+            (Bound::RatioAtLeast(1.1), Holds),
+            (Bound::RatioAtLeast(1.3), Missed),
+            (Bound::DifferenceAtMost(2.0), Holds),
+            (Bound::DifferenceAtMost(1.0), Missed),
+            (Bound::DifferenceAtLeast(2.0), Holds),
+            (Bound::DifferenceAtLeast(2.5), Missed),
+        ] {
+            let how = (Measure::of("bytes"), None);
+            assert_eq!(relative(between, bound, how), outcome, "{bound}");
+        }
+        let nothing = Between::apart(Estimate::exact(0.0), Estimate::exact(0.0));
+        assert_eq!(nothing.ratio, Estimate::exact(1.0));
+    }
+}

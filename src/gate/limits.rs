@@ -1,0 +1,264 @@
+//! The file of limits.
+
+use super::figure::FigurePath;
+use crate::error::{Error, Place, Result};
+use serde::Deserialize;
+use std::fmt;
+use std::path::Path;
+use toml::Spanned;
+
+/// Most bytes of a file of limits.
+const MAX_BYTES: u64 = 1 << 20;
+
+/// All limits of a file, at least one.
+#[derive(Clone, Debug)]
+pub(crate) struct GateLimits {
+    pub limits: Vec<GateLimit>,
+}
+
+/// What must hold of a figure.
+#[derive(Clone, Debug)]
+pub(crate) struct GateLimit {
+    /// What to call it; none for the figure's path.
+    pub name: Option<String>,
+    /// Why it is there.
+    pub reason: Option<String>,
+    /// Of which figures.
+    pub figure: FigurePath,
+    /// Line of the file that names the figure.
+    pub line: usize,
+    /// What must hold, at least one.
+    pub bounds: Vec<Bound>,
+    /// Whether values decide or intervals, if it is said.
+    pub judge: Option<Judge>,
+}
+
+/// One thing that must hold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Bound {
+    AtMost(f64),
+    AtLeast(f64),
+    /// Of the figure divided by the baseline's.
+    RatioAtMost(f64),
+    RatioAtLeast(f64),
+    /// Of the figure less the baseline's.
+    DifferenceAtMost(f64),
+    DifferenceAtLeast(f64),
+    /// Not worse than the baseline's beyond the interval of what is between them.
+    NotWorse,
+}
+
+/// What decides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Judge {
+    /// The value.
+    Value,
+    /// The whole interval: where a part of it is on either side, nobody can tell.
+    Interval,
+}
+
+impl Bound {
+    /// Whether it is about a baseline.
+    pub(crate) fn is_relative(self) -> bool {
+        !matches!(self, Self::AtMost(_) | Self::AtLeast(_))
+    }
+}
+
+impl fmt::Display for Bound {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::AtMost(limit) => write!(f, "at most {limit}"),
+            Self::AtLeast(limit) => write!(f, "at least {limit}"),
+            Self::RatioAtMost(limit) => write!(f, "at most {limit} times the baseline"),
+            Self::RatioAtLeast(limit) => write!(f, "at least {limit} times the baseline"),
+            Self::DifferenceAtMost(limit) => write!(f, "at most the baseline {limit:+}"),
+            Self::DifferenceAtLeast(limit) => write!(f, "at least the baseline {limit:+}"),
+            Self::NotWorse => f.write_str("not worse than the baseline"),
+        }
+    }
+}
+
+/// The file as TOML has it.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenLimits {
+    #[serde(default)]
+    limit: Vec<WrittenLimit>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenLimit {
+    figure: Spanned<String>,
+    name: Option<String>,
+    reason: Option<String>,
+    at_most: Option<f64>,
+    at_least: Option<f64>,
+    ratio_at_most: Option<f64>,
+    ratio_at_least: Option<f64>,
+    difference_at_most: Option<f64>,
+    difference_at_least: Option<f64>,
+    #[serde(default)]
+    not_worse: bool,
+    judge: Option<Judge>,
+}
+
+impl GateLimits {
+    /// Reads a file of limits.
+    ///
+    /// # Errors
+    /// If it cannot be read, or as [`Self::parse`].
+    pub(crate) fn read(path: &Path) -> Result<Self> {
+        let io = |error| Error::io(path, error);
+        let length = std::fs::metadata(path).map_err(io)?.len();
+        if length > MAX_BYTES {
+            let problem = format!("expected limits of at most {MAX_BYTES} bytes, found {length}");
+            return Err(Error::input(path, problem));
+        }
+        Self::parse(path, &std::fs::read_to_string(path).map_err(io)?)
+    }
+
+    /// Reads limits from TOML; `path` is for messages.
+    ///
+    /// # Errors
+    /// With the line, for what is no such TOML, no figure, or no limit.
+    pub(crate) fn parse(path: &Path, text: &str) -> Result<Self> {
+        let written: WrittenLimits =
+            toml::from_str(text).map_err(|error| Error::toml(path, text, &error))?;
+        if written.limit.is_empty() {
+            let problem = "expected at least one [[limit]], found none \
+                           (edgegait gate --init RESULT.json prints some)";
+            return Err(Error::input(path, problem));
+        }
+        let limits = written.limit.into_iter().map(|written| {
+            let start = written.figure.span().start;
+            let before = &text.as_bytes()[..start.min(text.len())];
+            let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
+            written
+                .limit(line)
+                .map_err(|problem| Error::at(path, Place::Line(line), problem))
+        });
+        Ok(Self {
+            limits: limits.collect::<Result<_>>()?,
+        })
+    }
+}
+
+impl WrittenLimit {
+    fn limit(self, line: usize) -> std::result::Result<GateLimit, String> {
+        let figure = FigurePath::parse(self.figure.get_ref())?;
+        let numbers: [(&str, Option<f64>, fn(f64) -> Bound); 6] = [
+            ("at_most", self.at_most, Bound::AtMost),
+            ("at_least", self.at_least, Bound::AtLeast),
+            ("ratio_at_most", self.ratio_at_most, Bound::RatioAtMost),
+            ("ratio_at_least", self.ratio_at_least, Bound::RatioAtLeast),
+            (
+                "difference_at_most",
+                self.difference_at_most,
+                Bound::DifferenceAtMost,
+            ),
+            (
+                "difference_at_least",
+                self.difference_at_least,
+                Bound::DifferenceAtLeast,
+            ),
+        ];
+        let mut bounds = Vec::new();
+        for (key, number, bound) in numbers {
+            let Some(number) = number else { continue };
+            let is_ratio = key.starts_with("ratio");
+            if !number.is_finite() || is_ratio && number <= 0.0 {
+                let expected = if is_ratio {
+                    "a number above 0"
+                } else {
+                    "a finite number"
+                };
+                return Err(format!("{key}: expected {expected}, found {number}"));
+            }
+            bounds.push(bound(number));
+        }
+        bounds.extend(self.not_worse.then_some(Bound::NotWorse));
+        if bounds.is_empty() {
+            let keys: Vec<&str> = numbers.iter().map(|(key, ..)| *key).collect();
+            return Err(format!(
+                "{}: expected a limit, found none: add {} or not_worse = true",
+                self.figure.get_ref(),
+                keys.join(", ")
+            ));
+        }
+        Ok(GateLimit {
+            name: self.name,
+            reason: self.reason,
+            figure,
+            line,
+            bounds,
+            judge: self.judge,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parsed(text: &str) -> Result<GateLimits> {
+        GateLimits::parse(Path::new("limits.toml"), text)
+    }
+
+    #[test]
+    fn a_limit_may_have_several_bounds() {
+        let text = "# why\n[[limit]]\nfigure = \"seconds\"\nat_most = 3\nratio_at_most = 1.5\n\
+                    not_worse = true\njudge = \"value\"\n[[limit]]\nfigure = \"models[a].bytes\"\nat_least = -1e3\n";
+        let [first, second] = &parsed(text).expect("limits").limits[..] else {
+            panic!("two limits");
+        };
+        assert_eq!(
+            first.bounds,
+            [Bound::AtMost(3.0), Bound::RatioAtMost(1.5), Bound::NotWorse]
+        );
+        assert_eq!((first.judge, first.line), (Some(Judge::Value), 3));
+        assert_eq!(
+            (&second.bounds[..], second.line),
+            (&[Bound::AtLeast(-1e3)][..], 9)
+        );
+        let is_relative = |limit: &GateLimit| limit.bounds.iter().any(|one| one.is_relative());
+        assert!(is_relative(first) && !is_relative(second));
+    }
+
+    #[test]
+    fn what_is_no_limit_is_refused_with_its_line() {
+        for (text, words) in [
+            ("", "limits.toml: expected at least one [[limit]]"),
+            ("[[limits]]\n", "limits.toml:1: unknown field `limits`"),
+            (
+                "\n[[limit]]\nfigure = \"a\"\n",
+                "limits.toml:3: a: expected a limit, found none",
+            ),
+            (
+                "[[limit]]\nfigure = \"a[\"\nat_most = 1\n",
+                "limits.toml:2: \"a[\": expected a name",
+            ),
+            (
+                "[[limit]]\nfigure = \"a\"\nratio_at_most = 0\n",
+                "limits.toml:2: ratio_at_most: expected a number above 0, found 0",
+            ),
+            (
+                "[[limit]]\nfigure = \"a\"\nat_most = nan\n",
+                "limits.toml:2: at_most: expected a finite number, found NaN",
+            ),
+            (
+                "[[limit]]\nfigure = \"a\"\nat_mots = 1\n",
+                "limits.toml:3: unknown field `at_mots`",
+            ),
+            ("[[limit]]\nfigure = 3\n", "limits.toml:2: invalid type"),
+            (
+                "[[limit]]\nfigure = \"a\"\nat_most = 1\njudge = \"me\"\n",
+                "limits.toml:4: unknown variant `me`",
+            ),
+        ] {
+            let said = parsed(text).expect_err(text).to_string();
+            assert!(said.starts_with(words), "{said}");
+        }
+    }
+}

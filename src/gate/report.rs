@@ -1,0 +1,207 @@
+//! What became of all limits, and how a person reads it.
+
+use super::estimate::Estimate;
+use super::judge::GateOutcome;
+use crate::dataset::Header;
+use crate::report::grouped;
+use crate::table::Column::Left;
+use crate::table::Table;
+use serde::Serialize;
+use std::fmt;
+
+/// What became of one limit.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct GateLine {
+    /// What it is called; the figure's path unless the file says otherwise.
+    pub name: String,
+    /// Where the figure stands.
+    pub figure: String,
+    /// Why the limit is there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// The limit, in words.
+    pub limit: String,
+    /// What became of it.
+    pub outcome: GateOutcome,
+    /// Why nobody can tell.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub why: Option<String>,
+    /// The figure.
+    pub found: Estimate,
+    /// The baseline's, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub baseline: Option<Estimate>,
+    /// The figure divided by the baseline's, of limits on the two.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ratio: Option<Estimate>,
+    /// The figure less the baseline's, of limits on the two.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub difference: Option<Estimate>,
+}
+
+/// What became of all limits.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct GateReport {
+    /// What was judged.
+    #[serde(flatten)]
+    pub header: Header,
+    /// Missed if one is; else, nobody can tell if that is so of one.
+    pub outcome: GateOutcome,
+    /// One for each limit on each figure.
+    pub limits: Vec<GateLine>,
+}
+
+impl GateReport {
+    pub(super) fn new(header: Header, limits: Vec<GateLine>) -> Self {
+        let worst = limits.iter().map(|line| line.outcome).max();
+        Self {
+            header,
+            outcome: worst.unwrap_or(GateOutcome::Holds),
+            limits,
+        }
+    }
+
+    pub(super) fn count(&self, outcome: GateOutcome) -> usize {
+        self.limits
+            .iter()
+            .filter(|line| line.outcome == outcome)
+            .count()
+    }
+
+    /// `1 of 5 limits missed, 1 cannot be told`.
+    pub(super) fn summary(&self) -> String {
+        let all = self.limits.len();
+        let [missed, unsure] =
+            [GateOutcome::Missed, GateOutcome::CannotTell].map(|one| self.count(one));
+        let limits = if all == 1 { "limit" } else { "limits" };
+        match (missed, unsure) {
+            (0, 0) if all == 1 => "the limit holds".into(),
+            (0, 0) => format!("all {all} limits hold"),
+            (0, unsure) => format!("{unsure} of {all} {limits} cannot be told, the others hold"),
+            (missed, 0) => format!("{missed} of {all} {limits} missed"),
+            (missed, unsure) => {
+                format!("{missed} of {all} {limits} missed, {unsure} cannot be told")
+            }
+        }
+    }
+}
+
+impl GateLine {
+    /// The figure with its interval.
+    pub(super) fn found_text(&self) -> String {
+        text_of(self.found)
+    }
+
+    /// What is between it and the baseline, in what the limit is about; the baseline itself where the
+    /// limit is not about it; empty without one.
+    pub(super) fn beside_text(&self) -> String {
+        let Some(baseline) = self.baseline else {
+            return String::new();
+        };
+        let between = match (self.ratio, self.difference) {
+            (Some(ratio), _) if self.limit.contains("times") => {
+                format!(", {} times", text_of(ratio))
+            }
+            (_, Some(difference)) => {
+                let sign = if difference.value > 0.0 { "+" } else { "" };
+                format!(", {sign}{}", text_of(difference))
+            }
+            _ => String::new(),
+        };
+        format!("{}{between}", number(baseline.value))
+    }
+}
+
+/// A value with its interval, if it has one.
+fn text_of(estimate: Estimate) -> String {
+    let Estimate { value, low, high } = estimate;
+    if low == high {
+        return number(value);
+    }
+    let end = |end: f64| {
+        if end.is_finite() {
+            number(end)
+        } else {
+            "?".into()
+        }
+    };
+    format!("{} ({} to {})", number(value), end(low), end(high))
+}
+
+/// Four significant digits, whole numbers whole.
+pub(super) fn number(value: f64) -> String {
+    let size = value.abs();
+    if !value.is_finite() {
+        return "?".into();
+    }
+    if size >= 999.5 || value.fract() == 0.0 {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "not negative; saturates"
+        )]
+        let whole = size.round() as u64;
+        let sign = if value < 0.0 { "-" } else { "" };
+        return format!("{sign}{}", grouped(whole, ","));
+    }
+    let before = if size < 1e-12 {
+        0.0
+    } else {
+        size.log10().floor()
+    };
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "between 1 and 15"
+    )]
+    let decimals = (3.0 - before).clamp(1.0, 15.0) as usize;
+    let text = format!("{value:.decimals$}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+impl fmt::Display for GateReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut table = Table::new(&[Left(0)]).with_gap(2);
+        table.row(["", "figure", "found", "limit", "baseline"]);
+        for line in &self.limits {
+            let cells = [line.found_text(), line.limit.clone(), line.beside_text()];
+            table.row(
+                [line.outcome.name().to_owned(), line.name.clone()]
+                    .into_iter()
+                    .chain(cells),
+            );
+            if let Some(why) = &line.why {
+                table.note(format!("             {why}"));
+            }
+            if line.outcome == GateOutcome::Missed
+                && let Some(reason) = &line.reason
+            {
+                table.note(format!("             {reason}"));
+            }
+        }
+        writeln!(f, "{table}{}", self.summary())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_four_digits_that_count() {
+        for (value, text) in [
+            (0.0, "0"),
+            (270.283, "270.3"),
+            (0.523_81, "0.5238"),
+            (0.000_012_346, "0.00001235"),
+            (1234.56, "1,235"),
+            (188_833.0, "188,833"),
+            (-0.028_5, "-0.0285"),
+            (-12.0, "-12"),
+            (9.9996, "10"),
+            (f64::INFINITY, "?"),
+        ] {
+            assert_eq!(number(value), text);
+        }
+    }
+}

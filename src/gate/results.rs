@@ -1,0 +1,297 @@
+//! Results that are judged, and which of them can be set against each other.
+
+use crate::dataset::{Header, InputFile, SCHEMA};
+use crate::error::{Error, Result};
+use serde::Deserialize as _;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+/// Most bytes of a file of results.
+const MAX_BYTES: u64 = 1 << 28;
+/// Settings that are paths, or words, of what `inputs` tells by its bytes.
+const NOT_COMPARED: [&str; 2] = ["pack", "protocol_description"];
+
+/// A file of results.
+#[derive(Clone, Debug)]
+pub(crate) struct ResultFile {
+    pub path: PathBuf,
+    pub value: Value,
+    pub header: Header,
+}
+
+impl ResultFile {
+    /// Reads the JSON results of any command.
+    ///
+    /// # Errors
+    /// If the file cannot be read, is something else, or of another version of the format.
+    pub(crate) fn read(path: &Path) -> Result<Self> {
+        let io = |error| Error::io(path, error);
+        let length = std::fs::metadata(path).map_err(io)?.len();
+        if length > MAX_BYTES {
+            let problem = format!("expected results of at most {MAX_BYTES} bytes, found {length}");
+            return Err(Error::input(path, problem));
+        }
+        let text = std::fs::read_to_string(path).map_err(io)?;
+        Self::parse(path, &text)
+    }
+
+    /// The same from text.
+    ///
+    /// # Errors
+    /// If it is something else, or of another version of the format.
+    pub(crate) fn parse(path: &Path, text: &str) -> Result<Self> {
+        let refuse = |found: &dyn std::fmt::Display| {
+            let expected = "expected JSON results, as --json writes them";
+            Error::input(path, format!("{expected}: {found}"))
+        };
+        let value: Value = serde_json::from_str(text).map_err(|error| refuse(&error))?;
+        let header = Header::deserialize(&value).map_err(|error| refuse(&error))?;
+        if header.schema != SCHEMA {
+            return Err(Error::input(
+                path,
+                format!(
+                    "expected results of schema {SCHEMA}, found schema {} (of EdgeGait {}; make them anew)",
+                    header.schema, header.version
+                ),
+            ));
+        }
+        Ok(Self {
+            path: path.to_path_buf(),
+            value,
+            header,
+        })
+    }
+
+    /// Refuses other results that say nothing about these: of another command, seed, setting or data.
+    ///
+    /// # Errors
+    /// Naming the first difference.
+    pub(crate) fn require_like(&self, other: &Self) -> Result<()> {
+        let refuse = |what: &str, [mine, its]: [String; 2]| {
+            let [mine_at, its_at] =
+                [&self.path, &other.path].map(|path| path.display().to_string());
+            Err(Error::input(
+                &other.path,
+                format!(
+                    "cannot be compared: {what} is {its}, and {mine} in {mine_at} (make {its_at} and \
+                     {mine_at} by the same command, on the same data)"
+                ),
+            ))
+        };
+        let [mine, its] = [&self.header, &other.header];
+        if mine.command != its.command {
+            return refuse("the command", [mine.command.clone(), its.command.clone()]);
+        }
+        if mine.seed != its.seed {
+            return refuse("the seed", [mine.seed.to_string(), its.seed.to_string()]);
+        }
+        let keys = mine.settings.keys().chain(its.settings.keys());
+        for key in keys.filter(|key| !NOT_COMPARED.contains(&key.as_str())) {
+            let of = |header: &Header| match header.settings.get(key) {
+                Some(value) => value.to_string(),
+                None => "not stated".into(),
+            };
+            if mine.settings.get(key) != its.settings.get(key) {
+                return refuse(&format!("the setting {key:?}"), [of(mine), of(its)]);
+            }
+        }
+        let (mine, its) = (data_of(mine), data_of(its));
+        if mine
+            .iter()
+            .map(|file| &file.sha256)
+            .ne(its.iter().map(|file| &file.sha256))
+        {
+            let of = |files: &[&InputFile]| match files {
+                [] => "nothing but what is built in".to_owned(),
+                files => {
+                    let each = files.iter();
+                    let each = each.map(|file| format!("{} ({:.8})", file.path, file.sha256));
+                    each.collect::<Vec<_>>().join(", ")
+                }
+            };
+            return refuse(
+                "the data (with the start of its SHA-256)",
+                [of(&mine), of(&its)],
+            );
+        }
+        Ok(())
+    }
+
+    /// Refuses what is no other run of the same: as [`Self::require_like`], and of other models.
+    ///
+    /// # Errors
+    /// Naming the first difference.
+    pub(crate) fn require_run_of(&self, other: &Self) -> Result<()> {
+        self.require_like(other)?;
+        let sums = |header: &Header| {
+            let mut sums: Vec<String> =
+                header.inputs.iter().map(|one| one.sha256.clone()).collect();
+            sums.sort_unstable();
+            sums
+        };
+        if sums(&self.header) == sums(&other.header) {
+            return Ok(());
+        }
+        Err(Error::input(
+            &other.path,
+            format!(
+                "expected another run of what {} measured, found other models",
+                self.path.display()
+            ),
+        ))
+    }
+
+    /// Whether both were measured on the same kind of machine, as far as both say.
+    pub(crate) fn is_same_board(&self, other: &Self) -> bool {
+        let of = |results: &Self, key: &str| {
+            results
+                .value
+                .get("board")
+                .and_then(|board| board.get(key))
+                .cloned()
+        };
+        ["model", "soc", "cpus", "architecture", "affinity"]
+            .into_iter()
+            .all(|key| match (of(self, key), of(other, key)) {
+                (Some(mine), Some(its)) => mine == its,
+                _ => true,
+            })
+    }
+}
+
+/// The files that are no models and no contracts of models, in the order of their sums.
+fn data_of(header: &Header) -> Vec<&InputFile> {
+    let extension = |file: &InputFile| {
+        Path::new(&file.path)
+            .extension()
+            .map(std::ffi::OsStr::to_owned)
+    };
+    let is_model =
+        |file: &InputFile| extension(file).is_some_and(|end| end == "onnx" || end == "egr");
+    let is_contract = |file: &InputFile| {
+        let beside = |model: &InputFile| {
+            Path::new(&model.path).with_extension("toml") == Path::new(&file.path)
+        };
+        header
+            .inputs
+            .iter()
+            .filter(|file| is_model(file))
+            .any(beside)
+    };
+    let mut data: Vec<&InputFile> = header
+        .inputs
+        .iter()
+        .filter(|file| !is_model(file) && !is_contract(file))
+        .collect();
+    data.sort_unstable_by(|a, b| a.sha256.cmp(&b.sha256));
+    data
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn results(path: &str, change: impl FnOnce(&mut Value)) -> ResultFile {
+        let mut value = json!({
+            "schema": 1, "command": "score", "version": "0.1.0", "seed": 1,
+            "inputs": [
+                { "path": "a/m.onnx", "sha256": "00" }, { "path": "a/m.toml", "sha256": "01" },
+                { "path": "a/p.egp", "sha256": "02" }, { "path": "a/protocol.toml", "sha256": "03" },
+            ],
+            "settings": { "views": "paper", "pack": "a/p.egp" }, "warnings": [],
+        });
+        change(&mut value);
+        ResultFile::parse(Path::new(path), &value.to_string()).expect("results")
+    }
+
+    #[test]
+    fn other_models_and_other_places_can_be_compared() {
+        let mine = results("a.json", |_| {});
+        let its = results("b.json", |value| {
+            value["inputs"] = json!([
+                { "path": "b/p.egp", "sha256": "02" }, { "path": "b/protocol.toml", "sha256": "03" },
+                { "path": "b/n.onnx", "sha256": "10" }, { "path": "b/n.toml", "sha256": "11" },
+            ]);
+            value["settings"]["pack"] = json!("b/p.egp");
+        });
+        mine.require_like(&its).expect("they are alike");
+        let said = mine
+            .require_run_of(&its)
+            .expect_err("other models")
+            .to_string();
+        assert!(
+            said.starts_with("b.json: expected another run of what a.json"),
+            "{said}"
+        );
+        mine.require_run_of(&results("c.json", |_| {}))
+            .expect("another run");
+    }
+
+    #[test]
+    fn what_differs_is_named() {
+        let mine = results("a.json", |_| {});
+        let cases: [(fn(&mut Value), &str); 5] = [
+            (
+                |value| value["command"] = json!("bench"),
+                "the command is bench, and score in a.json",
+            ),
+            (
+                |value| value["seed"] = json!(2),
+                "the seed is 2, and 1 in a.json",
+            ),
+            (
+                |value| value["settings"]["views"] = json!("side"),
+                "the setting \"views\" is \"side\", and \"paper\"",
+            ),
+            (
+                |value| value["settings"]["lens"] = json!("ortho"),
+                "the setting \"lens\" is \"ortho\", and not stated",
+            ),
+            (
+                |value| value["inputs"][2]["sha256"] = json!("f00"),
+                "a/p.egp (f00), and a/p.egp (02), a/protocol.toml (03)",
+            ),
+        ];
+        for (change, words) in cases {
+            let said = mine
+                .require_like(&results("b.json", change))
+                .expect_err(words)
+                .to_string();
+            assert!(
+                said.starts_with("b.json: cannot be compared: ") && said.contains(words),
+                "{said}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_is_no_result_is_refused() {
+        for (text, words) in [
+            (
+                "",
+                "r.json: expected JSON results, as --json writes them: EOF",
+            ),
+            ("[1]", "r.json: expected JSON results"),
+            ("{\"schema\": 1}", "missing field"),
+            (
+                r#"{"schema": 2, "command": "x", "version": "0.2.0", "seed": 1}"#,
+                "expected results of schema 1, found schema 2 (of EdgeGait 0.2.0; make them anew)",
+            ),
+        ] {
+            let said = ResultFile::parse(Path::new("r.json"), text)
+                .expect_err(text)
+                .to_string();
+            assert!(said.contains(words), "{said}");
+        }
+    }
+
+    #[test]
+    fn boards_are_told_apart_by_what_both_say() {
+        let on = |board: Value| results("a.json", |value| value["board"] = board);
+        let pi = on(json!({ "model": "Pi 4", "cpus": [1], "kernel": "6" }));
+        assert!(pi.is_same_board(&on(json!({ "model": "Pi 4", "cpus": [1], "kernel": "7" }))));
+        assert!(pi.is_same_board(&results("b.json", |_| {})));
+        assert!(!pi.is_same_board(&on(json!({ "model": "Pi 5", "cpus": [1] }))));
+    }
+}

@@ -1,0 +1,174 @@
+//! A file of limits to begin with, from results that are good.
+
+use super::figure::{FigurePath, Place, written};
+use super::report::number;
+use super::results::ResultFile;
+use crate::error::{Error, Result};
+use serde_json::Value;
+use std::fmt::Write as _;
+
+/// A key, and its limit, from its value.
+type Usual = (&'static str, fn(f64) -> String);
+
+/// Figures of one model in results of `bench`.
+const OF_BENCH: [Usual; 11] = [
+    ("p50_us", |_| "ratio_at_most = 1.2".into()),
+    ("p99_us", |_| "ratio_at_most = 1.5".into()),
+    ("throughput", |_| "ratio_at_least = 0.8".into()),
+    ("load_ms", |_| "ratio_at_most = 2.0".into()),
+    ("first_ms", |_| "ratio_at_most = 2.0".into()),
+    ("bytes", |value| {
+        format!("at_most = {}", round_up(1.1 * value))
+    }),
+    ("peak_rss_over_baseline_bytes", |value| {
+        format!("at_most = {}", round_up(1.3 * value))
+    }),
+    ("energy.single_mj", |_| "ratio_at_most = 1.2".into()),
+    ("offline.throughput", |_| "ratio_at_least = 0.8".into()),
+    ("parts.end_to_end.p50_us", |_| "ratio_at_most = 1.2".into()),
+    ("accuracy.rank1", |value| {
+        format!("at_least = {}\nnot_worse = true", below(value))
+    }),
+];
+
+/// Figures of one recognizer in results of `score`.
+const OF_SCORE: [Usual; 2] = [
+    ("rank1", |value| {
+        format!("at_least = {}\nnot_worse = true", below(value))
+    }),
+    ("non_finite", |_| "at_most = 0".into()),
+];
+
+/// Those of one of its sets of probes.
+const OF_PROBES: [Usual; 2] = [
+    ("rank1", |value| {
+        format!("at_least = {}\nnot_worse = true", below(value))
+    }),
+    ("verification.eer", |value| {
+        format!("at_most = {}", round_up(1.1 * value + 0.01))
+    }),
+];
+
+/// Figures of other results.
+const OF_OTHERS: [Usual; 2] = [
+    ("silhouettes_per_second", |_| "ratio_at_least = 0.8".into()),
+    ("frames_per_second", |_| "ratio_at_least = 0.8".into()),
+];
+
+/// Two hundredths less.
+fn below(rate: f64) -> String {
+    format!("{:.2}", ((rate - 0.02) * 100.0).floor().max(0.0) / 100.0)
+}
+
+/// Two digits that count, not below the value.
+fn round_up(value: f64) -> String {
+    let step = 10_f64.powf(value.max(1e-9).log10().floor() - 1.0);
+    let rounded = (value / step).ceil() * step;
+    if step >= 1.0 {
+        format!("{rounded:.0}")
+    } else {
+        number(rounded)
+    }
+}
+
+/// A file of limits, with what the figures are now.
+///
+/// # Errors
+/// If the results have none of the figures that limits are usually put on.
+pub(crate) fn starter(results: &ResultFile) -> Result<String> {
+    let command = &results.header.command;
+    let mut text = format!(
+        "# Limits on what `edgegait {command}` finds: edgegait gate LIMITS.toml RESULT.json [BASELINE.json]\n\
+         # A figure is named by the keys of the JSON. Limits: at_most, at_least; beside a baseline ratio_at_most,\n\
+         # ratio_at_least, difference_at_most, difference_at_least, not_worse = true. judge = \"value\" or \"interval\".\n"
+    );
+    let start = text.len();
+    let mut add = |prefix: &str, usual: &[Usual]| {
+        for (key, limit) in usual {
+            let path = format!("{prefix}{key}");
+            let found = FigurePath::parse(&path).and_then(|path| {
+                let places = path.places(&results.value)?;
+                Ok(places
+                    .first()
+                    .map(|place: &Place<'_>| (place.path.clone(), place.value)))
+            });
+            let Ok(Some((path, value))) = found else {
+                continue;
+            };
+            // Writing to a string cannot fail.
+            let _ = write!(
+                text,
+                "\n[[limit]]\nfigure = {} # now {}\n{}\n",
+                toml::Value::from(path),
+                number(value),
+                limit(value)
+            );
+        }
+    };
+    let list = |value: &Value, key: &str| {
+        value
+            .get(key)
+            .and_then(Value::as_array)
+            .cloned()
+            .unwrap_or_default()
+    };
+    for model in list(&results.value, "models") {
+        let threads = model.get("threads").and_then(Value::as_u64);
+        let (Some(name), Some(threads)) = (name_of(&model), threads) else {
+            continue;
+        };
+        let prefix = format!("models[{name}].");
+        let is_alone = FigurePath::parse(&format!("{prefix}threads"))
+            .is_ok_and(|path| path.places(&results.value).is_ok());
+        add(
+            &if is_alone {
+                prefix
+            } else {
+                format!("models[{name},threads={threads}].")
+            },
+            &OF_BENCH,
+        );
+    }
+    for recognizer in list(&results.value, "recognizers") {
+        let is_baseline = recognizer.get("baseline") == Some(&Value::Bool(true));
+        let Some(name) = name_of(&recognizer).filter(|_| !is_baseline) else {
+            continue;
+        };
+        add(&format!("recognizers[{name}]."), &OF_SCORE);
+        for set in list(&recognizer, "probe_sets") {
+            if let Some(set) = name_of(&set) {
+                add(
+                    &format!("recognizers[{name}].probe_sets[{set}]."),
+                    &OF_PROBES,
+                );
+            }
+        }
+    }
+    add("", &OF_OTHERS);
+    if text.len() == start {
+        return Err(Error::input(
+            &results.path,
+            format!("expected results of bench, score, sweep or segment, found those of {command}"),
+        ));
+    }
+    Ok(text)
+}
+
+/// The name of an element, as a path has it.
+fn name_of(value: &Value) -> Option<String> {
+    value.get("name").and_then(Value::as_str).map(written)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_are_beyond_what_is_there() {
+        assert_eq!(below(0.5238), "0.50");
+        assert_eq!(below(0.01), "0.00");
+        assert_eq!(round_up(188_833.0), "190000");
+        assert_eq!(round_up(0.0546), "0.055");
+        assert_eq!(round_up(12.0), "12");
+    }
+}

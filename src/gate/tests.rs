@@ -1,0 +1,233 @@
+//! Limits on results of `score` and `bench`, judged.
+
+use super::*;
+use serde_json::{Value, json};
+
+/// Results of `bench` with one model, whose calls take so long.
+fn bench(p50_us: f64, change: impl FnOnce(&mut Value)) -> ResultFile {
+    let mut value = json!({
+        "schema": 1, "command": "bench", "version": "0.1.0", "seed": 1,
+        "inputs": [{ "path": "m.onnx", "sha256": "00" }], "settings": { "batch": 64 }, "warnings": [],
+        "board": { "model": "Pi 4" }, "load_of_others": 0.01,
+        "models": [{
+            "name": "m", "threads": 1, "p50_us": p50_us, "throughput": 1e6 / p50_us, "bytes": 1000,
+            "window_mean_us": [0.99 * p50_us, p50_us, 1.01 * p50_us, p50_us, p50_us],
+            "accuracy": { "rank1": 0.5, "rank1_low": 0.4, "rank1_high": 0.6 },
+        }],
+    });
+    change(&mut value);
+    ResultFile::parse(Path::new("bench.json"), &value.to_string()).expect("results")
+}
+
+/// Results of `score`: ten people of ten probes each.
+fn score(hits: [u64; 10]) -> ResultFile {
+    let people: Vec<Value> = (0..)
+        .zip(hits)
+        .map(|(at, hits)| json!({ "person": format!("p{at}"), "probes": 10, "hits": hits }))
+        .collect();
+    let rank1 = hits.iter().sum::<u64>() as f64 / 100.0;
+    let value = json!({
+        "schema": 1, "command": "score", "version": "0.1.0", "seed": 1,
+        "inputs": [], "settings": {}, "warnings": [],
+        "recognizers": [{ "name": "m", "baseline": false, "rank1": rank1, "by_person": people, "eer": 0.2 }],
+    });
+    ResultFile::parse(Path::new("score.json"), &value.to_string()).expect("results")
+}
+
+fn report(text: &str, runs: &[ResultFile], baselines: &[ResultFile]) -> Result<GateReport> {
+    let path = Path::new("limits.toml");
+    let limits = GateLimits::parse(path, text).expect("limits");
+    gate(
+        (path, &limits),
+        &Judged { runs, baselines },
+        Header::new("gate", 1),
+    )
+}
+
+fn outcomes(text: &str, runs: &[ResultFile], baselines: &[ResultFile]) -> Vec<GateOutcome> {
+    let report = report(text, runs, baselines).expect("judged");
+    report.limits.iter().map(|line| line.outcome).collect()
+}
+
+const SLOWER: &str = "[[limit]]\nfigure = \"models.p50_us\"\nratio_at_most = 1.2\n";
+use GateOutcome::{CannotTell, Holds, Missed};
+
+#[test]
+fn a_slowdown_is_missed_and_noise_cannot_be_told() {
+    let before = [bench(100.0, |_| {})];
+    let of = |now: ResultFile| outcomes(SLOWER, &[now], &before);
+    assert_eq!(of(bench(100.0, |_| {})), [Holds]);
+    assert_eq!(of(bench(150.0, |_| {})), [Missed]);
+    // Within what windows are apart.
+    assert_eq!(of(bench(120.0, |_| {})), [CannotTell]);
+    let busy = |value: &mut Value| value["models"][0]["others_busy"] = json!(0.5);
+    assert_eq!(of(bench(150.0, busy)), [CannotTell]);
+    assert_eq!(of(bench(100.0, busy)), [Holds]);
+    let other = |value: &mut Value| value["board"]["model"] = json!("Pi 5");
+    assert_eq!(of(bench(50.0, other)), [CannotTell]);
+}
+
+#[test]
+fn several_runs_speak_by_their_median() {
+    let runs = [90.0, 300.0, 100.0, 101.0, 95.0].map(|p50_us| bench(p50_us, |_| {}));
+    let limit = "[[limit]]\nfigure = \"models[m].p50_us\"\nat_most = 100\n";
+    let found = report(limit, &runs, &[]).expect("judged");
+    let line = &found.limits[0];
+    assert_eq!(
+        (line.found.value, line.found.low, line.found.high),
+        (100.0, 90.0, 300.0)
+    );
+    assert_eq!(found.outcome, CannotTell);
+    let by_value = format!("{limit}judge = \"value\"\n");
+    assert_eq!(outcomes(&by_value, &runs, &[]), [Holds]);
+    let other = bench(90.0, |value| value["inputs"][0]["sha256"] = json!("01"));
+    let said = report(limit, &[bench(90.0, |_| {}), other], &[]).expect_err("another model");
+    assert!(said.to_string().contains("found other models"), "{said}");
+}
+
+#[test]
+fn rank_1_is_compared_person_by_person() {
+    let limit = "[[limit]]\nfigure = \"recognizers.rank1\"\nnot_worse = true\n";
+    let before = [score([9, 8, 7, 6, 5, 9, 8, 7, 6, 5])];
+    // One less of everybody: far within what people differ by.
+    assert_eq!(
+        outcomes(limit, &[score([8, 7, 6, 5, 4, 8, 7, 6, 5, 4])], &before),
+        [Missed]
+    );
+    assert_eq!(
+        outcomes(limit, &[score([9, 8, 7, 6, 5, 9, 8, 7, 6, 4])], &before),
+        [Holds]
+    );
+    assert_eq!(outcomes(limit, &before, &before), [Holds]);
+    let close = "[[limit]]\nfigure = \"recognizers.rank1\"\ndifference_at_least = -0.02\n";
+    let one_less = [score([9, 8, 7, 6, 5, 9, 8, 7, 6, 4])];
+    assert_eq!(outcomes(close, &one_less, &before), [CannotTell]);
+    // No hits of people: the values alone.
+    let eer = "[[limit]]\nfigure = \"recognizers.eer\"\nratio_at_most = 1.0\nnot_worse = true\n";
+    assert_eq!(outcomes(eer, &one_less, &before), [Holds, Holds]);
+}
+
+#[test]
+fn what_cannot_be_judged_is_an_error_and_no_pass() {
+    let one = [bench(100.0, |_| {})];
+    for (text, words) in [
+        (
+            SLOWER,
+            "limits.toml:2: models[m].p50_us: expected a baseline for this limit, found none",
+        ),
+        (
+            "[[limit]]\nfigure = \"models.p51_us\"\nat_most = 1\n",
+            "limits.toml:2: bench.json: models[m] has no \"p51_us\"",
+        ),
+        (
+            "[[limit]]\nfigure = \"models[n].p50_us\"\nat_most = 1\n",
+            "found 0 among m",
+        ),
+        (
+            "[[limit]]\nfigure = \"models.energy.single_mj\"\nat_most = 1\n",
+            "models[m] has no \"energy\"",
+        ),
+    ] {
+        let said = report(text, &one, &[]).expect_err(text).to_string();
+        assert!(said.contains(words), "{said}");
+    }
+    let vague = "[[limit]]\nfigure = \"models.threads\"\nnot_worse = true\n";
+    let said = report(vague, &one, &one).expect_err("vague").to_string();
+    assert!(said.contains("better one way, found \"threads\""), "{said}");
+    let without = [bench(100.0, |value| {
+        value["models"][0]
+            .as_object_mut()
+            .expect("a model")
+            .remove("p50_us");
+    })];
+    let said = report(SLOWER, &one, &without)
+        .expect_err("lacks it")
+        .to_string();
+    assert!(
+        said.contains("limits.toml:2: bench.json: models[m] has no \"p50_us\""),
+        "{said}"
+    );
+    let others = [bench(100.0, |value| value["settings"]["batch"] = json!(8))];
+    let said = report(SLOWER, &one, &others)
+        .expect_err("settings")
+        .to_string();
+    assert!(
+        said.contains("the setting \"batch\" is 8, and 64"),
+        "{said}"
+    );
+}
+
+#[test]
+fn the_worst_outcome_is_that_of_all_and_each_form_says_it() {
+    let text = "[[limit]]\nfigure = \"models[m].bytes\"\nat_most = 900\nname = \"small <enough>\"\nreason = \"flash & RAM\"\n\
+                [[limit]]\nfigure = \"models.p50_us\"\nat_most = 100\n\
+                [[limit]]\nfigure = \"models[*].accuracy.rank1\"\nat_least = 0.45\nnot_worse = true\n";
+    let found = report(text, &[bench(100.0, |_| {})], &[bench(100.0, |_| {})]).expect("judged");
+    let outcomes: Vec<_> = found.limits.iter().map(|line| line.outcome).collect();
+    assert_eq!(outcomes, [Missed, CannotTell, Holds, Holds]);
+    assert_eq!(found.outcome, Missed);
+    let text = found.to_string();
+    for words in [
+        "missed       small <enough>",
+        "flash & RAM",
+        "100 (99 to 101)",
+        "the limit is within the interval",
+        "1 of 4 limits missed, 1 cannot be told",
+    ] {
+        assert!(text.contains(words), "{text}");
+    }
+    let markdown = found.markdown();
+    assert!(
+        markdown.starts_with("### EdgeGait gate: 1 of 4 limits missed"),
+        "{markdown}"
+    );
+    assert!(
+        markdown.contains(
+            "| ❌ **missed** | small &lt;enough&gt;<br>flash &amp; RAM | 1,000 | at most 900 |"
+        ),
+        "{markdown}"
+    );
+    let junit = found.junit();
+    assert!(junit.starts_with(JUNIT_START), "{junit}");
+    assert!(
+        junit.contains("tests=\"4\" failures=\"1\" errors=\"1\""),
+        "{junit}"
+    );
+    assert!(junit.contains("<failure type=\"missed\" message=\"found 1,000, limit at most 900, baseline 1,000: flash &amp; RAM\"/>"), "{junit}");
+    let bencher = found.bencher();
+    let expected = json!({
+        "bytes": { "value": 1000.0 },
+        "p50_us": { "value": 100.0, "lower_value": 99.0, "upper_value": 101.0 },
+    });
+    assert_eq!(bencher["models[m]"], expected);
+    assert_eq!(bencher["models[m].accuracy"]["rank1"]["value"], 0.5);
+}
+
+#[test]
+fn a_starter_holds_for_the_results_that_it_is_from() {
+    let one = bench(100.0, |_| {});
+    let text = starter(&one).expect("limits");
+    for line in [
+        "figure = \"models[m].p50_us\" # now 100",
+        "ratio_at_least = 0.8",
+        "figure = \"models[m].accuracy.rank1\" # now 0.5",
+        "at_least = 0.48",
+    ] {
+        assert!(text.lines().any(|found| found == line), "{line}: {text}");
+    }
+    let found = report(
+        &text,
+        std::slice::from_ref(&one),
+        std::slice::from_ref(&one),
+    );
+    assert_eq!(found.expect("judged").outcome, Holds);
+    let scored = score([5; 10]);
+    let text = starter(&scored).expect("limits");
+    assert!(text.contains("recognizers[m].rank1"), "{text}");
+    let parity = score([5; 10]);
+    let parity = ResultFile {
+        value: json!({}),
+        ..parity
+    };
+    assert!(starter(&parity).is_err());
+}
