@@ -244,11 +244,15 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
         ));
     }
     let operators = match task.with_operators {
-        true => loaded.runtime.operator_times(&loaded.model, &single, PROFILED)?,
+        true => loaded
+            .runtime
+            .operator_times(&loaded.model, &single, PROFILED)?,
         false => None,
     };
     if task.with_operators && operators.is_none() {
-        found.push("what each operator takes is not known: the embedded runtime does not tell".into());
+        found.push(
+            "what each operator takes is not known: the embedded runtime does not tell".into(),
+        );
     }
     found.extend(loaded.model.warnings());
     let graph = loaded.model.graph();
@@ -258,7 +262,12 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
     };
     let named = |what: &str| what.to_owned();
     let timings = std::iter::once((named("one at a time"), &single_timing))
-        .chain(offline.iter().chain(&batches).map(|it| (of_batch(it), &it.timing)))
+        .chain(
+            offline
+                .iter()
+                .chain(&batches)
+                .map(|it| (of_batch(it), &it.timing)),
+        )
         .chain([
             (named("drawing"), &parts.preprocessing),
             (named("drawing and inference"), &parts.end_to_end),

@@ -12,6 +12,8 @@ mod affinity;
 mod batch;
 pub(crate) mod board;
 mod cap;
+mod compare;
+mod csv;
 mod energy;
 mod inputs;
 mod lengths;
@@ -26,6 +28,8 @@ mod timed;
 pub(crate) mod windows;
 
 pub(crate) use affinity::pin;
+pub(crate) use compare::{Compared, chart};
+pub(crate) use csv::csv;
 pub(crate) use inputs::Scene;
 pub(crate) use lengths::{measure_lengths, require_any_length};
 pub(crate) use measure::{Task, measure};

@@ -53,11 +53,14 @@ pub(crate) fn render(columns: &[Column<'_>], format: Format) -> String {
         let models = results.models.iter();
         models.map(|model| (heading(&model.name, name), model))
     });
-    let lengths: Vec<String> = models
-        .clone()
-        .filter(|(_, model)| !model.lengths.is_empty())
-        .map(|(name, model)| by_length(&name, model, format))
-        .collect();
+    let of_model = |(name, model): (String, &ModelResult)| {
+        [
+            (!model.batches.is_empty()).then(|| by_batch(&name, model, format)),
+            (!model.lengths.is_empty()).then(|| by_length(&name, model, format)),
+            (!model.operators.is_empty()).then(|| by_operator(&name, model, format)),
+        ]
+    };
+    let more: Vec<String> = models.clone().flat_map(of_model).flatten().collect();
     let paths = columns.iter().flat_map(|Column { name, results }| {
         let paths = results.paths.iter();
         paths.map(|path| (heading(&path.name, name), path))
@@ -69,7 +72,7 @@ pub(crate) fn render(columns: &[Column<'_>], format: Format) -> String {
     {
         tables.push(side_by_side(models, &MODEL_ROWS, format));
     }
-    tables.extend(lengths);
+    tables.extend(more);
     if columns
         .iter()
         .any(|column| !column.results.paths.is_empty())
@@ -77,6 +80,60 @@ pub(crate) fn render(columns: &[Column<'_>], format: Format) -> String {
         tables.push(side_by_side(paths, &path::ROWS, format));
     }
     tables.join("\n")
+}
+
+/// What batches of several sizes cost a model, a row each.
+fn by_batch(name: &str, model: &ModelResult, format: Format) -> String {
+    let mut table = Table::new(&[Left(0), Right(0)]).with_gap(2);
+    let headings = [
+        name,
+        "p50 of a batch, us",
+        "us an inference",
+        "a second",
+        "windows apart",
+        "peak memory",
+    ];
+    table.row(headings);
+    for batch in model.offline.iter().chain(&model.batches) {
+        let timing = &batch.timing;
+        let cells = [
+            Some(format!("batch: {}", batch.batch)),
+            us(timing.times.p50_us),
+            us(timing.times.p50_us / batch.batch as f64),
+            Some(per_second(timing.throughput)),
+            spread(timing),
+            batch.peak_rss_bytes.map(megabytes),
+        ];
+        table.row(cells.map(|cell| cell.unwrap_or(ABSENT.into())));
+    }
+    written(&table, format)
+}
+
+/// What operators take of an inference, the longest first.
+fn by_operator(name: &str, model: &ModelResult, format: Format) -> String {
+    let mut table = Table::new(&[Left(0), Left(0), Left(0), Right(0)]).with_gap(2);
+    table.row([name, "by", "in", "operators", "us", "share"]);
+    let all: f64 = model.operators.iter().map(|one| one.mean_us).sum();
+    let mut sorted: Vec<_> = model.operators.iter().collect();
+    sorted.sort_by(|a, b| b.mean_us.total_cmp(&a.mean_us));
+    for one in sorted {
+        table.row([
+            one.ran.operator.clone(),
+            one.ran.provider.replace("ExecutionProvider", ""),
+            one.ran.arithmetic.name().to_owned(),
+            one.ran.count.to_string(),
+            microseconds(one.mean_us, ","),
+            format!("{} %", percent(one.mean_us / all.max(f64::MIN_POSITIVE))),
+        ]);
+    }
+    written(&table, format)
+}
+
+fn written(table: &Table<'_>, format: Format) -> String {
+    match format {
+        Format::Text => table.to_string(),
+        Format::Markdown => table.markdown(),
+    }
 }
 
 /// What inputs of several lengths cost a model, a row each.
@@ -111,14 +168,11 @@ fn by_length(name: &str, model: &ModelResult, format: Format) -> String {
         ];
         table.row(cells.map(|cell| cell.unwrap_or(ABSENT.into())));
     }
-    match format {
-        Format::Text => table.to_string(),
-        Format::Markdown => table.markdown(),
-    }
+    written(&table, format)
 }
 
 /// A row of headings, and one for each label.
-fn side_by_side<'a, T: 'a>(
+pub(super) fn side_by_side<'a, T: 'a>(
     columns: impl Iterator<Item = (String, &'a T)>,
     rows: &[Row<T>],
     format: Format,
@@ -139,10 +193,7 @@ fn side_by_side<'a, T: 'a>(
             table.row([(*label).to_owned()].into_iter().chain(cells));
         }
     }
-    match format {
-        Format::Text => table.to_string(),
-        Format::Markdown => table.markdown(),
-    }
+    written(&table, format)
 }
 
 /// A row: its label, and what it says of one column.
@@ -190,7 +241,7 @@ const BOARD_ROWS: [Row<BenchResults>; 10] = [
     }),
 ];
 
-const MODEL_ROWS: [Row<ModelResult>; 42] = [
+const MODEL_ROWS: [Row<ModelResult>; 43] = [
     ("runtime", |m| Some(m.runtime.to_string())),
     ("threads", |m| Some(m.threads.to_string())),
     ("input", |m| {
@@ -291,6 +342,9 @@ const MODEL_ROWS: [Row<ModelResult>; 42] = [
             .viewpoints_planned
             .filter(|&planned| planned > a.viewpoints)?;
         Some(format!("{} of {planned}", a.viewpoints))
+    }),
+    ("load of others meanwhile", |m| {
+        m.others_busy.map(|share| format!("{} %", percent(share)))
     }),
     ("clock start, end", |m| of_clocks(&m.conditions)),
     ("C start, hottest, end", |m| degrees(&m.conditions)),

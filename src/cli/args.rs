@@ -17,11 +17,14 @@ pub(super) struct Common {
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
     /// Threads [default: all cores]; results do not depend on it
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub threads: Option<u16>,
+    #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Vec<u16>,
     /// Write the results as JSON; "-" is standard output, and then nothing else is printed there
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+    /// Print nothing but errors: no tables, warnings, progress
+    #[arg(long)]
+    pub quiet: bool,
     /// Replace files that are no earlier results of this command; without it only such are replaced
     #[arg(long)]
     pub overwrite: bool,
@@ -63,9 +66,34 @@ impl Common {
         check(&outputs, &files.inputs, self.overwrite)
     }
 
-    /// Prints what a person reads, unless standard output belongs to the JSON results.
+    /// The one number of threads that was asked for, if any was.
+    ///
+    /// # Errors
+    /// If there are several.
+    pub(super) fn one_thread_count(&self) -> Result<Option<usize>> {
+        match self.threads[..] {
+            [] => Ok(None),
+            [one] => Ok(Some(one.into())),
+            _ => Err(Error::Usage(format!(
+                "--threads: expected one number, found {} (edgegait bench takes several)",
+                self.threads.len()
+            ))),
+        }
+    }
+
+    /// Prints what was asked for, such as a file that goes to standard output.
+    pub(super) fn put(&self, text: impl Display) {
+        let loud = Self {
+            quiet: false,
+            ..self.clone()
+        };
+        loud.say(text);
+    }
+
+    /// Prints what a person reads, unless nobody wants to or standard output belongs to the JSON
+    /// results.
     pub(super) fn say(&self, text: impl Display) {
-        if !self.json_on_stdout() {
+        if !self.json_on_stdout() && !self.quiet {
             match writeln!(std::io::stdout(), "{text}") {
                 Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
                     eprintln!("error: standard output: {error}");

@@ -4,15 +4,17 @@ mod path;
 
 use super::args::{Common, Files, ViewArgs};
 use super::drawing::DrawArgs;
-use super::progress::{Doing, time_of};
+use super::outputs::{Kind, Output};
+use super::progress::{self, Doing, time_of};
 use super::recognizers::{is_baseline, models, sort_inputs, with_contracts};
 use super::runtime::RuntimeArgs;
 use super::source::{SelectionArgs, SourceArgs};
 use crate::bench::board::{Board, CpuList, LOAD_WARNED_OF, load_of_others};
 use crate::bench::windows::Plan;
 use crate::bench::{
-    BenchResults, Column, Format, ModelResult, Scene, Task, Told, end_with_parent, measure,
-    measure_lengths, measured_by, pin, render, require_any_length, utc_now,
+    BenchResults, Column, Compared, Format, ModelResult, Scene, Task, Told, chart, csv,
+    end_with_parent, measure, measure_lengths, measured_by, pin, render, require_any_length,
+    utc_now,
 };
 use crate::dataset::{Header, Staging, write_bytes};
 use crate::error::{Error, Result};
@@ -35,8 +37,9 @@ const USUAL_S: f64 = 300.0;
 /// Measure what recognizers cost on this machine: latency, throughput, memory, energy, accuracy
 #[derive(Debug, clap::Args)]
 #[command(
-    mut_arg("threads", |threads| threads.help("Threads inside of one inference [default: 1]")),
-    after_help = "Examples:\n  edgegait bench                               # the shipped models, the embedded runtime\n  edgegait bench mine.onnx --runtime ort --ort-lib /path/to/libonnxruntime.so --cpus 2,3 --threads 2\n  edgegait bench gaitbase.onnx --max-seconds 60 --frames 1,8,16,32,64\n  edgegait bench mine.onnx --mlperf --json pi4.json\n  edgegait bench mine.onnx --video made        # from video to answer\n  edgegait bench mine.onnx --video walk --background empty.png --minutes 10 --json path.json\n  edgegait bench --compare pi4.json pi5.json --format markdown\n\nEach model is measured in a process of its own: one input at a time, then batches, then drawing\nits input and both together; after that its rank-1, with the same runtime and settings. The\nfigures are those of the median window. What a machine does not expose is left out."
+    mut_arg("threads", |threads| threads.value_name("N[,N..]").help("Threads inside of one inference, each number measured in its turn [default: 1]")),
+    mut_arg("views", |views| views.visible_alias("accuracy").help("From where rank-1 is measured: \"paper\" (703 viewpoints), \"side\", or a CSV file with azimuth_deg and elevation_deg [default: paper]")),
+    after_help = "Examples:\n  edgegait bench                               # the shipped models, the embedded runtime\n  edgegait bench mine.onnx --runtime ort --ort-lib /path/to/libonnxruntime.so --cpus 2,3 --threads 2\n  edgegait bench gaitbase.onnx --max-seconds 60 --frames 1,8,16,32,64\n  edgegait bench mine.onnx --mlperf --json pi4.json\n  edgegait bench mine.onnx --video made        # from video to answer\n  edgegait bench mine.onnx --video walk --background empty.png --minutes 10 --json path.json\n  edgegait bench mine.onnx --no-accuracy --threads 1,2,4 --batch 1,8,64 --csv mine.csv\n  edgegait bench --compare pi4.json pi5.json --format markdown --chart boards.svg\n\nEach model is measured in a process of its own: one input at a time, then batches, then drawing\nits input and both together; after that its rank-1, with the same runtime and settings. The\nfigures are those of the median window. What a machine does not expose is left out."
 )]
 pub(super) struct Args {
     /// ONNX models, and a pack whose walks they are shown [default: the shipped models, the
@@ -45,9 +48,9 @@ pub(super) struct Args {
     inputs: Vec<PathBuf>,
     #[command(flatten)]
     selection: SelectionArgs,
-    /// Inferences of a batch
-    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u16).range(1..=4096))]
-    batch: u16,
+    /// Inferences of a batch, each size measured in its turn
+    #[arg(long, value_name = "N[,N..]", value_delimiter = ',', default_value = "64", value_parser = clap::value_parser!(u16).range(1..=4096))]
+    batch: Vec<u16>,
     /// Calls before each window that are not timed
     #[arg(long, value_name = "N", default_value_t = Plan::DEFAULT.warm_up, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
     warm_up: u32,
@@ -75,10 +78,23 @@ pub(super) struct Args {
     /// Compare with a loop around nothing but ONNX Runtime, window by window in turn
     #[arg(long)]
     bare: bool,
+    /// Do not measure rank-1; with --compare, leave it out
+    #[arg(long, conflicts_with_all = ["views", "azimuth_deg", "elevation_deg"])]
+    no_accuracy: bool,
+    /// Measure what each operator takes of an inference, where the runtime tells (ONNX Runtime does)
+    #[arg(long)]
+    profile: bool,
+    /// Write a table with a row for each model, number of threads and size of batch
+    #[arg(long, value_name = "FILE", conflicts_with = "compare")]
+    csv: Option<PathBuf>,
+    /// Draw latency against rank-1, a point for each model and board (SVG)
+    #[arg(long, value_name = "FILE", requires = "compare")]
+    chart: Option<PathBuf>,
     /// How the tables are written
     #[arg(long, value_name = "NAME", default_value = "text")]
     format: Format,
-    /// Put the JSON results of several boards side by side, instead of measuring
+    /// Put the JSON results of several boards side by side, instead of measuring, with how many times as
+    /// long a model takes as on the first board that has it
     #[arg(long, value_name = "FILE", num_args = 2.., conflicts_with_all = ["inputs", "json", "frames"])]
     compare: Vec<PathBuf>,
     #[command(flatten)]
@@ -94,12 +110,22 @@ pub(super) struct Args {
     /// Measure the model of this number here, and print its result as JSON
     #[arg(long, value_name = "N", hide = true)]
     alone: Option<usize>,
+    /// With so many threads
+    #[arg(long, value_name = "N", hide = true)]
+    alone_threads: Option<usize>,
     /// Measure its inputs of several lengths, nothing else
     #[arg(long, hide = true, requires = "alone")]
     only_lengths: bool,
     /// Where the pack is that `--alone` draws from
     #[arg(long, value_name = "PATH", hide = true)]
     pack_at: Option<PathBuf>,
+}
+
+/// Each number once, rising.
+fn rising(mut numbers: Vec<usize>) -> Vec<usize> {
+    numbers.sort_unstable();
+    numbers.dedup();
+    numbers
 }
 
 fn seconds(text: &str) -> std::result::Result<f64, String> {
@@ -131,7 +157,17 @@ impl Args {
                 .chain(self.views.file())
                 .chain(self.path.files())
                 .collect(),
-            outputs: Vec::new(),
+            outputs: [
+                self.csv
+                    .as_ref()
+                    .map(|path| Output::new("--csv", path, Kind::Csv("model"))),
+                self.chart
+                    .as_ref()
+                    .map(|path| Output::new("--chart", path, Kind::Svg)),
+            ]
+            .into_iter()
+            .flatten()
+            .collect(),
         }
     }
 
@@ -149,10 +185,7 @@ impl Args {
 
     /// Lengths of inputs to measure, each once, rising.
     fn lengths(&self) -> Vec<usize> {
-        let mut lengths: Vec<usize> = self.frames.iter().map(|&frames| frames.into()).collect();
-        lengths.sort_unstable();
-        lengths.dedup();
-        lengths
+        rising(self.frames.iter().map(|&frames| frames.into()).collect())
     }
 
     /// The most that measuring a model may take; half of it is for inputs of several lengths, if those
@@ -160,7 +193,7 @@ impl Args {
     fn most(&self) -> Option<Duration> {
         let (plan, lengths) = (self.plan(), self.frames.len());
         // Single inferences and the two loops beside them, batches, drawing, both.
-        let kinds = if self.bare { 6 } else { 4 } + lengths;
+        let kinds = if self.bare { 5 } else { 3 } + self.batches().len() + lengths;
         let windows_s = plan.window.as_secs_f64() * f64::from(plan.windows) * kinds as f64;
         let usual_s = (!self.mlperf).then(|| USUAL_S.max(2.0 * windows_s));
         let most = Duration::from_secs_f64(self.max_seconds.or(usual_s)?);
@@ -174,11 +207,30 @@ impl Args {
         for warning in &results.header.warnings {
             self.common.say(format_args!("warning: {warning}"));
         }
+        if let Some(path) = &self.csv {
+            write_bytes(path, &csv(results)?)?;
+        }
         self.common.write_json(results)
     }
 
-    fn threads(&self) -> usize {
-        self.common.threads.map_or(1, usize::from)
+    /// Numbers of threads to measure with, each once, rising.
+    fn threads(&self) -> Vec<usize> {
+        let threads: Vec<usize> = self
+            .common
+            .threads
+            .iter()
+            .map(|&threads| threads.into())
+            .collect();
+        if threads.is_empty() {
+            vec![1]
+        } else {
+            rising(threads)
+        }
+    }
+
+    /// Sizes of batches to measure, each once, rising.
+    fn batches(&self) -> Vec<usize> {
+        rising(self.batch.iter().map(|&batch| batch.into()).collect())
     }
 
     fn source(&self, pack: Option<PathBuf>) -> SourceArgs {
@@ -191,6 +243,7 @@ impl Args {
 
 /// Runs the subcommand.
 pub(super) fn run(args: &Args) -> Result<()> {
+    progress::silence(args.common.quiet);
     if args.alone.is_none() {
         args.common.check("bench", &args.files())?;
     }
@@ -253,8 +306,15 @@ pub(super) fn run(args: &Args) -> Result<()> {
     warn(&mut results);
     let progress = Doing::new();
     let here: [&OsStr; 2] = ["--pack-at".as_ref(), pack_at.as_os_str()];
-    for (index, model) in models.iter().enumerate() {
+    let all_threads = args.threads();
+    let cases = models.iter().enumerate().flat_map(|(index, model)| {
+        let each = all_threads.iter();
+        each.map(move |threads| (index, model, threads.to_string()))
+    });
+    for (index, model, threads) in cases {
         let told = |told: &Told| progress.now(&told.what, told.left_s);
+        let with: [&OsStr; 2] = ["--alone-threads".as_ref(), threads.as_ref()];
+        let here = [&here[..], &with].concat();
         let mut result: ModelResult = elsewhere(model, index, &here, &told)?;
         if !args.frames.is_empty() {
             let only = [&here[..], &["--only-lengths".as_ref()]].concat();
@@ -291,17 +351,20 @@ fn header(args: &Args, models: &[Model]) -> Result<Header> {
         }
     }
     let mut header = drawn
-        .with("batch", args.batch)
-        .with("threads", args.threads())
+        .with("batch", one_or_all(args.batches()))
+        .with("threads", one_or_all(args.threads()))
         .with("warm_up", plan.warm_up)
         .with("window_s", plan.window.as_secs_f64())
         .with("windows", plan.windows)
         .with("mlperf", args.mlperf)
         .with("max_seconds", args.most().map(|most| most.as_secs_f64()))
         .with("bare", args.bare)
-        .with("views", views.name.as_str())
-        .with("viewpoints", views.list.len())
         .with("build", build());
+    if !args.no_accuracy {
+        header = header
+            .with("views", views.name.as_str())
+            .with("viewpoints", views.list.len());
+    }
     if !args.frames.is_empty() {
         header = header.with("frames", args.lengths());
     }
@@ -310,6 +373,14 @@ fn header(args: &Args, models: &[Model]) -> Result<Header> {
     }
     header.inputs = models.iter().map(Model::input).collect();
     Ok(header)
+}
+
+/// A number, or all of them where there are several.
+fn one_or_all(numbers: Vec<usize>) -> serde_json::Value {
+    match numbers[..] {
+        [one] => one.into(),
+        _ => numbers.into(),
+    }
 }
 
 /// How this program was built.
@@ -410,11 +481,14 @@ fn alone(args: &Args, paths: &[PathBuf], pack: Option<PathBuf>, index: usize) ->
     let pack_read = Pack::parse(&source.bytes)?;
     let walks = args.source(pack).choose(&pack_read)?;
     let views = args.views.views("paper")?;
+    let batches = args.batches();
     let task = Task {
         open: &open,
         start: &|| args.runtime.runtime(),
-        threads: args.threads(),
-        batch: usize::from(args.batch),
+        threads: args.alone_threads.unwrap_or(1),
+        batches: &batches,
+        with_accuracy: !args.no_accuracy,
+        with_operators: args.profile,
         plan: args.plan(),
         most: args.most(),
         tell: &Told::say,
@@ -447,15 +521,35 @@ fn compare(args: &Args) -> Result<()> {
         ))
     };
     let boards = args.compare.iter().map(read).collect::<Result<Vec<_>>>()?;
-    let columns: Vec<Column<'_>> = boards
-        .iter()
-        .map(|(name, results)| Column { name, results })
-        .collect();
-    args.common.say(render(&columns, args.format).trim_end());
-    for (name, results) in &boards {
+    let compared = Compared {
+        boards: told_apart(boards),
+    };
+    let compared = if args.no_accuracy {
+        compared.without_accuracy()
+    } else {
+        compared
+    };
+    compared.check()?;
+    if let Some(path) = &args.chart {
+        write_bytes(path, chart(&compared)?.as_bytes())?;
+    }
+    args.common.say(compared.render(args.format).trim_end());
+    for (name, results) in &compared.boards {
         for warning in &results.header.warnings {
             args.common.say(format_args!("warning: {name}: {warning}"));
         }
     }
     Ok(())
+}
+
+/// Results of one name get a number behind it.
+fn told_apart(mut boards: Vec<(String, BenchResults)>) -> Vec<(String, BenchResults)> {
+    let names: Vec<String> = boards.iter().map(|(name, _)| name.clone()).collect();
+    for (at, (name, _)) in boards.iter_mut().enumerate() {
+        let before = names[..at].iter().filter(|other| *other == name).count();
+        if before > 0 {
+            *name = format!("{name} ({})", before + 1);
+        }
+    }
+    boards
 }

@@ -44,7 +44,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     header.inputs = model.inputs()?;
     header.warnings = model.warnings();
     if out == Path::new("-") {
-        args.common.say(text.trim_end());
+        args.common.put(text.trim_end());
     } else {
         write_bytes(&out, text.as_bytes())?;
         for warning in &header.warnings {

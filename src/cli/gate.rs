@@ -65,7 +65,7 @@ impl Args {
 pub(super) fn run(args: &Args) -> Result<Ending> {
     if let Some(path) = &args.init {
         args.common
-            .say(starter(&ResultFile::read(path)?)?.trim_end());
+            .put(starter(&ResultFile::read(path)?)?.trim_end());
         return Ok(Ending::Done);
     }
     let [limits_at, result, baseline @ ..] = &args.files[..] else {

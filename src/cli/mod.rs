@@ -144,6 +144,7 @@ enum Ending {
 fn run(command: &Command) -> Result<Ending> {
     macro_rules! run {
         ($name:ident, $args:expr) => {{
+            progress::silence($args.common.quiet);
             $args.common.check(stringify!($name), &$args.files())?;
             with_threads(&$args.common, || $name::run($args))
         }};
@@ -183,7 +184,7 @@ fn with_threads<R: Send>(
     work: impl FnOnce() -> Result<R> + Send,
 ) -> Result<R> {
     let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(common.threads.map_or(0, usize::from))
+        .num_threads(common.one_thread_count()?.unwrap_or(0))
         .build()?;
     pool.install(work)
 }

@@ -4,6 +4,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::VecDeque;
 use std::io::IsTerminal as _;
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Time between two plain lines.
@@ -60,6 +61,23 @@ impl Plain {
     }
 }
 
+/// Whether nobody wants to see progress.
+static IS_SILENT: AtomicBool = AtomicBool::new(false);
+
+/// Shows no progress from now on, if so.
+pub(super) fn silence(is_silent: bool) {
+    IS_SILENT.store(is_silent, Ordering::Relaxed);
+}
+
+fn is_silent() -> bool {
+    IS_SILENT.load(Ordering::Relaxed)
+}
+
+/// Whether progress is a bar that moves.
+fn has_bar() -> bool {
+    std::io::stderr().is_terminal() && !is_silent()
+}
+
 impl Progress {
     /// Starts work of `total` pieces; `what` says which, for example "walks".
     #[must_use]
@@ -81,7 +99,7 @@ impl Progress {
     }
 
     fn of(what: &'static str, total: Option<u64>) -> Self {
-        let bar = std::io::stderr().is_terminal().then(|| {
+        let bar = has_bar().then(|| {
             let (bar, template) = match total {
                 Some(total) => (
                     ProgressBar::new(total),
@@ -117,6 +135,9 @@ impl Progress {
         let Ok(mut plain) = self.plain.lock() else {
             return;
         };
+        if is_silent() {
+            return;
+        }
         plain.done += 1;
         let now = Instant::now();
         if plain
@@ -183,7 +204,7 @@ impl Doing {
     /// Starts such work.
     #[must_use]
     pub(super) fn new() -> Self {
-        let bar = std::io::stderr().is_terminal().then(|| {
+        let bar = has_bar().then(|| {
             let bar = ProgressBar::new_spinner();
             if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} [{elapsed}]") {
                 bar.set_style(style);
@@ -208,6 +229,9 @@ impl Doing {
         let Ok(mut printed) = self.printed.lock() else {
             return;
         };
+        if is_silent() {
+            return;
+        }
         let is_new = printed.0 != what && left_s > 10.0 * INTERVAL.as_secs_f64();
         if is_new || printed.1.elapsed() >= INTERVAL {
             *printed = (what.to_owned(), Instant::now());

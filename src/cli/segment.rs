@@ -191,7 +191,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         write_png(path, &picture)?;
     }
     let seconds = started.elapsed().as_secs_f64();
-    for warning in &header.warnings {
+    for warning in header.warnings.iter().filter(|_| !args.common.quiet) {
         eprintln!("warning: {warning}");
     }
     args.common.say(format_args!(

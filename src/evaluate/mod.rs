@@ -4,7 +4,7 @@
 //! what they answer: `rank` decides hits and misses, `distance` compares embeddings, `ranking`
 //! makes Rank-k, mAP and mINP of distances, `verification` EER, ROC and AUC, and `cross_view`
 //! the means over pairs of views. `wilson` and `bootstrap` say how far a rate can be trusted,
-//! `paired` whether two recognizers differ,
+//! `median` where a median lies, `paired` whether two recognizers differ,
 //! `bands` and `angle` sum it over viewpoints, and [`results`] is the JSON that
 //! `edgegait score` writes; `strengths` is what each confounder does, `agreement` what 8-bit
 //! weights do, and `parity` whether runtimes and forms of a model answer alike.
@@ -18,6 +18,7 @@ pub(crate) mod cross_view;
 pub(crate) mod distance;
 pub(crate) mod intervals;
 mod judge;
+pub(crate) mod median;
 pub(crate) mod paired;
 pub(crate) mod parity;
 pub mod protocol;

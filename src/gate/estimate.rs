@@ -1,6 +1,8 @@
 //! How well a figure is known: its value, and the interval that it is in.
 
 use super::figure::Place;
+use crate::evaluate::median::median_interval;
+use crate::evaluate::wilson::Interval;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -127,32 +129,11 @@ impl Estimate {
         }
     }
 
-    /// The median, of two the mean, and the interval that holds the median of what they are drawn from
-    /// with at least 95 %, as far as there are enough: of five, the least and the greatest hold it with
-    /// 94 %. (A median lies between the k-th least and the k-th greatest of n unless fewer than k are on
-    /// one of its sides: 2 P(B < k) of B binomial with n and 1/2; David and Nagaraja, "Order Statistics",
-    /// 2003, section 7.1.)
+    /// The median of several, and its interval.
     fn of_median(values: &[f64]) -> Self {
-        let mut sorted = values.to_vec();
-        sorted.sort_unstable_by(f64::total_cmp);
-        let n = sorted.len();
-        let Some(&last) = sorted.last() else {
-            return Self::exact(f64::NAN);
-        };
-        let median = f64::midpoint(sorted[(n - 1) / 2], sorted[n / 2]);
-        // P(B < k), summed up for the next k.
-        let (mut k, mut below, mut next) = (0, 0.0, 0.5_f64.powf(n as f64));
-        while k + 1 <= n / 2 && 2.0 * (below + next) <= 0.05 {
-            below += next;
-            next *= (n - k) as f64 / (k + 1) as f64;
-            k += 1;
-        }
-        let out = k.saturating_sub(1);
-        Self {
-            value: median,
-            low: sorted[out],
-            high: sorted.get(n - 1 - out).copied().unwrap_or(last),
-        }
+        median_interval(values).map_or(Self::exact(f64::NAN), |(value, Interval { low, high })| {
+            Self { value, low, high }
+        })
     }
 
     /// The same interval in parts of its value, of another one; of a rate, turned round.
@@ -253,7 +234,10 @@ mod tests {
             "window_mean_us": [110.0, 100.0, 90.0, 105.0, 95.0],
         });
         let time = estimate(&results, "p50_us");
-        assert_eq!((time.value, time.low, time.high.round()), (200.0, 180.0, 220.0));
+        assert_eq!(
+            (time.value, time.low, time.high.round()),
+            (200.0, 180.0, 220.0)
+        );
         let rate = estimate(&results, "throughput");
         assert!((rate.low - 5000.0 / 1.1).abs() < 1e-9 && (rate.high - 5000.0 / 0.9).abs() < 1e-9);
         assert_eq!(estimate(&results, "load_ms"), Estimate::exact(3.0));
@@ -265,25 +249,6 @@ mod tests {
         let found = estimate(&results, "rank1");
         assert_eq!((found.low, found.high), (0.4, 0.7));
         assert_eq!(estimate(&results, "map"), Estimate::exact(0.6));
-    }
-
-    /// The oracle: chances of a sum of coins, counted out.
-    #[test]
-    fn the_interval_of_a_median_leaves_out_as_many_as_it_may() {
-        let choose = |n: u64, k: u64| (0..k).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64);
-        for n in 1..40_u64 {
-            let values: Vec<f64> = (0..n).map(|i| i as f64).collect();
-            let found = Estimate::of_median(&values);
-            let outside = |k: u64| {
-                let few: f64 = (0..k).map(|i| choose(n, i)).sum();
-                2.0 * few / 2_f64.powf(n as f64)
-            };
-            // The k-th least, for the greatest k that is sure enough.
-            let k = (1..=n / 2).rev().find(|&k| outside(k) <= 0.05).unwrap_or(1);
-            assert_eq!(found.low, (k - 1) as f64, "{n}");
-            assert_eq!(found.high, (n - k) as f64, "{n}");
-            assert_eq!(found.value, (n - 1) as f64 / 2.0);
-        }
     }
 
     #[test]

@@ -61,7 +61,6 @@ impl Axes {
     }
 
     /// Lines upwards.
-    #[cfg(feature = "plots")]
     pub(crate) fn upwards(&self, ticks: &[Tick]) -> Markup {
         html! { @for (at, _) in ticks {
             @let (x, y) = self.place((*at, 0.0));

@@ -19,12 +19,12 @@ mod paired;
 mod picture;
 #[cfg(feature = "plots")]
 mod pixels;
+pub(crate) mod placing;
 mod ranks;
 mod scatter;
 #[cfg(feature = "plots")]
 mod scene;
 mod scope;
-#[cfg(feature = "plots")]
 pub(crate) mod standalone;
 #[cfg(feature = "plots")]
 mod strengths;

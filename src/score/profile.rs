@@ -46,6 +46,19 @@ pub enum Arithmetic {
     Other,
 }
 
+impl Arithmetic {
+    /// The name under which results state it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Float => "float",
+            Self::Int8 => "int8",
+            Self::Conversion => "conversion",
+            Self::Other => "other",
+        }
+    }
+}
+
 impl Ran {
     /// Whether the processor ran it, by ONNX Runtime's own kernels.
     #[must_use]
@@ -105,7 +118,13 @@ pub(super) fn read_times(text: &str, runs: usize) -> serde_json::Result<Vec<Oper
     let first = if runs > 1 { events.len() / runs } else { 0 };
     let mut seen = HashSet::new();
     let mut all: BTreeMap<(String, String, Arithmetic), (usize, f64)> = BTreeMap::new();
-    for (at, Event { name, dur, args, .. }) in events.into_iter().enumerate() {
+    for (
+        at,
+        Event {
+            name, dur, args, ..
+        },
+    ) in events.into_iter().enumerate()
+    {
         let arithmetic = arithmetic(&args);
         let (count, us) = all
             .entry((args.op_name, args.provider, arithmetic))
@@ -201,10 +220,20 @@ mod tests {
             let event = event(name, "Conv", "P", ["float", "float"]);
             event.replace("\"dur\":5", &format!("\"dur\":{dur}"))
         };
-        let all = [("a", 900), ("b", 800), ("a", 10), ("b", 4), ("a", 20), ("b", 6)];
+        let all = [
+            ("a", 900),
+            ("b", 800),
+            ("a", 10),
+            ("b", 4),
+            ("a", 20),
+            ("b", 6),
+        ];
         let all = all.map(|(name, dur)| event(name, dur)).join(",");
         let found = read_times(&format!("[{all}]"), 3).expect("a profile");
-        let said: Vec<_> = found.iter().map(|one| (one.ran.count, one.mean_us)).collect();
+        let said: Vec<_> = found
+            .iter()
+            .map(|one| (one.ran.count, one.mean_us))
+            .collect();
         assert_eq!(said, [(2, 20.0)]);
     }
 

@@ -99,7 +99,9 @@ mod tests {
             std::fs::write(proc.join("stat"), stat).expect("written");
             std::fs::write(proc.join("self/stat"), own).expect("written");
         };
-        let own = |user, system| format!("7 (edge (gait) R) S 1 7 7 0 -1 4 1 0 0 0 {user} {system} 0 0\n");
+        let own = |user, system| {
+            format!("7 (edge (gait) R) S 1 7 7 0 -1 4 1 0 0 0 {user} {system} 0 0\n")
+        };
         write("cpu  100 0 50 800 50 0 0 0\n", &own(30, 5));
         let watch = LoadWatch::start(root).expect("it tells");
         write("cpu  180 0 60 890 70 0 0 0\n", &own(70, 10));

@@ -1,6 +1,6 @@
 //! `edgegait bench --video`: what the whole path costs, from the frames of a video to answers.
 
-use super::{Args, elsewhere, warn};
+use super::{Args, elsewhere, one_or_all, warn};
 use crate::bench::board::{Board, load_of_others};
 use crate::bench::{
     BenchResults, Checked, MADE_FPS, MADE_SIZE, PathResult, PathTask, check, check_model,
@@ -183,7 +183,7 @@ pub(super) fn alone(
     measure_path(&PathTask {
         open,
         start: &|| args.runtime.runtime(),
-        threads: args.threads(),
+        threads: args.common.one_thread_count()?.unwrap_or(1),
         video: &given.video,
         background: &folder.join(BACKGROUND),
         fps: given.fps,
@@ -254,7 +254,7 @@ fn header(args: &Args, models: &[Model], video: &Path) -> Header {
     let mut header = Header::new("bench", args.common.seed)
         .with("video", video.display().to_string())
         .with("minutes", path.minutes)
-        .with("threads", args.threads())
+        .with("threads", one_or_all(args.threads()))
         .with("path_threads", 1)
         .with(
             "cycles",

@@ -1,0 +1,241 @@
+//! Results of several boards side by side: what may stand in one row, and how many times as long it takes.
+
+mod chart;
+
+pub(crate) use chart::chart;
+
+use super::results::{BenchResults, ModelResult, Timing};
+use super::table::{Column, Format, render, side_by_side};
+use crate::dataset::{Header, InputFile};
+use crate::error::{Error, Result};
+use crate::evaluate::median::median_interval;
+use crate::evaluate::wilson::Interval;
+use std::path::Path;
+
+/// Settings that say how rank-1 was measured: others are of the models, of the board, or of time.
+const OF_ACCURACY: [&str; 7] = [
+    "views",
+    "raster",
+    "jitter",
+    "lens",
+    "frames_per_cycle",
+    "subjects",
+    "walks",
+];
+
+/// Results that are set side by side.
+pub(crate) struct Compared {
+    /// What to call each, and its results; two at least.
+    pub boards: Vec<(String, BenchResults)>,
+}
+
+/// A model of some results, with how often it was measured before.
+struct Met<'a> {
+    board: &'a str,
+    model: &'a ModelResult,
+}
+
+impl Compared {
+    /// Refuses what cannot stand in one row: rank-1 under other protocols, from other viewpoints or of
+    /// other people, unless rank-1 is left out; and one model in two files or with two inputs.
+    ///
+    /// # Errors
+    /// Naming the first two that differ, and in what.
+    pub(crate) fn check(&self) -> Result<()> {
+        let Some(((first, results), others)) = self.boards.split_first() else {
+            return Ok(());
+        };
+        let refuse = |name: &str, what: &str, [mine, its]: [String; 2]| {
+            Err(Error::Failed(format!(
+                "{first} and {name} cannot stand in one row: {what}: {mine} and {its}"
+            )))
+        };
+        let has_rank1 =
+            |results: &BenchResults| results.models.iter().any(|model| model.accuracy.is_some());
+        for (name, other) in others {
+            if has_rank1(results) && has_rank1(other) {
+                for key in OF_ACCURACY {
+                    let of = |results: &BenchResults| match results.header.settings.get(key) {
+                        Some(value) => value.to_string(),
+                        None => "not stated".to_owned(),
+                    };
+                    let both = [of(results), of(other)];
+                    if both[0] != both[1] {
+                        return refuse(name, &format!("rank-1, {key:?}"), both);
+                    }
+                }
+                if results.header.seed != other.header.seed {
+                    let seeds = [results, other].map(|one| one.header.seed.to_string());
+                    return refuse(name, "rank-1, the seed", seeds);
+                }
+                let packs = [results, other].map(|one| pack_of(&one.header));
+                if packs[0] != packs[1] {
+                    return refuse(name, "rank-1, the people", packs);
+                }
+            }
+        }
+        self.check_models()
+    }
+
+    /// One name stands for one file with one input, and its rank-1 for one protocol.
+    fn check_models(&self) -> Result<()> {
+        let all: Vec<Met<'_>> = self.met().collect();
+        for (at, met) in all.iter().enumerate() {
+            let Some(first) = all[..at]
+                .iter()
+                .find(|one| one.model.name == met.model.name)
+            else {
+                continue;
+            };
+            let refuse = |what: &str, [mine, its]: [String; 2]| {
+                Err(Error::Failed(format!(
+                    "{} of {} and of {} cannot stand in one row: {what}: {mine} and {its}",
+                    met.model.name, first.board, met.board
+                )))
+            };
+            let both = [first.model, met.model];
+            if both[0].input != both[1].input {
+                return refuse("inputs", both.map(|model| format!("{:?}", model.input)));
+            }
+            if both[0].params != both[1].params {
+                return refuse("parameters", both.map(|model| model.params.to_string()));
+            }
+            let [Some(mine), Some(its)] = both.map(|model| model.accuracy.as_ref()) else {
+                continue;
+            };
+            if mine.protocol != its.protocol {
+                return refuse(
+                    "protocols of rank-1",
+                    [mine.protocol.clone(), its.protocol.clone()],
+                );
+            }
+            if mine.viewpoints != its.viewpoints {
+                let both = [mine, its].map(|one| one.viewpoints.to_string());
+                return refuse("viewpoints of rank-1", both);
+            }
+        }
+        Ok(())
+    }
+
+    /// Leaves rank-1 out.
+    pub(crate) fn without_accuracy(mut self) -> Self {
+        for (_, results) in &mut self.boards {
+            for model in &mut results.models {
+                model.accuracy = None;
+            }
+        }
+        self
+    }
+
+    fn met(&self) -> impl Iterator<Item = Met<'_>> {
+        self.boards.iter().flat_map(|(board, results)| {
+            let models = results.models.iter();
+            models.map(move |model| Met { board, model })
+        })
+    }
+
+    /// The tables, and how many times as long each model takes as where it was met first.
+    pub(crate) fn render(&self, format: Format) -> String {
+        let columns: Vec<Column<'_>> = self
+            .boards
+            .iter()
+            .map(|(name, results)| Column { name, results })
+            .collect();
+        let mut text = render(&columns, format);
+        let ratios = self.ratios();
+        if !ratios.is_empty() {
+            let columns = ratios.iter().map(|one| (one.heading.clone(), one));
+            text += "\n";
+            text += &side_by_side(columns, &RATIO_ROWS, format);
+        }
+        text
+    }
+
+    /// Of each model that was met before, how many times as long it takes.
+    fn ratios(&self) -> Vec<Ratios> {
+        let all: Vec<Met<'_>> = self.met().collect();
+        let of = |(at, met): (usize, &Met<'_>)| {
+            let mut before = all[..at].iter();
+            let first = before.find(|one| one.model.name == met.model.name)?;
+            Some(Ratios {
+                heading: format!("{} {}", met.model.name, met.board),
+                against: first.board.to_owned(),
+                single: ratio(&met.model.single, &first.model.single),
+                batch: met
+                    .model
+                    .offline
+                    .as_ref()
+                    .zip(first.model.offline.as_ref())
+                    .filter(|(mine, its)| mine.batch == its.batch)
+                    .and_then(|(mine, its)| ratio(&mine.timing, &its.timing)),
+                load: exact(met.model.load_ms, first.model.load_ms),
+                peak: met
+                    .model
+                    .peak_rss_over_baseline_bytes
+                    .zip(first.model.peak_rss_over_baseline_bytes)
+                    .and_then(|(mine, its)| exact(mine as f64, its as f64)),
+            })
+        };
+        all.iter().enumerate().filter_map(of).collect()
+    }
+}
+
+/// How many times as long a model takes as where it was met first.
+struct Ratios {
+    heading: String,
+    against: String,
+    single: Option<String>,
+    batch: Option<String>,
+    load: Option<String>,
+    peak: Option<String>,
+}
+
+const RATIO_ROWS: [super::table::Row<Ratios>; 5] = [
+    ("times that on", |of| Some(of.against.clone())),
+    ("one at a time: p50", |of| of.single.clone()),
+    ("a batch: p50", |of| of.batch.clone()),
+    ("load", |of| of.load.clone()),
+    ("peak memory of runtime and model", |of| of.peak.clone()),
+];
+
+/// The ratio of two p50, and from where to where it may be as far as windows tell.
+fn ratio(mine: &Timing, its: &Timing) -> Option<String> {
+    let range = |timing: &Timing| {
+        let (median, Interval { low, high }) = median_interval(&timing.window_mean_us)?;
+        (median > 0.0).then(|| {
+            let scale = timing.times.p50_us / median;
+            (low * scale, high * scale)
+        })
+    };
+    let (mine_range, its_range) = (range(mine)?, range(its)?);
+    let value = mine.times.p50_us / its.times.p50_us;
+    let (low, high) = (mine_range.0 / its_range.1, mine_range.1 / its_range.0);
+    value
+        .is_finite()
+        .then(|| format!("{value:.2} ({low:.2} - {high:.2})"))
+}
+
+fn exact(mine: f64, its: f64) -> Option<String> {
+    let ratio = mine / its;
+    ratio.is_finite().then(|| format!("{ratio:.2}"))
+}
+
+/// The data that a header names beside models, by its sums.
+fn pack_of(header: &Header) -> String {
+    let is_data = |file: &&InputFile| {
+        let end = Path::new(&file.path).extension();
+        end.is_none_or(|end| end != "onnx" && end != "egr" && end != "toml")
+    };
+    let sums = header.inputs.iter().filter(is_data);
+    let sums: Vec<&str> = sums
+        .map(|file| &file.sha256[..file.sha256.len().min(8)])
+        .collect();
+    if sums.is_empty() {
+        let pack = header.settings.get("pack").and_then(|pack| pack.as_str());
+        return pack.unwrap_or("not stated").to_owned();
+    }
+    sums.join(" ")
+}
+
+#[cfg(test)]
+mod tests;
