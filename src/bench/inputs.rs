@@ -46,9 +46,11 @@ impl Scene<'_> {
                     moments: Moments::Cycle,
                     views: &views,
                 };
+                let mut pixels = Vec::new();
                 for frame in silhouettes(self.pack, shot, settings)?.iter().flatten() {
-                    contract.feed(frame.to_coverage().pixels(), input);
+                    pixels.extend_from_slice(frame.to_coverage().pixels());
                 }
+                contract.feed(&pixels, input);
                 Ok(())
             }
             _ => {
@@ -76,9 +78,9 @@ impl Scene<'_> {
             ..self.settings
         };
         let numbers = frames * contract.numbers();
-        let mut input = Vec::with_capacity(numbers);
+        let mut pixels = Vec::with_capacity(numbers);
         for variation in 0.. {
-            if input.len() >= numbers {
+            if pixels.len() >= numbers {
                 break;
             }
             let shot = Shot {
@@ -87,10 +89,12 @@ impl Scene<'_> {
                 views: &views,
             };
             for frame in silhouettes(self.pack, shot, settings)?.iter().flatten() {
-                contract.feed(frame.to_coverage().pixels(), &mut input);
+                pixels.extend_from_slice(frame.to_coverage().pixels());
             }
         }
-        input.truncate(numbers);
+        pixels.truncate(numbers);
+        let mut input = Vec::new();
+        contract.feed(&pixels, &mut input);
         Ok(input)
     }
 

@@ -51,7 +51,7 @@ pub(crate) fn render(columns: &[Column<'_>], format: Format) -> String {
     };
     let models = columns.iter().flat_map(|Column { name, results }| {
         let models = results.models.iter();
-        models.map(|model| (heading(&model.name, name), model))
+        models.map(|model| (heading(&named(model, results), name), model))
     });
     let of_model = |(name, model): (String, &ModelResult)| {
         [
@@ -80,6 +80,19 @@ pub(crate) fn render(columns: &[Column<'_>], format: Format) -> String {
         tables.push(side_by_side(paths, &path::ROWS, format));
     }
     tables.join("\n")
+}
+
+/// A model's name, with its threads where it was measured with several numbers of them.
+pub(super) fn named(model: &ModelResult, results: &BenchResults) -> String {
+    let is_again = |other: &&ModelResult| other.name == model.name;
+    match (
+        results.models.iter().filter(is_again).count(),
+        model.threads,
+    ) {
+        (1, _) => model.name.clone(),
+        (_, 1) => format!("{}, 1 thread", model.name),
+        (_, threads) => format!("{}, {threads} threads", model.name),
+    }
 }
 
 /// What batches of several sizes cost a model, a row each.

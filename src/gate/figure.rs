@@ -250,28 +250,31 @@ fn same(value: &Value, wanted: &str) -> bool {
 
 /// By what an element is told from the others of its list: its name, if that is enough.
 fn identity(element: &Value, list: &[Value]) -> String {
+    let alike = |keys: &[(Option<String>, String)]| {
+        let is_like = |other: &&Value| keys.iter().all(|one| is_like(other, one));
+        list.iter().filter(is_like).count()
+    };
     let mut keys: Vec<(Option<String>, String)> = Vec::new();
     for key in IDENTITIES {
-        let Some(value) = element.get(key) else {
-            continue;
-        };
-        let word = match value {
-            Value::String(text) => text.clone(),
-            Value::Number(number) => number.to_string(),
-            Value::Null => "none".into(),
-            Value::Object(inner) => match inner.get("name") {
+        let word = match element.get(key) {
+            Some(Value::String(text)) => text.clone(),
+            Some(Value::Number(number)) => number.to_string(),
+            Some(Value::Null) => "none".into(),
+            Some(Value::Object(inner)) => match inner.get("name") {
                 Some(Value::String(name)) => name.clone(),
                 _ => continue,
             },
             _ => continue,
         };
         // A name speaks for itself.
-        keys.push(((key != "name").then(|| key.to_owned()), word));
-        let alike = list.iter().filter(|other| {
-            let mut keys = keys.iter();
-            keys.all(|one| is_like(other, one))
-        });
-        if alike.count() == 1 {
+        let is_name = key == "name";
+        let one = ((!is_name).then(|| key.to_owned()), word);
+        let with = [&keys[..], &[one]].concat();
+        // What does not tell it from others is left out.
+        if is_name || alike(&with) < alike(&keys) || list.len() == 1 && keys.is_empty() {
+            keys = with;
+        }
+        if alike(&keys) == 1 {
             break;
         }
     }
@@ -418,8 +421,8 @@ mod tests {
             "note": "text",
             "absent": null,
             "models": [
-                { "name": "a", "threads": 1, "p50_us": 1, "lengths": [] },
-                { "name": "a", "threads": 2, "p50_us": 2, "accuracy": { "rank1": 0.5 } },
+                { "name": "a", "runtime": { "name": "r" }, "threads": 1, "p50_us": 1, "lengths": [] },
+                { "name": "a", "runtime": { "name": "r" }, "threads": 2, "p50_us": 2, "accuracy": { "rank1": 0.5 } },
                 { "name": "pixels as gei", "threads": 1, "p50_us": 3 },
             ],
             "only": [{ "name": "x", "views": [

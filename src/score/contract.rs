@@ -18,6 +18,8 @@ use edgegait_core::silhouette::Size;
 const MAX_BYTES: u64 = 1 << 20;
 /// Most rows, columns or frames of an input.
 const MAX_SIDE: usize = 4096;
+/// Most equal channels of an input.
+const MAX_CHANNELS: usize = 16;
 
 /// Input and output conventions of a recognizer. Every key may be left out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -25,8 +27,25 @@ const MAX_SIDE: usize = 4096;
 pub struct Contract {
     /// What to call the recognizer in reports; empty means the model's file name.
     pub name: String,
-    /// What background and foreground are: `"0..1"` (default) or `"0..255"`.
+    /// What background and foreground are: `"0..1"` (default), `"0..255"` or `"-1..1"`.
     pub input_range: InputRange,
+    /// What is subtracted from each number in that range: one number for all channels, or one for each;
+    /// empty: nothing.
+    #[serde(
+        deserialize_with = "one_or_many",
+        skip_serializing_if = "Vec::is_empty"
+    )]
+    pub mean: Vec<f32>,
+    /// What each number is divided by after that: one number for all channels, or one for each; empty:
+    /// nothing.
+    #[serde(
+        deserialize_with = "one_or_many",
+        skip_serializing_if = "Vec::is_empty"
+    )]
+    pub std: Vec<f32>,
+    /// Equal channels in which one image is given, 1 unless given.
+    #[serde(skip_serializing_if = "is_one")]
+    pub channels: usize,
     /// Rows of the silhouettes that the input is made of, 50 unless given.
     pub rows: usize,
     /// Columns of the silhouettes that the input is made of, 30 unless given.
@@ -97,6 +116,9 @@ impl Default for Contract {
         Self {
             name: String::new(),
             input_range: InputRange::Unit,
+            mean: Vec::new(),
+            std: Vec::new(),
+            channels: 1,
             rows: 50,
             columns: 30,
             layout: Layout::Nchw,
@@ -181,17 +203,45 @@ impl Contract {
         self.shape().numbers()
     }
 
-    /// Channels of the input: its images, or 1 of a vector.
-    pub(super) const fn channels(&self) -> usize {
+    /// Numbers of an input, or of one frame of it: as many as in a template or silhouette, in each channel.
+    #[must_use]
+    pub const fn input_numbers(&self) -> usize {
+        self.numbers() * self.channels
+    }
+
+    /// Channels of the input: its images, or equal ones; 1 of a vector.
+    pub(super) const fn input_channels(&self) -> usize {
         match self.shape() {
-            Shape::Image { planes, .. } => planes,
+            Shape::Image { planes, .. } => planes * self.channels,
             Shape::Vector(_) => 1,
         }
     }
 
-    /// Appends pixels (0 to 255) in the contract's range.
+    /// Appends a whole input, of which these are the pixels (0 to 255), frame after frame: in the
+    /// contract's range, channels and layout.
     pub fn feed(&self, bytes: &[u8], into: &mut Vec<f32>) {
-        into.extend(bytes.iter().map(|&byte| self.input_range.of_byte(byte)));
+        let mut add = |pixels: &[u8], channel: usize| {
+            let of = |all: &[f32]| all.get(channel).or(all.first()).copied();
+            let (mean, std) = (of(&self.mean).unwrap_or(0.0), of(&self.std));
+            let numbers = pixels
+                .iter()
+                .map(|&byte| self.input_range.of_byte(byte) - mean);
+            match std {
+                None => into.extend(numbers),
+                Some(std) => into.extend(numbers.map(|number| number / std)),
+            }
+        };
+        let block = match self.layout {
+            _ if self.channels == 1 => bytes.len(),
+            Layout::Nhwc => 1,
+            Layout::Ntchw => self.numbers(),
+            _ => bytes.len(),
+        };
+        for block in bytes.chunks(block.max(1)) {
+            for channel in 0..self.channels {
+                add(block, channel);
+            }
+        }
     }
 
     /// How many frames each of `batch` inputs has that are so many numbers together; 1 for
@@ -201,7 +251,7 @@ impl Contract {
     /// If that is no whole number, none, or another than the contract states.
     pub fn frames_in(&self, numbers: usize, batch: usize) -> Result<usize> {
         let frames = batch
-            .checked_mul(self.numbers())
+            .checked_mul(self.input_numbers())
             .filter(|step| *step > 0 && numbers.is_multiple_of(*step))
             .map_or(0, |step| numbers / step);
         let expected = match self.template {
@@ -220,8 +270,11 @@ impl Contract {
             model: self.name.clone(),
             batch,
             inputs,
-            shape: self.shape().to_string(),
-            numbers: self.numbers(),
+            shape: match self.channels {
+                1 => self.shape().to_string(),
+                channels => format!("{} in {channels} channels", self.shape()),
+            },
+            numbers: self.input_numbers(),
             found: numbers,
         }
         .into())
@@ -233,7 +286,7 @@ impl Contract {
         let size = |axis: &Axis| match axis {
             Axis::Batch => batch,
             Axis::Frame => frames,
-            Axis::Channel => self.channels(),
+            Axis::Channel => self.input_channels(),
             Axis::Row => self.rows,
             Axis::Column => self.columns,
             Axis::Number => self.numbers(),
@@ -326,6 +379,8 @@ impl Contract {
                 ),
             ));
         }
+        self.check_channels()
+            .map_err(|problem| Error::input(path, problem))?;
         if let Some(frames) = self.frames {
             let problem = match self.template {
                 Template::Silhouettes => format!("expected 1 to {MAX_SIDE}"),
@@ -354,6 +409,73 @@ impl Contract {
         }
         Ok(())
     }
+}
+
+impl Contract {
+    /// Equal channels, and what is done to the numbers of each.
+    pub(super) fn check_channels(&self) -> std::result::Result<(), String> {
+        let channels = self.channels;
+        if !(1..=MAX_CHANNELS).contains(&channels) {
+            return Err(format!(
+                "channels: expected 1 to {MAX_CHANNELS}, found {channels}"
+            ));
+        }
+        if channels > 1 && !self.layout.has_channels() {
+            return Err(format!(
+                "channels: layout {} has none, found {channels} (NCHW, NHWC, NTCHW and NCTHW have)",
+                self.layout.name()
+            ));
+        }
+        let is_one_image = matches!(self.shape(), Shape::Image { planes: 1, .. });
+        if channels > 1 && !is_one_image {
+            return Err(format!(
+                "channels: template {:?} has its own, found {channels}",
+                self.template.name()
+            ));
+        }
+        for (key, numbers) in [("mean", &self.mean), ("std", &self.std)] {
+            if numbers.len() > 1 && numbers.len() != channels {
+                return Err(format!(
+                    "{key}: expected one number, or one for each of {channels} channels, found {}",
+                    numbers.len()
+                ));
+            }
+            let is_bad = |number: &&f32| !number.is_finite() || key == "std" && **number <= 0.0;
+            if let Some(bad) = numbers.iter().find(is_bad) {
+                let expected = if key == "std" {
+                    "numbers above 0"
+                } else {
+                    "finite numbers"
+                };
+                return Err(format!("{key}: expected {expected}, found {bad}"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A number, or a list of them.
+fn one_or_many<'de, D: serde::Deserializer<'de>>(
+    from: D,
+) -> std::result::Result<Vec<f32>, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged, expecting = "expected a number, or a list of numbers")]
+    enum Numbers {
+        One(f32),
+        Many(Vec<f32>),
+    }
+    Ok(match Numbers::deserialize(from)? {
+        Numbers::One(one) => vec![one],
+        Numbers::Many(many) => many,
+    })
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde passes a reference"
+)]
+fn is_one(channels: &usize) -> bool {
+    *channels == 1
 }
 
 fn first_repeated(names: &[String]) -> Option<&String> {

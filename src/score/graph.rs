@@ -40,6 +40,9 @@ pub struct Graph {
     pub inputs: Vec<Port>,
     /// Outputs, in order.
     pub outputs: Vec<Port>,
+    /// What a classifier of `ai.onnx.ml` calls its classes, in the order of its scores; empty if there is
+    /// none, or it numbers them.
+    pub labels: Vec<String>,
     /// The operations of the outermost graph, in order.
     nodes: Vec<Node>,
     /// Those of graphs inside of it, and of functions.

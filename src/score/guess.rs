@@ -1,48 +1,86 @@
 //! What a model takes, as far as its file tells, where no contract stands beside it.
 
-use super::contract::Contract;
+use super::contract::{Contract, OutputNames};
 use super::graph::{Dimension, Graph, Port};
-use super::input::{Axis, Layout};
-use super::ports::FLOAT;
+use super::input::{Axis, InputRange, Layout};
+use super::ports::Element;
 use crate::template::Template;
 use edgegait_core::silhouette::Size;
 
-/// The contract of a model whose only float input has the shape of GEIs or silhouettes of a size that
+/// Channels of pictures in colour.
+const COLOURS: usize = 3;
+
+/// The contract of a model whose only input has the shape of GEIs or silhouettes of a size that
 /// can be drawn; none where its shape leaves that open.
 ///
-/// GEIs come before silhouettes: of `[N, 1, 50, 30]` the 1 is a channel. What no shape tells (the
-/// template, framing, range and distance) is as [`Contract::default`] has it.
+/// GEIs come before silhouettes: of `[N, 1, 50, 30]` the 1 is a channel, and of `[N, 3, 50, 30]` the 3 are.
+/// What no shape tells (the template, framing, range and distance) is as [`Contract::default`] has it,
+/// but that bytes are of 0 to 255. Classes are those that a classifier of scikit-learn's names.
 pub(super) fn contract(graph: &Graph) -> Option<Contract> {
     let [input] = graph.inputs.as_slice() else {
         return None;
     };
-    let templates = [Template::Gei, Template::Silhouettes].into_iter();
-    let mut all = templates.flat_map(|template| {
+    let input_range = match Element::of(input.element)? {
+        Element::U8 => InputRange::Byte,
+        Element::F32 | Element::F64 => InputRange::Unit,
+    };
+    let templates = [
+        (Template::Gei, 1),
+        (Template::Gei, COLOURS),
+        (Template::Silhouettes, 1),
+    ];
+    let mut all = templates.into_iter().flat_map(|(template, channels)| {
         let layouts = Layout::ALL.into_iter();
         let held = layouts.filter(move |layout| layout.holds(template));
-        held.flat_map(move |layout| Size::ALL.map(|size| (template, layout, size)))
+        let held = held.filter(move |layout| channels == 1 || layout.has_channels());
+        held.flat_map(move |layout| Size::ALL.map(|size| (template, channels, layout, size)))
     });
-    let of = |(template, layout, size): (Template, Layout, Size)| Contract {
+    let of = |(template, channels, layout, size): (Template, usize, Layout, Size)| Contract {
+        input_range,
         template,
+        channels,
         layout,
         rows: size.rows(),
         columns: size.columns(),
         ..Contract::default()
     };
-    all.find_map(|guess| Some(of(guess)).filter(|contract| is_shape_of(input, contract)))
+    let mut found =
+        all.find_map(|guess| Some(of(guess)).filter(|contract| is_shape_of(input, contract)))?;
+    if let Some(scores) = scores(graph) {
+        found.classes.clone_from(&graph.labels);
+        found.outputs = OutputNames {
+            scores: Some(scores.name.clone()),
+            embedding: None,
+        };
+    }
+    Some(found)
+}
+
+/// The output that has a number for each of the classes that the graph names.
+fn scores(graph: &Graph) -> Option<&Port> {
+    let is_scores = |port: &&Port| {
+        let width = match port.shape.as_deref() {
+            Some([_, Dimension::Fixed(width)]) => Some(*width),
+            Some([_, _]) => None,
+            _ => return false,
+        };
+        let is_number = matches!(Element::of(port.element), Some(Element::F32 | Element::F64));
+        is_number && width.is_none_or(|width| width == graph.labels.len() as u64)
+    };
+    let mut outputs = graph.outputs.iter().filter(|_| !graph.labels.is_empty());
+    outputs.find(is_scores)
 }
 
 /// Whether the sizes that a contract fixes are those that an input states; the batch and the number of
-/// frames may be any, but that 3 frames are rather the channels of a picture.
+/// frames may be any.
 fn is_shape_of(input: &Port, contract: &Contract) -> bool {
-    let Some(shape) = input.shape.as_deref().filter(|_| input.element == FLOAT) else {
+    let Some(shape) = input.shape.as_deref() else {
         return false;
     };
     let axes = contract.layout.axes();
     let size = contract.input_shape(1, 1);
     let is_like = |(axis, (size, dimension)): (&Axis, (&usize, &Dimension))| match axis {
-        Axis::Batch => true,
-        Axis::Frame => *dimension != Dimension::Fixed(3),
+        Axis::Batch | Axis::Frame => true,
         _ => *dimension == Dimension::Fixed(*size as u64),
     };
     let sizes = size.iter().zip(shape);
@@ -51,14 +89,24 @@ fn is_shape_of(input: &Port, contract: &Contract) -> bool {
 
 /// What was taken for granted about a model, in words.
 pub(super) fn said(contract: &Contract) -> String {
+    let channels = match contract.channels {
+        1 => String::new(),
+        channels => format!(" in {channels} equal channels"),
+    };
+    let classes = match contract.classes.len() {
+        0 => String::new(),
+        count => format!(", its {count} classes for people"),
+    };
     format!(
-        "{}: no .toml lies beside it: its shape was taken for {} of {}x{} ({}), and framing height, input \
-         range 0..1 and {} distance were assumed (a .toml states otherwise)",
+        "{}: no .toml lies beside it: its shape was taken for {} of {}x{}{channels} ({}){classes}, and framing \
+         height, input range {} and {} distance were assumed (edgegait contract writes a .toml to state \
+         otherwise)",
         contract.name,
         contract.template.plural(),
         contract.rows,
         contract.columns,
         contract.layout.name(),
+        contract.input_range.name(),
         contract.distance.name(),
     )
 }
@@ -72,7 +120,7 @@ mod tests {
         let mut graph = Graph::default();
         graph.inputs.push(Port {
             name: "x".into(),
-            element: FLOAT,
+            element: 1,
             shape: Some(dimensions.iter().map(dimension).collect()),
         });
         graph
@@ -149,7 +197,6 @@ mod tests {
             vec![None, Some(60)],
             vec![None, Some(1), None, None],
             vec![None, Some(1), Some(128), Some(88)],
-            vec![None, Some(3), Some(64), Some(44)],
             vec![None, Some(1), Some(44), Some(64)],
             vec![None, None, None, Some(64), Some(44)],
         ];
@@ -160,7 +207,48 @@ mod tests {
         two.inputs.push(two.inputs[0].clone());
         assert_eq!(contract(&two), None);
         let mut bytes = graph(&[None, Some(1), Some(50), Some(30)]);
-        bytes.inputs[0].element = 2;
+        bytes.inputs[0].element = 7;
         assert_eq!(contract(&bytes), None);
+    }
+
+    #[test]
+    fn bytes_are_of_255_and_three_channels_are_equal() {
+        let mut bytes = graph(&[None, Some(1), Some(50), Some(30)]);
+        bytes.inputs[0].element = 2;
+        let found = contract(&bytes).expect("a guess");
+        assert_eq!((found.input_range, found.channels), (InputRange::Byte, 1));
+        for (shape, layout) in [
+            (vec![None, Some(3), Some(64), Some(44)], Layout::Nchw),
+            (vec![None, Some(64), Some(44), Some(3)], Layout::Nhwc),
+        ] {
+            let found = contract(&graph(&shape)).expect("a guess");
+            let is = (found.template, found.channels, found.layout);
+            assert_eq!(is, (Template::Gei, 3, layout));
+            assert!(
+                said(&found).contains("64x44 in 3 equal channels"),
+                "{}",
+                said(&found)
+            );
+        }
+    }
+
+    #[test]
+    fn classes_that_a_classifier_names_are_people() {
+        let port = |name: &str, element, shape: &[Option<u64>]| Port {
+            name: name.into(),
+            element,
+            ..graph(shape).inputs[0].clone()
+        };
+        let mut of_scikit = graph(&[None, Some(1500)]);
+        of_scikit.labels = vec!["ann".into(), "bob".into()];
+        of_scikit.outputs = vec![
+            port("label", 8, &[None]),
+            port("probabilities", 1, &[None, Some(2)]),
+        ];
+        let found = contract(&of_scikit).expect("a guess");
+        assert_eq!(found.classes, ["ann", "bob"]);
+        assert_eq!(found.outputs.scores.as_deref(), Some("probabilities"));
+        of_scikit.outputs[1] = port("probabilities", 1, &[None, Some(3)]);
+        assert_eq!(contract(&of_scikit).expect("a guess").classes, [""; 0]);
     }
 }

@@ -1,7 +1,7 @@
 //! What a recognizer is fed: its template, the order of its axes, and the values of pixels.
 //!
-//! There is one channel, or channels come first, so that layouts differ in the shape that is
-//! stated and never in the order of the numbers: frame after frame, rows from the top.
+//! Templates of several images have their channels first. One image may be given as several equal
+//! channels, in the layout's order.
 
 use crate::template::{Shape, Template};
 use serde::{Deserialize, Serialize};
@@ -16,6 +16,9 @@ pub enum InputRange {
     /// Background 0, always-foreground 255.
     #[serde(rename = "0..255")]
     Byte,
+    /// Background -1, always-foreground 1.
+    #[serde(rename = "-1..1")]
+    Signed,
 }
 
 impl InputRange {
@@ -25,6 +28,17 @@ impl InputRange {
         match self {
             Self::Unit => f32::from(byte) / 255.0,
             Self::Byte => f32::from(byte),
+            Self::Signed => f32::from(byte) / 127.5 - 1.0,
+        }
+    }
+
+    /// The name under which contracts state it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Unit => "0..1",
+            Self::Byte => "0..255",
+            Self::Signed => "-1..1",
         }
     }
 }
@@ -111,6 +125,12 @@ impl Layout {
         first.unwrap_or_default()
     }
 
+    /// Whether it has an axis of channels.
+    #[must_use]
+    pub fn has_channels(self) -> bool {
+        self.axes().contains(&Axis::Channel)
+    }
+
     pub(super) const fn axes(self) -> &'static [Axis] {
         use Axis::{Batch, Channel, Column, Frame, Number, Row};
         match self {
@@ -195,5 +215,6 @@ mod tests {
         let of = |range: InputRange| [0, 51, 255].map(|byte| range.of_byte(byte));
         assert_eq!(of(InputRange::Unit), [0.0, 0.2, 1.0]);
         assert_eq!(of(InputRange::Byte), [0.0, 51.0, 255.0]);
+        assert_eq!(of(InputRange::Signed), [-1.0, -0.6, 1.0]);
     }
 }

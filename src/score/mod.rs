@@ -123,7 +123,7 @@ fn run_batch(
     let step = if ports.batching.is_one() { 1 } else { batch };
     let shape = contract.input_shape(step, frames);
     let mut outputs = Outputs::default();
-    for input in input.chunks_exact(step * frames * contract.numbers()) {
+    for input in input.chunks_exact(step * frames * contract.input_numbers()) {
         let (embedding, scores) = run_once(input, &shape)?;
         let refuse = |name: &str, expected: String, found: &Tensor| ScoreError::Output {
             model: contract.name.clone(),

@@ -11,12 +11,12 @@ use ort::environment::Environment;
 use ort::ep::{self, ExecutionProvider, ExecutionProviderDispatch};
 use ort::memory::Allocator;
 use ort::session::{HasSelectedOutputs, builder::SessionBuilder};
-use ort::session::{OutputSelector, RunOptions, Session, SessionOutputs};
+use ort::session::{OutputSelector, RunOptions, Session, SessionInputValue, SessionOutputs};
 use ort::value::{Tensor as OrtTensor, TensorRef};
 
 use super::library::Library;
 use super::model::Model;
-use super::ports::Ports;
+use super::ports::{Element, Ports, byte_of};
 use super::profile;
 use super::{
     Bare, BareOutputs, Contract, OperatorTime, Outputs, Provider, Ran, Recognizer, RuntimeName,
@@ -190,6 +190,25 @@ struct Ready {
     options: RunOptions<HasSelectedOutputs>,
 }
 
+/// A model's input in the numbers that it takes.
+fn given<'a>(
+    element: Element,
+    input: &'a [f32],
+    shape: &'a [usize],
+) -> ort::Result<SessionInputValue<'a>> {
+    Ok(match element {
+        Element::F32 => TensorRef::from_array_view((shape, input))?.into(),
+        Element::F64 => {
+            let numbers: Vec<f64> = input.iter().copied().map(f64::from).collect();
+            OrtTensor::from_array((shape.to_vec(), numbers))?.into()
+        }
+        Element::U8 => {
+            let bytes: Vec<u8> = input.iter().copied().map(byte_of).collect();
+            OrtTensor::from_array((shape.to_vec(), bytes))?.into()
+        }
+    })
+}
+
 /// What a model gives: embedding and scores.
 type Found = (Tensor, Option<Tensor>);
 
@@ -226,6 +245,11 @@ impl OrtRecognizer {
         let shape = self
             .contract
             .input_shape(1, self.contract.frames_in(input.len(), 1)?);
+        if self.ports.element != Element::F32 {
+            return Err(self
+                .failed("expected a model that takes f32 for a loop around the runtime alone")
+                .into());
+        }
         let found = self.run_once(input, &shape)?;
         let ready = self
             .ready(&shape, &found)
@@ -274,12 +298,12 @@ impl OrtRecognizer {
         }
         // Outputs whose shape depends on the numbers do not fit the tensors of the last ones.
         *ready = None;
-        let view = TensorRef::from_array_view((shape, input)).map_err(failed)?;
+        let given = given(self.ports.element, input, shape).map_err(failed)?;
         let outputs = session
-            .run_with_options(ort::inputs![view], options)
+            .run_with_options(ort::inputs![given], options)
             .map_err(failed)?;
         let found = self.found(&outputs)?;
-        if input.len() <= SMALL {
+        if input.len() <= SMALL && self.is_plain(&outputs) {
             *ready = Some(self.ready(shape, &found).map_err(failed)?);
         }
         Ok(found)
@@ -299,6 +323,16 @@ impl OrtRecognizer {
             input: OrtTensor::new(&allocator, shape.to_vec())?,
             options: RunOptions::new()?.with_outputs(outputs),
         })
+    }
+
+    /// Whether all that is given and found is f32, as the tensors are that are used again.
+    fn is_plain(&self, outputs: &SessionOutputs<'_>) -> bool {
+        let is_f32 = |name: &String| {
+            let output = outputs.get(name);
+            output.is_some_and(|output| output.try_extract_tensor::<f32>().is_ok())
+        };
+        let used = std::iter::once(&self.ports.embedding).chain(&self.ports.scores);
+        self.ports.element == Element::F32 && { used }.all(is_f32)
     }
 
     fn failed(&self, cause: impl Into<Cause>) -> ScoreError {
@@ -321,14 +355,25 @@ impl OrtRecognizer {
         let output = outputs
             .get(name)
             .ok_or_else(|| self.failed(format!("there is no output {name:?}")))?;
+        let sizes = |shape: &[i64]| {
+            let sizes = shape.iter();
+            sizes
+                .map(|&size| usize::try_from(size).unwrap_or(0))
+                .collect()
+        };
+        if let Ok((shape, numbers)) = output.try_extract_tensor::<f64>() {
+            #[expect(clippy::cast_possible_truncation, reason = "embeddings are f32")]
+            let numbers = numbers.iter().map(|&number| number as f32).collect();
+            return Ok(Tensor {
+                shape: sizes(shape),
+                numbers,
+            });
+        }
         let (shape, numbers) = output.try_extract_tensor::<f32>().map_err(|error| {
             self.failed(format!("expected the output {name:?} as f32: {error}"))
         })?;
-        let sizes = shape.iter();
         Ok(Tensor {
-            shape: sizes
-                .map(|&size| usize::try_from(size).unwrap_or(0))
-                .collect(),
+            shape: sizes(shape),
             numbers: numbers.to_vec(),
         })
     }
@@ -364,8 +409,8 @@ pub(super) fn operator_times(
             .with_profiling(folder.path().join("profile"))?
             .commit_from_memory(model.bytes())?;
         for _ in 0..runs {
-            let view = TensorRef::from_array_view((shape.clone(), input))?;
-            session.run(ort::inputs![view])?;
+            let given = given(model.ports().element, input, &shape)?;
+            session.run(ort::inputs![given])?;
         }
         session.end_profiling()
     };

@@ -2,8 +2,9 @@
 
 use super::contract::Contract;
 use super::graph::{Dimension, Graph, Port};
-use super::input::{Axis, Layout};
+use super::input::{Axis, InputRange, Layout};
 use crate::template::Template;
+use edgegait_core::silhouette::Size;
 
 /// How our own models call the output that is compared by distance, f32 `[N, dims]`.
 pub const EMBEDDING: &str = "embedding";
@@ -17,6 +18,45 @@ pub(super) struct Ports {
     pub embedding: String,
     pub scores: Option<String>,
     pub batching: Batching,
+    pub element: Element,
+}
+
+/// In which numbers a model is given its input.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Element {
+    F32,
+    F64,
+    U8,
+}
+
+impl Element {
+    /// By `TensorProto.DataType`; none of what no input is made in.
+    pub(super) const fn of(kind: u64) -> Option<Self> {
+        match kind {
+            FLOAT => Some(Self::F32),
+            UINT8 => Some(Self::U8),
+            DOUBLE => Some(Self::F64),
+            _ => None,
+        }
+    }
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::F64 => "f64",
+            Self::U8 => "u8",
+        }
+    }
+}
+
+/// A number of 0 to 255 as a byte.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "saturates, and contracts of bytes have no other numbers"
+)]
+pub(super) fn byte_of(number: f32) -> u8 {
+    number.round() as u8
 }
 
 /// How many inputs a model may be given at once.
@@ -45,23 +85,35 @@ impl Ports {
         graph: &Graph,
         contract: &Contract,
     ) -> Result<(Self, Option<usize>), String> {
-        let expected = expected_input(contract);
+        let expected = |element: Option<Element>| expected_input(element, contract);
         let [input] = graph.inputs.as_slice() else {
             return Err(format!(
-                "expected one input of {expected}, found {}",
+                "expected one input of {}, found {} (export a graph that takes pictures alone)",
+                expected(None),
                 list_of(&graph.inputs)
             ));
         };
         let axes = contract.layout.axes();
-        let shape = match &input.shape {
-            Some(shape) if input.element == FLOAT && fits(shape, contract) => shape,
+        let element = Element::of(input.element);
+        let (element, shape) = match (&input.shape, element) {
+            (Some(shape), Some(element)) if fits(shape, contract) => (element, shape),
             _ => {
                 return Err(format!(
-                    "expected the input as {expected}, found {input} ({})",
+                    "expected the input as {}, found {input} ({})",
+                    expected(element),
                     remedy(input, contract)
                 ));
             }
         };
+        let is_plain = contract.mean.is_empty() && contract.std.is_empty();
+        if element == Element::U8 && !(is_plain && contract.input_range == InputRange::Byte) {
+            return Err(format!(
+                "expected bytes of 0 to 255 for {input}, found input_range {:?}{} (in its .toml: input_range = \
+                 \"0..255\", without mean and std)",
+                contract.input_range.name(),
+                if is_plain { "" } else { " with mean or std" },
+            ));
+        }
         let fixed = |wanted: Axis| {
             let at = axes.iter().position(|axis| *axis == wanted)?;
             match shape.get(at)? {
@@ -88,6 +140,7 @@ impl Ports {
             embedding: embedding.name.clone(),
             scores: scores.map(|port| port.name.clone()),
             batching,
+            element,
         };
         Ok((ports, fixed(Axis::Frame)))
     }
@@ -104,31 +157,32 @@ fn outputs<'a>(
     };
     let embedding = match &contract.outputs.embedding {
         Some(name) => named(graph, name)?,
-        None => graph
-            .outputs
-            .iter()
-            .find(|port| port.name == EMBEDDING)
-            .or_else(|| graph.outputs.iter().find(|port| Some(*port) != scores))
-            .or(scores)
-            .ok_or("expected an output, found none")?,
-    };
-    let rank_is = |port: &Port, ranks: &[usize]| {
-        let rank = port.shape.as_ref().map(Vec::len);
-        port.element == FLOAT && rank.is_none_or(|rank| ranks.contains(&rank))
+        None => {
+            let others = || graph.outputs.iter().filter(|port| Some(*port) != scores);
+            let fitting = others().find(|port| rank_is(port, &[2, 3]));
+            graph
+                .outputs
+                .iter()
+                .find(|port| port.name == EMBEDDING)
+                .or(fitting)
+                .or(scores)
+                .or_else(|| others().next())
+                .ok_or("expected an output, found none")?
+        }
     };
     if !rank_is(embedding, &[2, 3]) {
         return Err(format!(
-            "expected the embedding as f32 [N, numbers] or [N, numbers, parts], found {embedding} \
-             (end the model with Flatten, or name another output as embedding under [outputs] in the .toml)"
+            "expected the embedding as f32 [N, numbers] or [N, numbers, parts], found {embedding} ({})",
+            remedy_of_outputs(graph, "embedding", &[2, 3])
         ));
     }
     let people = contract.classes.len();
     let Some(port) = scores else {
         if people > 0 {
             return Err(format!(
-                "expected an output \"scores\" for the {people} classes in the contract, found {} \
-                 (name it as scores under [outputs] in the .toml)",
-                list_of(&graph.outputs)
+                "expected an output \"scores\" for the {people} classes in the contract, found {} ({})",
+                list_of(&graph.outputs),
+                remedy_of_outputs(graph, "scores", &[2])
             ));
         }
         return Ok((embedding, None));
@@ -149,20 +203,40 @@ fn outputs<'a>(
     Ok((embedding, scores))
 }
 
+/// Whether an output is of numbers and of one of these ranks, as far as the file says.
+fn rank_is(port: &Port, ranks: &[usize]) -> bool {
+    let rank = port.shape.as_ref().map(Vec::len);
+    [FLOAT, DOUBLE].contains(&port.element) && rank.is_none_or(|rank| ranks.contains(&rank))
+}
+
+/// What to do where no output serves as `role`, which has one of these ranks.
+fn remedy_of_outputs(graph: &Graph, role: &str, ranks: &[usize]) -> String {
+    if graph.operators.keys().any(|name| name.ends_with("ZipMap")) {
+        return "skl2onnx gives probabilities as a list of maps unless it is told options={\"zipmap\": False}".into();
+    }
+    match graph.outputs.iter().find(|port| rank_is(port, ranks)) {
+        Some(port) => format!("in its .toml: outputs.{role} = {:?}", port.name),
+        None => format!(
+            "end the model with Flatten, or name another output in its .toml: outputs.{role} = \"NAME\""
+        ),
+    }
+}
+
 /// The input as the contract has it: `f32 [N, 1, 50, 30]`.
-fn expected_input(contract: &Contract) -> String {
+fn expected_input(element: Option<Element>, contract: &Contract) -> String {
     let size = |axis: &Axis| match axis {
         Axis::Batch => "N".to_owned(),
         Axis::Frame => contract
             .frames
             .map_or("T".to_owned(), |frames| frames.to_string()),
-        Axis::Channel => contract.channels().to_string(),
+        Axis::Channel => contract.input_channels().to_string(),
         Axis::Row => contract.rows.to_string(),
         Axis::Column => contract.columns.to_string(),
         Axis::Number => contract.numbers().to_string(),
     };
     let sizes: Vec<String> = contract.layout.axes().iter().map(size).collect();
-    format!("f32 [{}]", sizes.join(", "))
+    let element = element.unwrap_or(Element::F32).name();
+    format!("{element} [{}]", sizes.join(", "))
 }
 
 /// Whether a shape may be that of the contract, but for the batch.
@@ -174,7 +248,7 @@ fn fits(shape: &[Dimension], contract: &Contract) -> bool {
             Axis::Frame => contract
                 .frames
                 .is_none_or(|frames| may_be(dimension, frames)),
-            Axis::Channel => may_be(dimension, contract.channels()),
+            Axis::Channel => may_be(dimension, contract.input_channels()),
             Axis::Row => may_be(dimension, contract.rows),
             Axis::Column => may_be(dimension, contract.columns),
             Axis::Number => may_be(dimension, contract.numbers()),
@@ -183,6 +257,9 @@ fn fits(shape: &[Dimension], contract: &Contract) -> bool {
 
 /// What to do about an input that does not fit.
 fn remedy(input: &Port, contract: &Contract) -> String {
+    if Element::of(input.element).is_none() {
+        return "export it with an input of f32; f64 and u8 work, too".into();
+    }
     let shape = input.shape.as_deref().unwrap_or_default();
     // A free number of frames may be one channel: what the contract has in mind comes first, then
     // one template of each shape.
@@ -194,29 +271,68 @@ fn remedy(input: &Port, contract: &Contract) -> String {
         Template::Kfd,
         Template::RowWidth,
     ];
-    let all = templates.into_iter().flat_map(|template| {
+    let sizes = [(contract.rows, contract.columns)].into_iter();
+    let sizes = sizes.chain(Size::ALL.map(|size| (size.rows(), size.columns())));
+    let all = sizes.flat_map(|size| templates.map(|template| (size, template)));
+    let all = all.flat_map(|(size, template)| {
         let layouts = Layout::ALL.into_iter();
         let held = layouts.filter(move |layout| layout.holds(template));
-        held.map(move |layout| (template, layout))
+        held.flat_map(move |layout| {
+            [contract.channels, 1, 3].map(|channels| (size, template, layout, channels))
+        })
     });
-    let mut all = all.map(|(template, layout)| Contract {
+    let mut all = all.map(|((rows, columns), template, layout, channels)| Contract {
         template,
         layout,
+        rows,
+        columns,
+        channels,
         frames: None,
         ..contract.clone()
     });
-    match all.find(|other| input.element == FLOAT && fits(shape, other)) {
-        Some(other) if (other.template, other.layout) == (contract.template, contract.layout) => {
-            "frames can be given in the .toml beside the model".into()
+    let is_but_frames = |other: &Contract| {
+        let without = Contract {
+            frames: None,
+            ..contract.clone()
+        };
+        *other == without
+    };
+    let is_usable = |other: &Contract| other.channels == 1 || other.check_channels().is_ok();
+    match all.find(|other| is_usable(other) && fits(shape, other)) {
+        Some(other) if is_but_frames(&other) => match frames_of(shape, contract) {
+            Some(frames) => format!("in its .toml: frames = {frames}, or none"),
+            None => "in its .toml: another number of frames".into(),
+        },
+        Some(other) => {
+            let mut keys = vec![
+                format!("template = {:?}", other.template.name()),
+                format!("layout = {:?}", other.layout.name()),
+            ];
+            if (other.rows, other.columns) != (contract.rows, contract.columns) {
+                keys.push(format!(
+                    "rows = {}, columns = {}",
+                    other.rows, other.columns
+                ));
+            }
+            if other.channels != contract.channels {
+                keys.push(format!("channels = {}", other.channels));
+            }
+            format!("in its .toml: {}", keys.join(", "))
         }
-        Some(other) => format!(
-            "template = {:?} with layout = {:?} in the .toml beside the model would fit",
-            other.template.name(),
-            other.layout.name()
-        ),
         None => {
-            "rows, columns, template and layout can be given in the .toml beside the model".into()
+            let sizes = Size::ALL.map(Size::name).join(", ");
+            format!("silhouettes are drawn as {sizes}: export the model for one of these")
         }
+    }
+}
+
+/// Frames that a shape fixes.
+fn frames_of(shape: &[Dimension], contract: &Contract) -> Option<u64> {
+    let axes = contract.layout.axes().iter();
+    let at = { axes }.position(|axis| *axis == Axis::Frame)?;
+    match shape.get(at)? {
+        Dimension::Fixed(frames) => Some(*frames),
+        _ => None,
     }
 }
 
@@ -227,8 +343,10 @@ fn quantizes(operator: &str) -> bool {
     name.starts_with("DynamicQuantize")
 }
 
-/// `TensorProto.DataType.FLOAT`.
-pub(super) const FLOAT: u64 = 1;
+/// `TensorProto.DataType`: `FLOAT`, `UINT8` and `DOUBLE`.
+const FLOAT: u64 = 1;
+const UINT8: u64 = 2;
+const DOUBLE: u64 = 11;
 
 fn may_be(dimension: &Dimension, size: usize) -> bool {
     !matches!(dimension, Dimension::Fixed(fixed) if *fixed != size as u64)

@@ -6,11 +6,11 @@
 
 use std::sync::Arc;
 
-use rten::{ModelOptions, NodeId, RunOptions, ThreadPool, Value, ValueView};
+use rten::{ModelOptions, NodeId, RunOptions, ThreadPool, Value, ValueOrView, ValueView};
 
 use super::graph::Window;
 use super::model::Model;
-use super::ports::Ports;
+use super::ports::{Element, Ports, byte_of};
 use super::{Contract, Outputs, Provider, Recognizer, RuntimeName, Tensor, run_batch};
 use crate::error::{Cause, Error, Remedy, Result, ScoreError};
 
@@ -73,6 +73,11 @@ impl RtenRecognizer {
                 )));
             }
         }
+        if model.ports().element == Element::F64 {
+            return Err(refuse(
+                "the model takes f64, and the embedded runtime has no such numbers".into(),
+            ));
+        }
         for window in model.graph().windows() {
             if let Some(reason) = window_objection(&window) {
                 return Err(refuse(format!(
@@ -118,15 +123,22 @@ impl RtenRecognizer {
             model: self.contract.name.clone(),
             cause,
         };
-        let input = ValueView::from_shape(shape, input).map_err(|error| failed(error.into()))?;
+        let bytes: Vec<u8>;
+        let input: ValueOrView<'_> = match self.ports.element {
+            Element::U8 => {
+                bytes = input.iter().copied().map(byte_of).collect();
+                let view = ValueView::from_shape(shape, &bytes[..]);
+                view.map_err(|error| failed(error.into()))?.into()
+            }
+            _ => {
+                let view = ValueView::from_shape(shape, input);
+                view.map_err(|error| failed(error.into()))?.into()
+            }
+        };
         let options = RunOptions::default().with_thread_pool(Some(Arc::clone(&self.pool)));
         let mut values = self
             .model
-            .run(
-                vec![(self.input, input.into())],
-                &self.outputs,
-                Some(options),
-            )
+            .run(vec![(self.input, input)], &self.outputs, Some(options))
             .map_err(|error| failed(error.into()))?
             .into_iter();
         let embedding = values

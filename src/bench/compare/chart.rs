@@ -131,10 +131,9 @@ fn list(points: &[Point<'_>]) -> Markup {
 
 /// What is said of a point.
 fn entry(point: &Point<'_>) -> String {
-    let Met { board, model } = &point.met;
+    let Met { board, name, .. } = &point.met;
     format!(
-        "{} {board}: {} us, {} %",
-        model.name,
+        "{name} {board}: {} us, {} %",
         microseconds(point.us, ","),
         percent(point.rank1)
     )

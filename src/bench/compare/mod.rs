@@ -5,7 +5,7 @@ mod chart;
 pub(crate) use chart::chart;
 
 use super::results::{BenchResults, ModelResult, Timing};
-use super::table::{Column, Format, render, side_by_side};
+use super::table::{Column, Format, named, render, side_by_side};
 use crate::dataset::{Header, InputFile};
 use crate::error::{Error, Result};
 use crate::evaluate::median::median_interval;
@@ -29,10 +29,19 @@ pub(crate) struct Compared {
     pub boards: Vec<(String, BenchResults)>,
 }
 
-/// A model of some results, with how often it was measured before.
+/// A model of some results.
 struct Met<'a> {
     board: &'a str,
+    /// With its threads where there are several numbers of them.
+    name: String,
     model: &'a ModelResult,
+}
+
+impl Met<'_> {
+    /// Whether it is the same model with as many threads.
+    fn is_like(&self, other: &Self) -> bool {
+        (&self.model.name, self.model.threads) == (&other.model.name, other.model.threads)
+    }
 }
 
 impl Compared {
@@ -130,7 +139,11 @@ impl Compared {
     fn met(&self) -> impl Iterator<Item = Met<'_>> {
         self.boards.iter().flat_map(|(board, results)| {
             let models = results.models.iter();
-            models.map(move |model| Met { board, model })
+            models.map(move |model| Met {
+                board,
+                name: named(model, results),
+                model,
+            })
         })
     }
 
@@ -156,9 +169,9 @@ impl Compared {
         let all: Vec<Met<'_>> = self.met().collect();
         let of = |(at, met): (usize, &Met<'_>)| {
             let mut before = all[..at].iter();
-            let first = before.find(|one| one.model.name == met.model.name)?;
+            let first = before.find(|one| one.is_like(met))?;
             Some(Ratios {
-                heading: format!("{} {}", met.model.name, met.board),
+                heading: format!("{} {}", met.name, met.board),
                 against: first.board.to_owned(),
                 single: ratio(&met.model.single, &first.model.single),
                 batch: met

@@ -154,10 +154,14 @@ impl Contest<'_> {
 /// What a baseline takes from a recognizer's contract: what it is shown, and by what people are
 /// known.
 fn contract(of: &Contract) -> Contract {
+    let usual = Contract::default();
     Contract {
-        input_range: Contract::default().input_range,
-        distance: Contract::default().distance,
-        outputs: Contract::default().outputs,
+        input_range: usual.input_range,
+        mean: usual.mean,
+        std: usual.std,
+        channels: usual.channels,
+        distance: usual.distance,
+        outputs: usual.outputs,
         ..of.clone()
     }
 }
@@ -180,7 +184,7 @@ fn embedding_dims(recognizer: &dyn Recognizer) -> Result<usize> {
         Template::Silhouettes => contract.frames.unwrap_or(FRAMES_PER_CYCLE as usize),
         _ => 1,
     };
-    let black = vec![0.0; frames * contract.numbers()];
+    let black = vec![0.0; frames * contract.input_numbers()];
     Ok(recognizer.run(&black, 1)?.embedding_dims)
 }
 

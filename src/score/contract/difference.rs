@@ -1,7 +1,6 @@
 //! Where two contracts differ in what a model is fed or promises.
 
 use super::Contract;
-use crate::score::InputRange;
 
 impl Contract {
     /// The first setting in which a model with the other contract cannot be compared number by
@@ -10,15 +9,15 @@ impl Contract {
     #[must_use]
     pub(crate) fn difference(&self, other: &Self) -> Option<(&'static str, [String; 2])> {
         type Value = fn(&Contract) -> String;
-        let settings: [(&'static str, Value); 9] = [
+        let settings: [(&'static str, Value); 12] = [
             ("template", |one| one.template.name().into()),
             ("size", |one| format!("{}x{}", one.rows, one.columns)),
             ("layout", |one| one.layout.name().into()),
             ("framing", |one| one.framing.name().into()),
-            ("input_range", |one| match one.input_range {
-                InputRange::Unit => "0..1".into(),
-                InputRange::Byte => "0..255".into(),
-            }),
+            ("input_range", |one| one.input_range.name().into()),
+            ("mean", |one| format!("{:?}", one.mean)),
+            ("std", |one| format!("{:?}", one.std)),
+            ("channels", |one| one.channels.to_string()),
             ("frames", |one| match one.frames {
                 Some(frames) => frames.to_string(),
                 None => "any number".into(),
@@ -47,7 +46,7 @@ impl Contract {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::{Distance, Layout};
+    use crate::score::{Distance, InputRange, Layout};
     use crate::sweep::Framing;
     use crate::template::Template;
 

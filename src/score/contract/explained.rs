@@ -8,7 +8,7 @@ use crate::error::{Result, ScoreError};
 /// A key, what it means, and its line where the contract leaves it out.
 type Key = (&'static str, &'static str, &'static str);
 
-const KEYS: [Key; 12] = [
+const KEYS: [Key; 15] = [
     (
         "name",
         "What to call the recognizer in results; empty: the name of the model's file.",
@@ -45,8 +45,23 @@ const KEYS: [Key; 12] = [
     ),
     (
         "input_range",
-        "Values of background and foreground: \"0..1\" or \"0..255\". CHECK THIS.",
+        "Values of background and foreground: \"0..1\", \"0..255\" or \"-1..1\". CHECK THIS.",
         "",
+    ),
+    (
+        "mean",
+        "Subtracted from each number in that range: one number, or one a channel.",
+        "# mean = 0.5",
+    ),
+    (
+        "std",
+        "Each number is divided by it after that: one number, or one a channel.",
+        "# std = 0.5",
+    ),
+    (
+        "channels",
+        "Equal channels in which an image is given, for networks that were made for colour.",
+        "# channels = 3",
     ),
     (
         "distance",
@@ -147,6 +162,9 @@ mod tests {
         Contract {
             name: "a \"name\"".into(),
             input_range: InputRange::Byte,
+            mean: vec![0.5, 0.25],
+            std: vec![2.0],
+            channels: 2,
             rows: 64,
             columns: 44,
             layout: Layout::Ntchw,

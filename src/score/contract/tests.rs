@@ -39,6 +39,83 @@ fn every_key_is_read() {
     assert_eq!(contract.training.viewpoints, [[90.0, 0.0], [270.0, 15.0]]);
 }
 
+fn fed(contract: &Contract, bytes: &[u8]) -> Vec<f32> {
+    let mut input = Vec::new();
+    contract.feed(bytes, &mut input);
+    input
+}
+
+#[test]
+fn numbers_have_their_mean_taken_off_and_are_divided() {
+    let contract = parse("mean = 0.5\nstd = [0.25]\n").expect("known keys");
+    assert_eq!(fed(&contract, &[0, 255]), [-2.0, 2.0]);
+    let signed = parse("input_range = \"-1..1\"\n").expect("known keys");
+    assert_eq!(fed(&signed, &[0, 255]), [-1.0, 1.0]);
+    assert_eq!(fed(&Contract::default(), &[0, 51, 255]), [0.0, 0.2, 1.0]);
+}
+
+#[test]
+fn equal_channels_come_in_the_order_of_the_layout() {
+    // Two frames of one row and two columns.
+    let of = |layout: &str, template: &str| {
+        let text = format!(
+            "layout = {layout:?}\ntemplate = {template:?}\nrows = 1\ncolumns = 2\nchannels = 2\n\
+             input_range = \"0..255\"\nmean = [0, 100]\n"
+        );
+        parse(&text).expect("known keys")
+    };
+    let gei = [1, 2];
+    assert_eq!(fed(&of("NCHW", "gei"), &gei), [1.0, 2.0, -99.0, -98.0]);
+    assert_eq!(fed(&of("NHWC", "gei"), &gei), [1.0, -99.0, 2.0, -98.0]);
+    let frames = [1, 2, 3, 4];
+    assert_eq!(
+        fed(&of("NTCHW", "silhouettes"), &frames),
+        [1.0, 2.0, -99.0, -98.0, 3.0, 4.0, -97.0, -96.0]
+    );
+    assert_eq!(
+        fed(&of("NCTHW", "silhouettes"), &frames),
+        [1.0, 2.0, 3.0, 4.0, -99.0, -98.0, -97.0, -96.0]
+    );
+    let contract = of("NTCHW", "silhouettes");
+    assert_eq!((contract.numbers(), contract.input_numbers()), (2, 4));
+    assert_eq!(contract.input_shape(3, 2), [3, 2, 2, 1, 2]);
+    assert_eq!(contract.frames_in(8, 1).ok(), Some(2));
+    let said = contract
+        .frames_in(6, 1)
+        .expect_err("one and a half")
+        .to_string();
+    assert!(said.contains("1 x 2 in 2 channels = 4 numbers"), "{said}");
+}
+
+#[test]
+fn channels_and_their_numbers_that_do_not_fit_are_refused() {
+    for (text, words) in [
+        ("channels = 0", "channels: expected 1 to 16, found 0"),
+        ("channels = 17", "channels: expected 1 to 16, found 17"),
+        (
+            "channels = 3\nlayout = \"ND\"",
+            "channels: layout ND has none, found 3",
+        ),
+        (
+            "channels = 3\ntemplate = \"frequency\"",
+            "channels: template \"frequency\" has its own, found 3",
+        ),
+        (
+            "mean = [1, 2]",
+            "mean: expected one number, or one for each of 1 channels, found 2",
+        ),
+        ("std = 0", "std: expected numbers above 0, found 0"),
+        ("mean = inf", "mean: expected finite numbers, found inf"),
+        (
+            "mean = \"half\"",
+            "m.toml:1: expected a number, or a list of numbers",
+        ),
+    ] {
+        let said = parse(text).expect_err(text).to_string();
+        assert!(said.contains(words), "{said}");
+    }
+}
+
 #[test]
 fn a_written_contract_reads_back() {
     let contract = parse(ALL).expect("all keys are known");

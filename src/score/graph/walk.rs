@@ -12,6 +12,11 @@ pub(super) const MAX_INTEGERS: u64 = 1024;
 /// Most axes of a tensor (as many as numpy 2 has).
 pub(super) const MAX_RANK: usize = 64;
 
+/// Most labels of classes that are kept.
+const MAX_LABELS: usize = 1 << 16;
+/// In which classifiers of `ai.onnx.ml` name their classes.
+const CLASS_LABELS: &str = "classlabels_strings";
+
 /// `TensorProto.DataLocation.EXTERNAL`.
 const EXTERNAL: u64 = 1;
 /// `TensorProto.DataType.INT64`.
@@ -136,6 +141,7 @@ impl Walk {
     /// `AttributeProto`: its name and value.
     fn attribute(&mut self, mut attribute: Reader<'_>, depth: usize) -> Read<(String, Attribute)> {
         let (mut name, mut integers, mut value) = (String::new(), Vec::new(), Attribute::Other);
+        let mut strings = Vec::new();
         while let Some((number, field)) = attribute.next()? {
             match (number, field) {
                 (1, Field::Bytes(text)) => name = text.text()?,
@@ -150,8 +156,13 @@ impl Walk {
                 }
                 (6 | 11, Field::Bytes(graph)) => self.graph(graph, depth + 1)?,
                 (8, field) => push_integers(field, &mut integers)?,
+                (9, Field::Bytes(text)) if strings.len() < MAX_LABELS => strings.push(text),
                 _ => {}
             }
+        }
+        if name == CLASS_LABELS {
+            let texts = strings.iter().map(Reader::text);
+            self.graph.labels = texts.collect::<Read<_>>()?;
         }
         if !integers.is_empty() {
             value = Attribute::Integers(integers);

@@ -17,6 +17,7 @@ fn our_own_model_agrees_with_the_default_contract() {
         embedding: "embedding".into(),
         scores: Some("scores".into()),
         batching: Batching::Any,
+        element: Element::F32,
     };
     assert_eq!(model.ports(), &ports);
 }
@@ -48,11 +49,9 @@ const IMAGE: [Option<u16>; 4] = [None, Some(1), Some(50), Some(30)];
 fn inputs_that_do_not_fit_are_refused_with_both_shapes() {
     let any = None;
     let (one, h, w) = (Some(1), Some(50), Some(30));
-    let by_toml = "rows, columns, template and layout can be given in the .toml beside the model";
+    let no_size = "silhouettes are drawn as 50x30, 64x44, 64x64: export the model for one of these";
     let would_fit = |template: &str, layout: &str| {
-        format!(
-            "template = {template:?} with layout = {layout:?} in the .toml beside the model would fit"
-        )
+        format!("in its .toml: template = {template:?}, layout = {layout:?}")
     };
     for (contract, element, found, expected, listed, way_out) in [
         (
@@ -61,7 +60,7 @@ fn inputs_that_do_not_fit_are_refused_with_both_shapes() {
             vec![any, one, Some(64), Some(44)],
             "[N, 1, 50, 30]",
             "f32 [N, 1, 64, 44]",
-            by_toml.to_owned(),
+            would_fit("gei", "NCHW") + ", rows = 64, columns = 44",
         ),
         (
             gei(Layout::Nchw),
@@ -69,7 +68,7 @@ fn inputs_that_do_not_fit_are_refused_with_both_shapes() {
             vec![any, Some(1501)],
             "[N, 1, 50, 30]",
             "f32 [N, 1501]",
-            by_toml.to_owned(),
+            no_size.to_owned(),
         ),
         (
             gei(Layout::Nchw),
@@ -81,11 +80,19 @@ fn inputs_that_do_not_fit_are_refused_with_both_shapes() {
         ),
         (
             gei(Layout::Nchw),
-            2,
+            7,
             IMAGE.to_vec(),
             "[N, 1, 50, 30]",
-            "u8 [N, 1, 50, 30]",
-            by_toml.to_owned(),
+            "i64 [N, 1, 50, 30]",
+            "export it with an input of f32; f64 and u8 work, too".to_owned(),
+        ),
+        (
+            gei(Layout::Nchw),
+            1,
+            vec![any, one, Some(128), Some(88)],
+            "[N, 1, 50, 30]",
+            "f32 [N, 1, 128, 88]",
+            no_size.to_owned(),
         ),
         (
             gei(Layout::Nchw),
@@ -93,7 +100,7 @@ fn inputs_that_do_not_fit_are_refused_with_both_shapes() {
             vec![any, Some(3), h, w],
             "[N, 1, 50, 30]",
             "f32 [N, 3, 50, 30]",
-            would_fit("silhouettes", "NTHW"),
+            would_fit("gei", "NCHW") + ", channels = 3",
         ),
         (
             gei(Layout::Nchw),
@@ -117,7 +124,7 @@ fn inputs_that_do_not_fit_are_refused_with_both_shapes() {
             vec![any, w, h],
             "[N, 50, 30]",
             "f32 [N, 30, 50]",
-            by_toml.to_owned(),
+            no_size.to_owned(),
         ),
         (
             silhouettes(Layout::Nthw, None),
@@ -168,7 +175,7 @@ fn inputs_that_do_not_fit_are_refused_with_both_shapes() {
             vec![any, Some(20), h, w],
             "[N, 30, 50, 30]",
             "f32 [N, 20, 50, 30]",
-            "frames can be given in the .toml beside the model".to_owned(),
+            "in its .toml: frames = 20, or none".to_owned(),
         ),
     ] {
         let expected =
@@ -186,6 +193,34 @@ fn inputs_that_do_not_fit_are_refused_with_both_shapes() {
 }
 
 #[test]
+fn bytes_are_taken_as_they_are_and_other_numbers_in_their_ranges() {
+    let of = |element, contract: Contract| {
+        let model = Model::from_bytes("m.onnx", bytes_with(element, &IMAGE, 1, 2), contract);
+        model.map(|model| model.ports().element)
+    };
+    let bytes = || Contract {
+        input_range: InputRange::Byte,
+        ..Contract::default()
+    };
+    assert_eq!(of(2, bytes()).ok(), Some(Element::U8));
+    assert_eq!(of(11, Contract::default()).ok(), Some(Element::F64));
+    let shifted = Contract {
+        mean: vec![1.0],
+        ..bytes()
+    };
+    for (contract, words) in [
+        (
+            Contract::default(),
+            "found input_range \"0..1\" (in its .toml",
+        ),
+        (shifted, "found input_range \"0..255\" with mean or std"),
+    ] {
+        let said = of(2, contract).expect_err(words).to_string();
+        assert!(said.contains(words), "{said}");
+    }
+}
+
+#[test]
 fn two_inputs_are_refused_and_listed() {
     // GraphProto.input { name "mask" } behind those of a whole model.
     let mut bytes = bytes_with(1, &IMAGE, 1, 2);
@@ -193,7 +228,7 @@ fn two_inputs_are_refused_and_listed() {
     let text = of(bytes, Contract::default());
     assert_eq!(
         text,
-        "expected one input of f32 [N, 1, 50, 30], found \"gei\" f32 [N, 1, 50, 30], \"mask\" unknown of any shape"
+        "expected one input of f32 [N, 1, 50, 30], found \"gei\" f32 [N, 1, 50, 30], \"mask\" unknown of any shape (export a graph that takes pictures alone)"
     );
 }
 
@@ -230,6 +265,8 @@ fn outputs_that_do_not_fit_are_refused_with_both_shapes() {
     let expected = "expected the embedding as f32 [N, numbers] or [N, numbers, parts], found \"out\" f32 [N, 4, 4, 4]";
     assert!(text.starts_with(expected), "{text}");
     assert!(Model::from_bytes("m.onnx", bytes_with(1, &IMAGE, 1, 3), Contract::default()).is_ok());
+
+    assert!(text.ends_with("(end the model with Flatten, or name another output in its .toml: outputs.embedding = \"NAME\")"), "{text}");
 
     let mut contract = Contract {
         classes: ["a", "b", "c", "d"].map(String::from).to_vec(),
