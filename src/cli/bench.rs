@@ -110,6 +110,9 @@ pub(super) struct Args {
     /// Measure the model of this number here, and print its result as JSON
     #[arg(long, value_name = "N", hide = true)]
     alone: Option<usize>,
+    /// Called so
+    #[arg(long, value_name = "NAME", hide = true)]
+    alone_name: Option<String>,
     /// With so many threads
     #[arg(long, value_name = "N", hide = true)]
     alone_threads: Option<usize>,
@@ -449,6 +452,7 @@ fn elsewhere<R: DeserializeOwned>(
     let mut command = Command::new(program);
     command
         .args(["bench", "--alone", &index.to_string()])
+        .args(["--alone-name", &model.contract().name])
         .args(flags)
         .args(std::env::args_os().skip(2));
     measured_by(command, model.path(), told)
@@ -463,7 +467,12 @@ fn alone(args: &Args, paths: &[PathBuf], pack: Option<PathBuf>, index: usize) ->
             None => models(paths)?.into_iter().skip(index).collect(),
         };
         let model = shipped_or_named.into_iter().next();
-        model.ok_or_else(|| Error::Usage(format!("--alone {index}: there is no such model")))
+        let model = model
+            .ok_or_else(|| Error::Usage(format!("--alone {index}: there is no such model")))?;
+        Ok(match &args.alone_name {
+            Some(name) => model.named(name),
+            None => model,
+        })
     };
     let say = |result: serde_json::Result<String>| {
         let json = result?;

@@ -6,6 +6,7 @@ mod bench;
 #[cfg(feature = "import")]
 mod body;
 mod cache;
+mod check;
 mod cohort;
 mod conditions;
 #[cfg(feature = "plots")]
@@ -76,6 +77,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Bench(bench::Args),
+    Check(check::Args),
     Cohort(cohort::Args),
     #[cfg(feature = "plots")]
     Confounders(confounders::Args),
@@ -152,6 +154,7 @@ fn run(command: &Command) -> Result<Ending> {
     match command {
         // Its threads are those of one inference.
         Command::Bench(args) => bench::run(args),
+        Command::Check(args) => return run!(check, args),
         Command::Cohort(args) => run!(cohort, args),
         #[cfg(feature = "plots")]
         Command::Confounders(args) => run!(confounders, args),

@@ -2,11 +2,11 @@
 
 use super::contest::Setup;
 use crate::cache::Cache;
-use crate::dataset::Header;
+use crate::dataset::{Header, InputFile};
 use crate::error::{Error, Result};
 use crate::evaluate::contest::Entrant;
 use crate::score::baseline;
-use crate::score::{Contract, Kept, Model, Runtime, shipped};
+use crate::score::{Contract, Firmware, Kept, Model, Recognizer, Runtime, shipped};
 use crate::source::is_pack_or_folder;
 use std::path::{Path, PathBuf};
 
@@ -57,7 +57,27 @@ pub(super) fn load(
     if paths.iter().any(|path| is_baseline(path)) {
         entrants.push(Entrant::pixels(stored, settings));
     }
-    for model in models(paths)? {
+    let (firmware, files): (Vec<&PathBuf>, Vec<&PathBuf>) =
+        paths.iter().partition(|path| Firmware::is_one(path));
+    let files: Vec<PathBuf> = files.into_iter().cloned().collect();
+    // Nothing is named, or other than firmware.
+    let models = if firmware.is_empty() || !files.is_empty() {
+        models(&files)?
+    } else {
+        Vec::new()
+    };
+    let firmware = firmware.into_iter().map(Firmware::read);
+    let firmware = firmware.collect::<Result<Vec<_>>>()?;
+    let named = |named: &str, input: InputFile| (named.to_owned(), PathBuf::from(input.path));
+    let of_models = models
+        .iter()
+        .map(|one| named(&one.contract().name, one.input()));
+    let of_firmware = firmware
+        .iter()
+        .map(|one| named(one.name(), one.input().clone()));
+    let names = told_apart(of_models.chain(of_firmware).collect())?;
+    for (model, name) in models.into_iter().zip(&names) {
+        let model = model.named(name);
         header.inputs.extend(model.inputs()?);
         header.warnings.extend(model.warnings());
         let entrant = entrant(&model, runtime, (draw, seed, stored))?;
@@ -66,7 +86,70 @@ pub(super) fn load(
             ..entrant
         });
     }
+    let of_models = names.len() - firmware.len();
+    for (one, name) in firmware.into_iter().zip(&names[of_models..]) {
+        header.inputs.push(one.input().clone());
+        let recognizer: Box<dyn Recognizer> = Box::new(one.named(name));
+        entrants.push(match stored {
+            Some(stored) => Entrant::stored_for(recognizer, (stored, draw.settings(seed)?))?,
+            None => {
+                let settings = draw.settings_for(recognizer.contract(), seed)?;
+                Entrant::drawn_for(recognizer, settings)?
+            }
+        });
+    }
     Ok(entrants)
+}
+
+/// The names of recognizers from these files, in their order, no two alike: of those that are, each has the
+/// end of its path that tells it from the others.
+///
+/// # Errors
+/// If a file is there twice.
+pub(super) fn told_apart(all: Vec<(String, PathBuf)>) -> Result<Vec<String>> {
+    for (at, (_, path)) in all.iter().enumerate() {
+        let same = |other: &Path| {
+            let resolved = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
+            resolved(other) == resolved(path)
+        };
+        if all[..at].iter().any(|(_, other)| same(other)) {
+            return Err(Error::Usage(format!("{}: is there twice", path.display())));
+        }
+    }
+    // The last parts of a path, without what its name ends with.
+    let end = |path: &Path, parts: usize| -> PathBuf {
+        let stem = path.with_extension("");
+        let skipped = stem.components().count().saturating_sub(parts);
+        stem.components().skip(skipped).collect()
+    };
+    let name = |(name, path): &(String, PathBuf)| {
+        let alike: Vec<&PathBuf> = all
+            .iter()
+            .filter(|(other, _)| other == name)
+            .map(|(_, other)| other)
+            .collect();
+        if alike.len() == 1 {
+            return name.clone();
+        }
+        let tells = |parts: &usize| {
+            let mine = end(path, *parts);
+            alike
+                .iter()
+                .filter(|other| end(other, *parts) == mine)
+                .count()
+                == 1
+        };
+        let most = path.components().count();
+        let parts = (1..most).find(tells).unwrap_or(most);
+        let label = end(path, parts).display().to_string();
+        let stem = end(path, 1);
+        if stem == Path::new(name) {
+            label
+        } else {
+            format!("{name} ({label})")
+        }
+    };
+    Ok(all.iter().map(name).collect())
 }
 
 /// A model on a runtime, and how it is shown people.
@@ -93,5 +176,38 @@ pub(super) fn models(paths: &[PathBuf]) -> Result<Vec<Model>> {
         return shipped::linear();
     }
     let files = paths.iter().filter(|path| !is_baseline(path));
-    files.map(|path| shipped::open(path)).collect()
+    let models = files.map(|path| shipped::open(path));
+    let models = models.collect::<Result<Vec<_>>>()?;
+    let named = models
+        .iter()
+        .map(|one| (one.contract().name.clone(), one.path().to_owned()));
+    let names = told_apart(named.collect())?;
+    let named = models.into_iter().zip(names);
+    Ok(named.map(|(model, name)| model.named(name)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(all: &[(&str, &str)]) -> Result<Vec<String>> {
+        let all = all
+            .iter()
+            .map(|(name, path)| ((*name).to_owned(), PathBuf::from(path)));
+        told_apart(all.collect())
+    }
+
+    #[test]
+    fn recognizers_of_one_name_are_told_apart_by_their_paths() {
+        let found = names(&[
+            ("m", "runs/a/m.onnx"),
+            ("m", "runs/b/m.onnx"),
+            ("n", "runs/n.onnx"),
+            ("x", "runs/u.onnx"),
+            ("x", "runs/v.egr"),
+        ]);
+        assert_eq!(found.expect("names"), ["a/m", "b/m", "n", "x (u)", "x (v)"]);
+        let said = names(&[("m", "m.onnx"), ("m", "m.onnx")]).expect_err("twice");
+        assert_eq!(said.to_string(), "m.onnx: is there twice");
+    }
 }

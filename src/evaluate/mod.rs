@@ -7,12 +7,13 @@
 //! `median` where a median lies, `paired` whether two recognizers differ,
 //! `bands` and `angle` sum it over viewpoints, and [`results`] is the JSON that
 //! `edgegait score` writes; `strengths` is what each confounder does, `agreement` what 8-bit
-//! weights do, and `parity` whether runtimes and forms of a model answer alike.
+//! weights do, `checkup` whether a model works at all, and `parity` whether runtimes and forms of a model answer alike.
 
 pub(crate) mod agreement;
 pub(crate) mod angle;
 pub(crate) mod bands;
 pub(crate) mod bootstrap;
+pub(crate) mod checkup;
 pub mod contest;
 pub(crate) mod cross_view;
 pub(crate) mod distance;

@@ -8,6 +8,7 @@ mod affine;
 pub(crate) mod answers;
 pub(crate) mod baseline;
 mod contract;
+mod firmware;
 mod graph;
 mod guess;
 mod input;
@@ -26,6 +27,7 @@ pub mod shipped;
 
 pub use affine::{Affine, AffineScores};
 pub use contract::{Contract, OutputNames, Training};
+pub use firmware::Firmware;
 pub use graph::{Dimension, Graph, Port};
 pub use input::{Distance, InputRange, Layout};
 pub use kept::Kept;

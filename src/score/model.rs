@@ -12,6 +12,8 @@ use super::guess;
 use super::ports::{Batching, Ports};
 use crate::dataset::{InputFile, sha256_of_bytes};
 use crate::error::{Error, Result};
+use edgegait_core::format::RECOGNIZER_MAGIC;
+use edgegait_core::silhouette::Size;
 
 /// Most bytes a model may have (ours; protobuf itself ends at 2 GiB).
 const MAX_BYTES: u64 = 1 << 30;
@@ -71,6 +73,12 @@ impl Model {
             ));
         }
         let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
+        if bytes.starts_with(&RECOGNIZER_MAGIC) {
+            return Err(Error::input(
+                path,
+                "expected an ONNX model, found a recognizer for firmware (which edgegait score takes)",
+            ));
+        }
         let stated = Contract::stated_beside(path)?;
         let graph = Graph::read(path, &bytes)?;
         let guessed = match (&stated, usual) {
@@ -106,6 +114,17 @@ impl Model {
         bytes: Cow<'static, [u8]>,
         (graph, mut contract): (Graph, Contract),
     ) -> Result<Self> {
+        if contract.size().is_none() {
+            return Err(Error::input(
+                path,
+                format!(
+                    "silhouettes are drawn as {}: found {}x{} in its .toml (export the model for one of these)",
+                    Size::ALL.map(Size::name).join(", "),
+                    contract.rows,
+                    contract.columns
+                ),
+            ));
+        }
         let (ports, frames) =
             Ports::find(&graph, &contract).map_err(|problem| Error::input(path, problem))?;
         contract.frames = contract.frames.or(frames);

@@ -3,7 +3,7 @@
 use crate::dataset::Dataset;
 use crate::error::{Result, TemplateOrigin};
 use crate::score::baseline::Baseline;
-use crate::score::{Model, Recognizer, Runtime};
+use crate::score::{Contract, Model, Recognizer, Runtime};
 use crate::source::Form;
 use crate::sweep::{Framing, Settings};
 use crate::template::Template;
@@ -50,7 +50,30 @@ impl Entrant {
     /// # Errors
     /// If the runtime cannot load it, or its contract asks for what cannot be drawn.
     pub fn drawn(model: &Model, runtime: &Runtime, settings: Settings) -> Result<Self> {
-        let contract = model.contract();
+        let settings = Self::settings_of(model.contract(), settings)?;
+        Ok(Self {
+            recognizer: runtime.load(model)?,
+            settings,
+        })
+    }
+
+    /// A recognizer that is shown what is drawn with these settings, as [`Self::drawn`] has it.
+    ///
+    /// # Errors
+    /// If its contract asks for what cannot be drawn.
+    pub fn drawn_for(recognizer: Box<dyn Recognizer>, settings: Settings) -> Result<Self> {
+        let settings = Self::settings_of(recognizer.contract(), settings)?;
+        Ok(Self {
+            recognizer,
+            settings,
+        })
+    }
+
+    /// How templates are drawn for a contract, else with these settings.
+    ///
+    /// # Errors
+    /// If it asks for what cannot be drawn.
+    pub(crate) fn settings_of(contract: &Contract, settings: Settings) -> Result<Settings> {
         let size = contract.size().unwrap_or(settings.size);
         contract.require(size, None, TemplateOrigin::Drawn)?;
         // More are beyond what a contract may ask for.
@@ -65,10 +88,7 @@ impl Entrant {
             ..settings
         };
         settings.check()?;
-        Ok(Self {
-            recognizer: runtime.load(model)?,
-            settings,
-        })
+        Ok(settings)
     }
 
     /// A model that is shown the templates of a dataset. `settings` is how other silhouettes would
@@ -81,20 +101,40 @@ impl Entrant {
         runtime: &Runtime,
         (stored, settings): (Stored, Settings),
     ) -> Result<Self> {
-        let (contract, origin) = (model.contract(), TemplateOrigin::Dataset);
+        let settings = Self::stored_settings_of(model.contract(), (stored, settings))?;
+        Ok(Self {
+            recognizer: runtime.load(model)?,
+            settings,
+        })
+    }
+
+    /// A recognizer that is shown the templates of a dataset, as [`Self::stored`] has it.
+    ///
+    /// # Errors
+    /// If its contract asks for other templates.
+    pub fn stored_for(recognizer: Box<dyn Recognizer>, stored: (Stored, Settings)) -> Result<Self> {
+        let settings = Self::stored_settings_of(recognizer.contract(), stored)?;
+        Ok(Self {
+            recognizer,
+            settings,
+        })
+    }
+
+    fn stored_settings_of(
+        contract: &Contract,
+        (stored, settings): (Stored, Settings),
+    ) -> Result<Settings> {
+        let origin = TemplateOrigin::Dataset;
         // A dataset has no silhouettes, as it says itself.
         if contract.template != Template::Silhouettes {
             contract.require_template(stored.template, origin)?;
         }
         contract.require(stored.size, stored.framing, origin)?;
-        Ok(Self {
-            recognizer: runtime.load(model)?,
-            settings: Settings {
-                template: contract.template,
-                size: stored.size,
-                framing: contract.framing,
-                ..settings
-            },
+        Ok(Settings {
+            template: contract.template,
+            size: stored.size,
+            framing: contract.framing,
+            ..settings
         })
     }
 

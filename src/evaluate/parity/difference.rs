@@ -39,12 +39,12 @@ pub(crate) struct Difference {
 }
 
 /// A vector of the reference and that of another side, of one length and finite.
-pub(super) type Pair<'a> = (&'a [f32], &'a [f32]);
+pub(crate) type Pair<'a> = (&'a [f32], &'a [f32]);
 
 impl Difference {
     /// Of these pairs, and of each of them how far it is apart relative to the spread; none without
     /// numbers.
-    pub(super) fn of(pairs: &[Pair<'_>]) -> Option<(Self, Vec<f64>)> {
+    pub(crate) fn of(pairs: &[Pair<'_>]) -> Option<(Self, Vec<f64>)> {
         let width = pairs.first()?.0.len();
         if width == 0 {
             return None;

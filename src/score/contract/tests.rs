@@ -272,7 +272,7 @@ fn mistakes_are_named_with_their_line() {
         text.starts_with("m.toml:2") && text.contains("input_rnage"),
         "{text}"
     );
-    let text = refusal("input_range = \"-1..1\"\n");
+    let text = refusal("input_range = \"-2..2\"\n");
     assert!(
         text.starts_with("m.toml:1") && text.contains("0..255"),
         "{text}"

@@ -1,0 +1,339 @@
+//! `edgegait check`: whether a model works, before anything is measured with it.
+
+use super::Ending;
+use super::args::{Common, Files};
+use super::recognizers::with_contracts;
+use super::runtime::Engine;
+use super::source::{SelectionArgs, SourceArgs};
+use crate::bench::Scene;
+use crate::dataset::Header;
+use crate::error::{Error, Result};
+use crate::evaluate::checkup::Checkup;
+use crate::evaluate::contest::{Drawn, Entrant, Wish};
+use crate::report::percent;
+use crate::score::baseline::PIXELS;
+use crate::score::{Contract, Model, list_of, shipped};
+use crate::sweep::{Settings, Views};
+use crate::template::Template;
+use edgegait_core::pack::Pack;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// People whom a model is shown, one input each.
+const SHOWN: usize = 8;
+
+/// Try a model on both runtimes with a few inputs, and say what would go wrong
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Examples:\n  edgegait check mine.onnx\n  edgegait check mine.onnx --ort-lib /path/to/libonnxruntime.so --json -\n\nA model works if it loads, answers in finite numbers that depend on its input and on nothing else, and\nalike on each runtime. Its rank-1 from the side, beside that of the pictures themselves, shows a wrong\ninput range or framing. The exit code is 0 if nothing speaks against it, 4 if something does, 1 or 2\nafter an error."
+)]
+pub(super) struct Args {
+    /// An ONNX model, or a shipped model's name
+    #[arg(value_name = "MODEL")]
+    model: PathBuf,
+    /// The ONNX Runtime library [env: EDGEGAIT_ORT_LIB, ORT_DYLIB_PATH; default: looked for beside
+    /// Python's onnxruntime and in the system's library folders]
+    #[arg(long, value_name = "PATH")]
+    ort_lib: Option<PathBuf>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+impl Args {
+    /// What it reads and writes.
+    pub(super) fn files(&self) -> Files {
+        Files {
+            inputs: with_contracts(std::slice::from_ref(&self.model)),
+            outputs: Vec::new(),
+        }
+    }
+}
+
+/// What a runtime said to a model.
+#[derive(Serialize)]
+struct Tried {
+    /// What was asked for: `rten` or `ort`.
+    runtime: String,
+    /// What came of it, if it loaded.
+    checkup: Option<Checkup>,
+    /// Why it did not.
+    error: Option<String>,
+}
+
+/// Rank-1 from the side.
+#[derive(Serialize)]
+struct FromTheSide {
+    people: u64,
+    probes: u64,
+    rank1: f64,
+    /// That of the templates themselves; none for sequences of silhouettes.
+    pixels_rank1: Option<f64>,
+}
+
+/// The results.
+#[derive(Serialize)]
+struct CheckResults<'a> {
+    #[serde(flatten)]
+    header: Header,
+    contract: &'a Contract,
+    /// Whether no contract lies beside it.
+    guessed: bool,
+    parameters: u64,
+    tried: Vec<Tried>,
+    /// How far the runtimes' answers are apart, relative to how far they lie from their mean.
+    runtimes_apart: Option<f64>,
+    from_the_side: Option<FromTheSide>,
+    /// What speaks against it.
+    problems: Vec<String>,
+}
+
+/// Runs the subcommand.
+pub(super) fn run(args: &Args) -> Result<Ending> {
+    let model = shipped::open(&args.model)?;
+    let contract = model.contract();
+    let seed = args.common.seed;
+    let mut header = Header::new("check", seed);
+    header.inputs = model.inputs()?;
+    header.warnings = model.warnings();
+    let source_args = SourceArgs {
+        pack: None,
+        selection: SelectionArgs::default(),
+    };
+    let source = source_args.load()?;
+    let pack = Pack::parse(&source.bytes)?;
+    let walks = source_args.choose(&pack)?;
+    let usual = Settings {
+        seed,
+        ..Settings::default()
+    };
+    let settings = Entrant::settings_of(contract, usual)?;
+    let views = Views::side()?;
+    let scene = Scene {
+        pack: &pack,
+        walks: &walks,
+        views: &views,
+        settings,
+    };
+    let mut inputs = Vec::new();
+    for at in 0..SHOWN.min(walks.len()) {
+        let mut input = Vec::new();
+        scene.append_input(contract, at, &mut input)?;
+        inputs.push(input);
+    }
+    let mut tried = Vec::new();
+    let mut best: Option<Entrant> = None;
+    for engine in [Engine::EMBEDDED, Engine::ONNX_RUNTIME] {
+        let found = engine.load(args.ort_lib.as_deref()).and_then(|runtime| {
+            let entrant = Entrant::drawn(&model, &runtime, settings)?;
+            let checkup = Checkup::of(entrant.recognizer.as_ref(), &inputs)?;
+            Ok((entrant, checkup))
+        });
+        let runtime = engine.to_string();
+        tried.push(match found {
+            Ok((entrant, checkup)) => {
+                if checkup.problems.is_empty() {
+                    best.get_or_insert(entrant);
+                }
+                Tried {
+                    runtime,
+                    checkup: Some(checkup),
+                    error: None,
+                }
+            }
+            Err(error) => Tried {
+                runtime,
+                checkup: None,
+                error: Some(super::hints::WithFlags(&error).to_string()),
+            },
+        });
+    }
+    let mut problems = problems_of(&tried)?;
+    let both: Vec<&Checkup> = tried
+        .iter()
+        .filter_map(|one| one.checkup.as_ref())
+        .collect();
+    let runtimes_apart = match both[..] {
+        [one, other] => one.apart(other),
+        _ => None,
+    };
+    let is_quantized = model.graph().is_quantized();
+    if let Some(apart) = runtimes_apart.filter(|apart| !Checkup::is_alike(*apart, is_quantized)) {
+        problems.push(format!(
+            "the runtimes answer differently, by {apart:.1e} of how far answers lie from their mean (edgegait \
+             parity says more)"
+        ));
+    }
+    let from_the_side = best
+        .map(|entrant| from_the_side(entrant, &scene, seed))
+        .transpose()?;
+    if let Some(found) = &from_the_side {
+        problems.extend(found.doubt());
+    }
+    let results = CheckResults {
+        header,
+        contract,
+        guessed: model.is_guessed(),
+        parameters: model.graph().parameters,
+        tried,
+        runtimes_apart,
+        from_the_side,
+        problems,
+    };
+    say(args, &model, &results);
+    args.common.write_json(&results)?;
+    Ok(if results.problems.is_empty() {
+        Ending::Done
+    } else {
+        Ending::LimitMissed
+    })
+}
+
+/// What speaks against a model on any runtime.
+///
+/// # Errors
+/// If it runs on none.
+fn problems_of(tried: &[Tried]) -> Result<Vec<String>> {
+    if tried.iter().all(|one| one.checkup.is_none()) {
+        let errors = tried.iter().filter_map(|one| one.error.clone());
+        return Err(Error::Failed(errors.collect::<Vec<_>>().join("\n")));
+    }
+    let of = |one: &Tried| {
+        let problems = one.checkup.iter().flat_map(|checkup| &checkup.problems);
+        problems
+            .map(|problem| format!("{}: {problem}", one.runtime))
+            .collect::<Vec<_>>()
+    };
+    let mut problems: Vec<String> = tried.iter().flat_map(of).collect();
+    // A library that is not there says nothing of the model.
+    let is_refused = |one: &&Tried| one.runtime == Engine::EMBEDDED.to_string();
+    let refused = tried
+        .iter()
+        .filter(is_refused)
+        .filter_map(|one| one.error.as_ref());
+    problems.extend(refused.map(|error| format!("rten: {error}")));
+    Ok(problems)
+}
+
+impl FromTheSide {
+    /// What a low rate may mean.
+    fn doubt(&self) -> Option<String> {
+        let chance = 1.0 / self.people.max(1) as f64;
+        let is_poor = self.rank1 < (2.0 * chance).max(0.5 * self.pixels_rank1.unwrap_or(0.5));
+        is_poor.then(|| {
+            format!(
+                "rank-1 from the side is {} %, where {}: are its input range, framing, distance and outputs those \
+                 of its training?",
+                percent(self.rank1),
+                match self.pixels_rank1 {
+                    Some(rank1) => format!("comparing the pictures themselves gives {} %", percent(rank1)),
+                    None => format!("chance is {} %", percent(chance)),
+                }
+            )
+        })
+    }
+}
+
+/// Looks for everybody of the scene from the side.
+fn from_the_side(entrant: Entrant, scene: &Scene<'_>, seed: u64) -> Result<FromTheSide> {
+    let template = entrant.recognizer.contract().template;
+    let mut entrants = vec![entrant];
+    if template != Template::Silhouettes {
+        entrants.push(Entrant::pixels(None, entrants[0].form().settings));
+    }
+    // Classes are of other people as a rule: everybody is enrolled.
+    let protocol = crate::evaluate::protocol::Protocol::named("first-take")?;
+    let wish = Wish {
+        views: Some(scene.views.clone()),
+        protocol: Some(protocol),
+        ..Wish::default()
+    };
+    let drawn = Drawn::new((scene.pack, scene.walks), &entrants, wish)?;
+    let outcome = drawn
+        .contest
+        .run(&entrants, seed, &mut |_| {}, &mut |_| {})?;
+    let rank1 = |at: usize| outcome.results.get(at).map(|result| result.rank1);
+    let first = outcome.results.first();
+    let first = first.ok_or(Error::Missing("the result of a recognizer"))?;
+    Ok(FromTheSide {
+        people: first.people,
+        probes: first.probes,
+        rank1: first.rank1,
+        pixels_rank1: rank1(1).filter(|_| entrants.len() > 1),
+    })
+}
+
+fn say(args: &Args, model: &Model, results: &CheckResults<'_>) {
+    let contract = model.contract();
+    let graph = model.graph();
+    let say = |text: String| args.common.say(text);
+    say(format!(
+        "{}: takes {}; gives {}",
+        args.model.display(),
+        list_of(&graph.inputs),
+        list_of(&graph.outputs)
+    ));
+    let beside = Contract::path_beside(Path::new(&args.model));
+    let from = match (results.guessed, beside.is_file()) {
+        (true, _) => "by its shape".to_owned(),
+        (false, true) => format!("by {}", beside.display()),
+        (false, false) => "as shipped, or by default".to_owned(),
+    };
+    say(format!(
+        "taken {from} for {} of {}x{} ({}), input range {}, framing {}, {} distance; {} parameters",
+        contract.template.plural(),
+        contract.rows,
+        contract.columns,
+        contract.layout.name(),
+        contract.input_range.name(),
+        contract.framing.name(),
+        contract.distance.name(),
+        results.parameters
+    ));
+    for one in &results.tried {
+        say(match (&one.checkup, &one.error) {
+            (Some(found), _) => format!(
+                "{}: {} inputs, {:.3} ms each; embeddings of {} numbers{}{}",
+                found.runtime,
+                found.inputs,
+                found.ms,
+                found.embedding_dims,
+                match found.embedding_parts {
+                    1 => String::new(),
+                    parts => format!(" in {parts} parts"),
+                },
+                match found.classes {
+                    0 => String::new(),
+                    classes => format!(", {classes} class scores"),
+                }
+            ),
+            (None, Some(error)) => format!("{}: not tried: {error}", one.runtime),
+            (None, None) => format!("{}: not tried", one.runtime),
+        });
+    }
+    if let Some(apart) = results.runtimes_apart {
+        say(format!(
+            "the runtimes' answers are {apart:.1e} apart, of how far answers lie from their mean"
+        ));
+    }
+    if let Some(found) = &results.from_the_side {
+        let pixels = found.pixels_rank1;
+        let pixels = pixels.map_or(String::new(), |rank1| {
+            format!("; {PIXELS} {} %", percent(rank1))
+        });
+        say(format!(
+            "rank-1 from the side: {} % of {} probes of {} people{pixels}",
+            percent(found.rank1),
+            found.probes,
+            found.people
+        ));
+    }
+    for warning in &results.header.warnings {
+        say(format!("warning: {warning}"));
+    }
+    for problem in &results.problems {
+        say(format!("problem: {problem}"));
+    }
+    if results.problems.is_empty() {
+        say("nothing speaks against it".into());
+    }
+}

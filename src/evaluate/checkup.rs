@@ -1,0 +1,161 @@
+//! Whether a model works: a few inputs, and what speaks against its answers.
+
+use super::parity::Difference;
+use crate::error::Result;
+use crate::score::{Recognizer, RuntimeName};
+use serde::Serialize;
+use std::time::Instant;
+
+/// Greatest difference of two answers to one input, relative to how far answers lie from their mean, that
+/// rounding explains. That of [`super::parity::Limits`] for float models.
+const ROUNDING: f64 = 2e-4;
+
+/// What a runtime made of a model.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Checkup {
+    /// What ran it.
+    pub runtime: RuntimeName,
+    /// Inputs that it was shown.
+    pub inputs: usize,
+    /// Milliseconds of one of them, the shortest.
+    pub ms: f64,
+    /// Numbers of an embedding.
+    pub embedding_dims: usize,
+    /// Parts of one.
+    pub embedding_parts: usize,
+    /// Class scores; 0 if there are none.
+    pub classes: usize,
+    /// What speaks against it, in words.
+    pub problems: Vec<String>,
+    /// Its embeddings, one an input.
+    #[serde(skip)]
+    pub embeddings: Vec<Vec<f32>>,
+}
+
+impl Checkup {
+    /// Shows a recognizer inputs of one length, at least two, one by one and all at once.
+    ///
+    /// # Errors
+    /// When it fails.
+    pub(crate) fn of(recognizer: &dyn Recognizer, inputs: &[Vec<f32>]) -> Result<Self> {
+        let (mut ms, mut embeddings, mut non_finite) = (f64::INFINITY, Vec::new(), 0);
+        let (mut dims, mut parts, mut classes) = (0, 1, 0);
+        for input in inputs {
+            let started = Instant::now();
+            let outputs = recognizer.run(input, 1)?;
+            ms = ms.min(1e3 * started.elapsed().as_secs_f64());
+            (dims, parts, classes) = (
+                outputs.embedding_dims,
+                outputs.embedding_parts,
+                outputs.classes,
+            );
+            non_finite += outputs.non_finite;
+            embeddings.push(outputs.embedding);
+        }
+        let mut problems = Vec::new();
+        if non_finite > 0 {
+            problems.push(format!("{non_finite} of its numbers are not finite"));
+        } else {
+            let is_constant = embeddings.windows(2).all(|two| two[0] == two[1]);
+            if is_constant {
+                problems.push(
+                    "it answers the same to every input: does it expect another input range?"
+                        .into(),
+                );
+            }
+            let together = recognizer.run(&inputs.concat(), inputs.len())?;
+            let together = together.embedding.chunks(dims.max(1));
+            let pairs: Vec<_> = embeddings.iter().map(Vec::as_slice).zip(together).collect();
+            let apart = Difference::of(&pairs).map_or(0.0, |(found, _)| found.greatest_relative);
+            if apart > ROUNDING && !is_constant {
+                problems.push(format!(
+                    "its answer to an input depends on its batch mates (relative difference {apart:.1e}): is \
+                     it in training mode, or quantised dynamically?"
+                ));
+            }
+            let again = recognizer.run(&inputs[0], 1)?;
+            if again.embedding != embeddings[0] {
+                problems.push("it does not answer the same twice: is it in training mode?".into());
+            }
+        }
+        Ok(Self {
+            runtime: recognizer.runtime().clone(),
+            inputs: inputs.len(),
+            ms,
+            embedding_dims: dims,
+            embedding_parts: parts,
+            classes,
+            problems,
+            embeddings,
+        })
+    }
+
+    /// How far two runtimes' answers are apart, relative to how far they lie from their mean; none where
+    /// they cannot be compared.
+    pub(crate) fn apart(&self, other: &Self) -> Option<f64> {
+        if self.embedding_dims != other.embedding_dims {
+            return None;
+        }
+        let mine = self.embeddings.iter().map(Vec::as_slice);
+        let its = other.embeddings.iter().map(Vec::as_slice);
+        let pairs: Vec<_> = mine.zip(its).collect();
+        let (found, _) = Difference::of(&pairs)?;
+        found
+            .greatest_relative
+            .is_finite()
+            .then_some(found.greatest_relative)
+    }
+
+    /// Whether two runtimes answer alike, as far apart as this.
+    pub(crate) fn is_alike(apart: f64, is_quantized: bool) -> bool {
+        apart <= if is_quantized { 0.5 } else { ROUNDING }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::score::Contract;
+    use crate::score::testing::MadeUp;
+
+    fn inputs() -> Vec<Vec<f32>> {
+        [0.0, 0.25, 0.75].map(|pixel| vec![pixel; 1500]).to_vec()
+    }
+
+    fn checkup(answer: impl Fn(&[f32]) -> Vec<f32> + Send + Sync + 'static) -> Checkup {
+        let recognizer = MadeUp::new(Contract::default(), answer);
+        Checkup::of(&recognizer, &inputs()).expect("it answers")
+    }
+
+    #[test]
+    fn a_model_that_answers_to_its_input_has_no_problem() {
+        let found = checkup(|gei| vec![gei[0], 1.0]);
+        assert_eq!(found.problems, [""; 0]);
+        assert_eq!(
+            (found.inputs, found.embedding_dims, found.embedding_parts),
+            (3, 2, 1)
+        );
+        assert_eq!(found.apart(&found), Some(0.0));
+        let other = checkup(|gei| vec![gei[0] * 1.01, 1.0]);
+        let apart = found.apart(&other).expect("of one length");
+        assert!(apart > 1e-3 && !Checkup::is_alike(apart, false) && Checkup::is_alike(apart, true));
+        assert_eq!(found.apart(&checkup(|gei| vec![gei[0]])), None);
+    }
+
+    #[test]
+    fn what_speaks_against_a_model_is_said() {
+        let said = |answer: fn(&[f32]) -> Vec<f32>| checkup(answer).problems.join("; ");
+        assert!(said(|_| vec![1.0, 2.0]).contains("the same to every input"));
+        assert!(said(|gei| vec![gei[0] / 0.0, 1.0]).contains("are not finite"));
+        let calls = std::sync::atomic::AtomicU32::new(0);
+        let twice = checkup(move |gei| {
+            let call = calls.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            vec![gei[0] + call as f32, 1.0]
+        });
+        let said = twice.problems.join("; ");
+        assert!(
+            said.contains("depends on its batch mates") && said.contains("same twice"),
+            "{said}"
+        );
+    }
+}
