@@ -274,9 +274,10 @@ fn say(args: &Args, model: &Model, results: &CheckResults<'_>) {
     ));
     let beside = Contract::path_beside(Path::new(&args.model));
     let from = match (results.guessed, beside.is_file()) {
+        _ if shipped::is_name(&args.model) => "as shipped".to_owned(),
         (true, _) => "by its shape".to_owned(),
         (false, true) => format!("by {}", beside.display()),
-        (false, false) => "as shipped, or by default".to_owned(),
+        (false, false) => "by default".to_owned(),
     };
     say(format!(
         "taken {from} for {} of {}x{} ({}), input range {}, framing {}, {} distance; {} parameters",

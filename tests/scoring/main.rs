@@ -20,6 +20,7 @@ mod bench;
 mod bench_path;
 mod beside;
 mod contracts;
+mod gate;
 mod gates;
 mod likeness;
 mod mix;
