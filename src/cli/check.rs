@@ -2,12 +2,13 @@
 
 use super::Ending;
 use super::args::{Common, Files};
+use super::hints::WithFlags;
 use super::recognizers::with_contracts;
 use super::runtime::Engine;
 use super::source::{SelectionArgs, SourceArgs};
 use crate::bench::Scene;
 use crate::dataset::Header;
-use crate::error::{Error, Result};
+use crate::error::{ChoiceError, Error, Result};
 use crate::evaluate::checkup::Checkup;
 use crate::evaluate::contest::{Drawn, Entrant, Wish};
 use crate::report::percent;
@@ -19,6 +20,9 @@ use edgegait_core::pack::Pack;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
+/// What is said where ONNX Runtime is not there.
+const NO_LIBRARY: &str =
+    "its library is not here (pip install onnxruntime, or name it with --ort-lib)";
 /// People whom a model is shown, one input each.
 const SHOWN: usize = 8;
 
@@ -143,7 +147,10 @@ pub(super) fn run(args: &Args) -> Result<Ending> {
             Err(error) => Tried {
                 runtime,
                 checkup: None,
-                error: Some(super::hints::WithFlags(&error).to_string()),
+                error: Some(match error {
+                    Error::Choice(ChoiceError::NoLibrary { .. }) => NO_LIBRARY.into(),
+                    other => WithFlags(&other).to_string(),
+                }),
             },
         });
     }

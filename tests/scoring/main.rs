@@ -15,6 +15,7 @@ mod signals;
 #[path = "../helpers/two.rs"]
 mod two;
 
+mod action;
 mod baselines;
 mod bench;
 mod bench_path;
