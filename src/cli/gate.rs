@@ -26,6 +26,9 @@ pub(super) struct Args {
     /// More runs of the baseline
     #[arg(long, value_name = "FILE[,FILE..]", value_delimiter = ',')]
     baseline_run: Vec<PathBuf>,
+    /// Leave out limits beside a baseline, of which there is none yet
+    #[arg(long, conflicts_with_all = ["baseline_run", "init"])]
+    without_baseline: bool,
     /// Print limits to begin with, from these results, and judge nothing
     #[arg(long, value_name = "RESULT", conflicts_with_all = ["files", "run", "baseline_run", "markdown", "junit", "bencher", "json"])]
     init: Option<PathBuf>,
@@ -76,6 +79,11 @@ pub(super) fn run(args: &Args) -> Result<Ending> {
             "--baseline-run: expected a baseline of which these are more runs, found none".into(),
         ));
     }
+    if args.without_baseline && !baseline.is_empty() {
+        return Err(Error::Usage(
+            "--without-baseline: expected no baseline, found one".into(),
+        ));
+    }
     let limits = GateLimits::read(limits_at)?;
     let read = |paths: &mut dyn Iterator<Item = &PathBuf>| {
         paths
@@ -91,6 +99,7 @@ pub(super) fn run(args: &Args) -> Result<Ending> {
     let judged = Judged {
         runs: &runs,
         baselines: &baselines,
+        without_baseline: args.without_baseline,
     };
     let report = gate((limits_at, &limits), &judged, header)?;
     args.common.say(format!("{report}").trim_end());

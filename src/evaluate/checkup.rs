@@ -116,14 +116,51 @@ impl Checkup {
 mod tests {
     use super::*;
     use crate::score::Contract;
-    use crate::score::testing::MadeUp;
+    use crate::score::Outputs;
+    use std::sync::atomic::{AtomicU32, Ordering};
+
+    /// Answers with what a function makes of an input.
+    struct Function {
+        contract: Contract,
+        runtime: RuntimeName,
+        answer: fn(&[f32]) -> Vec<f32>,
+    }
+
+    impl Recognizer for Function {
+        fn runtime(&self) -> &RuntimeName {
+            &self.runtime
+        }
+
+        fn contract(&self) -> &Contract {
+            &self.contract
+        }
+
+        fn run(&self, input: &[f32], batch: usize) -> Result<Outputs> {
+            let each = input.chunks_exact(input.len() / batch);
+            let embedding: Vec<f32> = each.flat_map(self.answer).collect();
+            Ok(Outputs {
+                embedding_dims: embedding.len() / batch,
+                embedding_parts: 1,
+                non_finite: embedding
+                    .iter()
+                    .filter(|number| !number.is_finite())
+                    .count(),
+                embedding,
+                ..Outputs::default()
+            })
+        }
+    }
 
     fn inputs() -> Vec<Vec<f32>> {
         [0.0, 0.25, 0.75].map(|pixel| vec![pixel; 1500]).to_vec()
     }
 
-    fn checkup(answer: impl Fn(&[f32]) -> Vec<f32> + Send + Sync + 'static) -> Checkup {
-        let recognizer = MadeUp::new(Contract::default(), answer);
+    fn checkup(answer: fn(&[f32]) -> Vec<f32>) -> Checkup {
+        let recognizer = Function {
+            contract: Contract::default(),
+            runtime: RuntimeName::default(),
+            answer,
+        };
         Checkup::of(&recognizer, &inputs()).expect("it answers")
     }
 
@@ -147,9 +184,9 @@ mod tests {
         let said = |answer: fn(&[f32]) -> Vec<f32>| checkup(answer).problems.join("; ");
         assert!(said(|_| vec![1.0, 2.0]).contains("the same to every input"));
         assert!(said(|gei| vec![gei[0] / 0.0, 1.0]).contains("are not finite"));
-        let calls = std::sync::atomic::AtomicU32::new(0);
-        let twice = checkup(move |gei| {
-            let call = calls.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        static CALLS: AtomicU32 = AtomicU32::new(0);
+        let twice = checkup(|gei| {
+            let call = CALLS.fetch_add(1, Ordering::Relaxed);
             vec![gei[0] + call as f32, 1.0]
         });
         let said = twice.problems.join("; ");

@@ -1,6 +1,6 @@
 //! A recognizer's results: what became of its probes, added up.
 
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 
 use rayon::prelude::*;
 
@@ -8,7 +8,7 @@ use super::angle::by_angle;
 use super::bootstrap::{interval_95, verification_95};
 use super::cross_view::CrossView;
 use super::intervals::Rank1Intervals;
-use super::paired::PersonResult;
+use super::paired::{Confused, HitsByView, PersonResult};
 use super::protocol::{Decision, GalleryViews};
 use super::rank::Tally;
 use super::ranking::Ranking;
@@ -30,6 +30,7 @@ struct Sums {
     /// `[viewpoint][person]`.
     by_view: Vec<Vec<Tally>>,
     by_person: Vec<Ranking>,
+    confused: Confused,
     tied: u64,
     pairs: Vec<Pairs>,
     cells: Option<CrossView>,
@@ -66,6 +67,7 @@ pub(super) fn judge(
     let people = sequences.subjects.len();
     let none = vec![vec![Tally::default(); people]; sequences.views.len()];
     let (mut all_by_view, mut clean_by_view) = (none.clone(), none);
+    let mut confused: [Confused; 2] = [(); 2].map(|()| vec![BTreeMap::new(); people]);
     let mut probe_sets = Vec::new();
     for (set, takes) in trial.protocol.probes.iter().zip(&trial.roles.probes) {
         let probes: Vec<usize> = (0..sequences.list.len())
@@ -85,8 +87,10 @@ pub(super) fn judge(
             &mut told,
         );
         add(&mut all_by_view, &sums.by_view);
+        add_confusions(&mut confused[0], &sums.confused);
         if set.clean {
             add(&mut clean_by_view, &sums.by_view);
+            add_confusions(&mut confused[1], &sums.confused);
         }
         probe_sets.push(ProbeSetResult {
             clean: set.clean,
@@ -105,10 +109,11 @@ pub(super) fn judge(
     }
     // Confounded probes must not hide in the numbers that everybody reads first.
     let has_clean = probe_sets.iter().any(|set| set.clean && set.probes > 0);
-    let by_view = if has_clean {
-        clean_by_view
+    let [all_confused, clean_confused] = confused;
+    let (by_view, confused) = if has_clean {
+        (clean_by_view, clean_confused)
     } else {
-        all_by_view
+        (all_by_view, all_confused)
     };
     let takes = sequences.takes.iter().enumerate();
     let enrolled: HashSet<usize> = takes
@@ -156,7 +161,11 @@ pub(super) fn judge(
     result.non_finite = probe_sets.iter().map(|set| set.non_finite).sum();
     result.gallery_non_finite = gallery_non_finite;
     result.by_angle = by_angle;
-    result.by_person = PersonResult::list(&sequences.subjects, &by_person);
+    result.by_person = PersonResult::list(&sequences.subjects, &by_person, &confused);
+    result.hits_by_view = HitsByView {
+        views: sequences.views.clone(),
+        tallies: by_view,
+    };
     result.probe_sets = probe_sets;
     Ok(result)
 }
@@ -165,6 +174,15 @@ pub(super) fn judge(
 fn add(sums: &mut [Vec<Tally>], more: &[Vec<Tally>]) {
     for (sum, tally) in sums.iter_mut().flatten().zip(more.iter().flatten()) {
         *sum += *tally;
+    }
+}
+
+/// Adds who was taken for whom in one set of probes.
+fn add_confusions(sums: &mut Confused, more: &Confused) {
+    for (sums, more) in sums.iter_mut().zip(more) {
+        for (other, count) in more {
+            *sums.entry(other.clone()).or_default() += count;
+        }
     }
 }
 
@@ -181,6 +199,7 @@ fn sums(
     let mut sums = Sums {
         by_view: vec![vec![Tally::default(); people]; views],
         by_person: vec![Ranking::default(); people],
+        confused: vec![BTreeMap::new(); people],
         tied: 0,
         pairs: vec![Pairs::default(); if keep_pairs { people } else { 0 }],
         cells: (trial.protocol.gallery_views == GalleryViews::Each).then(|| CrossView::new(views)),
@@ -203,6 +222,14 @@ fn sums(
                 tell(probe, &meeting);
                 sums.by_view[view][person].add(meeting.outcome());
                 sums.by_person[person].add(meeting.ranked);
+                if let Some(other) = trial.taken_for(recognizer, &meeting) {
+                    let confused = &mut sums.confused[person];
+                    // Of most people there is an entry already.
+                    match confused.get_mut(other) {
+                        Some(count) => *count += 1,
+                        None => drop(confused.insert(other.to_owned(), 1)),
+                    }
+                }
                 sums.tied += u64::from(meeting.is_tied);
                 if let Some(pairs) = sums.pairs.get_mut(person) {
                     pairs.genuine.append(&mut meeting.pairs.genuine);
@@ -242,7 +269,7 @@ fn result_of(name: &str, trial: &Trial<'_>, sums: Sums, seed: u64) -> ProbeSetRe
         map_low: map.map(|one| one.low),
         map_high: map.map(|one| one.high),
         minp: all.minp(),
-        by_person: PersonResult::list(&trial.sequences.subjects, &of_people),
+        by_person: PersonResult::list(&trial.sequences.subjects, &of_people, &sums.confused),
         verification: verification(&sums.pairs, seed),
         cross_view: sums.cells.map(|cells| cross_view(&cells, trial.sequences)),
     }

@@ -4,14 +4,18 @@
 //! are hard for the other. What counts is the difference, drawn over people who answer to both
 //! (the paired bootstrap; Efron and Tibshirani, "An Introduction to the Bootstrap", 1993, chapter 8).
 
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
 use std::ops::AddAssign;
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::bootstrap::interval_95;
 use super::rank::Tally;
 use super::results::{ProbeSetResult, RecognizerResult};
 use super::wilson::Interval;
+use crate::source::ViewLabel;
 
 /// Rank-1 on the probes of one person.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -22,19 +26,80 @@ pub struct PersonResult {
     pub probes: u64,
     /// Those at Rank-1.
     pub hits: u64,
+    /// Whom this person was taken for most often, the most frequent first; at most three.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub taken_for: Vec<Confusion>,
 }
+
+/// Somebody whom a person was taken for.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Confusion {
+    /// The other one's name.
+    pub person: String,
+    /// In how many probes.
+    pub probes: u64,
+}
+
+/// Most confusions of a person that results name.
+const MOST_CONFUSIONS: usize = 3;
+
+/// How often each person was taken for each other one, `[person]` and by the other's name.
+pub(super) type Confused = Vec<BTreeMap<String, u64>>;
 
 impl PersonResult {
     /// One entry for each person who is looked for, in the order of `names`.
-    pub(super) fn list(names: &[String], tallies: &[Tally]) -> Vec<Self> {
-        let probed = names.iter().zip(tallies).filter(|(_, one)| one.probes > 0);
-        let person = |(name, tally): (&String, &Tally)| Self {
+    pub(super) fn list(names: &[String], tallies: &[Tally], confused: &Confused) -> Vec<Self> {
+        let of = |person: usize| {
+            let all = confused.get(person).into_iter().flatten();
+            let all = all.map(|(other, &probes)| Confusion {
+                person: other.clone(),
+                probes,
+            });
+            let mut all: Vec<Confusion> = all.collect();
+            // Of equals the one first in the alphabet.
+            all.sort_by_key(|one| Reverse(one.probes));
+            all.truncate(MOST_CONFUSIONS);
+            all
+        };
+        let people = names.iter().zip(tallies).enumerate();
+        let person = |(at, (name, tally)): (usize, (&String, &Tally))| Self {
             person: name.clone(),
             probes: tally.probes,
             hits: tally.hits,
+            taken_for: of(at),
         };
+        let probed = people.filter(|(_, (_, tally))| tally.probes > 0);
         probed.map(person).collect()
     }
+}
+
+/// Hits by viewpoint and person, of what leads a recognizer's results.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct HitsByView {
+    /// The viewpoints.
+    pub(super) views: Vec<ViewLabel>,
+    /// `[viewpoint][person]`.
+    pub(super) tallies: Vec<Vec<Tally>>,
+}
+
+/// How far Rank-1 is apart at one viewpoint.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PairedViewpoint {
+    /// Azimuth in degrees, if the angles are known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub azimuth_deg: Option<f64>,
+    /// Elevation in degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub elevation_deg: Option<f64>,
+    /// The camera or recording, where only a name is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub view: Option<String>,
+    /// As [`PairedResult::difference`].
+    pub difference: f64,
+    /// As [`PairedResult::low`].
+    pub low: Option<f64>,
+    /// As [`PairedResult::high`].
+    pub high: Option<f64>,
 }
 
 /// How far Rank-1 of two recognizers is apart on the same probes.
@@ -54,6 +119,10 @@ pub struct PairedResult {
     pub low: Option<f64>,
     /// Upper end.
     pub high: Option<f64>,
+    /// The same at each viewpoint, of what leads and of the best recognizer's differences alone; empty
+    /// of others, and where there are more viewpoints and people than are drawn.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub by_viewpoint: Vec<PairedViewpoint>,
 }
 
 impl PairedResult {
@@ -62,6 +131,16 @@ impl PairedResult {
     pub fn differs(&self) -> Option<bool> {
         let (low, high) = self.low.zip(self.high)?;
         Some(low > 0.0 || high < 0.0)
+    }
+
+    /// At how many viewpoints the one is beyond the other, and behind it, by intervals. Of a hundred
+    /// viewpoints where nothing is between them about five are either by chance.
+    #[must_use]
+    pub fn viewpoints_beyond_and_behind(&self) -> (usize, usize) {
+        let all = || self.by_viewpoint.iter();
+        let beyond = all().filter(|one| one.low.is_some_and(|low| low > 0.0));
+        let behind = all().filter(|one| one.high.is_some_and(|high| high < 0.0));
+        (beyond.count(), behind.count())
     }
 }
 
@@ -96,7 +175,59 @@ pub(super) fn each_from_each(results: &[RecognizerResult], seed: u64) -> Vec<Pai
             .flat_map(|other| between(one, other, seed))
             .collect::<Vec<_>>()
     };
-    ranked.iter().enumerate().flat_map(of).collect()
+    let mut all: Vec<PairedResult> = ranked.iter().enumerate().flat_map(of).collect();
+    let Some((best, others)) = ranked.split_first() else {
+        return all;
+    };
+    let drawn = best
+        .hits_by_view
+        .tallies
+        .iter()
+        .map(Vec::len)
+        .sum::<usize>()
+        * others.len();
+    if drawn <= MOST_DRAWN {
+        let of_best = all
+            .iter_mut()
+            .filter(|pair| pair.recognizer == best.name && pair.probe_set.is_none());
+        for (pair, other) in of_best.zip(others) {
+            pair.by_viewpoint = at_viewpoints([&best.hits_by_view, &other.hits_by_view], seed);
+        }
+    }
+    all
+}
+
+/// Most viewpoints times people times pairs of recognizers of which intervals are drawn: some seconds.
+/// Ours.
+const MOST_DRAWN: usize = 1_000_000;
+
+/// The differences at the viewpoints where both have the same probes.
+fn at_viewpoints([one, other]: [&HitsByView; 2], seed: u64) -> Vec<PairedViewpoint> {
+    if one.views != other.views {
+        return Vec::new();
+    }
+    let both = one.tallies.par_iter().zip(&other.tallies);
+    let found = one.views.par_iter().zip(both).map(|(view, (one, other))| {
+        let pair = |(one, other): (&Tally, &Tally)| {
+            (one.probes == other.probes).then_some(Pair {
+                probes: one.probes,
+                hits: [one.hits, other.hits],
+            })
+        };
+        let pairs: Option<Vec<Pair>> = one.iter().zip(other).map(pair).collect();
+        let probed = pairs?.into_iter().filter(|pair| pair.probes > 0).collect();
+        let (difference, drawn) = drawn_of(probed, seed, difference_of)?;
+        let angles = view.angles_deg();
+        Some(PairedViewpoint {
+            azimuth_deg: angles.map(|angles| angles.0),
+            elevation_deg: angles.map(|angles| angles.1),
+            view: view.name().map(str::to_owned),
+            difference,
+            low: drawn.map(|drawn| drawn.low),
+            high: drawn.map(|drawn| drawn.high),
+        })
+    });
+    found.flatten().collect()
 }
 
 /// How far one recognizer is from another, on what leads and on each set of probes; of these
@@ -117,6 +248,7 @@ pub(crate) fn between(
             difference,
             low: drawn.map(|drawn| drawn.low),
             high: drawn.map(|drawn| drawn.high),
+            by_viewpoint: Vec::new(),
         })
     };
     let is_led_alike = one.of_probe_sets == other.of_probe_sets;
@@ -161,10 +293,12 @@ pub(crate) fn paired_rates(both: [&[PersonResult]; 2], seed: u64) -> Option<Rate
 
 /// The difference and its interval over people; none if the probes are not the same.
 fn difference(both: [&[PersonResult]; 2], seed: u64) -> Option<Drawn> {
-    drawn(both, seed, |sum| {
-        let [a, b] = sum.hits.map(|hits| hits as f64);
-        (sum.probes > 0).then(|| (a - b) / sum.probes as f64)
-    })
+    drawn(both, seed, difference_of)
+}
+
+fn difference_of(sum: &Pair) -> Option<f64> {
+    let [a, b] = sum.hits.map(|hits| hits as f64);
+    (sum.probes > 0).then(|| (a - b) / sum.probes as f64)
 }
 
 fn drawn(
@@ -184,6 +318,14 @@ fn drawn(
             hits: [a.hits, b.hits],
         })
         .collect();
+    drawn_of(pairs, seed, statistic)
+}
+
+fn drawn_of(
+    pairs: Vec<Pair>,
+    seed: u64,
+    statistic: impl Fn(&Pair) -> Option<f64>,
+) -> Option<Drawn> {
     let (first, more) = pairs.split_first()?;
     let mut all = first.clone();
     more.iter().for_each(|pair| all += pair);
@@ -201,6 +343,7 @@ mod tests {
             person: format!("p{number}"),
             probes,
             hits: hits(number),
+            taken_for: Vec::new(),
         };
         (0..10).map(person).collect()
     }
@@ -233,6 +376,79 @@ mod tests {
             (Some(found.difference), Some(found.difference))
         );
         assert_eq!((found.differs(), found.people), (Some(true), 10));
+    }
+
+    #[test]
+    fn whom_people_are_taken_for_comes_by_how_often() {
+        let names = ["a", "b", "c"].map(String::from);
+        let tally = |hits, probes| Tally {
+            hits,
+            probes,
+            ..Tally::default()
+        };
+        let taken = |all: &[(&str, u64)]| {
+            all.iter()
+                .map(|(name, count)| ((*name).to_owned(), *count))
+                .collect()
+        };
+        let confused = vec![
+            taken(&[("b", 1), ("c", 4), ("d", 1), ("e", 2)]),
+            BTreeMap::new(),
+        ];
+        let found =
+            PersonResult::list(&names, &[tally(2, 10), tally(3, 3), tally(0, 0)], &confused);
+        let said: Vec<_> = found
+            .iter()
+            .map(|one| {
+                (
+                    one.person.as_str(),
+                    one.taken_for
+                        .iter()
+                        .map(|one| (one.person.as_str(), one.probes))
+                        .collect::<Vec<_>>(),
+                )
+            })
+            .collect();
+        assert_eq!(
+            said,
+            [("a", vec![("c", 4), ("e", 2), ("b", 1)]), ("b", vec![])]
+        );
+    }
+
+    #[test]
+    fn viewpoints_are_compared_each_for_itself() {
+        let view = |azimuth| ViewLabel::Angles(azimuth, 0.0);
+        let tally = |hits| Tally {
+            hits,
+            probes: 4,
+            ..Tally::default()
+        };
+        let with = |name: &str, hits: [[u64; 3]; 3]| {
+            let hits_by_view = HitsByView {
+                views: [0.0, 45.0, 90.0].map(view).to_vec(),
+                tallies: hits.map(|people| people.map(tally).to_vec()).to_vec(),
+            };
+            RecognizerResult {
+                hits_by_view,
+                ..result(name, people(4, |number| number % 4))
+            }
+        };
+        // Beyond by one hit of everybody, alike, and behind.
+        let one = with("a", [[2, 3, 4], [1, 2, 3], [0, 1, 2]]);
+        let other = with("b", [[1, 2, 3], [1, 2, 3], [1, 2, 3]]);
+        let found = each_from_each(&[one.clone(), other], 1);
+        assert_eq!(found[0].viewpoints_beyond_and_behind(), (1, 1));
+        let at = |number: usize| {
+            let found = &found[0].by_viewpoint[number];
+            (found.azimuth_deg, found.difference, found.low, found.high)
+        };
+        assert_eq!(at(0), (Some(0.0), 0.25, Some(0.25), Some(0.25)));
+        assert_eq!(at(1), (Some(45.0), 0.0, Some(0.0), Some(0.0)));
+        assert_eq!(at(2), (Some(90.0), -0.25, Some(-0.25), Some(-0.25)));
+        let mut elsewhere = with("c", [[0; 3]; 3]);
+        elsewhere.hits_by_view.views[1] = view(50.0);
+        let found = each_from_each(&[one, elsewhere], 1);
+        assert_eq!(found[0].by_viewpoint, []);
     }
 
     #[test]

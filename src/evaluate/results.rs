@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::angle::AngleResult;
 use super::intervals::Rank1Intervals;
-pub use super::paired::{PairedResult, PersonResult};
+pub use super::paired::{Confusion, HitsByView, PairedResult, PairedViewpoint, PersonResult};
 use super::rank::Tally;
 use super::verification::{RocPoint, TarAtFar};
 pub use crate::dataset::{Header, InputFile};
@@ -114,6 +114,9 @@ pub struct RecognizerResult {
     /// Hits by person, of what `rank1` is of; people who are not looked for are left out.
     #[serde(default)]
     pub by_person: Vec<PersonResult>,
+    /// Hits by viewpoint and person, of what `rank1` is of; not in the JSON.
+    #[serde(skip)]
+    pub hits_by_view: HitsByView,
     /// The protocol's sets of probes, each for itself.
     #[serde(default)]
     pub probe_sets: Vec<ProbeSetResult>,
@@ -390,6 +393,7 @@ impl RecognizerResult {
             by_named_view,
             by_angle: Vec::new(),
             by_person: Vec::new(),
+            hits_by_view: HitsByView::default(),
             probe_sets: Vec::new(),
             latency: None,
         }

@@ -214,6 +214,23 @@ impl<'a> Trial<'a> {
         self.galleries(probe).into_iter().map(of).collect()
     }
 
+    /// The name of whom a recognizer took a probe for, if that is somebody else.
+    pub(super) fn taken_for<'s>(
+        &'s self,
+        recognizer: &'s dyn Recognizer,
+        meeting: &Meeting,
+    ) -> Option<&'s str> {
+        if meeting.outcome() != Outcome::Miss {
+            return None;
+        }
+        let names = match self.classes {
+            Some(_) => &recognizer.contract().classes,
+            None => &self.sequences.subjects,
+        };
+        let (label, _) = meeting.nearest?;
+        names.get(label).map(String::as_str)
+    }
+
     /// Whom a recognizer took a probe for.
     pub(super) fn answered<'s>(
         &'s self,

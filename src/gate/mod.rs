@@ -43,6 +43,8 @@ pub(crate) struct Judged<'a> {
     pub runs: &'a [ResultFile],
     /// The runs of what it is set against; none if there is nothing.
     pub baselines: &'a [ResultFile],
+    /// Whether limits beside a baseline are left out, as there is none.
+    pub without_baseline: bool,
 }
 
 /// Judges all limits of a file, whose path is for messages.
@@ -67,14 +69,26 @@ pub(crate) fn gate(
         }
     }
     let mut lines = Vec::new();
+    let mut left_out = 0;
     for limit in &limits.limits {
+        let mut limit = limit.clone();
+        if judged.without_baseline {
+            let all = limit.bounds.len();
+            limit.bounds.retain(|bound| !bound.is_relative());
+            left_out += all - limit.bounds.len();
+        }
         let refuse = |problem: String| Error::at(path, Where::Line(limit.line), problem);
         let of_results = |problem: String| refuse(format!("{}: {problem}", first.path.display()));
         for place in limit.figure.places(&first.value).map_err(of_results)? {
-            lines.extend(lines_of(limit, &place, judged).map_err(refuse)?);
+            lines.extend(lines_of(&limit, &place, judged).map_err(refuse)?);
         }
     }
     let mut header = header;
+    if left_out > 0 {
+        header.warnings.push(format!(
+            "{left_out} limits beside a baseline were left out, as there is none"
+        ));
+    }
     let versions = judged.runs.iter().chain(judged.baselines);
     let mut versions: Vec<&str> = versions.map(|file| file.header.version.as_str()).collect();
     versions.sort_unstable();

@@ -39,7 +39,11 @@ fn report(text: &str, runs: &[ResultFile], baselines: &[ResultFile]) -> Result<G
     let limits = GateLimits::parse(path, text).expect("limits");
     gate(
         (path, &limits),
-        &Judged { runs, baselines },
+        &Judged {
+            runs,
+            baselines,
+            without_baseline: false,
+        },
         Header::new("gate", 1),
     )
 }
@@ -230,4 +234,23 @@ fn a_starter_holds_for_the_results_that_it_is_from() {
         ..parity
     };
     assert!(starter(&parity).is_err());
+}
+
+#[test]
+fn limits_beside_a_baseline_can_be_left_out_before_there_is_one() {
+    let path = Path::new("limits.toml");
+    let text = format!("{SLOWER}at_most = 200\n");
+    let limits = GateLimits::parse(path, &text).expect("limits");
+    let runs = [bench(100.0, |_| {})];
+    let judged = Judged {
+        runs: &runs,
+        baselines: &[],
+        without_baseline: true,
+    };
+    let found = gate((path, &limits), &judged, Header::new("gate", 1)).expect("judged");
+    assert_eq!(found.limits.len(), 1);
+    assert_eq!(
+        found.header.warnings,
+        ["1 limits beside a baseline were left out, as there is none"]
+    );
 }

@@ -15,7 +15,7 @@ use serde_json::Value;
 
 use super::summary::{finding, summary};
 use super::viewpoints::recognizer;
-use super::{THIN, chart, grouped, paired, percent, png, ranks};
+use super::{THIN, chart, grouped, paired, people, percent, png, ranks};
 use crate::dataset::{Header, write_atomically};
 use crate::error::{Error, ReportError, Result};
 use crate::evaluate::results::ScoreResults;
@@ -94,6 +94,7 @@ pub(crate) fn page(results: &ScoreResults, samples: &[Sample]) -> Result<String>
                 main {
                     (summary(results))
                     (paired::section(results))
+                    (people::section(results))
                     @if let Some(chart) = chart::angles(&results.recognizers) {
                         h2 { "How far from training" }
                         (chart)

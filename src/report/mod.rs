@@ -16,6 +16,7 @@ mod heatmap;
 mod html;
 mod measures;
 mod paired;
+mod people;
 mod picture;
 #[cfg(feature = "plots")]
 mod pixels;

@@ -42,6 +42,15 @@ fn of_the_best(results: &ScoreResults) -> impl Iterator<Item = &PairedResult> {
     differences.filter(move |one| Some(&one.recognizer) == best)
 }
 
+/// At how many viewpoints the best one is beyond and behind; empty where that is not known.
+fn of_viewpoints(one: &PairedResult) -> String {
+    if one.by_viewpoint.is_empty() {
+        return String::new();
+    }
+    let (beyond, behind) = one.viewpoints_beyond_and_behind();
+    format!("{beyond}, {behind} of {}", one.by_viewpoint.len())
+}
+
 /// The best one's differences of what leads, at most 80 columns; empty where there are none.
 #[must_use]
 pub(super) fn text(results: &ScoreResults) -> String {
@@ -49,15 +58,22 @@ pub(super) fn text(results: &ScoreResults) -> String {
     let Some(first) = leading().next() else {
         return String::new();
     };
-    let mut table = Table::new(&[Left(18), Right(10), Right(18), Left(16)]);
+    let has_views = leading().any(|one| one.by_viewpoint.len() > 1);
+    let mut table = Table::new(&[Left(18), Right(8), Right(16), Left(15), Right(0)]);
     let best = shortened(&first.recognizer, 18);
-    table.row(["against", "points", "95 % interval", ""]);
+    let heading = if has_views { "viewpoints +, -" } else { "" };
+    table.row(["against", "points", "95 % interval", "", heading]);
     for one in leading() {
         table.row([
             shortened(&one.other, 18),
             points(one.difference),
             interval(one),
             verdict(one).into(),
+            if has_views {
+                of_viewpoints(one)
+            } else {
+                String::new()
+            },
         ]);
     }
     format!("\n{best}: rank-1 beyond the others' on the same probes, paired over people\n{table}")
@@ -73,7 +89,8 @@ pub(super) fn section(results: &ScoreResults) -> Markup {
         p.quiet {
             "Rank-1 of " (first.recognizer) ", the best here, less that of each other one on the same probes: "
             "points of percent, and the 95 % interval of the difference that draws people, who answer to both. "
-            "Where 0 is within the interval, these people cannot tell the two apart."
+            "Where 0 is within the interval, these people cannot tell the two apart. Of the viewpoints, each compared "
+            "for itself, about five in a hundred are beyond or behind by chance alone."
         }
         div.scroll { table.summary {
             thead { tr {
@@ -83,6 +100,7 @@ pub(super) fn section(results: &ScoreResults) -> Markup {
                 th scope="col" { "points" }
                 th scope="col" { "95 % interval" }
                 th.text scope="col" { "verdict" }
+                th scope="col" { "viewpoints beyond, behind" }
             } }
             tbody { @for one in of_the_best(results) {
                 tr {
@@ -92,6 +110,7 @@ pub(super) fn section(results: &ScoreResults) -> Markup {
                     td data-label="points" { b { (points(one.difference)) } }
                     td data-label="95 % interval" { (interval(one)) }
                     td.text data-label="verdict" { (verdict(one)) }
+                    td data-label="viewpoints beyond, behind" { (of_viewpoints(one)) }
                 }
             } }
         } }
@@ -114,6 +133,7 @@ mod tests {
                     difference,
                     low: ends.map(|ends| ends.0),
                     high: ends.map(|ends| ends.1),
+                    by_viewpoint: Vec::new(),
                 }
             };
         ScoreResults {
@@ -140,16 +160,42 @@ mod tests {
     fn the_text_says_who_differs() {
         let expected = "
 geinet: rank-1 beyond the others' on the same probes, paired over people
-against                points      95 % interval                 \n\
-pixels                  +25.0     +12.5 to +37.5 differs         \n\
-a-recognizer-of-a~        0.0       -1.0 to +1.1 cannot tell     \n\
-random                 +100.0                  - one person only \n";
+against              points    95 % interval                \n\
+pixels                +25.0   +12.5 to +37.5 differs        \n\
+a-recognizer-of-a~      0.0     -1.0 to +1.1 cannot tell    \n\
+random               +100.0                - one person only\n";
         let trimmed = |text: &str| {
             let lines = text.lines().map(str::trim_end);
             lines.collect::<Vec<_>>().join("\n")
         };
         assert_eq!(trimmed(&text(&results())), trimmed(expected));
         assert_eq!(text(&results_of(Vec::new())), "");
+    }
+
+    #[test]
+    fn viewpoints_beyond_and_behind_are_counted() {
+        use crate::evaluate::results::PairedViewpoint;
+        let mut results = results();
+        let at = |low: f64, high: f64| PairedViewpoint {
+            azimuth_deg: Some(0.0),
+            elevation_deg: Some(0.0),
+            view: None,
+            difference: 0.5 * (low + high),
+            low: Some(low),
+            high: Some(high),
+        };
+        results.paired[0].by_viewpoint =
+            vec![at(0.1, 0.2), at(-0.1, 0.2), at(-0.3, -0.2), at(0.2, 0.2)];
+        let text = text(&results);
+        assert!(
+            text.contains("viewpoints +, -") && text.contains("2, 1 of 4"),
+            "{text}"
+        );
+        assert!(
+            text.lines().all(|line| line.trim_end().len() <= 80),
+            "{text}"
+        );
+        assert!(section(&results).into_string().contains("2, 1 of 4"));
     }
 
     #[test]

@@ -56,11 +56,14 @@ add() {
     ((status <= worst)) || worst=$status
 }
 
-# `of_baseline NAME`: the files of the baseline, as the gate takes them.
+# `of_baseline NAME`: the files of the baseline, as the gate takes them, or that there is none.
 of_baseline() {
     local files=()
     [[ -z $baseline ]] || mapfile -t files < <(ls "$baseline/$1".json "$baseline/$1"-*.json 2> /dev/null)
-    ((${#files[@]} > 0)) || return 0
+    if ((${#files[@]} == 0)); then
+        echo --without-baseline
+        return
+    fi
     printf '%s\n' "${files[0]}"
     for file in "${files[@]:1}"; do
         printf '%s\n' --baseline-run "$file"
