@@ -1,15 +1,18 @@
-//! Recognizing: a fitted PCA + LDA recognizer on the embedded runtime, one GEI and 64.
+//! Recognizing: a fitted PCA + LDA recognizer on the embedded runtime, one GEI and 64; the shipped
+//! networks on it, one input of each; and, where `EDGEGAIT_ORT_LIB` names its library, on ONNX Runtime.
 
 mod common;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use edgegait::score::{Contract, Model, Recognizer, Runtime};
+use edgegait::Template;
+use edgegait::score::{Contract, Model, Recognizer, Runtime, shipped};
 use edgegait::sweep::{Job, Settings, Views, sweep};
 use edgegait::train::{Options, fit, onnx};
 use edgegait_core::budget::PIXELS;
 use edgegait_core::pack::Pack;
 use ndarray::ArrayView2;
 use std::hint::black_box;
+use std::path::Path;
 
 /// GEIs of each person: eight cycles from two sides.
 const CYCLES: u32 = 8;
@@ -32,6 +35,27 @@ fn score(criterion: &mut Criterion) {
         group.bench_function(case, |b| {
             b.iter(|| recognizer.run(black_box(input), batch).expect("a batch"));
         });
+    }
+    let mut runtimes = vec![("rten", Runtime::rten())];
+    if let Some(library) = std::env::var_os("EDGEGAIT_ORT_LIB") {
+        runtimes.push(("ort", Runtime::ort(library).expect("ONNX Runtime")));
+    }
+    group.throughput(Throughput::Elements(1));
+    for name in ["gei-small", "geinet", "geinet-int8", "gaitset-small"] {
+        let model = shipped::open(Path::new(name)).expect("a shipped model");
+        // A sequence is one picture again and again: what it takes does not depend on the numbers.
+        let frames = match model.contract().template {
+            Template::Silhouettes => 8,
+            _ => 1,
+        };
+        let input = geis[..PIXELS].repeat(frames);
+        for (runtime_name, runtime) in &runtimes {
+            let recognizer = runtime.load(&model).expect("both run it");
+            let case = BenchmarkId::new(format!("{runtime_name}-{name}"), "batch-1");
+            group.bench_function(case, |b| {
+                b.iter(|| recognizer.run(black_box(&input), 1).expect("an answer"));
+            });
+        }
     }
     group.finish();
 }

@@ -1,5 +1,5 @@
 //! A sweep on the host: eight cycles of one person seen from 19 azimuths, on 1 and 2 threads,
-//! and two from the paper's 703 viewpoints in the framing of a cycle.
+//! and two from the paper's 703 viewpoints in the framing of a cycle; the eight under confounders, too.
 //!
 //! Criterion's elements are silhouettes: 8 cycles x 19 views x 32 frames = 4,864, and 2 cycles
 //! x 703 views x 32 frames = 44,992.
@@ -8,6 +8,7 @@ mod common;
 
 use criterion::{BenchmarkId, Criterion, SamplingMode, Throughput};
 use edgegait::sweep::{FRAMES_PER_CYCLE, Framing, Job, Raster, Settings, View, Views, sweep};
+use edgegait::{Condition, Doses, dose};
 use edgegait_core::pack::Pack;
 use edgegait_core::raster::Rasterizer;
 use std::hint::black_box;
@@ -44,6 +45,23 @@ fn sweeps(criterion: &mut Criterion) {
             b.iter(|| pool.install(|| geis(black_box(&pack), CYCLES, &views.list, settings)));
         });
     }
+    // What each stage of confounders costs: on hulls, on poses, on silhouettes.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    let pool = pool.expect("one thread");
+    for confounder in ["none", "backpack", "coat", "asymmetric-gait", "holes"] {
+        let case = BenchmarkId::new(
+            format!("confounders-{confounder}"),
+            format!("{}-views", views.list.len()),
+        );
+        let settings = Settings {
+            rasterizer: Rasterizer::Rows.into(),
+            ..Settings::default()
+        };
+        let condition = condition(confounder);
+        group.bench_function(case, |b| {
+            b.iter(|| pool.install(|| under(black_box(&pack), &condition, &views.list, settings)));
+        });
+    }
     let views = Views::paper().expect("the grid").list;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
     let pool = pool.expect("one thread");
@@ -67,15 +85,35 @@ fn sweeps(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// A confounder at half of its strength, or none.
+fn condition(name: &str) -> Condition {
+    let doses = match name {
+        "none" => Vec::new(),
+        name => vec![dose(&format!("{name}=0.5")).expect("a confounder")],
+    };
+    Condition::of(Doses::new(doses))
+}
+
 /// How many GEIs were made.
 fn geis(pack: &Pack<'_>, cycles: u32, views: &[View], settings: Settings) -> usize {
     let jobs: Vec<Job<'_>> = (0..cycles).map(|cycle| Job::plain(0, cycle)).collect();
+    swept(pack, &jobs, views, settings)
+}
+
+/// The same under a condition.
+fn under(pack: &Pack<'_>, condition: &Condition, views: &[View], settings: Settings) -> usize {
+    let jobs: Vec<Job<'_>> = (0..CYCLES).map(|cycle| Job::plain(0, cycle)).collect();
+    let jobs = Job::under(&jobs, std::slice::from_ref(condition));
+    swept(pack, &jobs, views, settings)
+}
+
+fn swept(pack: &Pack<'_>, jobs: &[Job<'_>], views: &[View], settings: Settings) -> usize {
     let mut made = 0;
     let sink = |_, geis: usize| {
         made += geis;
         Ok(())
     };
     let count = |_, swept: edgegait::sweep::Swept| Ok(black_box(swept).templates.len());
-    sweep(pack, &jobs, views, settings, count, sink).expect("a walker can be drawn");
+    sweep(pack, jobs, views, settings, count, sink).expect("a walker can be drawn");
     made
 }

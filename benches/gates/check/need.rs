@@ -13,6 +13,10 @@ pub enum Need {
     Avx2,
     /// A processor with those parts of AVX-512 that bit rows are drawn with.
     Avx512f,
+    /// An ARM processor with NEON.
+    Neon,
+    /// ONNX Runtime, whose library `EDGEGAIT_ORT_LIB` names.
+    Ort,
     /// Two threads at once, and nothing else to do for them.
     TwoThreads,
 }
@@ -24,6 +28,8 @@ impl Need {
         match self {
             Self::Avx2 => has("avx2"),
             Self::Avx512f => has("avx512"),
+            Self::Neon => has("neon"),
+            Self::Ort => std::env::var_os("EDGEGAIT_ORT_LIB").is_some(),
             Self::TwoThreads => available_parallelism().is_ok_and(|threads| threads.get() >= 2),
         }
     }
@@ -34,6 +40,8 @@ impl fmt::Display for Need {
         f.write_str(match self {
             Self::Avx2 => "AVX2",
             Self::Avx512f => "AVX-512",
+            Self::Neon => "NEON",
+            Self::Ort => "ONNX Runtime",
             Self::TwoThreads => "idle second thread",
         })
     }
