@@ -14,6 +14,8 @@ pub mod datasets {}
 pub mod designs {}
 #[doc = include_str!("encoding.md")]
 pub mod encoding {}
+#[doc = include_str!("gates.md")]
+pub mod gates {}
 #[doc = include_str!("importing.md")]
 pub mod importing {}
 #[doc = include_str!("models.md")]

@@ -4,7 +4,7 @@ use crate::command::done;
 use edgegait::confound::Conditions;
 use edgegait::design::Design;
 use edgegait::score::Contract;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -54,7 +54,7 @@ fn every_flag_of_every_command_in_the_guide_is_one_that_the_command_has() {
     }
     assert!(flags >= 40, "{flags}");
     for name in [
-        "import", "bench", "score", "sweep", "train", "quantize", "cohort",
+        "import", "bench", "score", "sweep", "train", "quantize", "cohort", "gate", "check",
     ] {
         assert!(helps.contains_key(name), "{name}");
     }
@@ -62,13 +62,16 @@ fn every_flag_of_every_command_in_the_guide_is_one_that_the_command_has() {
 
 #[test]
 fn the_files_that_the_guide_shows_can_be_read() {
-    let mut read = [0, 0, 0];
+    let mut read = [0, 0, 0, 0];
     for (path, text) in pages() {
         for block in text.split("```toml\n").skip(1) {
             let block = block.split("```").next().expect("the block's end");
             if block.contains("[views]") {
                 Design::parse(&path, block).expect("a design");
                 read[2] += 1;
+            } else if block.contains("[[limit]]") {
+                holds(block);
+                read[3] += 1;
             } else if block.contains("[[conditions]]") {
                 Conditions::parse(&path, block).expect("conditions");
                 read[0] += 1;
@@ -78,7 +81,146 @@ fn the_files_that_the_guide_shows_can_be_read() {
             }
         }
     }
-    assert_eq!(read, [1, 1, 1]);
+    assert_eq!(read, [1, 1, 1, 1]);
+}
+
+/// Judges good results by limits.
+fn holds(limits: &str) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write =
+        |name: &str, text: &str| fs::write(folder.path().join(name), text).expect("written");
+    write("limits.toml", limits);
+    let results = serde_json::json!({
+        "schema": 1, "command": "score", "version": "0.1.0", "seed": 1, "inputs": [], "settings": {}, "warnings": [],
+        "models": [{ "name": "mine", "p50_us": 5.0, "bytes": 1000 }],
+        "recognizers": [{ "name": "mine", "probe_sets": [{ "name": "BG", "rank1": 0.7 }] }],
+    });
+    write("results.json", &results.to_string());
+    let said = done(
+        folder.path(),
+        &["gate", "limits.toml", "results.json", "results.json"],
+    );
+    assert!(said.contains("all 4 limits hold"), "{said}");
+}
+
+/// All keys of objects, at any depth, but for those of settings.
+fn keys(value: &serde_json::Value, found: &mut BTreeSet<String>) {
+    match value {
+        serde_json::Value::Object(object) => {
+            for (key, value) in object {
+                found.insert(key.clone());
+                if key != "settings" {
+                    keys(value, found);
+                }
+            }
+        }
+        serde_json::Value::Array(list) => list.iter().for_each(|value| keys(value, found)),
+        _ => {}
+    }
+}
+
+#[test]
+fn the_keys_of_results_are_those_that_the_guide_lists() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let score = [
+        "score",
+        "side",
+        "--subjects",
+        "F01,F02,M01",
+        "--views",
+        "side",
+        "--protocol",
+        "first-take",
+    ];
+    done(
+        at,
+        &[&score[..], &["--json", "score.json", "--quiet"]].concat(),
+    );
+    let bench = [
+        "bench",
+        "side",
+        "--window-s",
+        "0.01",
+        "--windows",
+        "2",
+        "--views",
+        "side",
+        "--batch",
+        "1,2",
+    ];
+    done(
+        at,
+        &[&bench[..], &["--json", "bench.json", "--quiet"]].concat(),
+    );
+    let page = fs::read_to_string("src/guide/results.md").expect("the page");
+    let (_, page) = page.split_once("## JSON results").expect("the section");
+    let words: BTreeSet<&str> = page
+        .split('`')
+        .flat_map(|part| part.split([' ', ',', '(', ')']))
+        .map(|word| word.trim_start_matches('.'))
+        .collect();
+    // What is inside of these is of the machine, or explains itself.
+    let inner = [
+        "name",
+        "version",
+        "provider",
+        "path",
+        "sha256",
+        "architecture",
+        "cpus",
+        "features",
+        "affinity",
+        "kernel",
+        "libc",
+        "model",
+        "soc",
+        "ram_bytes",
+        "max_khz",
+        "capacity",
+        "part",
+        "numbers",
+        "governor",
+        "current_khz",
+        "temperature_c",
+        "clocks",
+        "throttled",
+        "hottest_c",
+        "windows_planned",
+        "windows",
+        "inferences_planned",
+        "inferences",
+        "warm_up_planned",
+        "warm_up",
+        "window_s_planned",
+        "batch_planned",
+        "viewpoints_planned",
+        "macs_unknown",
+        "full_seconds",
+        "what",
+        "genuine",
+        "impostors",
+        "non_finite_genuine",
+        "non_finite_impostors",
+        "eer_threshold",
+        "far",
+        "tar",
+        "threshold",
+        "note",
+    ];
+    for name in ["score.json", "bench.json"] {
+        let text = fs::read_to_string(at.join(name)).expect("results");
+        let value = serde_json::from_str(&text).expect("JSON");
+        let mut found = BTreeSet::new();
+        keys(&value, &mut found);
+        assert!(found.len() > 30, "{found:?}");
+        let is_told = |key: &&String| {
+            let is_end = ["_low", "_high"].iter().any(|end| key.ends_with(end));
+            is_end || words.contains(key.as_str()) || inner.contains(&key.as_str())
+        };
+        let untold: Vec<&String> = found.iter().filter(|key| !is_told(key)).collect();
+        assert!(untold.is_empty(), "{name}: not in the guide: {untold:?}");
+    }
 }
 
 #[test]
