@@ -1,26 +1,28 @@
 //! `edgegait bench`: what recognizers cost on this machine.
 
+mod compare;
+mod doubts;
 mod path;
 
 use super::args::{Common, Files, ViewArgs};
 use super::drawing::DrawArgs;
 use super::outputs::{Kind, Output};
-use super::progress::{self, Doing, time_of};
+use super::progress::{self, Doing};
 use super::recognizers::{is_baseline, models, sort_inputs, with_contracts};
 use super::runtime::RuntimeArgs;
 use super::source::{SelectionArgs, SourceArgs};
-use crate::bench::board::{Board, CpuList, LOAD_WARNED_OF, load_of_others};
+use crate::bench::board::{Board, CpuList, load_of_others};
 use crate::bench::windows::Plan;
 use crate::bench::{
-    BenchResults, Column, Compared, Format, ModelResult, Scene, Task, Told, chart, csv,
-    end_with_parent, measure, measure_lengths, measured_by, pin, render, require_any_length,
-    utc_now,
+    BenchResults, Column, Format, ModelResult, Scene, Task, Told, csv, end_with_parent, measure,
+    measure_lengths, measured_by, pin, render, require_any_length, utc_now,
 };
 use crate::dataset::{Header, Staging, write_bytes};
 use crate::error::{Error, Result};
 use crate::score::{Model, shipped};
 use crate::source::PackSource;
 use crate::sweep::jobs;
+use doubts::{cut_short, warn};
 use edgegait_core::pack::Pack;
 use path::PathArgs;
 use serde::de::DeserializeOwned;
@@ -251,7 +253,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         args.common.check("bench", &args.files())?;
     }
     if !args.compare.is_empty() {
-        return compare(args);
+        return compare::run(args);
     }
     let (paths, data) = sort_inputs(&args.inputs)?;
     if paths.iter().any(|path| is_baseline(path)) {
@@ -395,52 +397,6 @@ const fn build() -> &'static str {
     }
 }
 
-/// What speaks against the numbers before they are measured.
-fn warn(results: &mut BenchResults) {
-    let warnings = &mut results.header.warnings;
-    if cfg!(debug_assertions) {
-        warnings
-            .push("this is a debug build: its times say nothing (use cargo run --release)".into());
-    }
-    if let Some(share) = results
-        .load_of_others
-        .filter(|share| *share > LOAD_WARNED_OF)
-    {
-        warnings.push(format!(
-            "others kept {:.0} % of the processors busy before this was measured",
-            100.0 * share
-        ));
-    }
-}
-
-/// What was cut, and how to have it in full.
-fn cut_short(args: &Args, result: &ModelResult) -> Vec<String> {
-    let Some(cut) = &result.cut else {
-        return Vec::new();
-    };
-    // Half as much again as is estimated, in two digits.
-    let needed = 1.5 * cut.full_seconds;
-    let step = 10_f64.powf((needed.log10().floor() - 1.0).max(0.0));
-    let mut warnings = vec![format!(
-        "cut to be measured in {} s{}: {}; in full (--max-seconds {}) it takes about {}",
-        args.most().map_or(0.0, |most| most.as_secs_f64()),
-        if args.frames.is_empty() {
-            ""
-        } else {
-            ", half of the time, as the other half is for --frames"
-        },
-        cut.what.join("; "),
-        (needed / step).ceil() * step,
-        time_of(cut.full_seconds)
-    )];
-    if args.mlperf {
-        warnings.push(
-            "these are not all of the five windows of 10 s that MLPerf Tiny asks for".to_owned(),
-        );
-    }
-    warnings
-}
-
 /// Measures one model in a process of its own, which is this program once more.
 fn elsewhere<R: DeserializeOwned>(
     model: &Model,
@@ -518,47 +474,4 @@ fn alone(args: &Args, paths: &[PathBuf], pack: Option<PathBuf>, index: usize) ->
         )?));
     }
     say(serde_json::to_string(&measure(&task)?))
-}
-
-/// Prints results of several boards side by side.
-fn compare(args: &Args) -> Result<()> {
-    let read = |path: &PathBuf| -> Result<(String, BenchResults)> {
-        let stem = path.file_stem().unwrap_or(path.as_os_str());
-        Ok((
-            stem.to_string_lossy().into_owned(),
-            BenchResults::read(path)?,
-        ))
-    };
-    let boards = args.compare.iter().map(read).collect::<Result<Vec<_>>>()?;
-    let compared = Compared {
-        boards: told_apart(boards),
-    };
-    let compared = if args.no_accuracy {
-        compared.without_accuracy()
-    } else {
-        compared
-    };
-    compared.check()?;
-    if let Some(path) = &args.chart {
-        write_bytes(path, chart(&compared)?.as_bytes())?;
-    }
-    args.common.say(compared.render(args.format).trim_end());
-    for (name, results) in &compared.boards {
-        for warning in &results.header.warnings {
-            args.common.say(format_args!("warning: {name}: {warning}"));
-        }
-    }
-    Ok(())
-}
-
-/// Results of one name get a number behind it.
-fn told_apart(mut boards: Vec<(String, BenchResults)>) -> Vec<(String, BenchResults)> {
-    let names: Vec<String> = boards.iter().map(|(name, _)| name.clone()).collect();
-    for (at, (name, _)) in boards.iter_mut().enumerate() {
-        let before = names[..at].iter().filter(|other| *other == name).count();
-        if before > 0 {
-            *name = format!("{name} ({})", before + 1);
-        }
-    }
-    boards
 }
