@@ -1,6 +1,6 @@
 //! What sequences of several lengths cost a model that takes any.
 
-use super::board::State;
+use super::board::{LoadWatch, State};
 use super::cap::{Cap, Kind};
 use super::measure::{Task, shape_and_macs};
 use super::memory;
@@ -32,6 +32,9 @@ pub(crate) struct Length {
     /// The same above what it had before the runtime was started, bytes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub peak_rss_over_baseline_bytes: Option<u64>,
+    /// The share of the processors that others kept busy meanwhile, 0..1, if the machine tells.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub others_busy: Option<f64>,
 }
 
 /// Refuses a model whose inputs have one length.
@@ -89,6 +92,7 @@ pub(crate) fn measure_lengths(
         let recognizer = recognizer.as_ref();
         let input = task.scene.sequence(contract, frames)?;
         memory::forget_peak();
+        let others = LoadWatch::start(task.root);
         let to_come: usize = lengths[at..].iter().sum();
         let most_s = watched.cap.left_s() * frames as f64 / to_come as f64 / 2.0;
         let first = First::of(recognizer, &input, (plan, most_s))?;
@@ -111,6 +115,7 @@ pub(crate) fn measure_lengths(
             timing: measured.timing,
             peak_rss_bytes: first.peak_rss_bytes,
             peak_rss_over_baseline_bytes: baseline.below(first.peak_rss_bytes),
+            others_busy: others.and_then(|others| others.share(task.root)),
         });
     }
     let cut = (!cut.is_empty()).then(|| Cut {

@@ -244,9 +244,19 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
         ));
     }
     let operators = match task.with_operators {
-        true => loaded
-            .runtime
-            .operator_times(&loaded.model, &single, PROFILED)?,
+        true => {
+            // As many as there is time for; the first does not count.
+            let most = (cap.left_s() / call_s).clamp(2.0, PROFILED as f64);
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "between 2 and 20"
+            )]
+            let runs = most as usize;
+            loaded
+                .runtime
+                .operator_times(&loaded.model, &single, runs)?
+        }
         false => None,
     };
     if task.with_operators && operators.is_none() {
@@ -254,7 +264,14 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
             "what each operator takes is not known: the embedded runtime does not tell".into(),
         );
     }
-    found.extend(loaded.model.warnings());
+    // The model's name stands before each already.
+    let of_model = loaded.model.warnings().into_iter();
+    found.extend(of_model.map(|warning| {
+        let named = warning
+            .strip_prefix(&format!("{name}: "))
+            .map(str::to_owned);
+        named.unwrap_or(warning)
+    }));
     let graph = loaded.model.graph();
     let of_batch = |it: &'_ Offline| match task.batches {
         [_] => "batches".to_owned(),

@@ -364,6 +364,15 @@ impl BenchResults {
     /// If the file cannot be read, or holds something else.
     pub(crate) fn read(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, error))?;
+        let stated: Option<serde_json::Value> = serde_json::from_str(&text).ok();
+        let command = stated
+            .as_ref()
+            .and_then(|value| value.get("command")?.as_str());
+        if let Some(command) = command.filter(|command| *command != "bench") {
+            let problem =
+                format!("expected the JSON results of edgegait bench, found those of {command}");
+            return Err(Error::input(path, problem));
+        }
         serde_json::from_str(&text).map_err(|error| {
             let expected = "expected the JSON results of edgegait bench";
             Error::input(path, format!("{expected}: {error}"))

@@ -287,7 +287,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
     if !args.frames.is_empty() {
         models.iter().try_for_each(require_any_length)?;
     }
-    let header = header(args, &models)?.with("runtime", runtime.name().name);
+    let header = header(args, &models)?
+        .with("runtime", runtime.name().name)
+        .with("provider", runtime.name().provider);
     let root = Path::new("/");
     let load_of_others = load_of_others(root);
 
@@ -364,6 +366,8 @@ fn header(args: &Args, models: &[Model]) -> Result<Header> {
         .with("mlperf", args.mlperf)
         .with("max_seconds", args.most().map(|most| most.as_secs_f64()))
         .with("bare", args.bare)
+        .with("profile", args.profile)
+        .with("no_accuracy", args.no_accuracy)
         .with("build", build());
     if !args.no_accuracy {
         header = header

@@ -36,9 +36,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
         list_of(&graph.inputs),
         list_of(&graph.outputs)
     );
-    let text = model
-        .contract()
-        .explained(&about.replace(char::is_control, "?"))?;
+    let contract = model.stated_contract();
+    let text = contract.explained(&about.replace(char::is_control, "?"))?;
     let out = args.out();
     let mut header = Header::new("contract", args.common.seed);
     header.inputs = model.inputs()?;
@@ -54,7 +53,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     }
     args.common.write_json(&Results {
         header,
-        contract: model.contract(),
+        contract: &contract,
     })
 }
 

@@ -84,6 +84,19 @@ pub(super) fn run(args: &Args) -> Result<Ending> {
             "--without-baseline: expected no baseline, found one".into(),
         ));
     }
+    for list in [
+        std::iter::once(result).chain(&args.run).collect::<Vec<_>>(),
+        baseline.iter().chain(&args.baseline_run).collect(),
+    ] {
+        if let Some((_, twice)) = list
+            .iter()
+            .enumerate()
+            .find(|(at, one)| list[..*at].contains(one))
+        {
+            let problem = "is there twice: expected results of another run";
+            return Err(Error::Usage(format!("{}: {problem}", twice.display())));
+        }
+    }
     let limits = GateLimits::read(limits_at)?;
     let read = |paths: &mut dyn Iterator<Item = &PathBuf>| {
         paths

@@ -116,11 +116,22 @@ pub(super) fn told_apart(all: Vec<(String, PathBuf)>) -> Result<Vec<String>> {
             return Err(Error::Usage(format!("{}: is there twice", path.display())));
         }
     }
-    // The last parts of a path, without what its name ends with.
-    let end = |path: &Path, parts: usize| -> PathBuf {
+    // The last parts of a path, without what its name ends with unless that tells two apart.
+    let is_ending_told = |path: &Path| {
         let stem = path.with_extension("");
-        let skipped = stem.components().count().saturating_sub(parts);
-        stem.components().skip(skipped).collect()
+        all.iter()
+            .filter(|(_, other)| other.with_extension("") == stem)
+            .count()
+            > 1
+    };
+    let end = |path: &Path, parts: usize| -> PathBuf {
+        let whole = if is_ending_told(path) {
+            path.to_owned()
+        } else {
+            path.with_extension("")
+        };
+        let skipped = whole.components().count().saturating_sub(parts);
+        whole.components().skip(skipped).collect()
     };
     let name = |(name, path): &(String, PathBuf)| {
         let alike: Vec<&PathBuf> = all
@@ -142,8 +153,7 @@ pub(super) fn told_apart(all: Vec<(String, PathBuf)>) -> Result<Vec<String>> {
         let most = path.components().count();
         let parts = (1..most).find(tells).unwrap_or(most);
         let label = end(path, parts).display().to_string();
-        let stem = end(path, 1);
-        if stem == Path::new(name) {
+        if end(path, 1).with_extension("") == Path::new(name) {
             label
         } else {
             format!("{name} ({label})")
@@ -207,6 +217,8 @@ mod tests {
             ("x", "runs/v.egr"),
         ]);
         assert_eq!(found.expect("names"), ["a/m", "b/m", "n", "x (u)", "x (v)"]);
+        let beside = names(&[("m", "m.onnx"), ("m", "m.egr")]);
+        assert_eq!(beside.expect("names"), ["m.onnx", "m.egr"]);
         let said = names(&[("m", "m.onnx"), ("m", "m.onnx")]).expect_err("twice");
         assert_eq!(said.to_string(), "m.onnx: is there twice");
     }

@@ -78,7 +78,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let started = Instant::now();
     let runtime = args.runtime.runtime()?;
     let (models, data) = sort_inputs(&args.inputs)?;
-    let header = Header::new("score", args.common.seed).with("runtime", runtime.name().name);
+    let header = Header::new("score", args.common.seed)
+        .with("runtime", runtime.name().name)
+        .with("provider", runtime.name().provider);
     let cache = args.cache.cache();
     let field = Field {
         load: &|setup, header| load(&models, (&runtime, &cache), setup, header),

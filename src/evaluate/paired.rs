@@ -190,8 +190,10 @@ pub(super) fn each_from_each(results: &[RecognizerResult], seed: u64) -> Vec<Pai
         let of_best = all
             .iter_mut()
             .filter(|pair| pair.recognizer == best.name && pair.probe_set.is_none());
-        for (pair, other) in of_best.zip(others) {
-            pair.by_viewpoint = at_viewpoints([&best.hits_by_view, &other.hits_by_view], seed);
+        for pair in of_best {
+            if let Some(other) = others.iter().find(|other| other.name == pair.other) {
+                pair.by_viewpoint = at_viewpoints([&best.hits_by_view, &other.hits_by_view], seed);
+            }
         }
     }
     all

@@ -10,6 +10,9 @@ use serde_json::Value;
 /// warns.
 const NOISY: f64 = 0.1;
 
+/// Runs of which a median's interval is worth having: of five, the least and the greatest hold it with 94 %.
+const ENOUGH_RUNS: usize = 5;
+
 /// A number and its interval; both ends are the value where nothing varies.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct Estimate {
@@ -50,9 +53,9 @@ impl Measure {
     pub(crate) fn of(key: &str) -> Self {
         let ends = |ends: &[&str]| ends.iter().any(|end| key.ends_with(end));
         let is = |names: &[&str]| names.contains(&key);
-        if ends(&["_per_second"]) || is(&["throughput"]) {
+        if ends(&["per_second"]) || is(&["throughput", "times_real_time"]) {
             Self::Rate
-        } else if ends(&["_us", "_ms", "_mj"]) || is(&["seconds"]) {
+        } else if ends(&["_us", "_ms", "_ns", "_mj"]) || is(&["seconds", "ms"]) {
             Self::Time
         } else if ends(&["_bytes"])
             || is(&[
@@ -100,21 +103,41 @@ impl Estimate {
 
     /// Of one figure from each run.
     ///
-    /// With several runs, their median and its interval; of one run, what stands beside the figure: the
-    /// means of its windows for a time, `<key>_low` and `<key>_high` for a rate of hits.
+    /// Of one run, the interval is what stands beside the figure: the means of its windows for a time,
+    /// `<key>_low` and `<key>_high` for a rate of hits. Of several, their median stands for the figure. Of
+    /// fewer than five runs, which do not tell where a median lies, the interval holds those of all of them.
     pub(crate) fn of(places: &[Place<'_>], measure: Measure) -> Self {
+        let each: Vec<Self> = places
+            .iter()
+            .map(|place| Self::of_one(place, measure))
+            .collect();
         let values: Vec<f64> = places.iter().map(|place| place.value).collect();
-        match places {
-            [one] => Self::of_one(one, measure),
-            _ => Self::of_median(&values),
+        let median = Self::of_median(&values);
+        match each[..] {
+            [one] => one,
+            _ if measure.is_timed() && each.len() >= ENOUGH_RUNS => median,
+            _ => Self {
+                value: median.value,
+                low: each.iter().map(|one| one.low).fold(f64::INFINITY, f64::min),
+                high: each
+                    .iter()
+                    .map(|one| one.high)
+                    .fold(f64::NEG_INFINITY, f64::max),
+            },
         }
     }
 
     fn of_one(place: &Place<'_>, measure: Measure) -> Self {
         let value = place.value;
         if measure.is_timed() {
-            return match windows(place) {
-                Some(means) => Self::of_median(&means).scaled_to(value, measure),
+            return match windows(place).as_deref() {
+                // How far others would be from it nobody knows.
+                Some([_]) => Self {
+                    value,
+                    low: f64::NEG_INFINITY,
+                    high: f64::INFINITY,
+                },
+                Some(means) => Self::of_median(means).scaled_to(value, measure),
                 None => Self::exact(value),
             };
         }
@@ -169,13 +192,23 @@ impl Estimate {
     }
 }
 
-/// The means of the windows that a time was measured in, if they stand beside it, or around it.
+/// Times that are not of all calls in the windows beside them, or that lie elsewhere than their means.
+const NOT_OF_WINDOWS: [&str; 9] = [
+    "load_ms",
+    "first_ms",
+    "runtime_load_ms",
+    "seconds",
+    "min_us",
+    "max_us",
+    "sd_us",
+    "p999_us",
+    "reusing_p50_us",
+];
+
+/// The means of the windows that a time was measured in, if they stand beside it.
 fn windows(place: &Place<'_>) -> Option<Vec<f64>> {
-    let object = place.object()?;
-    let means = object.get("window_mean_us")?.as_array()?;
-    // Of the other keys in that object only those of single calls are told by windows.
-    let is_of_windows = ["load_ms", "first_ms", "runtime_load_ms", "seconds"];
-    if is_of_windows.contains(&place.key.as_str()) {
+    let means = place.object()?.get("window_mean_us")?.as_array()?;
+    if NOT_OF_WINDOWS.contains(&place.key.as_str()) {
         return None;
     }
     let means: Vec<f64> = means.iter().filter_map(Value::as_f64).collect();
@@ -241,6 +274,10 @@ mod tests {
         let rate = estimate(&results, "throughput");
         assert!((rate.low - 5000.0 / 1.1).abs() < 1e-9 && (rate.high - 5000.0 / 0.9).abs() < 1e-9);
         assert_eq!(estimate(&results, "load_ms"), Estimate::exact(3.0));
+        let one = json!({ "p50_us": 200.0, "max_us": 300.0, "window_mean_us": [110.0] });
+        let found = estimate(&one, "p50_us");
+        assert_eq!((found.low, found.high), (f64::NEG_INFINITY, f64::INFINITY));
+        assert_eq!(estimate(&one, "max_us"), Estimate::exact(300.0));
     }
 
     #[test]

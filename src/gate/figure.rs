@@ -8,7 +8,7 @@
 use serde_json::{Map, Value};
 
 /// Keys by which elements of lists are known, the most telling first.
-const IDENTITIES: [&str; 14] = [
+const IDENTITIES: [&str; 20] = [
     "name",
     "person",
     "recognizer",
@@ -16,6 +16,12 @@ const IDENTITIES: [&str; 14] = [
     "probe_set",
     "runtime",
     "threads",
+    "operator",
+    "provider",
+    "arithmetic",
+    "view",
+    "side",
+    "strength",
     "batch",
     "frames",
     "azimuth_deg",
@@ -26,6 +32,8 @@ const IDENTITIES: [&str; 14] = [
 ];
 /// Most keys that a message lists.
 const LISTED: usize = 24;
+/// Most elements of a list that are told apart by what they are: of more, by their numbers.
+const TOLD_APART: usize = 1000;
 
 /// A path to one figure, or to several.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,6 +54,8 @@ enum Chosen {
     Only,
     /// Each element.
     Each,
+    /// The element of this number, from 0: `[#3]`.
+    At(usize),
     /// The one element of which these keys, or else one of [`IDENTITIES`], have these values.
     By(Vec<(Option<String>, String)>),
 }
@@ -189,9 +199,13 @@ impl Step {
         };
         let named = |element: &'a Value| (format!("{path}[{}]", identity(element, list)), element);
         let others = || {
-            let all = list.iter().map(|element| identity(element, list));
-            let all: Vec<String> = all.collect();
-            listed(all.iter().map(String::as_str))
+            let all = list
+                .iter()
+                .take(LISTED)
+                .map(|element| identity(element, list));
+            let mut all: Vec<String> = all.collect();
+            all.extend((list.len() > LISTED).then(|| format!("{} more", list.len() - LISTED)));
+            all.join(", ")
         };
         match &self.chosen {
             Chosen::Only => match list.as_slice() {
@@ -208,6 +222,13 @@ impl Step {
             },
             Chosen::Each if list.is_empty() => Err(format!("{path} is empty")),
             Chosen::Each => Ok(list.iter().map(named).collect()),
+            Chosen::At(number) => match list.get(*number) {
+                Some(one) => Ok(vec![named(one)]),
+                None => Err(format!(
+                    "{path}: expected an element of number below {}, found #{number}",
+                    list.len()
+                )),
+            },
             Chosen::By(keys) => {
                 let is_meant = |element: &&Value| keys.iter().all(|one| is_like(element, one));
                 let meant: Vec<&Value> = list.iter().filter(is_meant).collect();
@@ -250,6 +271,13 @@ fn same(value: &Value, wanted: &str) -> bool {
 
 /// By what an element is told from the others of its list: its name, if that is enough.
 fn identity(element: &Value, list: &[Value]) -> String {
+    let number = || {
+        let at = list.iter().position(|other| std::ptr::eq(other, element));
+        format!("#{}", at.unwrap_or_default())
+    };
+    if list.len() > TOLD_APART {
+        return number();
+    }
     let alike = |keys: &[(Option<String>, String)]| {
         let is_like = |other: &&Value| keys.iter().all(|one| is_like(other, one));
         list.iter().filter(is_like).count()
@@ -278,7 +306,11 @@ fn identity(element: &Value, list: &[Value]) -> String {
             break;
         }
     }
-    words(&keys)
+    if alike(&keys) == 1 {
+        words(&keys)
+    } else {
+        number()
+    }
 }
 
 /// What stands in brackets.
@@ -372,6 +404,14 @@ impl Letters<'_> {
             let word = self.with_decimals(word, is_quoted);
             if word.is_empty() && !is_quoted {
                 return Err(self.expected("a name, KEY=VALUE or *"));
+            }
+            let number = word
+                .strip_prefix('#')
+                .and_then(|number| number.parse().ok());
+            if let Some(number) = number.filter(|_| !is_quoted && keys.is_empty())
+                && self.next_if(']')
+            {
+                return Ok(Chosen::At(number));
             }
             if self.next_if('=') {
                 let is_quoted = self.rest().starts_with('"');

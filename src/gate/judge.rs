@@ -41,9 +41,15 @@ pub(crate) struct Between {
 impl Between {
     /// Of two that were measured apart: each may be anywhere in its interval.
     pub(crate) fn apart(new: Estimate, old: Estimate) -> Self {
-        let ratio = |new: f64, old: f64| if new == old { 1.0 } else { new / old };
+        // Below 0 a ratio says nothing.
+        let is_told = [new, old].iter().all(|one| one.value >= 0.0);
+        let ratio = |new: f64, old: f64| match is_told {
+            false => f64::NAN,
+            true if new == old => 1.0,
+            true => new / old,
+        };
         // What nobody knows the end of may be as good as nothing, or have no end.
-        let low = |end: f64| if end == f64::NEG_INFINITY { 0.0 } else { end };
+        let low = |end: f64| end.max(0.0);
         Self {
             ratio: Estimate {
                 value: ratio(new.value, old.value),
@@ -74,20 +80,32 @@ pub(crate) fn absolute(
     within(found, bound, judge.unwrap_or(usual))
 }
 
-/// Whether it keeps to one beside a baseline.
+/// Whether it keeps to one beside a baseline; `is_paired` if what is between them was found on the same
+/// probes.
 pub(crate) fn relative(
     between: Between,
     bound: Bound,
-    (measure, judge): (Measure, Option<Judge>),
+    (measure, judge, is_paired): (Measure, Option<Judge>, bool),
 ) -> GateOutcome {
-    let judge = judge.unwrap_or(Judge::Interval);
+    // Intervals of two figures that were found apart, but with the same seed, say little of what is between
+    // them.
+    let usual = if measure.is_timed() || is_paired {
+        Judge::Interval
+    } else {
+        Judge::Value
+    };
+    let by = judge.unwrap_or(usual);
     match bound {
-        Bound::RatioAtMost(limit) => within(between.ratio, Bound::AtMost(limit), judge),
-        Bound::RatioAtLeast(limit) => within(between.ratio, Bound::AtLeast(limit), judge),
-        Bound::DifferenceAtMost(limit) => within(between.difference, Bound::AtMost(limit), judge),
-        Bound::DifferenceAtLeast(limit) => within(between.difference, Bound::AtLeast(limit), judge),
-        Bound::NotWorse => not_worse(between.difference, measure.better(), judge),
-        absolute => within(between.difference, absolute, judge),
+        Bound::RatioAtMost(limit) => within(between.ratio, Bound::AtMost(limit), by),
+        Bound::RatioAtLeast(limit) => within(between.ratio, Bound::AtLeast(limit), by),
+        Bound::DifferenceAtMost(limit) => within(between.difference, Bound::AtMost(limit), by),
+        Bound::DifferenceAtLeast(limit) => within(between.difference, Bound::AtLeast(limit), by),
+        Bound::NotWorse => not_worse(
+            between.difference,
+            measure.better(),
+            judge.unwrap_or(Judge::Interval),
+        ),
+        absolute => within(between.difference, absolute, by),
     }
 }
 
@@ -110,8 +128,8 @@ fn within(found: Estimate, bound: Bound, judge: Judge) -> GateOutcome {
     }
 }
 
-/// Worse beyond the interval is missed; so is nothing else, but where that interval has no end nobody
-/// can tell.
+/// What is not worse holds, and what is worse beyond the interval is missed; what is worse within it cannot
+/// be told, nor what is better than something that may be better itself.
 fn not_worse(difference: Estimate, better: Option<Better>, judge: Judge) -> GateOutcome {
     let Estimate { value, low, high } = difference;
     // How much worse.
@@ -119,10 +137,13 @@ fn not_worse(difference: Estimate, better: Option<Better>, judge: Judge) -> Gate
         Some(Better::More) => (-value, -high, -low),
         _ => (value, low, high),
     };
-    let low = if judge == Judge::Value { value } else { low };
+    let (low, high) = match judge {
+        Judge::Value => (value, value),
+        Judge::Interval => (low, high),
+    };
     if low > 0.0 {
         GateOutcome::Missed
-    } else if value <= 0.0 && high.is_finite() || low.is_finite() && high.is_finite() {
+    } else if value <= 0.0 && high < f64::INFINITY {
         GateOutcome::Holds
     } else {
         GateOutcome::CannotTell
@@ -179,7 +200,7 @@ mod tests {
             relative(
                 Between::apart(new, old),
                 Bound::RatioAtMost(limit),
-                (TIME, None),
+                (TIME, None, false),
             )
         };
         let quiet = about(10.0, 0.0);
@@ -196,7 +217,7 @@ mod tests {
 
     #[test]
     fn not_worse_is_missed_beyond_the_interval_alone() {
-        let hits = (Measure::of("rank1"), None);
+        let hits = (Measure::of("rank1"), None, true);
         let of = |value: f64, by: f64, how| {
             let difference = about(value, by);
             let between = Between {
@@ -206,12 +227,18 @@ mod tests {
             relative(between, Bound::NotWorse, how)
         };
         assert_eq!(of(-0.1, 0.05, hits), Missed);
-        assert_eq!(of(-0.1, 0.15, hits), Holds);
+        assert_eq!(of(-0.1, 0.15, hits), CannotTell);
         assert_eq!(of(0.1, 0.05, hits), Holds);
-        assert_eq!(of(-0.1, 0.15, (hits.0, Some(Judge::Value))), Missed);
-        assert_eq!(of(1.0, 0.5, (TIME, None)), Missed);
-        assert_eq!(of(-1.0, 0.5, (TIME, None)), Holds);
-        let apart = |new, old| relative(Between::apart(new, old), Bound::NotWorse, (TIME, None));
+        assert_eq!(of(-0.1, 0.15, (hits.0, Some(Judge::Value), true)), Missed);
+        assert_eq!(of(1.0, 0.5, (TIME, None, false)), Missed);
+        assert_eq!(of(-1.0, 0.5, (TIME, None, false)), Holds);
+        let apart = |new, old| {
+            relative(
+                Between::apart(new, old),
+                Bound::NotWorse,
+                (TIME, None, false),
+            )
+        };
         let (fast, slow) = (about(1.0, 0.1), about(2.0, 0.1));
         assert_eq!(apart(slow, fast), Missed);
         assert_eq!(apart(slow.disturbed(TIME), fast), CannotTell);
@@ -232,8 +259,14 @@ mod tests {
             (Bound::DifferenceAtLeast(2.0), Holds),
             (Bound::DifferenceAtLeast(2.5), Missed),
         ] {
-            let how = (Measure::of("bytes"), None);
+            let how = (Measure::of("bytes"), None, false);
             assert_eq!(relative(between, bound, how), outcome, "{bound}");
+        }
+        // Of figures below 0 a ratio says nothing.
+        for both in [(0.5, -0.01), (-0.5, 0.01), (-2.0, -1.0)] {
+            let below = Between::apart(Estimate::exact(both.0), Estimate::exact(both.1));
+            let how = (Measure::of("spread"), None, false);
+            assert_eq!(relative(below, Bound::RatioAtMost(1.2), how), CannotTell);
         }
         let nothing = Between::apart(Estimate::exact(0.0), Estimate::exact(0.0));
         assert_eq!(nothing.ratio, Estimate::exact(1.0));

@@ -124,11 +124,15 @@ impl GateLimits {
     /// # Errors
     /// With the line, for what is no such TOML, no figure, or no limit.
     pub(crate) fn parse(path: &Path, text: &str) -> Result<Self> {
+        if text.trim_start().starts_with('{') {
+            let problem =
+                "expected limits (TOML), found JSON: limits are named first, then results";
+            return Err(Error::input(path, problem));
+        }
         let written: WrittenLimits =
             toml::from_str(text).map_err(|error| Error::toml(path, text, &error))?;
         if written.limit.is_empty() {
-            let problem = "expected at least one [[limit]], found none \
-                           (edgegait gate --init RESULT.json prints some)";
+            let problem = "expected at least one [[limit]], found none";
             return Err(Error::input(path, problem));
         }
         let limits = written.limit.into_iter().map(|written| {
@@ -177,6 +181,13 @@ impl WrittenLimit {
                 return Err(format!("{key}: expected {expected}, found {number}"));
             }
             bounds.push(bound(number));
+        }
+        if let (Some(most), Some(least)) = (self.at_most, self.at_least)
+            && most < least
+        {
+            return Err(format!(
+                "expected at_least below at_most, found {least} and {most}"
+            ));
         }
         bounds.extend(self.not_worse.then_some(Bound::NotWorse));
         if bounds.is_empty() {
@@ -250,6 +261,14 @@ mod tests {
             (
                 "[[limit]]\nfigure = \"a\"\nat_mots = 1\n",
                 "limits.toml:3: unknown field `at_mots`",
+            ),
+            (
+                "[[limit]]\nfigure = \"a\"\nat_most = 1\nat_least = 2\n",
+                "limits.toml:2: expected at_least below at_most, found 2 and 1",
+            ),
+            (
+                "{\"schema\": 1}",
+                "limits.toml: expected limits (TOML), found JSON",
             ),
             ("[[limit]]\nfigure = 3\n", "limits.toml:2: invalid type"),
             (

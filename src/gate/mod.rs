@@ -32,7 +32,7 @@ use crate::evaluate::wilson::Interval;
 use estimate::{Estimate, Measure, disturbance};
 use figure::Place;
 use judge::{Between, absolute, relative};
-use limits::{Bound, GateLimit, Judge};
+use limits::{Bound, GateLimit};
 use serde::Deserialize as _;
 use std::path::Path;
 
@@ -85,8 +85,9 @@ pub(crate) fn gate(
     }
     let mut header = header;
     if left_out > 0 {
+        let limits = if left_out == 1 { "limit" } else { "limits" };
         header.warnings.push(format!(
-            "{left_out} limits beside a baseline were left out, as there is none"
+            "{left_out} {limits} beside a baseline left out, as there is none"
         ));
     }
     let versions = judged.runs.iter().chain(judged.baselines);
@@ -108,7 +109,7 @@ fn lines_of(
     judged: &Judged<'_>,
 ) -> std::result::Result<Vec<GateLine>, String> {
     let measure = Measure::of(&place.key);
-    let new = Known::of(&place.path, judged.runs, measure)?;
+    let new = Known::of((place, limit), judged.runs, measure)?;
     let is_relative = limit.bounds.iter().any(|bound| bound.is_relative());
     let old = match judged.baselines {
         [] if is_relative => {
@@ -118,7 +119,7 @@ fn lines_of(
             ));
         }
         [] => None,
-        baselines => match Known::of(&place.path, baselines, measure) {
+        baselines => match Known::of((place, limit), baselines, measure) {
             Ok(known) => Some(known),
             Err(problem) if is_relative => return Err(problem),
             Err(_) => None,
@@ -126,7 +127,6 @@ fn lines_of(
     };
     let mut lines = Vec::new();
     for &bound in &limit.bounds {
-        let how = (measure, limit.judge);
         if bound == Bound::NotWorse && measure.better().is_none() {
             return Err(format!(
                 "{}: not_worse: expected a figure that is better one way, found {:?} (use ratio_at_most or another)",
@@ -136,38 +136,20 @@ fn lines_of(
         let (outcome, between, unsure) = match old.as_ref().filter(|_| bound.is_relative()) {
             None => {
                 let found = new.judged(measure);
-                (absolute(found, bound, how), None, new.disturbed.clone())
+                let outcome = absolute(found, bound, (measure, limit.judge));
+                (outcome, None, new.unsure.clone())
             }
-            Some(old) => {
-                let is_paired = limit.judge != Some(Judge::Value);
-                let between = match is_paired
-                    .then(|| new.paired(old, &place.key, judged.runs[0].header.seed))
-                {
-                    Some(Some(paired)) => paired?,
-                    _ => Between::apart(new.judged(measure), old.judged(measure)),
+            Some(old) => beside(limit, (place, bound, measure), (&new, old), judged)?,
+        };
+        let why = (outcome == GateOutcome::CannotTell).then(|| {
+            unsure.unwrap_or_else(|| {
+                let more = match measure {
+                    Measure::Steady(_) => "people, viewpoints or probes",
+                    _ => "windows or runs",
                 };
-                let mut outcome = relative(between, bound, how);
-                let mut unsure = new.disturbed.clone();
-                let before = old
-                    .disturbed
-                    .as_ref()
-                    .map(|why| format!("of the baseline: {why}"));
-                unsure = unsure.or(before);
-                let is_other_board =
-                    measure.is_timed() && !judged.runs[0].is_same_board(&judged.baselines[0]);
-                if is_other_board {
-                    outcome = GateOutcome::CannotTell;
-                    unsure = Some("the baseline was measured on another machine".into());
-                }
-                (outcome, Some(between), unsure)
-            }
-        };
-        let why = match outcome {
-            GateOutcome::CannotTell => Some(unsure.unwrap_or_else(|| {
-                "the limit is within the interval (more runs make it narrower)".into()
-            })),
-            _ => None,
-        };
+                format!("the limit is within the interval (more {more} make it narrower)")
+            })
+        });
         lines.push(GateLine {
             name: limit.name.clone().unwrap_or_else(|| place.path.clone()),
             figure: place.path.clone(),
@@ -184,51 +166,126 @@ fn lines_of(
     Ok(lines)
 }
 
+/// What becomes of a bound, what is between the two, and why nobody can tell.
+type Beside = (GateOutcome, Option<Between>, Option<String>);
+
+/// What became of a bound beside a baseline.
+fn beside(
+    limit: &GateLimit,
+    (place, bound, measure): (&Place<'_>, Bound, Measure),
+    (new, old): (&Known, &Known),
+    judged: &Judged<'_>,
+) -> std::result::Result<Beside, String> {
+    let is_cut = new.is_cut || old.is_cut;
+    let paired = match new.paired(old, &place.key, judged.runs[0].header.seed) {
+        // Other probes are what a cut leaves.
+        Some(Err(_)) if is_cut => None,
+        other => other.transpose()?,
+    };
+    let between =
+        paired.unwrap_or_else(|| Between::apart(new.judged(measure), old.judged(measure)));
+    let how = (measure, limit.judge, paired.is_some());
+    let outcome = relative(between, bound, how);
+    let before = old
+        .unsure
+        .as_ref()
+        .map(|why| format!("of the baseline: {why}"));
+    let unsure = new.unsure.clone().or(before);
+    let all = || judged.runs.iter().chain(judged.baselines);
+    let is_one_board = all().all(|one| all().all(|other| one.is_same_board(other)));
+    Ok(if measure.is_timed() && !is_one_board {
+        let why = "not all of it was measured on one machine, with as many threads";
+        (GateOutcome::CannotTell, Some(between), Some(why.into()))
+    } else if is_cut {
+        (GateOutcome::CannotTell, Some(between), unsure)
+    } else if between.ratio.value.is_nan() && !matches!(bound, Bound::NotWorse) {
+        let why = "below 0 a ratio says nothing (use difference_at_most or another)";
+        let is_ratio = matches!(bound, Bound::RatioAtMost(_) | Bound::RatioAtLeast(_));
+        (
+            outcome,
+            Some(between),
+            if is_ratio { Some(why.into()) } else { unsure },
+        )
+    } else {
+        (outcome, Some(between), unsure)
+    })
+}
+
 /// What is known of one figure.
 struct Known {
     estimate: Estimate,
-    /// Why a time is unsure.
-    disturbed: Option<String>,
+    /// Why it is unsure.
+    unsure: Option<String>,
+    /// Whether others kept the machine busy in each run.
+    is_disturbed: bool,
+    /// Whether some of its probes were left out, as there was no time.
+    is_cut: bool,
     /// Hits by person, if it is a rate of them.
     by_person: Option<Vec<PersonResult>>,
 }
 
 impl Known {
-    /// From all runs; each must have the figure.
-    fn of(path: &str, runs: &[ResultFile], measure: Measure) -> std::result::Result<Self, String> {
+    /// From all runs; each must have the figure. Runs that others disturbed do not count where there are
+    /// others.
+    fn of(
+        (place, limit): (&Place<'_>, &GateLimit),
+        runs: &[ResultFile],
+        measure: Measure,
+    ) -> std::result::Result<Self, String> {
         let mut places = Vec::new();
         for run in runs {
             let said = |problem: String| format!("{}: {problem}", run.path.display());
-            let found = figure::FigurePath::parse(path)?
-                .places(&run.value)
-                .map_err(said)?;
-            let bad = found.iter().find(|place| !place.value.is_finite());
-            if let Some(place) = bad {
-                return Err(said(format!(
-                    "{path}: expected a finite number, found {}",
-                    place.value
-                )));
+            let exact = figure::FigurePath::parse(&place.path)?.places(&run.value);
+            // A model of another name: the one that the file's own words choose.
+            let meant = || match limit.figure.places(&run.value) {
+                Ok(one) if one.len() == 1 => Some(one),
+                _ => None,
+            };
+            let found = match exact {
+                Ok(found) => found,
+                Err(problem) => meant().ok_or_else(|| said(problem))?,
+            };
+            if let Some(bad) = found.iter().find(|place| !place.value.is_finite()) {
+                let problem = format!(
+                    "{}: expected a finite number, found {}",
+                    bad.path, bad.value
+                );
+                return Err(said(problem));
             }
             places.extend(found);
         }
-        let disturbed = measure
-            .is_timed()
-            .then(|| places.iter().find_map(disturbance));
+        let mut unsure = None;
+        let mut is_disturbed = false;
+        if measure.is_timed() {
+            let (quiet, disturbed): (Vec<_>, Vec<_>) = places
+                .into_iter()
+                .partition(|place| disturbance(place).is_none());
+            is_disturbed = quiet.is_empty();
+            places = if is_disturbed { disturbed } else { quiet };
+            unsure = places.iter().find_map(disturbance);
+        }
+        let cut = places
+            .iter()
+            .find_map(cut_of)
+            .filter(|_| place.key == "rank1");
         let people = places
             .first()
             .and_then(|place| place.object()?.get("by_person"));
         Ok(Self {
             estimate: Estimate::of(&places, measure),
-            disturbed: disturbed.flatten(),
+            is_disturbed,
+            is_cut: cut.is_some(),
+            unsure: unsure.or(cut),
             by_person: people.and_then(|people| Vec::deserialize(people).ok()),
         })
     }
 
     /// The interval that it is judged by.
     fn judged(&self, measure: Measure) -> Estimate {
-        match self.disturbed {
-            Some(_) => self.estimate.disturbed(measure),
-            None => self.estimate,
+        if self.is_disturbed {
+            self.estimate.disturbed(measure)
+        } else {
+            self.estimate
         }
     }
 
@@ -240,7 +297,7 @@ impl Known {
         seed: u64,
     ) -> Option<std::result::Result<Between, String>> {
         let (mine, its) = self.by_person.as_ref().zip(old.by_person.as_ref())?;
-        if key != "rank1" {
+        if key != "rank1" || mine.is_empty() || its.is_empty() {
             return None;
         }
         let Some(Rates { ratio, difference }) = paired_rates([mine, its], seed) else {
@@ -248,15 +305,29 @@ impl Known {
                 "the baseline looked for other people, or for them in other probes".into(),
             ));
         };
+        // One person says nothing about others.
         let estimate = |(value, interval): (f64, Option<Interval>)| match interval {
             Some(Interval { low, high }) => Estimate { value, low, high },
-            None => Estimate::exact(value),
+            None => Estimate {
+                value,
+                low: f64::NEG_INFINITY,
+                high: f64::INFINITY,
+            },
         };
         Some(Ok(Between {
             ratio: estimate(ratio),
             difference: estimate(difference),
         }))
     }
+}
+
+/// That a rate of hits is not of all viewpoints that were planned, if so.
+fn cut_of(place: &Place<'_>) -> Option<String> {
+    let (made, planned) = (
+        place.beside("viewpoints")?,
+        place.beside("viewpoints_planned")?,
+    );
+    (made < planned).then(|| format!("there was time for {made} of {planned} viewpoints only"))
 }
 
 #[cfg(test)]

@@ -56,7 +56,8 @@ impl GateReport {
         let worst = limits.iter().map(|line| line.outcome).max();
         Self {
             header,
-            outcome: worst.unwrap_or(GateOutcome::Holds),
+            // Nothing that was judged is nothing that holds.
+            outcome: worst.unwrap_or(GateOutcome::CannotTell),
             limits,
         }
     }
@@ -75,6 +76,7 @@ impl GateReport {
             [GateOutcome::Missed, GateOutcome::CannotTell].map(|one| self.count(one));
         let limits = if all == 1 { "limit" } else { "limits" };
         match (missed, unsure) {
+            _ if all == 0 => "no limit is left to judge".into(),
             (0, 0) if all == 1 => "the limit holds".into(),
             (0, 0) => format!("all {all} limits hold"),
             (0, unsure) => format!("{unsure} of {all} {limits} cannot be told, the others hold"),
@@ -122,7 +124,7 @@ fn text_of(estimate: Estimate) -> String {
         if end.is_finite() {
             number(end)
         } else {
-            "?".into()
+            "unknown".into()
         }
     };
     format!("{} ({} to {})", number(value), end(low), end(high))

@@ -8,8 +8,21 @@ use std::path::{Path, PathBuf};
 
 /// Most bytes of a file of results.
 const MAX_BYTES: u64 = 1 << 28;
-/// Settings that are paths, or words, of what `inputs` tells by its bytes.
-const NOT_COMPARED: [&str; 2] = ["pack", "protocol_description"];
+/// Settings that are paths, or words, of what `inputs` tells by its bytes; and those that say how long or
+/// how closely something was measured.
+const NOT_COMPARED: [&str; 11] = [
+    "pack",
+    "dataset",
+    "protocol_description",
+    "max_seconds",
+    "windows",
+    "window_s",
+    "warm_up",
+    "mlperf",
+    "bare",
+    "profile",
+    "no_accuracy",
+];
 
 /// A file of results.
 #[derive(Clone, Debug)]
@@ -41,7 +54,7 @@ impl ResultFile {
     /// If it is something else, or of another version of the format.
     pub(crate) fn parse(path: &Path, text: &str) -> Result<Self> {
         let refuse = |found: &dyn std::fmt::Display| {
-            let expected = "expected JSON results, as --json writes them";
+            let expected = "expected the JSON results of a command";
             Error::input(path, format!("{expected}: {found}"))
         };
         let value: Value = serde_json::from_str(text).map_err(|error| refuse(&error))?;
@@ -141,18 +154,19 @@ impl ResultFile {
         ))
     }
 
-    /// Whether both were measured on the same kind of machine, as far as both say.
+    /// Whether both were measured on the same kind of machine and with as many threads, as far as both say.
     pub(crate) fn is_same_board(&self, other: &Self) -> bool {
-        let of = |results: &Self, key: &str| {
-            results
-                .value
-                .get("board")
-                .and_then(|board| board.get(key))
-                .cloned()
+        let of_board = |results: &Self, key: &str| {
+            let board = results.value.get("board");
+            board.and_then(|board| board.get(key)).cloned()
         };
-        ["model", "soc", "cpus", "architecture", "affinity"]
-            .into_iter()
-            .all(|key| match (of(self, key), of(other, key)) {
+        let keys = ["model", "soc", "cpus", "architecture", "affinity"];
+        let both = keys.map(|key| (of_board(self, key), of_board(other, key)));
+        let threads = [self, other].map(|one| one.value.get("threads").cloned());
+        let [mine, its] = threads;
+        both.into_iter()
+            .chain([(mine, its)])
+            .all(|both| match both {
                 (Some(mine), Some(its)) => mine == its,
                 _ => true,
             })
@@ -162,9 +176,8 @@ impl ResultFile {
 /// The files that are no models and no contracts of models, in the order of their sums.
 fn data_of(header: &Header) -> Vec<&InputFile> {
     let extension = |file: &InputFile| {
-        Path::new(&file.path)
-            .extension()
-            .map(std::ffi::OsStr::to_owned)
+        let end = Path::new(&file.path).extension()?;
+        Some(end.to_ascii_lowercase())
     };
     let is_model =
         |file: &InputFile| extension(file).is_some_and(|end| end == "onnx" || end == "egr");
@@ -268,11 +281,8 @@ mod tests {
     #[test]
     fn what_is_no_result_is_refused() {
         for (text, words) in [
-            (
-                "",
-                "r.json: expected JSON results, as --json writes them: EOF",
-            ),
-            ("[1]", "r.json: expected JSON results"),
+            ("", "r.json: expected the JSON results of a command: EOF"),
+            ("[1]", "r.json: expected the JSON results"),
             ("{\"schema\": 1}", "missing field"),
             (
                 r#"{"schema": 2, "command": "x", "version": "0.2.0", "seed": 1}"#,

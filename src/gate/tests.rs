@@ -100,11 +100,20 @@ fn rank_1_is_compared_person_by_person() {
     );
     assert_eq!(
         outcomes(limit, &[score([9, 8, 7, 6, 5, 9, 8, 7, 6, 4])], &before),
-        [Holds]
+        [CannotTell]
     );
     assert_eq!(outcomes(limit, &before, &before), [Holds]);
     let close = "[[limit]]\nfigure = \"recognizers.rank1\"\ndifference_at_least = -0.02\n";
     let one_less = [score([9, 8, 7, 6, 5, 9, 8, 7, 6, 4])];
+    // The same interval, whoever decides.
+    let by_value = report(&format!("{close}judge = \"value\"\n"), &one_less, &before);
+    let by_value = by_value.expect("judged").limits.remove(0);
+    let by_interval = report(close, &one_less, &before)
+        .expect("judged")
+        .limits
+        .remove(0);
+    assert_eq!(by_value.difference, by_interval.difference);
+    assert_eq!(by_value.outcome, Holds);
     assert_eq!(outcomes(close, &one_less, &before), [CannotTell]);
     // No hits of people: the values alone.
     let eer = "[[limit]]\nfigure = \"recognizers.eer\"\nratio_at_most = 1.0\nnot_worse = true\n";
@@ -251,6 +260,37 @@ fn limits_beside_a_baseline_can_be_left_out_before_there_is_one() {
     assert_eq!(found.limits.len(), 1);
     assert_eq!(
         found.header.warnings,
-        ["1 limits beside a baseline were left out, as there is none"]
+        ["1 limit beside a baseline left out, as there is none"]
+    );
+}
+
+#[test]
+fn what_is_doubtful_in_one_run_or_cut_does_not_decide() {
+    let busy = |value: &mut Value| value["models"][0]["others_busy"] = json!(0.5);
+    let before = [bench(100.0, |_| {}), bench(20.0, busy)];
+    // The busy one does not count beside a quiet one.
+    assert_eq!(outcomes(SLOWER, &[bench(100.0, |_| {})], &before), [Holds]);
+    let rank1 = "[[limit]]\nfigure = \"models.accuracy.rank1\"\nnot_worse = true\n";
+    let cut = |value: &mut Value| {
+        value["models"][0]["accuracy"]["viewpoints"] = json!(9);
+        value["models"][0]["accuracy"]["viewpoints_planned"] = json!(703);
+    };
+    let found = report(rank1, &[bench(1.0, cut)], &[bench(1.0, |_| {})]).expect("judged");
+    assert_eq!(found.limits[0].outcome, CannotTell);
+    let why = found.limits[0].why.as_deref().expect("a reason");
+    assert!(why.contains("9 of 703 viewpoints"), "{why}");
+    // Two runs that agree leave the interval of each.
+    let by_interval =
+        "[[limit]]\nfigure = \"models.accuracy.rank1\"\nat_least = 0.45\njudge = \"interval\"\n";
+    let twice = [bench(1.0, |_| {}), bench(1.0, |_| {})];
+    assert_eq!(outcomes(by_interval, &twice, &[]), [CannotTell]);
+}
+
+#[test]
+fn a_model_of_another_name_is_the_one_that_is_meant() {
+    let renamed = bench(100.0, |value| value["models"][0]["name"] = json!("v2"));
+    assert_eq!(
+        outcomes(SLOWER, &[renamed], &[bench(100.0, |_| {})]),
+        [Holds]
     );
 }

@@ -149,6 +149,14 @@ impl Graph {
     pub fn is_quantized(&self) -> bool {
         self.operators.keys().any(|name| is_of_8_bits(name))
     }
+
+    /// Whether an operation is told to work as in training, as dropout and normalisation over the batch can
+    /// be.
+    #[must_use]
+    pub fn is_in_training_mode(&self) -> bool {
+        let mut nodes = self.nodes.iter().chain(&self.inner);
+        nodes.any(|node| node.attributes.get("training_mode") == Some(&Attribute::Integer(1)))
+    }
 }
 
 impl std::fmt::Display for Port {

@@ -6,10 +6,10 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use super::contract::Contract;
+use super::contract::{Contract, OutputNames};
 use super::graph::Graph;
 use super::guess;
-use super::ports::{Batching, Ports};
+use super::ports::{Batching, EMBEDDING, Ports, list_of};
 use crate::dataset::{InputFile, sha256_of_bytes};
 use crate::error::{Error, Result};
 use edgegait_core::format::RECOGNIZER_MAGIC;
@@ -85,7 +85,8 @@ impl Model {
             (None, None) => guess::contract(&graph),
             _ => None,
         };
-        let is_guessed = guessed.is_some();
+        // Without a word of its own, even the usual is a guess.
+        let is_guessed = stated.is_none() && usual.is_none();
         let contract = stated.or_else(|| usual.cloned()).or(guessed);
         Ok(Self {
             is_file: true,
@@ -118,7 +119,8 @@ impl Model {
             return Err(Error::input(
                 path,
                 format!(
-                    "silhouettes are drawn as {}: found {}x{} in its .toml (export the model for one of these)",
+                    "silhouettes are drawn as {}: found {} rows and {} columns in its .toml (50 and 30 unless it says \
+                     otherwise; if the model takes others, export it for one of these sizes)",
                     Size::ALL.map(Size::name).join(", "),
                     contract.rows,
                     contract.columns
@@ -237,7 +239,52 @@ impl Model {
                 self.contract.name
             )
         });
-        guessed.into_iter().chain(alone).collect()
+        let others = self.graph.outputs.len() > 1 && !self.are_outputs_named();
+        let taken = others.then(|| {
+            format!(
+                "{}: of the outputs {} {:?} was taken for the embedding{} (a .toml names others under [outputs])",
+                self.contract.name,
+                list_of(&self.graph.outputs),
+                self.ports.embedding,
+                match &self.ports.scores {
+                    Some(scores) => format!(", and {scores:?} for class scores"),
+                    None => String::new(),
+                }
+            )
+        });
+        let idle = self.contract.outputs.scores.is_some() && self.contract.classes.is_empty();
+        let idle = idle.then(|| {
+            format!(
+                "{}: class scores are not used, as its .toml names no classes: the nearest embedding decides",
+                self.contract.name
+            )
+        });
+        let training = self.graph.is_in_training_mode().then(|| {
+            format!(
+                "{}: was exported in training mode, in which answers depend on chance or on batch mates (call \
+                 .eval() before the export)",
+                self.contract.name
+            )
+        });
+        let all = guessed.into_iter().chain(alone).chain(taken);
+        all.chain(idle).chain(training).collect()
+    }
+
+    /// Whether the contract or their names say what outputs are.
+    fn are_outputs_named(&self) -> bool {
+        let OutputNames { embedding, scores } = &self.contract.outputs;
+        embedding.is_some() || scores.is_some() || self.ports.embedding == EMBEDDING
+    }
+
+    /// The contract with the outputs that are used by name.
+    #[must_use]
+    pub fn stated_contract(&self) -> Contract {
+        let mut contract = self.contract.clone();
+        contract.outputs = OutputNames {
+            embedding: Some(self.ports.embedding.clone()),
+            scores: self.ports.scores.clone(),
+        };
+        contract
     }
 
     pub(super) fn ports(&self) -> &Ports {

@@ -97,7 +97,15 @@ fn a_build_passes_with_its_own_baseline_and_fails_where_a_limit_is_missed() {
     // Before there is a baseline, what is beside one is left out.
     let early = with(&[("SCORE_LIMITS", "paired.toml")]);
     assert_eq!(code(&early), 0, "{}", text(&early.stderr));
-    assert!(text(&early.stdout).contains("1 limits beside a baseline were left out"));
+    assert!(text(&early.stdout).contains("1 limit beside a baseline left out"));
+
+    // One model a line, of which there is one.
+    let lines = with(&[
+        ("SCORE_LIMITS", "score.toml"),
+        ("MODELS", "\nside\n\n"),
+        ("OUT", "lines"),
+    ]);
+    assert_eq!(code(&lines), 0, "{}", text(&lines.stderr));
 
     let third = with(&[
         ("SCORE_LIMITS", "score.toml"),
@@ -105,11 +113,29 @@ fn a_build_passes_with_its_own_baseline_and_fails_where_a_limit_is_missed() {
         ("BASELINE", "none"),
     ]);
     assert_eq!(code(&third), 4, "{}", text(&third.stderr));
-    assert!(text(&third.stdout).contains("no baseline: there is no folder none"));
+    assert!(text(&third.stdout).contains("::warning::EdgeGait gate: there is no folder none"));
     assert!(read("output.txt").contains("outcome=missed"));
 
     for (more, status, words) in [
-        (&[("SCORE_LIMITS", "none.toml")][..], 1, "none.toml"),
+        (
+            &[("SCORE_LIMITS", "none.toml")][..],
+            2,
+            "none.toml: expected a file of limits",
+        ),
+        (
+            &[("SCORE_LIMITS", "score.toml"), ("MODELS", " ")],
+            2,
+            "MODELS: expected models, found none",
+        ),
+        (
+            &[
+                ("SCORE_LIMITS", "score.toml"),
+                ("BASELINE", "main"),
+                ("OUT", "main"),
+            ],
+            2,
+            "BASELINE and OUT: expected two folders",
+        ),
         (&[], 2, "expected SCORE_LIMITS, BENCH_LIMITS or both"),
         (
             &[("SCORE_LIMITS", "score.toml"), ("RUNS", "0")],

@@ -221,12 +221,22 @@ fn what_cannot_be_judged_is_refused() {
         "[[limit]]\nfigure = \"rank1\"\nat_least = 0.5\n",
     );
     assert_eq!(gated(at, &["limits.toml", "one.json"]).0, 0);
-    let cases: [(&[&str], i32, &[&str]); 8] = [
+    let cases: [(&[&str], i32, &[&str]); 10] = [
         (&["limits.toml"], 2, &["FILE"]),
+        (
+            &["one.json", "limits.toml"],
+            1,
+            &["one.json: expected limits (TOML), found JSON"],
+        ),
+        (
+            &["limits.toml", "one.json", "--run", "one.json"],
+            2,
+            &["one.json: is there twice"],
+        ),
         (
             &["limits.toml", "none.json"],
             1,
-            &["none.json: expected JSON results"],
+            &["none.json: expected the JSON results"],
         ),
         (&["none.toml", "one.json"], 1, &["none.toml"]),
         (
@@ -254,8 +264,17 @@ fn what_cannot_be_judged_is_refused() {
     for (arguments, status, words) in cases {
         refused(at, &[&["gate"], arguments].concat(), status, words);
     }
-    let runs = ["limits.toml", "one.json", "--run", "one.json,one.json"];
+    write("again.json", &results(1).to_string());
+    let runs = ["limits.toml", "one.json", "--run", "again.json"];
     assert_eq!(gated(at, &runs).0, 0);
+    // Nothing that was judged is nothing that holds.
+    write(
+        "beside.toml",
+        "[[limit]]\nfigure = \"silhouettes_per_second\"\nratio_at_least = 0.8\n",
+    );
+    let (status, said) = gated(at, &["beside.toml", "one.json", "--without-baseline"]);
+    assert_eq!(status, 3, "{said}");
+    assert!(said.contains("no limit is left to judge"), "{said}");
 }
 
 #[test]
@@ -270,7 +289,7 @@ fn checks_say_what_is_wrong_with_a_model() {
         "taken by m.toml for silhouettes of 64x44 (NTHW)",
         "8 inputs",
         "embeddings of 512 numbers",
-        "rank-1 from the side: ",
+        "seen from 60, 90 and 120 degrees: ",
         "nothing speaks against it",
     ] {
         assert!(said.contains(words), "{said}");

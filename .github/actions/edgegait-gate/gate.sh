@@ -8,21 +8,32 @@
 # 1 or 2 after an error.
 set -euo pipefail
 
-edgegait=${EDGEGAIT:-edgegait}
-out=${OUT:-edgegait-gate}
-runs=${RUNS:-3}
-tries=${TRIES:-2}
-baseline=${BASELINE:-}
-read -ra models <<< "${MODELS:?MODELS: expected models, found none}"
-read -ra data <<< "${DATA:-}"
-read -ra score_arguments <<< "${SCORE_ARGUMENTS:-}"
-read -ra bench_arguments <<< "${BENCH_ARGUMENTS---no-accuracy}"
-
 refuse() {
     echo "error: $*" >&2
     exit 2
 }
 
+# `words NAME TEXT`: the array NAME of TEXT's words or, where it has several lines, of its lines.
+words() {
+    local -n into=$1
+    if [[ $2 == *$'\n'* ]]; then
+        mapfile -t into < <(grep -v '^[[:space:]]*$' <<< "$2" || true)
+    else
+        read -ra into <<< "$2"
+    fi
+}
+
+edgegait=${EDGEGAIT:-edgegait}
+out=${OUT:-edgegait-gate}
+runs=${RUNS:-3}
+tries=${TRIES:-2}
+baseline=${BASELINE:-}
+words models "${MODELS:-}"
+words data "${DATA:-}"
+words score_arguments "${SCORE_ARGUMENTS:-}"
+words bench_arguments "${BENCH_ARGUMENTS---no-accuracy}"
+
+((${#models[@]} > 0)) || refuse "MODELS: expected models, found none"
 [[ $runs =~ ^[1-9][0-9]*$ ]] || refuse "RUNS: expected a number of 1 or more, found $runs"
 [[ $tries =~ ^[1-9][0-9]*$ ]] || refuse "TRIES: expected a number of 1 or more, found $tries"
 case ${CANNOT_TELL:-warn} in
@@ -30,9 +41,20 @@ case ${CANNOT_TELL:-warn} in
     *) refuse "CANNOT_TELL: expected warn or fail, found $CANNOT_TELL" ;;
 esac
 [[ -n ${SCORE_LIMITS:-}${BENCH_LIMITS:-} ]] || refuse "expected SCORE_LIMITS, BENCH_LIMITS or both, found neither"
-[[ -z $baseline || -d $baseline ]] || { echo "no baseline: there is no folder $baseline"; baseline=; }
+for limits in "${SCORE_LIMITS:-}" "${BENCH_LIMITS:-}"; do
+    [[ -z $limits || -r $limits ]] || refuse "$limits: expected a file of limits, found none"
+done
+if [[ -n $baseline && ! -d $baseline ]]; then
+    echo "::warning::EdgeGait gate: there is no folder $baseline: limits beside a baseline are left out"
+    baseline=
+fi
+if [[ -n $baseline && -d $out && $(realpath "$baseline") == $(realpath "$out") ]]; then
+    refuse "BASELINE and OUT: expected two folders, found $out twice (results would be compared with themselves)"
+fi
 
 mkdir -p "$out"
+# What an earlier run left is no result of this one.
+rm -f "$out"/comment.md "$out"/score.json "$out"/bench-*.json
 : > "$out/comment.md"
 worst=0
 

@@ -43,7 +43,9 @@ pub(crate) fn chart(compared: &Compared) -> Result<String> {
     let points = points(compared);
     if points.is_empty() {
         return Err(Error::Failed(
-            "expected results with rank-1 to draw latency against it, found none".into(),
+            "expected results with rank-1 to draw latency against it, found none (measure \
+             rank-1, too)"
+                .into(),
         ));
     }
     let lines = points.len() as f64 + 2.0;

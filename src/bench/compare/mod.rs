@@ -46,47 +46,57 @@ impl Met<'_> {
 
 impl Compared {
     /// Refuses what cannot stand in one row: rank-1 under other protocols, from other viewpoints or of
-    /// other people, unless rank-1 is left out; and one model in two files or with two inputs.
+    /// other people, unless rank-1 is left out; and one model with two inputs.
     ///
     /// # Errors
     /// Naming the first two that differ, and in what.
     pub(crate) fn check(&self) -> Result<()> {
-        let Some(((first, results), others)) = self.boards.split_first() else {
-            return Ok(());
-        };
-        let refuse = |name: &str, what: &str, [mine, its]: [String; 2]| {
-            Err(Error::Failed(format!(
-                "{first} and {name} cannot stand in one row: {what}: {mine} and {its}"
-            )))
-        };
         let has_rank1 =
             |results: &BenchResults| results.models.iter().any(|model| model.accuracy.is_some());
-        for (name, other) in others {
-            if has_rank1(results) && has_rank1(other) {
-                for key in OF_ACCURACY {
-                    let of = |results: &BenchResults| match results.header.settings.get(key) {
-                        Some(value) => value.to_string(),
-                        None => "not stated".to_owned(),
-                    };
-                    let both = [of(results), of(other)];
-                    if both[0] != both[1] {
-                        return refuse(name, &format!("rank-1, {key:?}"), both);
-                    }
-                }
-                if results.header.seed != other.header.seed {
-                    let seeds = [results, other].map(|one| one.header.seed.to_string());
-                    return refuse(name, "rank-1, the seed", seeds);
-                }
-                let packs = [results, other].map(|one| pack_of(&one.header));
-                if packs[0] != packs[1] {
-                    return refuse(name, "rank-1, the people", packs);
-                }
+        let mut with_rank1 = self.boards.iter().filter(|(_, results)| has_rank1(results));
+        if let Some((first, results)) = with_rank1.next() {
+            for (name, other) in with_rank1 {
+                Self::check_rank1((first, results), (name, other))?;
             }
         }
         self.check_models()
     }
 
-    /// One name stands for one file with one input, and its rank-1 for one protocol.
+    /// Rank-1 of two results may stand in one row.
+    fn check_rank1(
+        (first, results): (&str, &BenchResults),
+        (name, other): (&str, &BenchResults),
+    ) -> Result<()> {
+        let refuse = |what: &str, [mine, its]: [String; 2]| {
+            Err(Error::Failed(format!(
+                "{first} and {name} cannot stand in one row: rank-1, {what}: {mine} and {its} (leave rank-1 out, or \
+                 measure it alike)"
+            )))
+        };
+        for key in OF_ACCURACY {
+            let of = |results: &BenchResults| match results.header.settings.get(key) {
+                Some(value) => value.to_string(),
+                None => "not stated".to_owned(),
+            };
+            let both = [of(results), of(other)];
+            if both[0] != both[1] {
+                return refuse(&format!("{key:?}"), both);
+            }
+        }
+        if results.header.seed != other.header.seed {
+            return refuse(
+                "the seed",
+                [results, other].map(|one| one.header.seed.to_string()),
+            );
+        }
+        let packs = [results, other].map(|one| pack_of(&one.header));
+        if packs[0] != packs[1] {
+            return refuse("the people", packs);
+        }
+        Ok(())
+    }
+
+    /// One name stands for one input, and its rank-1 for one protocol.
     fn check_models(&self) -> Result<()> {
         let all: Vec<Met<'_>> = self.met().collect();
         for (at, met) in all.iter().enumerate() {
@@ -105,9 +115,6 @@ impl Compared {
             let both = [first.model, met.model];
             if both[0].input != both[1].input {
                 return refuse("inputs", both.map(|model| format!("{:?}", model.input)));
-            }
-            if both[0].params != both[1].params {
-                return refuse("parameters", both.map(|model| model.params.to_string()));
             }
             let [Some(mine), Some(its)] = both.map(|model| model.accuracy.as_ref()) else {
                 continue;
@@ -240,9 +247,7 @@ fn pack_of(header: &Header) -> String {
         end.is_none_or(|end| end != "onnx" && end != "egr" && end != "toml")
     };
     let sums = header.inputs.iter().filter(is_data);
-    let sums: Vec<&str> = sums
-        .map(|file| &file.sha256[..file.sha256.len().min(8)])
-        .collect();
+    let sums: Vec<String> = sums.map(|file| format!("{:.8}", file.sha256)).collect();
     if sums.is_empty() {
         let pack = header.settings.get("pack").and_then(|pack| pack.as_str());
         return pack.unwrap_or("not stated").to_owned();

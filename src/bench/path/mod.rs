@@ -33,7 +33,7 @@ pub(crate) use made::{MADE_FPS, MADE_SIZE, write_made};
 pub(crate) use results::PathResult;
 pub(super) use table::ROWS;
 
-use super::board::{Board, State, warnings};
+use super::board::{Board, LoadWatch, State, warnings};
 use super::cap::Cap;
 use super::memory;
 use super::results::Conditions;
@@ -88,6 +88,7 @@ pub(crate) fn measure_path(task: &PathTask<'_>) -> Result<PathResult> {
     let recognizer = runtime.load(&model)?;
     let load_ms = started.elapsed().as_secs_f64() * 1e3;
 
+    let others = LoadWatch::start(task.root);
     let (plan, fps) = (Plan::of(task.duration), task.fps);
     let clock = Instant::now();
     let mut watched = Watched::new(
@@ -145,6 +146,7 @@ pub(crate) fn measure_path(task: &PathTask<'_>) -> Result<PathResult> {
         energy,
         windows: measured.windows,
         conditions: Conditions::of(&states),
+        others_busy: others.and_then(|others| others.share(task.root)),
         warnings: doubts,
     })
 }

@@ -46,6 +46,10 @@ pub(crate) struct PathResult {
     pub windows: Vec<PathWindow>,
     /// The machine while this was measured.
     pub conditions: Conditions,
+    /// The share of its processors that others kept busy meanwhile, 0..1, if the machine tells; a process
+    /// that decodes the video is one of them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub others_busy: Option<f64>,
     /// What should be known before these numbers are trusted.
     pub warnings: Vec<String>,
 }

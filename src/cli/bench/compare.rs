@@ -25,26 +25,28 @@ pub(super) fn run(args: &Args) -> Result<()> {
         compared
     };
     compared.check()?;
-    if let Some(path) = &args.chart {
-        write_bytes(path, chart(&compared)?.as_bytes())?;
-    }
     args.common.say(compared.render(args.format).trim_end());
     for (name, results) in &compared.boards {
         for warning in &results.header.warnings {
             args.common.say(format_args!("warning: {name}: {warning}"));
         }
     }
-    Ok(())
+    match &args.chart {
+        Some(path) => write_bytes(path, chart(&compared)?.as_bytes()),
+        None => Ok(()),
+    }
 }
 
-/// Results of one name get a number behind it.
+/// Results of one name get the first number behind it that none has.
 fn told_apart(mut boards: Vec<(String, BenchResults)>) -> Vec<(String, BenchResults)> {
-    let names: Vec<String> = boards.iter().map(|(name, _)| name.clone()).collect();
-    for (at, (name, _)) in boards.iter_mut().enumerate() {
-        let before = names[..at].iter().filter(|other| *other == name).count();
-        if before > 0 {
-            *name = format!("{name} ({})", before + 1);
-        }
+    for at in 0..boards.len() {
+        let is_there = |name: &String| boards[..at].iter().any(|(other, _)| other == name);
+        let name = boards[at].0.clone();
+        let numbered = (2..).map(|number| format!("{name} ({number})"));
+        let free = std::iter::once(name.clone())
+            .chain(numbered)
+            .find(|name| !is_there(name));
+        boards[at].0 = free.unwrap_or(name);
     }
     boards
 }

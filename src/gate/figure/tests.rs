@@ -90,3 +90,35 @@ fn what_is_not_there_is_said_with_what_is() {
         }
     }
 }
+
+#[test]
+fn elements_that_nothing_tells_apart_have_numbers() {
+    let results = json!({ "list": [{ "x": 1 }, { "x": 2 }, { "name": "n", "x": 3 }, { "name": "n", "x": 4 }] });
+    let found = |path: &str| {
+        FigurePath::parse(path).and_then(|path| {
+            let places = path.places(&results)?;
+            Ok(places
+                .into_iter()
+                .map(|at| (at.path, at.value))
+                .collect::<Vec<_>>())
+        })
+    };
+    let all = found("list[*].x").expect("four");
+    assert_eq!(
+        all.iter()
+            .map(|(path, _)| path.as_str())
+            .collect::<Vec<_>>(),
+        ["list[#0].x", "list[#1].x", "list[#2].x", "list[#3].x"]
+    );
+    for one in all {
+        assert_eq!(found(&one.0), Ok(vec![one]));
+    }
+    assert!(found("list[#4].x").is_err_and(|said| said.contains("below 4, found #4")));
+    let many: Vec<Value> = (0..2000)
+        .map(|at| json!({ "name": format!("n{at}"), "x": at }))
+        .collect();
+    let many = json!({ "list": many });
+    let places = FigurePath::parse("list[n7].x")
+        .and_then(|path| path.places(&many).map(|found| found[0].path.clone()));
+    assert_eq!(places.as_deref(), Ok("list[#7].x"));
+}
