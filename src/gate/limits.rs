@@ -79,6 +79,9 @@ impl fmt::Display for Bound {
     }
 }
 
+/// Makes a bound of its number.
+type Make = fn(f64) -> Bound;
+
 /// The file as TOML has it.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -152,7 +155,7 @@ impl GateLimits {
 impl WrittenLimit {
     fn limit(self, line: usize) -> std::result::Result<GateLimit, String> {
         let figure = FigurePath::parse(self.figure.get_ref())?;
-        let numbers: [(&str, Option<f64>, fn(f64) -> Bound); 6] = [
+        let numbers: [(&str, Option<f64>, Make); 6] = [
             ("at_most", self.at_most, Bound::AtMost),
             ("at_least", self.at_least, Bound::AtLeast),
             ("ratio_at_most", self.ratio_at_most, Bound::RatioAtMost),

@@ -244,7 +244,8 @@ mod tests {
     #[test]
     fn what_differs_is_named() {
         let mine = results("a.json", |_| {});
-        let cases: [(fn(&mut Value), &str); 5] = [
+        type Change = fn(&mut Value);
+        let cases: [(Change, &str); 5] = [
             (
                 |value| value["command"] = json!("bench"),
                 "the command is bench, and score in a.json",

@@ -207,7 +207,7 @@ fn a_video_without_a_gait_cycle_is_refused_with_what_was_found() {
     fs::write(at.join("far.onnx"), model).expect("written");
     for (contract, words) in [
         ("framing = \"camera\"", "framing \"height\" or \"box\""),
-        ("rows = 128\ncolumns = 88", "[N, 1, 128, 88]"),
+        ("rows = 128\ncolumns = 88", "128 rows and 88 columns"),
     ] {
         fs::write(at.join("far.toml"), contract).expect("written");
         refused(
