@@ -50,7 +50,7 @@ fn a_planted_slowdown_is_missed_and_a_busy_machine_cannot_tell() {
     write_network(at, "m", 0, None);
     benched(at, ("m.onnx", "main.json"), idle);
     // The same network with work that changes nothing that it says.
-    write_network(at, "m", 10, None);
+    write_network(at, "m", 40, None);
     benched(at, ("m.onnx", "slow.json"), idle);
     let starter = done(at, &["gate", "--init", "main.json"]);
     assert!(
