@@ -131,11 +131,19 @@ impl Estimate {
         let value = place.value;
         if measure.is_timed() {
             return match windows(place).as_deref() {
-                // How far others would be from it nobody knows.
-                Some([_]) => Self {
-                    value,
-                    low: f64::NEG_INFINITY,
-                    high: f64::INFINITY,
+                // How far others would be from it nobody knows: not beyond its calls.
+                Some(&[mean]) => match ["min_us", "max_us"].map(|key| place.beside(key)) {
+                    [Some(least), Some(most)] => Self {
+                        value: mean,
+                        low: least.min(mean),
+                        high: most.max(mean),
+                    }
+                    .scaled_to(value, measure),
+                    _ => Self {
+                        value,
+                        low: f64::NEG_INFINITY,
+                        high: f64::INFINITY,
+                    },
                 },
                 Some(means) => Self::of_median(means).scaled_to(value, measure),
                 None => Self::exact(value),
@@ -278,6 +286,14 @@ mod tests {
         let found = estimate(&one, "p50_us");
         assert_eq!((found.low, found.high), (f64::NEG_INFINITY, f64::INFINITY));
         assert_eq!(estimate(&one, "max_us"), Estimate::exact(300.0));
+        // With the times of its calls, those are the ends: half as long and twice as long as their mean.
+        let calls = json!({
+            "p50_us": 90.0, "throughput": 1e4, "min_us": 50.0, "max_us": 200.0, "window_mean_us": [100.0],
+        });
+        let time = estimate(&calls, "p50_us");
+        assert_eq!((time.value, time.low, time.high), (90.0, 45.0, 180.0));
+        let rate = estimate(&calls, "throughput");
+        assert_eq!((rate.low, rate.high), (5e3, 2e4));
     }
 
     #[test]

@@ -79,6 +79,8 @@ impl GateReport {
             _ if all == 0 => "no limit is left to judge".into(),
             (0, 0) if all == 1 => "the limit holds".into(),
             (0, 0) => format!("all {all} limits hold"),
+            (0, unsure) if unsure == all && all == 1 => "the limit cannot be told".into(),
+            (0, unsure) if unsure == all => format!("none of {all} limits can be told"),
             (0, unsure) => format!("{unsure} of {all} {limits} cannot be told, the others hold"),
             (missed, 0) => format!("{missed} of {all} {limits} missed"),
             (missed, unsure) => {
