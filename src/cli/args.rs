@@ -81,19 +81,18 @@ impl Common {
         }
     }
 
-    /// Prints what was asked for, such as a file that goes to standard output.
-    pub(super) fn put(&self, text: impl Display) {
-        let loud = Self {
-            quiet: false,
-            ..self.clone()
-        };
-        loud.say(text);
-    }
-
     /// Prints what a person reads, unless nobody wants to or standard output belongs to the JSON
     /// results.
     pub(super) fn say(&self, text: impl Display) {
-        if !self.json_on_stdout() && !self.quiet {
+        if !self.quiet {
+            self.put(text);
+        }
+    }
+
+    /// Prints what was asked for, such as a file that goes to standard output, unless that belongs to the
+    /// JSON results.
+    pub(super) fn put(&self, text: impl Display) {
+        if !self.json_on_stdout() {
             match writeln!(std::io::stdout(), "{text}") {
                 Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
                     eprintln!("error: standard output: {error}");

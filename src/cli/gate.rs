@@ -54,8 +54,7 @@ impl Args {
         let outputs = [
             named("--markdown", &self.markdown, Kind::Begins(MARKDOWN_START)),
             named("--junit", &self.junit, Kind::Begins(JUNIT_START)),
-            // It does not say who wrote it.
-            named("--bencher", &self.bencher, Kind::Begins("{\n")),
+            named("--bencher", &self.bencher, Kind::Bencher),
         ];
         Files {
             inputs: [&self.files[..], &self.run, &self.baseline_run].concat(),

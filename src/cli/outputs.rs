@@ -37,6 +37,8 @@ pub(super) enum Kind {
     Explained,
     /// A text that begins with this.
     Begins(&'static str),
+    /// Figures in Bencher's metric format.
+    Bencher,
     /// A recognizer in 8-bit weights.
     Recognizer,
     /// A picture.
@@ -237,6 +239,10 @@ fn is_own(path: &Path, kind: Kind, found: &Metadata) -> bool {
         }),
         Kind::Csv(column) => begins(format!("{column},").as_bytes()),
         Kind::Pack => begins(&MAGIC),
+        Kind::Bencher => text().is_some_and(|text| {
+            let value: Option<Value> = serde_json::from_str(&text).ok();
+            value.is_some_and(|value| is_metrics(&value))
+        }),
         Kind::Begins(with) => begins(with.as_bytes()),
         Kind::Recognizer => begins(&RECOGNIZER_MAGIC),
         Kind::Contract => text()
@@ -260,6 +266,17 @@ fn is_own(path: &Path, kind: Kind, found: &Metadata) -> bool {
         | Kind::Frontier
         | Kind::Study => false,
     }
+}
+
+/// Whether JSON is benchmarks with measures with numbers, and nothing else.
+fn is_metrics(value: &Value) -> bool {
+    let is_measured = |measures: &Value| {
+        let measures = measures.as_object();
+        let is_number = |metric: &Value| metric.get("value").is_some_and(Value::is_number);
+        measures.is_some_and(|measures| !measures.is_empty() && measures.values().all(is_number))
+    };
+    let benchmarks = value.as_object();
+    benchmarks.is_some_and(|them| !them.is_empty() && them.values().all(is_measured))
 }
 
 /// Refuses a file for whose folder nothing can be written.

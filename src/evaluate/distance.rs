@@ -27,15 +27,17 @@ impl Distance {
             "{} numbers in {parts} parts",
             x.len()
         );
-        let of_part = |part: usize| {
-            let taken = |numbers: &[f32]| -> Vec<f32> {
-                numbers.iter().skip(part).step_by(parts).copied().collect()
-            };
-            self.of_vectors(&taken(x), &taken(y))
+        let mut taken = [Vec::new(), Vec::new()];
+        let mut of_part = |part: usize| {
+            for (taken, numbers) in taken.iter_mut().zip([x, y]) {
+                taken.clear();
+                taken.extend(numbers.iter().skip(part).step_by(parts));
+            }
+            self.of_vectors(&taken[0], &taken[1])
         };
         let mean = match parts {
             1 => self.of_vectors(x, y),
-            _ => (0..parts).map(of_part).sum::<f64>() / parts as f64,
+            _ => (0..parts).map(&mut of_part).sum::<f64>() / parts as f64,
         };
         match self {
             Self::Euclidean => mean,

@@ -1,14 +1,11 @@
 //! How well a figure is known: its value, and the interval that it is in.
 
 use super::figure::Place;
+use crate::bench::board::LOAD_WARNED_OF;
 use crate::evaluate::median::median_interval;
 use crate::evaluate::wilson::Interval;
 use serde::Serialize;
 use serde_json::Value;
-
-/// Above this share of the processors' time others make a measurement unsure. Ours, as `edgegait bench`
-/// warns.
-const NOISY: f64 = 0.1;
 
 /// Runs of which a median's interval is worth having: of five, the least and the greatest hold it with 94 %.
 const ENOUGH_RUNS: usize = 5;
@@ -234,7 +231,7 @@ pub(crate) fn disturbance(place: &Place<'_>) -> Option<String> {
     });
     let noisy = shares.filter_map(|(share, when)| share.map(|share| (share, when)));
     let (share, when) = noisy
-        .filter(|(share, _)| *share > NOISY)
+        .filter(|(share, _)| *share > LOAD_WARNED_OF)
         .max_by(|a, b| a.0.total_cmp(&b.0))?;
     Some(format!(
         "others kept {:.0} % of the processors busy {when}",

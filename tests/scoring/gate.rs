@@ -267,6 +267,16 @@ fn what_cannot_be_judged_is_refused() {
     write("again.json", &results(1).to_string());
     let runs = ["limits.toml", "one.json", "--run", "again.json"];
     assert_eq!(gated(at, &runs).0, 0);
+    // JSON that is no list of metrics is somebody's.
+    write("package.json", "{\n  \"name\": \"mine\"\n}\n");
+    let over = [
+        "gate",
+        "limits.toml",
+        "one.json",
+        "--bencher",
+        "package.json",
+    ];
+    refused(at, &over, 2, &["--bencher package.json", "--overwrite"]);
     // Nothing that was judged is nothing that holds.
     write(
         "beside.toml",
