@@ -14,6 +14,7 @@ pub(crate) mod board;
 mod cap;
 mod compare;
 mod csv;
+mod date;
 mod energy;
 mod inputs;
 mod lengths;
@@ -30,6 +31,7 @@ pub(crate) mod windows;
 pub(crate) use affinity::pin;
 pub(crate) use compare::{Compared, chart};
 pub(crate) use csv::csv;
+pub(crate) use date::utc_now;
 pub(crate) use inputs::Scene;
 pub(crate) use lengths::{measure_lengths, require_any_length};
 pub(crate) use measure::{Task, measure};
@@ -39,5 +41,5 @@ pub(crate) use path::{
     write_made,
 };
 pub(crate) use process::{Told, end_with_parent, measured_by};
-pub(crate) use results::{BenchResults, ModelResult, utc_now};
+pub(crate) use results::{BenchResults, ModelResult};
 pub(crate) use table::{Column, Format, render};

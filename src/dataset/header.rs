@@ -60,6 +60,30 @@ impl Header {
     }
 }
 
+impl Header {
+    /// The files that are no models and no contracts of models, in the order of their sums.
+    #[must_use]
+    pub(crate) fn data(&self) -> Vec<&InputFile> {
+        let is_model = |file: &InputFile| {
+            let end = Path::new(&file.path).extension();
+            end.is_some_and(|end| {
+                end.eq_ignore_ascii_case("onnx") || end.eq_ignore_ascii_case("egr")
+            })
+        };
+        let is_contract = |file: &InputFile| {
+            let mut models = self.inputs.iter().filter(|file| is_model(file));
+            models
+                .any(|model| Path::new(&model.path).with_extension("toml") == Path::new(&file.path))
+        };
+        let all = self.inputs.iter();
+        let mut data: Vec<&InputFile> = all
+            .filter(|file| !is_model(file) && !is_contract(file))
+            .collect();
+        data.sort_unstable_by(|a, b| a.sha256.cmp(&b.sha256));
+        data
+    }
+}
+
 /// A file that was read, and exactly which bytes it held.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct InputFile {

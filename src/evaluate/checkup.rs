@@ -1,14 +1,10 @@
 //! Whether a model works: a few inputs, and what speaks against its answers.
 
-use super::parity::Difference;
+use super::parity::{Difference, Limits};
 use crate::error::Result;
 use crate::score::{Recognizer, RuntimeName};
 use serde::Serialize;
 use std::time::Instant;
-
-/// Greatest difference of two answers to one input, relative to how far answers lie from their mean, that
-/// rounding explains. That of [`super::parity::Limits`] for float models.
-const ROUNDING: f64 = 2e-4;
 
 /// What a runtime made of a model.
 #[derive(Clone, Debug, Serialize)]
@@ -76,7 +72,7 @@ impl Checkup {
             let together = together.embedding.chunks(dims.max(1));
             let pairs: Vec<_> = embeddings.iter().map(Vec::as_slice).zip(together).collect();
             let apart = Difference::of(&pairs).map_or(0.0, |(found, _)| found.greatest_relative);
-            if apart > ROUNDING && is_steady {
+            if apart > Limits::FLOAT.relative_difference && is_steady {
                 problems.push(format!(
                     "its answer to an input depends on its batch mates (relative difference {apart:.1e}): was it \
                      exported in training mode, or is it quantised dynamically?"
@@ -122,7 +118,12 @@ impl Checkup {
 
     /// Whether two runtimes answer alike, as far apart as this.
     pub(crate) fn is_alike(apart: f64, is_quantized: bool) -> bool {
-        apart <= if is_quantized { 0.5 } else { ROUNDING }
+        let limits = if is_quantized {
+            Limits::INT8
+        } else {
+            Limits::FLOAT
+        };
+        apart <= limits.relative_difference
     }
 }
 
@@ -130,51 +131,15 @@ impl Checkup {
 mod tests {
     use super::*;
     use crate::score::Contract;
-    use crate::score::Outputs;
+    use crate::score::testing::MadeUp;
     use std::sync::atomic::{AtomicU32, Ordering};
-
-    /// Answers with what a function makes of an input.
-    struct Function {
-        contract: Contract,
-        runtime: RuntimeName,
-        answer: fn(&[f32]) -> Vec<f32>,
-    }
-
-    impl Recognizer for Function {
-        fn runtime(&self) -> &RuntimeName {
-            &self.runtime
-        }
-
-        fn contract(&self) -> &Contract {
-            &self.contract
-        }
-
-        fn run(&self, input: &[f32], batch: usize) -> Result<Outputs> {
-            let each = input.chunks_exact(input.len() / batch);
-            let embedding: Vec<f32> = each.flat_map(self.answer).collect();
-            Ok(Outputs {
-                embedding_dims: embedding.len() / batch,
-                embedding_parts: 1,
-                non_finite: embedding
-                    .iter()
-                    .filter(|number| !number.is_finite())
-                    .count(),
-                embedding,
-                ..Outputs::default()
-            })
-        }
-    }
 
     fn inputs() -> Vec<Vec<f32>> {
         [0.0, 0.25, 0.75].map(|pixel| vec![pixel; 1500]).to_vec()
     }
 
     fn checkup(answer: fn(&[f32]) -> Vec<f32>) -> Checkup {
-        let recognizer = Function {
-            contract: Contract::default(),
-            runtime: RuntimeName::default(),
-            answer,
-        };
+        let recognizer = MadeUp::embedding(Contract::default(), answer);
         Checkup::of(&recognizer, &inputs()).expect("it answers")
     }
 

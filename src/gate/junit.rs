@@ -53,14 +53,9 @@ fn message(line: &GateLine) -> String {
         text if text.is_empty() => text,
         text => format!(", baseline {text}"),
     };
-    let said = [line.why.as_ref(), line.reason.as_ref()]
-        .into_iter()
-        .flatten();
-    let said: Vec<&str> = said.map(String::as_str).collect();
-    let said = if said.is_empty() {
-        String::new()
-    } else {
-        format!(": {}", said.join("; "))
+    let said = match line.remarks().collect::<Vec<_>>().join("; ") {
+        text if text.is_empty() => text,
+        text => format!(": {text}"),
     };
     format!(
         "found {}, limit {}{beside}{said}",

@@ -19,17 +19,13 @@ impl GateReport {
                 GateOutcome::Missed => "❌ **missed**".to_owned(),
                 GateOutcome::CannotTell => "❔ cannot tell".to_owned(),
             };
-            let said = [line.why.as_ref(), line.reason.as_ref()]
-                .into_iter()
-                .flatten();
-            let said: Vec<String> = said.map(|text| plain(text)).collect();
             let name = if line.name == line.figure {
                 format!("`{}`", line.name.replace('`', "'"))
             } else {
                 plain(&line.name)
             };
             let named = std::iter::once(name)
-                .chain(said)
+                .chain(line.remarks().map(plain))
                 .collect::<Vec<_>>()
                 .join("<br>");
             table.row([

@@ -91,6 +91,12 @@ impl GateReport {
 }
 
 impl GateLine {
+    /// Why nobody can tell, and why the limit is there.
+    pub(super) fn remarks(&self) -> impl Iterator<Item = &str> {
+        let both = [&self.why, &self.reason].into_iter();
+        both.flatten().map(String::as_str)
+    }
+
     /// The figure with its interval.
     pub(super) fn found_text(&self) -> String {
         text_of(self.found)

@@ -108,7 +108,7 @@ impl ResultFile {
                 return refuse(&format!("the setting {key:?}"), [of(mine), of(its)]);
             }
         }
-        let (mine, its) = (data_of(mine), data_of(its));
+        let (mine, its) = (mine.data(), its.data());
         if mine
             .iter()
             .map(|file| &file.sha256)
@@ -171,33 +171,6 @@ impl ResultFile {
                 _ => true,
             })
     }
-}
-
-/// The files that are no models and no contracts of models, in the order of their sums.
-fn data_of(header: &Header) -> Vec<&InputFile> {
-    let extension = |file: &InputFile| {
-        let end = Path::new(&file.path).extension()?;
-        Some(end.to_ascii_lowercase())
-    };
-    let is_model =
-        |file: &InputFile| extension(file).is_some_and(|end| end == "onnx" || end == "egr");
-    let is_contract = |file: &InputFile| {
-        let beside = |model: &InputFile| {
-            Path::new(&model.path).with_extension("toml") == Path::new(&file.path)
-        };
-        header
-            .inputs
-            .iter()
-            .filter(|file| is_model(file))
-            .any(beside)
-    };
-    let mut data: Vec<&InputFile> = header
-        .inputs
-        .iter()
-        .filter(|file| !is_model(file) && !is_contract(file))
-        .collect();
-    data.sort_unstable_by(|a, b| a.sha256.cmp(&b.sha256));
-    data
 }
 
 #[cfg(test)]

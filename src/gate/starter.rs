@@ -26,24 +26,18 @@ const OF_BENCH: [Usual; 11] = [
     ("energy.single_mj", |_| "ratio_at_most = 1.2".into()),
     ("offline.throughput", |_| "ratio_at_least = 0.8".into()),
     ("parts.end_to_end.p50_us", |_| "ratio_at_most = 1.2".into()),
-    ("accuracy.rank1", |value| {
-        format!("at_least = {}\nnot_worse = true", below(value))
-    }),
+    ("accuracy.rank1", of_rank1),
 ];
 
 /// Figures of one recognizer in results of `score`.
 const OF_SCORE: [Usual; 2] = [
-    ("rank1", |value| {
-        format!("at_least = {}\nnot_worse = true", below(value))
-    }),
+    ("rank1", of_rank1),
     ("non_finite", |_| "at_most = 0".into()),
 ];
 
 /// Those of one of its sets of probes.
 const OF_PROBES: [Usual; 2] = [
-    ("rank1", |value| {
-        format!("at_least = {}\nnot_worse = true", below(value))
-    }),
+    ("rank1", of_rank1),
     ("verification.eer", |value| {
         format!("at_most = {}", round_up(1.1 * value + 0.01))
     }),
@@ -54,6 +48,11 @@ const OF_OTHERS: [Usual; 2] = [
     ("silhouettes_per_second", |_| "ratio_at_least = 0.8".into()),
     ("frames_per_second", |_| "ratio_at_least = 0.8".into()),
 ];
+
+/// A rate of hits: a little less at most, and not worse than the baseline's.
+fn of_rank1(value: f64) -> String {
+    format!("at_least = {}\nnot_worse = true", below(value))
+}
 
 /// Two hundredths less.
 fn below(rate: f64) -> String {
@@ -109,16 +108,9 @@ pub(crate) fn starter(results: &ResultFile) -> Result<String> {
             );
         }
     };
-    let list = |value: &Value, key: &str| {
-        value
-            .get(key)
-            .and_then(Value::as_array)
-            .cloned()
-            .unwrap_or_default()
-    };
     for model in list(&results.value, "models") {
         let threads = model.get("threads").and_then(Value::as_u64);
-        let (Some(name), Some(threads)) = (name_of(&model), threads) else {
+        let (Some(name), Some(threads)) = (name_of(model), threads) else {
             continue;
         };
         let prefix = format!("models[{name}].");
@@ -135,11 +127,11 @@ pub(crate) fn starter(results: &ResultFile) -> Result<String> {
     }
     for recognizer in list(&results.value, "recognizers") {
         let is_baseline = recognizer.get("baseline") == Some(&Value::Bool(true));
-        let Some(name) = name_of(&recognizer).filter(|_| !is_baseline) else {
+        let Some(name) = name_of(recognizer).filter(|_| !is_baseline) else {
             continue;
         };
         add(&format!("recognizers[{name}]."), &OF_SCORE);
-        let sets = list(&recognizer, "probe_sets");
+        let sets = list(recognizer, "probe_sets");
         // Of one set, its rate is what leads.
         let usual = if sets.len() > 1 {
             &OF_PROBES[..]
@@ -147,7 +139,7 @@ pub(crate) fn starter(results: &ResultFile) -> Result<String> {
             &OF_PROBES[1..]
         };
         for set in sets {
-            if let Some(set) = name_of(&set) {
+            if let Some(set) = name_of(set) {
                 add(&format!("recognizers[{name}].probe_sets[{set}]."), usual);
             }
         }
@@ -160,6 +152,12 @@ pub(crate) fn starter(results: &ResultFile) -> Result<String> {
         ));
     }
     Ok(text)
+}
+
+/// The elements of a list; none where there is no such list.
+fn list<'a>(value: &'a Value, key: &str) -> &'a [Value] {
+    let list = value.get(key).and_then(Value::as_array);
+    list.map_or(&[], Vec::as_slice)
 }
 
 /// The name of an element, as a path has it.

@@ -22,11 +22,13 @@ pub(crate) fn small_model() -> Model {
     Model::from_bytes("small.onnx", bytes, Contract::default()).expect("our own model")
 }
 
-/// A recognizer whose class scores are a function of its input; without scores if that gives none.
+/// A recognizer whose class scores, or whose embedding, are a function of its input; without scores if that
+/// gives none.
 pub(crate) struct MadeUp {
     contract: Contract,
     runtime: RuntimeName,
     function: fn(&[f32]) -> Vec<f32>,
+    embeds: bool,
 }
 
 impl MadeUp {
@@ -35,6 +37,14 @@ impl MadeUp {
             contract,
             runtime: RuntimeName::default(),
             function,
+            embeds: false,
+        }
+    }
+
+    pub(crate) fn embedding(contract: Contract, function: fn(&[f32]) -> Vec<f32>) -> Self {
+        Self {
+            embeds: true,
+            ..Self::new(contract, function)
         }
     }
 }
@@ -51,6 +61,15 @@ impl Recognizer for MadeUp {
     fn run(&self, input: &[f32], batch: usize) -> Result<Outputs> {
         let each = input.chunks_exact(input.len() / batch);
         let scores: Vec<f32> = each.flat_map(self.function).collect();
+        if self.embeds {
+            return Ok(Outputs {
+                embedding_dims: scores.len() / batch,
+                embedding_parts: 1,
+                non_finite: scores.iter().filter(|number| !number.is_finite()).count(),
+                embedding: scores,
+                ..Outputs::default()
+            });
+        }
         Ok(Outputs {
             classes: scores.len() / batch,
             scores: (!scores.is_empty()).then_some(scores),

@@ -1,9 +1,7 @@
 //! Latency against rank-1, as a picture (SVG): one point a model and board.
 
-use super::{Compared, Met};
+use super::{Compared, Met, p50_range};
 use crate::error::{Error, Result};
-use crate::evaluate::median::median_interval;
-use crate::evaluate::wilson::Interval;
 use crate::report::drawing::{Axes, LINES, percents, to_tenth};
 use crate::report::placing::{LogAxis, NUMBER, labels};
 use crate::report::standalone::{LETTER, standalone};
@@ -73,12 +71,11 @@ fn points<'a>(compared: &'a Compared) -> Vec<Point<'a>> {
         let accuracy = met.model.accuracy.as_ref()?;
         let single = &met.model.single;
         let us = single.times.p50_us;
-        let (median, Interval { low, high }) = median_interval(&single.window_mean_us)?;
         let board = boards.iter().position(|name| *name == met.board)?;
         Some(Point {
             colour: LINES[board % LINES.len()].0,
             us,
-            us_range: (us * low / median, us * high / median),
+            us_range: p50_range(single)?,
             rank1: accuracy.rank1,
             rank1_range: accuracy.intervals.shown(),
             met,

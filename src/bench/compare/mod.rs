@@ -6,11 +6,10 @@ pub(crate) use chart::chart;
 
 use super::results::{BenchResults, ModelResult, Timing};
 use super::table::{Column, Format, named, render, side_by_side};
-use crate::dataset::{Header, InputFile};
+use crate::dataset::Header;
 use crate::error::{Error, Result};
 use crate::evaluate::median::median_interval;
 use crate::evaluate::wilson::Interval;
-use std::path::Path;
 
 /// Settings that say how rank-1 was measured: others are of the models, of the board, or of time.
 const OF_ACCURACY: [&str; 7] = [
@@ -218,16 +217,16 @@ const RATIO_ROWS: [super::table::Row<Ratios>; 5] = [
     ("peak memory of runtime and model", |of| of.peak.clone()),
 ];
 
-/// The ratio of two p50, and from where to where it may be as far as windows tell.
+/// From where to where the median time may be, as far as windows tell; none without windows.
+fn p50_range(timing: &Timing) -> Option<(f64, f64)> {
+    let (median, Interval { low, high }) = median_interval(&timing.window_mean_us)?;
+    let scale = timing.times.p50_us / median;
+    (median > 0.0).then_some((low * scale, high * scale))
+}
+
+/// The ratio of two p50, and from where to where it may be.
 fn ratio(mine: &Timing, its: &Timing) -> Option<String> {
-    let range = |timing: &Timing| {
-        let (median, Interval { low, high }) = median_interval(&timing.window_mean_us)?;
-        (median > 0.0).then(|| {
-            let scale = timing.times.p50_us / median;
-            (low * scale, high * scale)
-        })
-    };
-    let (mine_range, its_range) = (range(mine)?, range(its)?);
+    let (mine_range, its_range) = (p50_range(mine)?, p50_range(its)?);
     let value = mine.times.p50_us / its.times.p50_us;
     let (low, high) = (mine_range.0 / its_range.1, mine_range.1 / its_range.0);
     value
@@ -242,17 +241,13 @@ fn exact(mine: f64, its: f64) -> Option<String> {
 
 /// The data that a header names beside models, by its sums.
 fn pack_of(header: &Header) -> String {
-    let is_data = |file: &&InputFile| {
-        let end = Path::new(&file.path).extension();
-        end.is_none_or(|end| end != "onnx" && end != "egr" && end != "toml")
-    };
-    let sums = header.inputs.iter().filter(is_data);
-    let sums: Vec<String> = sums.map(|file| format!("{:.8}", file.sha256)).collect();
-    if sums.is_empty() {
+    let data = header.data();
+    if data.is_empty() {
         let pack = header.settings.get("pack").and_then(|pack| pack.as_str());
         return pack.unwrap_or("not stated").to_owned();
     }
-    sums.join(" ")
+    let sums = data.iter().map(|file| format!("{:.8}", file.sha256));
+    sums.collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]
