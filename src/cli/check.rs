@@ -11,6 +11,7 @@ use crate::dataset::Header;
 use crate::error::{ChoiceError, Error, Result};
 use crate::evaluate::checkup::Checkup;
 use crate::evaluate::contest::{Drawn, Entrant, Wish};
+use crate::evaluate::protocol::Protocol;
 use crate::report::percent;
 use crate::score::baseline::PIXELS;
 use crate::score::{Contract, Model, list_of, shipped};
@@ -18,7 +19,7 @@ use crate::sweep::{Settings, Views};
 use crate::template::Template;
 use edgegait_core::pack::Pack;
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// What is said where ONNX Runtime is not there.
 const NO_LIBRARY: &str =
@@ -264,7 +265,7 @@ fn from_the_side(entrant: Entrant, scene: &Scene<'_>, seed: u64) -> Result<FromT
         entrants.push(Entrant::pixels(None, entrants[0].form().settings));
     }
     // Classes are of other people as a rule: everybody is enrolled.
-    let protocol = crate::evaluate::protocol::Protocol::named("first-take")?;
+    let protocol = Protocol::named("first-take")?;
     let wish = Wish {
         views: Some(scene.views.clone()),
         protocol: Some(protocol),
@@ -274,14 +275,13 @@ fn from_the_side(entrant: Entrant, scene: &Scene<'_>, seed: u64) -> Result<FromT
     let outcome = drawn
         .contest
         .run(&entrants, seed, &mut |_| {}, &mut |_| {})?;
-    let rank1 = |at: usize| outcome.results.get(at).map(|result| result.rank1);
     let first = outcome.results.first();
     let first = first.ok_or(Error::Missing("the result of a recognizer"))?;
     Ok(FromTheSide {
         people: first.people,
         probes: first.probes,
         rank1: first.rank1,
-        pixels_rank1: rank1(1).filter(|_| entrants.len() > 1),
+        pixels_rank1: outcome.results.get(1).map(|pixels| pixels.rank1),
     })
 }
 
@@ -295,16 +295,12 @@ fn say(args: &Args, model: &Model, results: &CheckResults<'_>) {
         list_of(&graph.inputs),
         list_of(&graph.outputs)
     ));
-    let beside = Contract::path_beside(Path::new(&args.model));
-    let from = match (results.guessed, beside.is_file()) {
-        _ if shipped::is_name(&args.model) => "as shipped".to_owned(),
-        (true, _) => "by its shape".to_owned(),
-        (false, true) => format!("by {}", beside.display()),
-        (false, false) => "by default".to_owned(),
-    };
-    let channels = match contract.channels {
-        1 => String::new(),
-        channels => format!(" in {channels} equal channels"),
+    let from = if shipped::is_name(&args.model) {
+        "as shipped".to_owned()
+    } else if results.guessed {
+        "by its shape".to_owned()
+    } else {
+        format!("by {}", Contract::path_beside(&args.model).display())
     };
     let list = |numbers: &[f32]| {
         let all: Vec<String> = numbers.iter().map(ToString::to_string).collect();
@@ -318,12 +314,9 @@ fn say(args: &Args, model: &Model, results: &CheckResults<'_>) {
     }
     let used = model.stated_contract().outputs;
     say(format!(
-        "taken {from} for {} of {}x{}{channels} ({}), input range {}{shifted}, framing {}, {} distance; embedding {:?}{}; \
+        "taken {from} for {}, input range {}{shifted}, framing {}, {} distance; embedding {:?}{}; \
          {} parameters",
-        contract.template.plural(),
-        contract.rows,
-        contract.columns,
-        contract.layout.name(),
+        contract.given(),
         contract.input_range.name(),
         contract.framing.name(),
         contract.distance.name(),

@@ -90,12 +90,14 @@ pub(super) fn load(
     for (one, name) in firmware.into_iter().zip(&names[of_models..]) {
         header.inputs.push(one.input().clone());
         let recognizer: Box<dyn Recognizer> = Box::new(one.named(name));
-        entrants.push(match stored {
-            Some(stored) => Entrant::stored_for(recognizer, (stored, draw.settings(seed)?))?,
-            None => {
-                let settings = draw.settings_for(recognizer.contract(), seed)?;
-                Entrant::drawn_for(recognizer, settings)?
-            }
+        let contract = recognizer.contract();
+        let settings = match stored {
+            Some(stored) => Entrant::stored_settings_of(contract, (stored, draw.settings(seed)?))?,
+            None => Entrant::settings_of(contract, draw.settings_for(contract, seed)?)?,
+        };
+        entrants.push(Entrant {
+            recognizer,
+            settings,
         });
     }
     Ok(entrants)

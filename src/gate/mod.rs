@@ -68,6 +68,8 @@ pub(crate) fn gate(
             baseline.require_run_of(run)?;
         }
     }
+    let all = || judged.runs.iter().chain(judged.baselines);
+    let is_one_board = all().all(|one| all().all(|other| one.is_same_board(other)));
     let mut lines = Vec::new();
     let mut left_out = 0;
     for limit in &limits.limits {
@@ -80,7 +82,7 @@ pub(crate) fn gate(
         let refuse = |problem: String| Error::at(path, Where::Line(limit.line), problem);
         let of_results = |problem: String| refuse(format!("{}: {problem}", first.path.display()));
         for place in limit.figure.places(&first.value).map_err(of_results)? {
-            lines.extend(lines_of(&limit, &place, judged).map_err(refuse)?);
+            lines.extend(lines_of(&limit, &place, (judged, is_one_board)).map_err(refuse)?);
         }
     }
     let mut header = header;
@@ -90,8 +92,7 @@ pub(crate) fn gate(
             "{left_out} {limits} beside a baseline left out, as there is none"
         ));
     }
-    let versions = judged.runs.iter().chain(judged.baselines);
-    let mut versions: Vec<&str> = versions.map(|file| file.header.version.as_str()).collect();
+    let mut versions: Vec<&str> = all().map(|file| file.header.version.as_str()).collect();
     versions.sort_unstable();
     versions.dedup();
     if let [one, other, ..] = versions[..] {
@@ -106,7 +107,7 @@ pub(crate) fn gate(
 fn lines_of(
     limit: &GateLimit,
     place: &Place<'_>,
-    judged: &Judged<'_>,
+    (judged, is_one_board): (&Judged<'_>, bool),
 ) -> std::result::Result<Vec<GateLine>, String> {
     let measure = Measure::of(&place.key);
     let new = Known::of((place, limit), judged.runs, measure)?;
@@ -139,7 +140,16 @@ fn lines_of(
                 let outcome = absolute(found, bound, (measure, limit.judge));
                 (outcome, None, new.unsure.clone())
             }
-            Some(old) => beside(limit, (place, bound, measure), (&new, old), judged)?,
+            Some(old) => {
+                let seed = judged.runs[0].header.seed;
+                let (outcome, between, unsure) = beside(
+                    limit,
+                    (place, bound, measure),
+                    (&new, old),
+                    (seed, is_one_board),
+                )?;
+                (outcome, Some(between), unsure)
+            }
         };
         let why = (outcome == GateOutcome::CannotTell).then(|| {
             unsure.unwrap_or_else(|| {
@@ -167,48 +177,45 @@ fn lines_of(
 }
 
 /// What becomes of a bound, what is between the two, and why nobody can tell.
-type Beside = (GateOutcome, Option<Between>, Option<String>);
+type Beside = (GateOutcome, Between, Option<String>);
 
 /// What became of a bound beside a baseline.
 fn beside(
     limit: &GateLimit,
     (place, bound, measure): (&Place<'_>, Bound, Measure),
     (new, old): (&Known, &Known),
-    judged: &Judged<'_>,
+    (seed, is_one_board): (u64, bool),
 ) -> std::result::Result<Beside, String> {
     let is_cut = new.is_cut || old.is_cut;
-    let paired = match new.paired(old, &place.key, judged.runs[0].header.seed) {
+    let paired = match new.paired(old, &place.key, seed) {
         // Other probes are what a cut leaves.
         Some(Err(_)) if is_cut => None,
         other => other.transpose()?,
     };
     let between =
         paired.unwrap_or_else(|| Between::apart(new.judged(measure), old.judged(measure)));
-    let how = (measure, limit.judge, paired.is_some());
-    let outcome = relative(between, bound, how);
-    let before = old
-        .unsure
-        .as_ref()
-        .map(|why| format!("of the baseline: {why}"));
-    let unsure = new.unsure.clone().or(before);
-    let all = || judged.runs.iter().chain(judged.baselines);
-    let is_one_board = all().all(|one| all().all(|other| one.is_same_board(other)));
-    Ok(if measure.is_timed() && !is_one_board {
+    let of_baseline = |why: &String| format!("of the baseline: {why}");
+    let unsure = new.unsure.clone().or(old.unsure.as_ref().map(of_baseline));
+    let is_ratio = matches!(bound, Bound::RatioAtMost(_) | Bound::RatioAtLeast(_));
+    let (outcome, unsure) = if measure.is_timed() && !is_one_board {
         let why = "not all of it was measured on one machine, with as many threads";
-        (GateOutcome::CannotTell, Some(between), Some(why.into()))
+        (GateOutcome::CannotTell, Some(why.to_owned()))
     } else if is_cut {
-        (GateOutcome::CannotTell, Some(between), unsure)
-    } else if between.ratio.value.is_nan() && !matches!(bound, Bound::NotWorse) {
-        let why = "below 0 a ratio says nothing (use difference_at_most or another)";
-        let is_ratio = matches!(bound, Bound::RatioAtMost(_) | Bound::RatioAtLeast(_));
+        (GateOutcome::CannotTell, unsure)
+    } else {
+        let outcome = relative(between, bound, (measure, limit.judge, paired.is_some()));
+        let below_0 = "below 0 a ratio says nothing (use difference_at_most or another)";
+        let is_untold = is_ratio && between.ratio.value.is_nan();
         (
             outcome,
-            Some(between),
-            if is_ratio { Some(why.into()) } else { unsure },
+            if is_untold {
+                Some(below_0.to_owned())
+            } else {
+                unsure
+            },
         )
-    } else {
-        (outcome, Some(between), unsure)
-    })
+    };
+    Ok((outcome, between, unsure))
 }
 
 /// What is known of one figure.
@@ -232,10 +239,11 @@ impl Known {
         runs: &[ResultFile],
         measure: Measure,
     ) -> std::result::Result<Self, String> {
+        let path = figure::FigurePath::parse(&place.path)?;
         let mut places = Vec::new();
         for run in runs {
             let said = |problem: String| format!("{}: {problem}", run.path.display());
-            let exact = figure::FigurePath::parse(&place.path)?.places(&run.value);
+            let exact = path.places(&run.value);
             // A model of another name: the one that the file's own words choose.
             let meant = || match limit.figure.places(&run.value) {
                 Ok(one) if one.len() == 1 => Some(one),

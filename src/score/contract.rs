@@ -203,6 +203,21 @@ impl Contract {
         self.shape().numbers()
     }
 
+    /// What is given and how, in words: `GEIs of 64x44 in 3 equal channels (NCHW)`.
+    pub(crate) fn given(&self) -> String {
+        let channels = match self.channels {
+            1 => String::new(),
+            channels => format!(" in {channels} equal channels"),
+        };
+        format!(
+            "{} of {}x{}{channels} ({})",
+            self.template.plural(),
+            self.rows,
+            self.columns,
+            self.layout.name()
+        )
+    }
+
     /// Numbers of an input, or of one frame of it: as many as in a template or silhouette, in each channel.
     #[must_use]
     pub const fn input_numbers(&self) -> usize {

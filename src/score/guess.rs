@@ -89,23 +89,16 @@ fn is_shape_of(input: &Port, contract: &Contract) -> bool {
 
 /// What was taken for granted about a model, in words.
 pub(super) fn said(contract: &Contract) -> String {
-    let channels = match contract.channels {
-        1 => String::new(),
-        channels => format!(" in {channels} equal channels"),
-    };
     let classes = match contract.classes.len() {
         0 => String::new(),
         count => format!(", its {count} classes for people"),
     };
     format!(
-        "{}: no .toml lies beside it: its shape was taken for {} of {}x{}{channels} ({}){classes}, and framing \
+        "{}: no .toml lies beside it: its shape was taken for {}{classes}, and framing \
          height, input range {} and {} distance were assumed (edgegait contract writes a .toml to state \
          otherwise)",
         contract.name,
-        contract.template.plural(),
-        contract.rows,
-        contract.columns,
-        contract.layout.name(),
+        contract.given(),
         contract.input_range.name(),
         contract.distance.name(),
     )

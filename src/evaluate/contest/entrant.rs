@@ -57,18 +57,6 @@ impl Entrant {
         })
     }
 
-    /// A recognizer that is shown what is drawn with these settings, as [`Self::drawn`] has it.
-    ///
-    /// # Errors
-    /// If its contract asks for what cannot be drawn.
-    pub fn drawn_for(recognizer: Box<dyn Recognizer>, settings: Settings) -> Result<Self> {
-        let settings = Self::settings_of(recognizer.contract(), settings)?;
-        Ok(Self {
-            recognizer,
-            settings,
-        })
-    }
-
     /// How templates are drawn for a contract, else with these settings.
     ///
     /// # Errors
@@ -108,19 +96,11 @@ impl Entrant {
         })
     }
 
-    /// A recognizer that is shown the templates of a dataset, as [`Self::stored`] has it.
+    /// How the templates of a dataset are drawn for a contract, else with these settings.
     ///
     /// # Errors
-    /// If its contract asks for other templates.
-    pub fn stored_for(recognizer: Box<dyn Recognizer>, stored: (Stored, Settings)) -> Result<Self> {
-        let settings = Self::stored_settings_of(recognizer.contract(), stored)?;
-        Ok(Self {
-            recognizer,
-            settings,
-        })
-    }
-
-    fn stored_settings_of(
+    /// If it asks for other templates.
+    pub(crate) fn stored_settings_of(
         contract: &Contract,
         (stored, settings): (Stored, Settings),
     ) -> Result<Settings> {
