@@ -6,30 +6,38 @@
 use std::path::Path;
 use std::process::Command;
 
-/// What a build is made of.
-const SOURCES: [&str; 5] = [
-    "src",
-    "no_std_core/src",
-    "models",
-    "Cargo.toml",
-    "Cargo.lock",
-];
+/// What a build is made of, besides the modules in `src`.
+const SOURCES: [&str; 4] = ["no_std_core/src", "models", "Cargo.toml", "Cargo.lock"];
 
 fn main() {
-    for path in SOURCES {
+    let sources = sources();
+    for path in &sources {
         println!("cargo::rerun-if-changed={path}");
     }
     let is_release = std::env::var("PROFILE").is_ok_and(|profile| profile == "release");
-    let commit = if is_release { commit() } else { None };
+    let commit = if is_release { commit(&sources) } else { None };
     if let Some(commit) = commit {
         let version = env!("CARGO_PKG_VERSION");
         println!("cargo::rustc-env=EDGEGAIT_VERSION={version} ({commit})");
     }
 }
 
+/// All that a build is made of: the package for Python, which lies in `src` too, is made of it in turn.
+fn sources() -> Vec<String> {
+    let entries = std::fs::read_dir("src").into_iter().flatten().flatten();
+    let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+    let mut sources: Vec<String> = names
+        .filter(|name| name != "python")
+        .map(|name| format!("src/{name}"))
+        .collect();
+    sources.sort_unstable();
+    sources.extend(SOURCES.map(String::from));
+    sources
+}
+
 /// The first 12 digits of the commit that is checked out, and a word if files differ from it; none
 /// outside of a checkout of this package.
-fn commit() -> Option<String> {
+fn commit(sources: &[String]) -> Option<String> {
     // That of another project around this one is not ours.
     git(&["ls-files", "--error-unmatch", "src/build.rs"])?;
     for name in ["HEAD", "logs/HEAD"] {
@@ -39,7 +47,12 @@ fn commit() -> Option<String> {
         }
     }
     let commit = git(&["rev-parse", "--short=12", "HEAD"])?;
-    let changes = git(&[&["status", "--porcelain", "--"], &SOURCES[..]].concat())?;
+    let sources = sources.iter().map(String::as_str);
+    let status: Vec<&str> = ["status", "--porcelain", "--"]
+        .into_iter()
+        .chain(sources)
+        .collect();
+    let changes = git(&status)?;
     Some(if changes.is_empty() {
         commit
     } else {

@@ -27,6 +27,11 @@ enum Way {
 }
 
 impl AugmentArgs {
+    /// Whether any is made.
+    pub(super) const fn is_given(&self) -> bool {
+        !self.augment.is_empty()
+    }
+
     /// What is asked for.
     ///
     /// # Errors

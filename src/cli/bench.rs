@@ -239,10 +239,7 @@ impl Args {
     }
 
     fn source(&self, pack: Option<PathBuf>) -> SourceArgs {
-        SourceArgs {
-            pack,
-            selection: self.selection.clone(),
-        }
+        SourceArgs::new(pack, self.selection.clone())
     }
 }
 

@@ -103,10 +103,7 @@ pub(super) fn run(args: &Args) -> Result<Ending> {
     let mut header = Header::new("check", seed);
     header.inputs = model.inputs()?;
     header.warnings = model.warnings();
-    let source_args = SourceArgs {
-        pack: None,
-        selection: SelectionArgs::default(),
-    };
+    let source_args = SourceArgs::new(None, SelectionArgs::default());
     let source = source_args.load()?;
     let pack = Pack::parse(&source.bytes)?;
     let walks = source_args.choose(&pack)?;

@@ -140,10 +140,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let mut header = Header::new("confounders", seed).with("runtime", runtime.name().name);
     let (setup, cache) = ((&args.draw, seed, None), args.cache.cache());
     let entrants = load(&models, (&runtime, &cache), setup, &mut header)?;
-    let source_args = SourceArgs {
-        pack: data,
-        selection: args.selection.clone(),
-    };
+    let source_args = SourceArgs::new(data, args.selection.clone());
     let source = source_args.load()?;
     let pack = Pack::parse(&source.bytes)?;
     let walks = source_args.choose(&pack)?;

@@ -13,7 +13,7 @@ use crate::dataset::{Dataset, Header, InputFile, Partition};
 use crate::error::{Error, Result};
 use crate::evaluate::contest::{Contest, Drawn, Entrant, Stored, Wish, usual};
 use crate::evaluate::protocol::{PARTITION, Protocol};
-use crate::source::{Form, Source};
+use crate::source::{Form, PackSource, Source};
 use crate::sweep::Views;
 use crate::template::Template;
 use edgegait_core::pack::Pack;
@@ -52,6 +52,9 @@ pub(super) struct ContestArgs {
     views: ViewArgs,
     #[command(flatten)]
     draw: DrawArgs,
+    /// A pack of the program that runs the command in its own process.
+    #[arg(skip)]
+    pub held: Option<PackSource>,
 }
 
 /// How recognizers are shown people: as flags say, drawn with a seed, or as templates are stored.
@@ -145,8 +148,8 @@ impl ContestArgs {
         let setup = (&self.draw, seed, None);
         let mut entrants = (field.load)(setup, &mut header)?;
         let source_args = SourceArgs {
-            pack: data,
-            selection: self.selection.clone(),
+            held: self.held.clone(),
+            ..SourceArgs::new(data, self.selection.clone())
         };
         let source = source_args.load()?;
         header.inputs.extend(source.inputs.iter().cloned());

@@ -3,7 +3,7 @@
 use super::args::{Common, Files};
 use super::export::{ExportArgs, sized, take_name};
 use super::progress::Progress;
-use super::sweep::{kmh, peak_rss_bytes};
+use super::sweep::peak_rss_bytes;
 use crate::dataset::{
     Contents, DatasetWriter, Format, Header, IndexRow, InputFile, Item, Run, WalkerRow,
 };
@@ -12,7 +12,7 @@ use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
 use crate::error::{Error, Result};
 use crate::scene::cohort::DEFAULT_SEED;
 use crate::scene::variation::CYCLES_OF_A_TAKE;
-use crate::sweep::{Swept, View, drawn, sweep_each};
+use crate::sweep::{Swept, View, sweep_each};
 use crate::template::Template;
 use edgegait_core::pack::{Pack, Sex};
 use edgegait_core::silhouette::Size;
@@ -298,28 +298,14 @@ fn draw(
                     take_name(walk.name, job.condition_name(), Some(take))
                 }
             };
-            let row = IndexRow {
-                subject: subjects[walk.subject].name.into(),
-                walk: design.take_of(job).unwrap_or(walk.name).into(),
-                cycle: u32::from(walk.cycle),
-                variation: job.variation,
-                speed_kmh: kmh(walk.speed_mm_per_s),
-                azimuth_deg: 0.0,
-                elevation_deg: 0.0,
-                condition: job.condition_name().into(),
-                alternative: drawn(&pack, job, settings.seed)?,
-                frames: swept.frames,
-                seed: settings.seed,
-            };
+            let mut row = IndexRow::of_job(&pack, job, settings.seed, swept.frames)?;
+            if let Some(take) = design.take_of(job) {
+                take.clone_into(&mut row.walk);
+            }
             let templates = swept.templates.chunks_exact(wanted.templates.len());
             for ((view, templates), keypoints) in views.iter().zip(templates).zip(&swept.keypoints)
             {
-                let (azimuth_deg, elevation_deg) = view.angles_deg();
-                let row = IndexRow {
-                    azimuth_deg,
-                    elevation_deg,
-                    ..row.clone()
-                };
+                let row = row.seen_from(view);
                 writer.push(Item {
                     row: &row,
                     take: &take,

@@ -15,6 +15,7 @@ mod contest;
 mod contract;
 mod cutting;
 mod drawing;
+pub mod embed;
 mod encoding;
 mod export;
 #[cfg(feature = "plots")]
@@ -53,6 +54,7 @@ mod walkers;
 use crate::error::Result;
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use hints::WithFlags;
+use std::ffi::OsString;
 
 /// The version and, of a release build from a checkout, the commit.
 const VERSION: &str = match option_env!("EDGEGAIT_VERSION") {
@@ -121,13 +123,21 @@ fn command() -> clap::Command {
 /// Runs the command that the process was started with; its exit code.
 #[must_use]
 pub fn main() -> std::process::ExitCode {
-    let cli = Cli::from_arg_matches(&command().get_matches()).unwrap_or_else(|error| error.exit());
+    code_of(std::env::args_os()).into()
+}
+
+/// Runs the command of these words, of which the first is its own name, in a process that is for
+/// nothing else; the exit code.
+#[must_use]
+pub fn code_of(words: impl IntoIterator<Item = OsString>) -> u8 {
+    let matches = command().get_matches_from(words);
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     match interrupt::listen().and_then(|()| run(&cli.command)) {
-        Ok(ending) => std::process::ExitCode::from(ending as u8),
+        Ok(ending) => ending as u8,
         Err(error) => {
             eprintln!("error: {}", WithFlags(&error));
             interrupt::tell_unfinished();
-            std::process::ExitCode::from(error.exit_code())
+            error.exit_code()
         }
     }
 }

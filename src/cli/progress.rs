@@ -69,6 +69,24 @@ pub(super) fn silence(is_silent: bool) {
     IS_SILENT.store(is_silent, Ordering::Relaxed);
 }
 
+/// Whether work is to end where it next makes progress.
+static IS_ENDED: AtomicBool = AtomicBool::new(false);
+
+/// What a thread unwinds with whose work was ended.
+pub(super) struct Ended;
+
+/// Ends the work of all commands of this process where it next makes progress, or begins anew.
+pub(super) fn end(is_ended: bool) {
+    IS_ENDED.store(is_ended, Ordering::Relaxed);
+}
+
+/// Unwinds, without a message, if work was ended.
+fn unwind_if_ended() {
+    if IS_ENDED.load(Ordering::Relaxed) {
+        std::panic::resume_unwind(Box::new(Ended));
+    }
+}
+
 fn is_silent() -> bool {
     IS_SILENT.load(Ordering::Relaxed)
 }
@@ -129,6 +147,7 @@ impl Progress {
     /// One piece is done. Without a terminal a line is printed every few seconds, so that
     /// short work prints none.
     pub(super) fn step(&self) {
+        unwind_if_ended();
         if let Some(bar) = &self.bar {
             bar.inc(1);
         }
@@ -221,6 +240,7 @@ impl Doing {
     /// This is being done now, and all that is left takes about so long. Without a terminal a line is
     /// printed every few seconds, and one for what is new where a while is left.
     pub(super) fn now(&self, what: &str, left_s: f64) {
+        unwind_if_ended();
         let line = format!("{what}, about {} left", time_of(left_s));
         if let Some(bar) = &self.bar {
             bar.set_message(line);

@@ -178,10 +178,7 @@ impl Args {
         if selection.walks.is_empty() {
             selection.walks.clone_from(&contract.training.walks);
         }
-        SourceArgs {
-            pack: self.pack.clone(),
-            selection,
-        }
+        SourceArgs::new(self.pack.clone(), selection)
     }
 }
 

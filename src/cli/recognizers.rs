@@ -6,9 +6,12 @@ use crate::dataset::{Header, InputFile};
 use crate::error::{Error, Result};
 use crate::evaluate::contest::Entrant;
 use crate::score::baseline;
-use crate::score::{Contract, Firmware, Kept, Model, Recognizer, Runtime, shipped};
+use crate::score::{
+    Contract, Firmware, Kept, Model, Outputs, Recognizer, Runtime, RuntimeName, shipped,
+};
 use crate::source::is_pack_or_folder;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Models, and at most one pack or folder, told apart by what they are.
 pub(super) fn sort_inputs(inputs: &[PathBuf]) -> Result<(Vec<PathBuf>, Option<PathBuf>)> {
@@ -89,18 +92,66 @@ pub(super) fn load(
     let of_models = names.len() - firmware.len();
     for (one, name) in firmware.into_iter().zip(&names[of_models..]) {
         header.inputs.push(one.input().clone());
-        let recognizer: Box<dyn Recognizer> = Box::new(one.named(name));
-        let contract = recognizer.contract();
-        let settings = match stored {
-            Some(stored) => Entrant::stored_settings_of(contract, (stored, draw.settings(seed)?))?,
-            None => Entrant::settings_of(contract, draw.settings_for(contract, seed)?)?,
-        };
-        entrants.push(Entrant {
-            recognizer,
-            settings,
-        });
+        entrants.push(entrant_of(Box::new(one.named(name)), (draw, seed, stored))?);
     }
     Ok(entrants)
+}
+
+/// A recognizer that is loaded, and how it is shown people.
+///
+/// # Errors
+/// If its contract asks for what is not stored or cannot be drawn.
+fn entrant_of(recognizer: Box<dyn Recognizer>, (draw, seed, stored): Setup<'_>) -> Result<Entrant> {
+    let contract = recognizer.contract();
+    let settings = match stored {
+        Some(stored) => Entrant::stored_settings_of(contract, (stored, draw.settings(seed)?))?,
+        None => Entrant::settings_of(contract, draw.settings_for(contract, seed)?)?,
+    };
+    Ok(Entrant {
+        recognizer,
+        settings,
+    })
+}
+
+/// Recognizers of the program that runs this command in its own process, beside those that were
+/// loaded.
+///
+/// # Errors
+/// As [`entrant_of`], and if two have one name.
+pub(super) fn with_held(
+    mut entrants: Vec<Entrant>,
+    held: &[Arc<dyn Recognizer>],
+    setup: Setup<'_>,
+) -> Result<Vec<Entrant>> {
+    for one in held {
+        let name = one.name();
+        if entrants.iter().any(|other| other.recognizer.name() == name) {
+            return Err(Error::Usage(format!("two recognizers are called {name:?}")));
+        }
+        entrants.push(entrant_of(Box::new(Held(one.clone())), setup)?);
+    }
+    Ok(entrants)
+}
+
+/// A recognizer of the program that runs this command in its own process.
+struct Held(Arc<dyn Recognizer>);
+
+impl Recognizer for Held {
+    fn runtime(&self) -> &RuntimeName {
+        self.0.runtime()
+    }
+
+    fn contract(&self) -> &Contract {
+        self.0.contract()
+    }
+
+    fn run(&self, input: &[f32], batch: usize) -> Result<Outputs> {
+        self.0.run(input, batch)
+    }
+
+    fn at_once(&self) -> usize {
+        self.0.at_once()
+    }
 }
 
 /// The names of recognizers from these files, in their order, no two alike: of those that are, each has the

@@ -5,7 +5,7 @@ use super::cache::CacheArgs;
 use super::contest::{ContestArgs, Field};
 use super::outputs::{Kind, Output};
 use super::progress::Progress;
-use super::recognizers::{load, sort_inputs, with_contracts};
+use super::recognizers::{load, sort_inputs, with_contracts, with_held};
 use super::runtime::RuntimeArgs;
 use super::sweep::peak_rss_bytes;
 use crate::dataset::{Header, write_bytes};
@@ -17,6 +17,7 @@ use crate::score::Recognizer;
 use crate::source::ViewLabel;
 use crate::template::Shape;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Inferences before and during the measurement of latency.
@@ -62,7 +63,7 @@ pub(super) struct Args {
     #[command(flatten)]
     runtime: RuntimeArgs,
     #[command(flatten)]
-    contest: ContestArgs,
+    pub contest: ContestArgs,
     /// Leave out the baselines: `pixels`, which compares templates as they are, and `random`, which
     /// compares random projections of them
     #[arg(long)]
@@ -75,6 +76,12 @@ pub(super) struct Args {
 
 /// Runs the subcommand.
 pub(super) fn run(args: &Args) -> Result<()> {
+    run_with(args, &[])
+}
+
+/// The same with recognizers of the program that runs it in its own process; of shipped models only
+/// those that are named.
+pub(super) fn run_with(args: &Args, held: &[Arc<dyn Recognizer>]) -> Result<()> {
     let started = Instant::now();
     let runtime = args.runtime.runtime()?;
     let (models, data) = sort_inputs(&args.inputs)?;
@@ -83,7 +90,14 @@ pub(super) fn run(args: &Args) -> Result<()> {
         .with("provider", runtime.name().provider);
     let cache = args.cache.cache();
     let field = Field {
-        load: &|setup, header| load(&models, (&runtime, &cache), setup, header),
+        load: &|setup, header| {
+            let loaded = if models.is_empty() && !held.is_empty() {
+                Vec::new()
+            } else {
+                load(&models, (&runtime, &cache), setup, header)?
+            };
+            with_held(loaded, held, setup)
+        },
         with_baselines: !args.no_baselines,
         views: None,
     };

@@ -26,6 +26,9 @@ pub(super) struct SourceArgs {
     pub pack: Option<PathBuf>,
     #[command(flatten)]
     pub selection: SelectionArgs,
+    /// A pack of the program that runs the command in its own process.
+    #[arg(skip)]
+    pub held: Option<PackSource>,
 }
 
 impl SelectionArgs {
@@ -44,11 +47,23 @@ impl SelectionArgs {
 }
 
 impl SourceArgs {
+    /// Walks of a pack's file, or of the built-in cohort.
+    pub(super) const fn new(pack: Option<PathBuf>, selection: SelectionArgs) -> Self {
+        Self {
+            pack,
+            selection,
+            held: None,
+        }
+    }
+
     /// Reads the pack, or makes the built-in cohort at the speeds that are needed.
     ///
     /// # Errors
     /// When the file cannot be read or is no pack.
     pub(super) fn load(&self) -> Result<PackSource> {
+        if let Some(held) = &self.held {
+            return Ok(held.clone());
+        }
         if let Some(path) = &self.pack {
             return PackSource::read(path);
         }
@@ -62,6 +77,7 @@ impl SourceArgs {
     /// # Errors
     /// When a name is unknown.
     pub(super) fn choose(&self, pack: &Pack<'_>) -> Result<Vec<usize>> {
-        self.selection.selection(self.pack.is_none()).of(pack)
+        let is_built_in = self.pack.is_none() && self.held.is_none();
+        self.selection.selection(is_built_in).of(pack)
     }
 }

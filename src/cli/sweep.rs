@@ -11,17 +11,22 @@ use super::export::{ExportArgs, sized, templates_of};
 use super::layout::{LayoutArgs, refuse_without_tree};
 use super::source::SourceArgs;
 pub(super) use crate::bench::peak_rss_bytes;
-use crate::dataset::{Contents, Header, Run, check_folder_name};
+use crate::confound::Condition;
+use crate::dataset::{Contents, Format, Header, Items, PackItems, Run, check_folder_name};
 use crate::error::{Error, Result};
 use crate::frontier::choose;
-use crate::sweep::{Job, Settings, TAKE_FPS, Wanted, is_take, walk_name};
+use crate::source::PackSource;
+use crate::sweep::{Job, Settings, TAKE_FPS, Views, Wanted, is_take, walk_name};
 use crate::template::Template;
 use edgegait_core::pack::Pack;
 use serde::Serialize;
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 use work::{Work, grouped};
+
+/// What is written if nothing else is said.
+const OUT: &str = "dataset";
 
 /// Sweep walks over viewpoints, or a tree of silhouettes, into a dataset of GEIs or other templates
 #[derive(Debug, clap::Args)]
@@ -31,10 +36,10 @@ use work::{Work, grouped};
 )]
 pub(super) struct Args {
     #[command(flatten)]
-    source: SourceArgs,
+    pub source: SourceArgs,
     /// What to write: a folder with geis.npy or, of another template, NAME.npy; index.csv,
     /// manifest.json; or as --format says
-    #[arg(long, value_name = "PATH", default_value = "dataset")]
+    #[arg(long, value_name = "PATH", default_value = OUT)]
     out: PathBuf,
     /// Store nothing, and print one hash of all templates: SHA-256 of the SHA-256 of each cycle's,
     /// in the order of a dataset
@@ -121,6 +126,86 @@ impl Args {
     }
 }
 
+/// What is asked for, of a pack.
+struct Asked {
+    header: Header,
+    conditions: Vec<Condition>,
+    views: Views,
+    settings: Settings,
+    wanted: Wanted,
+    source: PackSource,
+    walks: Vec<usize>,
+}
+
+impl Asked {
+    /// Reads all that the flags name, and refuses walks that cannot be swept.
+    fn of(args: &Args) -> Result<Self> {
+        let mut header = Header::new("sweep", args.common.seed);
+        let conditions = args.conditions.load(None, &mut header)?;
+        let views = args.views.views("paper")?;
+        let (settings, wanted) = args.wanted()?;
+        let augmentation = args.augment.augmentation()?;
+        for &template in &wanted.templates {
+            augmentation.check(template, settings.size)?;
+        }
+        let source = args.source.load()?;
+        let pack = Pack::parse(&source.bytes)?;
+        let walks = args.source.choose(&pack)?;
+        let firsts = args.firsts(&walks);
+        args.check_walks(&pack, &firsts, (&settings, &wanted), views.list.len())?;
+        Ok(Self {
+            header,
+            conditions,
+            views,
+            settings,
+            wanted,
+            source,
+            walks,
+        })
+    }
+}
+
+/// The items of what would be stored.
+///
+/// # Errors
+/// As [`run`], and for flags that say how it is stored.
+pub(super) fn items(args: &Args) -> Result<Items> {
+    let export = &args.export;
+    let flags = [
+        ("--out", args.out != Path::new(OUT)),
+        ("--digest", args.digest),
+        ("--max-gei-rmse", args.max_gei_rmse.is_some()),
+        ("--augment", args.augment.is_given()),
+        ("--format", export.format() != Format::Folder),
+        ("--shard", export.shard.is_some()),
+        ("--resume", export.resume),
+        ("--list-conditions", args.list_conditions),
+    ];
+    if let Some((flag, _)) = flags.iter().find(|(_, is_given)| *is_given) {
+        return Err(Error::Usage(format!("{flag}: nothing is stored here")));
+    }
+    if let Some(path) = args.source.pack.as_deref().filter(|path| path.is_dir()) {
+        return Err(Error::input(path, "expected a pack, found a folder"));
+    }
+    let Asked {
+        conditions,
+        views,
+        settings,
+        wanted,
+        source,
+        walks,
+        ..
+    } = Asked::of(args)?;
+    let items = PackItems {
+        bytes: source.bytes.into(),
+        walks,
+        conditions,
+        variations: args.variations(),
+        views: views.list,
+    };
+    Items::of_pack(items, settings, wanted)
+}
+
 /// Runs the subcommand.
 pub(super) fn run(args: &Args) -> Result<()> {
     if args.list_conditions {
@@ -132,24 +217,20 @@ pub(super) fn run(args: &Args) -> Result<()> {
     }
     let flags = [("--whole-recordings", args.whole_recordings)].into_iter();
     refuse_without_tree(flags.chain(args.layout.given()))?;
-    let mut header = Header::new("sweep", args.common.seed);
-    let conditions = args.conditions.load(None, &mut header)?;
-    let views = args.views.views("paper")?;
-    let (mut settings, wanted) = args.wanted()?;
+    let Asked {
+        header,
+        conditions,
+        views,
+        mut settings,
+        wanted,
+        source,
+        walks,
+    } = Asked::of(args)?;
     let augmentation = args.augment.augmentation()?;
-    for &template in &wanted.templates {
-        augmentation.check(template, settings.size)?;
-    }
     let variants = augmentation.variants();
-    let source = args.source.load()?;
     let pack = Pack::parse(&source.bytes)?;
-    let walks = args.source.choose(&pack)?;
     let cycles = args.variations();
-    let firsts: Vec<Job<'_>> = walks
-        .iter()
-        .map(|&walk| Job::plain(walk, cycles.start))
-        .collect();
-    args.check_walks(&pack, &firsts, (&settings, &wanted), views.list.len())?;
+    let firsts = args.firsts(&walks);
     let firsts = Job::under(&firsts, &conditions);
     let choice = match args.max_gei_rmse {
         Some(most) => {
@@ -252,6 +333,12 @@ impl Args {
     fn variations(&self) -> Range<u32> {
         let first = self.first_cycle.unwrap_or(0);
         first..first + self.cycles.unwrap_or(1)
+    }
+
+    /// The first cycle of each walk.
+    fn firsts(&self, walks: &[usize]) -> Vec<Job<'static>> {
+        let first = self.variations().start;
+        walks.iter().map(|&walk| Job::plain(walk, first)).collect()
     }
 
     /// How silhouettes are drawn, and what is made of them.
@@ -372,11 +459,6 @@ impl Args {
 
 /// Most bytes of what is made of one walk at once: a gigabyte is in memory with four of them.
 const MOST_BYTES: usize = 1 << 28;
-
-/// A speed in km/h, to 0.01, from mm/s.
-pub(super) fn kmh(speed_mm_per_s: u16) -> f64 {
-    (f64::from(speed_mm_per_s) * 0.36).round() / 100.0
-}
 
 /// The value of `--fps`.
 fn fps(text: &str) -> std::result::Result<f64, String> {

@@ -71,7 +71,7 @@ pub struct Contents {
 
 /// One of the arrays of a dataset.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Array {
+pub struct Array {
     /// The name of its file without `.npy`.
     pub name: String,
     /// NumPy's word for the type of its numbers.
@@ -83,8 +83,15 @@ pub(super) struct Array {
 }
 
 impl Array {
+    /// Whether its numbers are f32, not bytes.
+    #[must_use]
+    pub fn is_float(&self) -> bool {
+        self.descr == FLOATS
+    }
+
     /// Bytes of a row or a frame.
-    pub(super) fn bytes(&self) -> usize {
+    #[must_use]
+    pub fn bytes(&self) -> usize {
         let number = if self.descr == BYTES { 1 } else { 4 };
         self.sides.iter().product::<usize>() * number
     }

@@ -5,7 +5,9 @@ use std::path::Path;
 use csv::{ErrorKind, ReaderBuilder, StringRecord};
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Place, Result, SweepError};
+use crate::sweep::{Job, View, drawn};
+use edgegait_core::pack::Pack;
 
 /// The columns of `index.csv`, in order.
 pub(super) const COLUMNS: [&str; 11] = [
@@ -59,6 +61,51 @@ pub struct IndexRow {
     pub frames: u32,
     /// The seed that made this GEI.
     pub seed: u64,
+}
+
+impl IndexRow {
+    /// What a cycle shows that is drawn with this seed in so many frames; angles are those of a
+    /// viewpoint ([`Self::seen_from`]).
+    ///
+    /// # Errors
+    /// When there is no such walk.
+    pub fn of_job(pack: &Pack<'_>, job: Job<'_>, seed: u64, frames: u32) -> Result<Self> {
+        let walk = pack.walk(job.walk);
+        let subject = walk.and_then(|walk| pack.subject(walk.subject));
+        let Some((walk, subject)) = walk.zip(subject) else {
+            let (number, walks) = (job.walk, pack.walks().len());
+            return Err(SweepError::NoWalk { number, walks }.into());
+        };
+        Ok(Self {
+            subject: subject.name.into(),
+            walk: walk.name.into(),
+            cycle: u32::from(walk.cycle),
+            variation: job.variation,
+            speed_kmh: kmh(walk.speed_mm_per_s),
+            azimuth_deg: 0.0,
+            elevation_deg: 0.0,
+            condition: job.condition_name().into(),
+            alternative: drawn(pack, job, seed)?,
+            frames,
+            seed,
+        })
+    }
+
+    /// The same, from a viewpoint.
+    #[must_use]
+    pub fn seen_from(&self, view: &View) -> Self {
+        let (azimuth_deg, elevation_deg) = view.angles_deg();
+        Self {
+            azimuth_deg,
+            elevation_deg,
+            ..self.clone()
+        }
+    }
+}
+
+/// A speed in km/h, to 0.01, from mm/s.
+fn kmh(speed_mm_per_s: u16) -> f64 {
+    (f64::from(speed_mm_per_s) * 0.36).round() / 100.0
 }
 
 /// One row of `walkers.csv`: who walks in one walk of one person.

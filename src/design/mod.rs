@@ -13,6 +13,7 @@ use crate::scene::Subject;
 use crate::scene::cohort::{self, CohortOptions, Dressing, Profile};
 use crate::sweep::{Job, Settings, View, Wanted};
 use edgegait_core::pack::{Pack, Sex};
+use std::borrow::Cow;
 use std::ops::Range;
 use std::path::Path;
 
@@ -128,14 +129,21 @@ pub enum Angles {
     Between([f32; 2]),
 }
 
+/// The TOML of the design that is built in under a name, or that of a `.toml` file.
+///
+/// # Errors
+/// If there is none of this name, or the file cannot be read.
+pub fn text_of(name: &str) -> Result<Cow<'static, str>> {
+    toml_of(name, "design", &NAMES, &BUILT_IN)
+}
+
 impl Design {
     /// The one that is built in under a name, or that of a `.toml` file.
     ///
     /// # Errors
     /// If there is none of this name, or the file is no design, with the line and the reason.
     pub fn named(name: &str) -> Result<Self> {
-        let text = toml_of(name, "design", &NAMES, &BUILT_IN)?;
-        Self::parse(Path::new(name), &text)
+        Self::parse(Path::new(name), &text_of(name)?)
     }
 
     /// A design from TOML; `path` is for messages.

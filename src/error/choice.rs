@@ -25,6 +25,24 @@ pub enum ChoiceError {
         /// How it differs.
         differs: String,
     },
+    /// A design has no such split, or several of which none was named.
+    #[error(
+        "{}, expected one of {}",
+        match name {
+            Some(name) => format!("there is no split {name:?}"),
+            None => "no split is named".to_owned(),
+        },
+        listed(known)
+    )]
+    NoSplit {
+        /// What was asked for.
+        name: Option<String>,
+        /// Those that there are.
+        known: Vec<String>,
+    },
+    /// There are not so many variations of a walk.
+    #[error("there are no variations left for pass {0}")]
+    NoMorePasses(u32),
     /// A file is there already.
     #[error("{}: is there already", .0.display())]
     IsThere(PathBuf),

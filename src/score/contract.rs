@@ -369,7 +369,11 @@ impl Contract {
         .into())
     }
 
-    fn check(&self, path: &Path) -> Result<()> {
+    /// Refuses what no recognizer can take; `path` is only for messages.
+    ///
+    /// # Errors
+    /// If a value cannot be, or does not go with another.
+    pub fn check(&self, path: &Path) -> Result<()> {
         for (key, side) in [("rows", self.rows), ("columns", self.columns)] {
             if !(1..=MAX_SIDE).contains(&side) {
                 return Err(Error::input(

@@ -241,6 +241,44 @@ fn sweep_from<'c, 'v, R: Send>(
     Ok(())
 }
 
+/// Draws one job after another, with buffers that are kept.
+pub struct Drawer {
+    painter: Painter,
+    settings: Settings,
+    wanted: Wanted,
+}
+
+impl Drawer {
+    /// One that makes what is `wanted`.
+    ///
+    /// # Errors
+    /// As [`Settings::check`] and [`Wanted::check`].
+    pub fn new(settings: Settings, wanted: &Wanted) -> Result<Self> {
+        settings.check()?;
+        wanted.check(&settings)?;
+        Ok(Self {
+            painter: Painter::new(&settings),
+            settings,
+            wanted: wanted.clone(),
+        })
+    }
+
+    /// What is wanted of one job, seen from these views.
+    ///
+    /// # Errors
+    /// When it cannot be drawn.
+    pub fn draw(&mut self, pack: &Pack<'_>, job: Job<'_>, views: &[View]) -> Result<Swept> {
+        let firsts = views::firsts(views);
+        swept(
+            pack,
+            job,
+            (self.settings, &self.wanted),
+            (views, &firsts),
+            &mut self.painter,
+        )
+    }
+}
+
 /// What is wanted of one job.
 fn swept(
     pack: &Pack<'_>,

@@ -1,12 +1,11 @@
 //! What a sweep does, piece by piece.
 
-use super::kmh;
 use crate::cli::export::take_name;
 use crate::cli::progress::Progress;
 use crate::dataset::{DatasetWriter, IndexRow, Item, hex};
 use crate::error::Result;
 use crate::scene::variation::CYCLES_OF_A_TAKE;
-use crate::sweep::{Job, Settings, Swept, View, Wanted, drawn, is_take, sweep_each};
+use crate::sweep::{Job, Settings, Swept, View, Wanted, is_take, sweep_each};
 use crate::template::augment::{Variant, varied};
 use edgegait_core::pack::Pack;
 use sha2::{Digest as _, Sha256};
@@ -172,24 +171,12 @@ impl<'w> Work<'w> {
                 let take =
                     (!is_take(self.pack, job.walk)).then_some(job.variation / CYCLES_OF_A_TAKE);
                 let take = take_name(walk.name, job.condition_name(), take);
-                let alternative = drawn(self.pack, job, settings.seed)?;
+                let row = IndexRow::of_job(self.pack, job, settings.seed, swept.frames)?;
                 let templates = swept.templates.chunks_exact(of_view);
                 for ((view, templates), keypoints) in
                     self.views.iter().zip(templates).zip(&swept.keypoints)
                 {
-                    let row = IndexRow {
-                        subject: subject.into(),
-                        walk: walk.name.into(),
-                        cycle: u32::from(walk.cycle),
-                        variation: job.variation,
-                        speed_kmh: kmh(walk.speed_mm_per_s),
-                        azimuth_deg: f64::from(view.azimuth_deg),
-                        elevation_deg: f64::from(view.elevation_deg),
-                        condition: job.condition_name().into(),
-                        alternative: alternative.clone(),
-                        frames: swept.frames,
-                        seed: settings.seed,
-                    };
+                    let row = row.seen_from(view);
                     writer.push(Item {
                         row: &row,
                         take: &take,

@@ -191,13 +191,7 @@ impl Args {
         let (source, numbers) = match source {
             Opened::Cohort => {
                 let selection = self.selection.clone();
-                walks(
-                    SourceArgs {
-                        pack: None,
-                        selection,
-                    }
-                    .load()?,
-                )?
+                walks(SourceArgs::new(None, selection).load()?)?
             }
             Opened::Pack(source) => walks(source)?,
             Opened::Folder(path, Source::Tree(recordings)) => {

@@ -145,11 +145,7 @@ impl Person {
         profile.check()?;
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(index as u64);
-        let (sex, number) = match profile.sex {
-            Some(sex) => (sex, index),
-            None if index.is_multiple_of(2) => (Sex::Female, index / 2),
-            None => (Sex::Male, index / 2),
-        };
+        let (sex, _) = sex_of(index, profile.sex);
         let population = Population::of(sex);
         let drawn_m = population.stature.0 + population.stature.1 * normal(&mut rng);
         // Mass indices are skewed: log-normal with the published mean and deviation.
@@ -174,14 +170,7 @@ impl Person {
                 (drawn_m.max(shortest).min(tallest), mass_kg)
             }
         };
-        let letter = match sex {
-            Sex::Female => 'F',
-            Sex::Male => 'M',
-        };
-        let mut name = format!("{letter}{:02}", number + 1);
-        if seed != DEFAULT_SEED {
-            name = format!("{seed}-{name}");
-        }
+        let name = name_of(seed, index, profile.sex);
         let age_years = profile.age_years.unwrap_or(drawn_years);
         let person = Self {
             age_years,
@@ -259,6 +248,33 @@ impl Person {
             bmi: self.mass_kg / (self.dimensions.stature * self.dimensions.stature),
         };
         gait::cycle(&walker, speed_kmh)
+    }
+}
+
+/// The sex of the `index`-th person, and the number among those of that sex, where all of them have
+/// the given one or women and men alternate.
+fn sex_of(index: usize, all: Option<Sex>) -> (Sex, usize) {
+    match all {
+        Some(sex) => (sex, index),
+        None if index.is_multiple_of(2) => (Sex::Female, index / 2),
+        None => (Sex::Male, index / 2),
+    }
+}
+
+/// What the `index`-th person is called whom `seed` makes, of people who all have the given sex or
+/// are women and men in turn: see [`Person::name`].
+#[must_use]
+pub fn name_of(seed: u64, index: usize, all: Option<Sex>) -> String {
+    let (sex, number) = sex_of(index, all);
+    let letter = match sex {
+        Sex::Female => 'F',
+        Sex::Male => 'M',
+    };
+    let name = format!("{letter}{:02}", number + 1);
+    if seed == DEFAULT_SEED {
+        name
+    } else {
+        format!("{seed}-{name}")
     }
 }
 

@@ -1,0 +1,509 @@
+//! A dataset that is drawn when it is asked for: any of its items, in any order, by their numbers.
+//!
+//! What [`DatasetWriter`](super::DatasetWriter) stores of a design or a sweep is drawn here one item
+//! or batch at a time, and never stored. An item is the same bytes whoever draws it, alone or among
+//! others: it depends on its number, the seed and the pass alone.
+
+use super::contents::Array;
+use super::{Contents, IndexRow, Order};
+use crate::confound::Condition;
+use crate::design::Design;
+use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
+use crate::error::{ChoiceError, Result};
+use crate::scene::cohort;
+use crate::scene::variation::CYCLES_OF_A_TAKE;
+use crate::sweep::{Drawer, Job, Settings, Swept, View, Wanted};
+use edgegait_core::pack::Pack;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// The first variation of passes after the first: beyond those that commands and protocols can
+/// name, so that no pass draws what somebody is tested with.
+const FIRST_OF_PASSES: u32 = 1 << 20;
+
+/// Fewest views of a cycle for which it is worth posing it once more, on another core.
+const LEAST_VIEWS: usize = 16;
+/// Pieces of work for each core, so that all of them end at about the same time.
+const PIECES: usize = 4;
+
+/// The bytes of a pack, shared by those who draw from it.
+pub type PackBytes = Arc<[u8]>;
+
+/// The items: each is a gait cycle (or a take) seen from one viewpoint.
+#[derive(Clone, Debug)]
+pub struct Items {
+    origin: Origin,
+    settings: Settings,
+    wanted: Wanted,
+}
+
+/// Where they come from.
+#[derive(Clone, Debug)]
+enum Origin {
+    /// Of people of a design, who are made when they are needed.
+    Design {
+        design: Box<Design>,
+        /// Their numbers in the design.
+        people: Vec<usize>,
+    },
+    /// Of walks of a pack.
+    Pack(Box<PackItems>),
+}
+
+/// Which walks of a pack are drawn, from where.
+#[derive(Clone, Debug)]
+pub struct PackItems {
+    /// The pack.
+    pub bytes: PackBytes,
+    /// Numbers of its walks.
+    pub walks: Vec<usize>,
+    /// Under what each is walked; as it is where there are none.
+    pub conditions: Vec<Condition>,
+    /// Which variations of each.
+    pub variations: Range<u32>,
+    /// From where each is seen.
+    pub views: Vec<View>,
+}
+
+/// What was drawn of one item.
+#[derive(Clone, Debug, Default)]
+pub struct DrawnItem {
+    /// The bytes of each array, in the order of [`Items::arrays`].
+    pub arrays: Vec<Vec<u8>>,
+    /// How many frames there were.
+    pub frames: u32,
+}
+
+/// A place among the items.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Place {
+    /// Number of the person in the list; of a pack 0.
+    person: usize,
+    /// Number of the cycle, of that person or in the pack.
+    cycle: usize,
+    view: usize,
+}
+
+impl Items {
+    /// Those of a design's people: of the split of this name, where it has splits with names; at
+    /// most so many of them, if it is said.
+    ///
+    /// # Errors
+    /// If there is no such split, or there are several and none is named.
+    pub fn of_design(design: Design, split: Option<&str>, most: Option<usize>) -> Result<Self> {
+        let known = |name: &Option<String>| name.as_deref() == split;
+        let Some(found) = design.splits.iter().find(|one| known(&one.name)) else {
+            let names = design.splits.iter().filter_map(|one| one.name.clone());
+            return Err(ChoiceError::NoSplit {
+                name: split.map(str::to_owned),
+                known: names.collect(),
+            }
+            .into());
+        };
+        let people = found.people.clone().take(most.unwrap_or(usize::MAX));
+        Ok(Self {
+            settings: design.settings,
+            wanted: design.images.wanted.clone(),
+            origin: Origin::Design {
+                people: people.collect(),
+                design: Box::new(design),
+            },
+        })
+    }
+
+    /// Those of a pack's walks.
+    ///
+    /// # Errors
+    /// If the bytes are no pack, or what is wanted cannot be drawn.
+    pub fn of_pack(items: PackItems, settings: Settings, wanted: Wanted) -> Result<Self> {
+        Pack::parse(&items.bytes)?;
+        Drawer::new(settings, &wanted)?;
+        Ok(Self {
+            origin: Origin::Pack(Box::new(items)),
+            settings,
+            wanted,
+        })
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.people() * self.cycles() * self.views()
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// From how many viewpoints each cycle is seen: so many items are one cycle's.
+    #[must_use]
+    pub fn views(&self) -> usize {
+        match &self.origin {
+            Origin::Design { design, .. } => design.viewpoints(),
+            Origin::Pack(pack) => pack.views.len(),
+        }
+    }
+
+    /// How many people are made for them; 1 of a pack.
+    #[must_use]
+    pub fn people(&self) -> usize {
+        match &self.origin {
+            Origin::Design { people, .. } => people.len(),
+            Origin::Pack(_) => 1,
+        }
+    }
+
+    /// How many cycles each of those has.
+    fn cycles(&self) -> usize {
+        match &self.origin {
+            Origin::Design { design, .. } => design.cycles(),
+            Origin::Pack(pack) => {
+                pack.walks.len() * pack.conditions.len().max(1) * pack.variations.len()
+            }
+        }
+    }
+
+    /// The settings in which they are drawn.
+    #[must_use]
+    pub const fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The arrays of each item.
+    #[must_use]
+    pub fn arrays(&self) -> Vec<Array> {
+        let contents = Contents {
+            templates: self.wanted.templates.clone(),
+            size: self.settings.size,
+            joints: self.wanted.joints,
+        };
+        contents.arrays()
+    }
+
+    /// Names of the people, each once, in order.
+    ///
+    /// # Errors
+    /// Never: the pack has been parsed.
+    pub fn subjects(&self) -> Result<Vec<String>> {
+        match &self.origin {
+            Origin::Design { design, people } => {
+                let name = |&number: &usize| {
+                    cohort::name_of(design.settings.seed, number, design.population.sex)
+                };
+                Ok(people.iter().map(name).collect())
+            }
+            Origin::Pack(items) => {
+                let pack = Pack::parse(&items.bytes)?;
+                let name = |&subject: &usize| pack.subject(subject).map(|it| it.name.to_owned());
+                Ok(subjects_of(&pack, &items.walks)
+                    .iter()
+                    .filter_map(name)
+                    .collect())
+            }
+        }
+    }
+
+    /// The number of the person of each item, in [`Self::subjects`].
+    ///
+    /// # Errors
+    /// Never: the pack has been parsed.
+    pub fn labels(&self, items: &[usize]) -> Result<Vec<usize>> {
+        let places = items.iter().map(|&item| self.place(item));
+        match &self.origin {
+            Origin::Design { .. } => Ok(places.map(|place| place.person).collect()),
+            Origin::Pack(own) => {
+                let pack = Pack::parse(&own.bytes)?;
+                let subjects = subjects_of(&pack, &own.walks);
+                let label_of_walk = |&walk: &usize| {
+                    let subject = pack.walk(walk).map(|walk| walk.subject);
+                    let found = subjects.iter().position(|&known| Some(known) == subject);
+                    found.unwrap_or(0)
+                };
+                let of_walks: Vec<usize> = own.walks.iter().map(label_of_walk).collect();
+                let walk = |place: Place| place.cycle / own.variations.len() % of_walks.len();
+                Ok(places.map(|place| of_walks[walk(place)]).collect())
+            }
+        }
+    }
+
+    /// The people who have to be made for these items: numbers in the list, each once. None of a
+    /// pack, which is there.
+    #[must_use]
+    pub fn people_of(&self, items: &[usize]) -> Vec<usize> {
+        if let Origin::Pack(_) = self.origin {
+            return Vec::new();
+        }
+        let mut people: Vec<usize> = items.iter().map(|&item| self.place(item).person).collect();
+        people.sort_unstable();
+        people.dedup();
+        people
+    }
+
+    /// Makes one of the people, with all walks: a pack of some 20 kB, in 8 ms a walk.
+    ///
+    /// # Errors
+    /// As [`Design::subject`] and [`encode_population`].
+    pub fn make(&self, person: usize) -> Result<PackBytes> {
+        match &self.origin {
+            Origin::Pack(pack) => Ok(pack.bytes.clone()),
+            Origin::Design { design, people } => {
+                let make = |_| design.subject(people[person]);
+                let how = (MAX_ERROR_MM, Effort::Quick);
+                Ok(encode_population(0..1, &make, how, &|| ())?.into())
+            }
+        }
+    }
+
+    /// Draws items of these numbers, in their order, from the packs of their [`people_of`]: one by
+    /// the thread that asks, more on the threads of the present pool. Pass 0 is what a
+    /// dataset on a disk would hold; each further pass has other variations of the same walks.
+    /// `tell` is called before each piece, and ends the work by an error.
+    ///
+    /// [`people_of`]: Self::people_of
+    ///
+    /// # Errors
+    /// What cannot be drawn, and of `tell`; if there are no more passes.
+    pub fn draw(
+        &self,
+        items: &[usize],
+        pass: u32,
+        packs: &BTreeMap<usize, PackBytes>,
+        tell: &(dyn Fn() -> Result<()> + Sync),
+    ) -> Result<Vec<DrawnItem>> {
+        let shift = self.shift(pass)?;
+        let shelf = self.shelf(packs)?;
+        let mut order: Vec<usize> = (0..items.len()).collect();
+        order.sort_by_key(|&at| items[at]);
+        let pieces = self.pieces(items, &order);
+        let paint = |drawer: &mut Drawer, piece: &&[usize]| {
+            tell()?;
+            self.piece(drawer, &shelf, (items, piece), shift)
+        };
+        let drawer = || Drawer::new(self.settings, &self.wanted);
+        let drawn: Vec<Result<Vec<DrawnItem>>> = if let [piece] = &pieces[..] {
+            vec![paint(&mut drawer()?, piece)]
+        } else {
+            pieces
+                .par_iter()
+                .map_init(drawer, |drawer, piece| match drawer {
+                    Ok(drawer) => paint(drawer, piece),
+                    // Settings have been checked.
+                    Err(_) => Ok(Vec::new()),
+                })
+                .collect()
+        };
+        let mut all = vec![DrawnItem::default(); items.len()];
+        for (piece, drawn) in pieces.iter().zip(drawn) {
+            for (&at, one) in piece.iter().zip(drawn?) {
+                all[at] = one;
+            }
+        }
+        Ok(all)
+    }
+
+    /// What an index would say of these items.
+    ///
+    /// # Errors
+    /// If there are no more passes.
+    pub fn rows(
+        &self,
+        items: &[usize],
+        pass: u32,
+        packs: &BTreeMap<usize, PackBytes>,
+    ) -> Result<Vec<IndexRow>> {
+        let shift = self.shift(pass)?;
+        let shelf = self.shelf(packs)?;
+        let mut rows = Vec::with_capacity(items.len());
+        for cycle in items.chunk_by(|&a, &b| a / self.views() == b / self.views()) {
+            let Some(&first) = cycle.first() else {
+                continue;
+            };
+            let (pack, job) = self.job(&shelf, self.place(first));
+            let shifted = job_in(job, shift);
+            let frames = self.wanted.frames(pack, shifted, &self.settings)?;
+            let mut row = IndexRow::of_job(pack, shifted, self.settings.seed, frames)?;
+            if let Origin::Design { design, .. } = &self.origin
+                && let Some(take) = design.take_of(job)
+            {
+                take.clone_into(&mut row.walk);
+            }
+            let views = self.views_of(pack, shifted)?;
+            rows.extend(
+                cycle
+                    .iter()
+                    .map(|item| row.seen_from(&views[item % views.len()])),
+            );
+        }
+        Ok(rows)
+    }
+
+    /// In which order a stream has them, of which each pass has so many people's mixed with each
+    /// other: all of them, if it is not said.
+    #[must_use]
+    pub fn order(&self, seed: u64, people_at_once: Option<usize>) -> Order {
+        Order {
+            seed,
+            people: self.people() as u64,
+            items: (self.cycles() * self.views()) as u64,
+            at_once: people_at_once.unwrap_or(self.people()).max(1) as u64,
+        }
+    }
+
+    /// Where an item is.
+    fn place(&self, item: usize) -> Place {
+        let (views, cycles) = (self.views(), self.cycles());
+        Place {
+            person: item / views / cycles,
+            cycle: item / views % cycles,
+            view: item % views,
+        }
+    }
+
+    /// By how much variations of a pass are shifted.
+    fn shift(&self, pass: u32) -> Result<u32> {
+        let Some(before) = pass.checked_sub(1) else {
+            return Ok(0);
+        };
+        let take = CYCLES_OF_A_TAKE;
+        let span = match &self.origin {
+            Origin::Design { design, .. } => u32::try_from(design.takes.len())
+                .ok()
+                .and_then(|takes| takes.checked_mul(take)),
+            Origin::Pack(pack) => pack.variations.end.checked_next_multiple_of(take),
+        };
+        // The last variation of the pass has to be a number too.
+        let shift = span.and_then(|span| {
+            let shift = FIRST_OF_PASSES.checked_add(before.checked_mul(span)?)?;
+            shift.checked_add(span).map(|_| shift)
+        });
+        shift.ok_or_else(|| ChoiceError::NoMorePasses(pass).into())
+    }
+
+    /// Parsed packs by person, with their jobs.
+    fn shelf<'p>(&'p self, packs: &'p BTreeMap<usize, PackBytes>) -> Result<Shelf<'p>> {
+        match &self.origin {
+            Origin::Pack(items) => {
+                let pack = Pack::parse(&items.bytes)?;
+                let job = |&walk| Job::plain(walk, items.variations.start);
+                let firsts: Vec<Job<'_>> = items.walks.iter().map(job).collect();
+                let firsts = Job::under(&firsts, &items.conditions);
+                Ok(BTreeMap::from([(0, (pack, firsts))]))
+            }
+            Origin::Design { design, .. } => {
+                let parsed = packs.iter().map(|(&person, bytes)| {
+                    let pack = Pack::parse(bytes)?;
+                    Ok((person, (pack, design.jobs(&pack))))
+                });
+                parsed.collect()
+            }
+        }
+    }
+
+    /// The pack and the job of a place.
+    fn job<'s>(&self, shelf: &'s Shelf<'s>, place: Place) -> (&'s Pack<'s>, Job<'s>) {
+        let (pack, jobs) = &shelf[&place.person];
+        let job = match &self.origin {
+            Origin::Design { .. } => jobs[place.cycle],
+            Origin::Pack(items) => {
+                let cycles = items.variations.len();
+                let first = jobs[place.cycle / cycles];
+                Job {
+                    variation: first.variation + (place.cycle % cycles) as u32,
+                    ..first
+                }
+            }
+        };
+        (pack, job)
+    }
+
+    /// From where a job is seen.
+    fn views_of(&self, pack: &Pack<'_>, job: Job<'_>) -> Result<Vec<View>> {
+        match &self.origin {
+            Origin::Design { design, .. } => design.views_of(pack, job),
+            Origin::Pack(items) => Ok(items.views.clone()),
+        }
+    }
+
+    /// Items of one cycle, for each piece of work: positions in `items`, of which `order` is sorted
+    /// by number.
+    fn pieces<'o>(&self, items: &[usize], order: &'o [usize]) -> Vec<&'o [usize]> {
+        let views = self.views();
+        // One item is drawn by whoever asks, without a pool.
+        let pieces = match items.len() {
+            0 | 1 => 1,
+            _ => PIECES * rayon::current_num_threads(),
+        };
+        let most = items.len().div_ceil(pieces).max(LEAST_VIEWS);
+        let cycles = order.chunk_by(|&a, &b| items[a] / views == items[b] / views);
+        cycles.flat_map(|cycle| cycle.chunks(most)).collect()
+    }
+
+    /// Draws a piece: items of one cycle.
+    fn piece(
+        &self,
+        drawer: &mut Drawer,
+        shelf: &Shelf<'_>,
+        (items, piece): (&[usize], &[usize]),
+        shift: u32,
+    ) -> Result<Vec<DrawnItem>> {
+        let Some(&first) = piece.first() else {
+            return Ok(Vec::new());
+        };
+        let (pack, job) = self.job(shelf, self.place(items[first]));
+        let job = job_in(job, shift);
+        let all = self.views_of(pack, job)?;
+        let of = |&at: &usize| all[items[at] % all.len()];
+        let views: Vec<View> = piece.iter().map(of).collect();
+        let swept = drawer.draw(pack, job, &views)?;
+        Ok(self.split(swept, views.len()))
+    }
+
+    /// What was swept, by item.
+    fn split(&self, swept: Swept, views: usize) -> Vec<DrawnItem> {
+        let Swept {
+            templates,
+            frames,
+            joints,
+            keypoints,
+            ..
+        } = swept;
+        let each = templates.len() / views.max(1);
+        let mut templates = templates.into_iter();
+        let mut keypoints = keypoints.into_iter();
+        let one = |_| {
+            let mut arrays: Vec<Vec<u8>> = templates.by_ref().take(each).collect();
+            let keypoints = keypoints.next().unwrap_or_default();
+            if self.wanted.joints {
+                arrays.extend([joints.clone(), keypoints]);
+            }
+            DrawnItem { arrays, frames }
+        };
+        (0..views).map(one).collect()
+    }
+}
+
+/// Packs by person, and the jobs of each.
+type Shelf<'p> = BTreeMap<usize, (Pack<'p>, Vec<Job<'p>>)>;
+
+/// A job in a pass whose variations are shifted by so much.
+const fn job_in(job: Job<'_>, shift: u32) -> Job<'_> {
+    Job {
+        variation: job.variation + shift,
+        ..job
+    }
+}
+
+/// Numbers of those who walk, each once, in the order of their first walk.
+fn subjects_of(pack: &Pack<'_>, walks: &[usize]) -> Vec<usize> {
+    let mut subjects: Vec<usize> = Vec::new();
+    for walk in walks.iter().filter_map(|&walk| pack.walk(walk)) {
+        if !subjects.contains(&walk.subject) {
+            subjects.push(walk.subject);
+        }
+    }
+    subjects
+}

@@ -1,0 +1,5 @@
+"""`python -m edgegait`: the command."""
+
+from ._main import main
+
+main()

@@ -1,0 +1,99 @@
+"""The subcommands of `edgegait`, in this process."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import Any
+
+from . import _native
+from ._flags import words
+
+_FOLDED = ("recognizers", "models", "points", "clips")
+
+
+class Results(dict[str, Any]):
+    """Results of a subcommand: its JSON as a dict, with lists of rows as data frames."""
+
+    def frame(self, key: str | None = None) -> Any:
+        """The rows of a list as a pandas DataFrame.
+
+        Args:
+            key: A list of the results ("recognizers", "paired"), or of each recognizer or model
+                ("by_viewpoint", "probe_sets"), whose name stands in the first column then. None: the
+                only list of recognizers, models, points or clips.
+
+        Raises:
+            KeyError: If there is no such list.
+            ImportError: If pandas is not installed.
+        """
+        import pandas
+
+        if key is None:
+            key = next((name for name in _FOLDED if isinstance(self.get(name), list)), "")
+        if isinstance(self.get(key), list):
+            rows = [{name: value for name, value in _row(one).items() if not isinstance(value, (list, dict))}
+                    for one in self[key]]
+            return pandas.DataFrame(rows)
+        rows = []
+        for name in _FOLDED:
+            for one in self.get(name) or ():
+                for row in one.get(key) or ():
+                    rows.append({"name": one.get("name"), **_row(row)})
+        if not rows:
+            raise KeyError(f"{key!r}: no list of these results")
+        return pandas.DataFrame(rows)
+
+
+def _row(value: Any) -> dict[str, Any]:
+    """What a list holds, as a row."""
+    return value if isinstance(value, dict) else {"value": value}
+
+
+def command(name: str, *inputs: str | os.PathLike[str], **flags: Any) -> Results:
+    """Runs a subcommand of `edgegait`, quietly, and returns what `--json` would write.
+
+    >>> edgegait.command("inspect", "cohort.egp")["bytes"]
+
+    Args:
+        name: The subcommand.
+        inputs: Its files and names, in order.
+        flags: Its flags, with underscores for dashes; lists for several values.
+
+    Raises:
+        ValueError: For arguments that make no sense.
+        OSError: Where the system refuses to read or write.
+        Error: For what is wrong in files.
+    """
+    return run(name, inputs, flags)
+
+
+def run(
+    name: str,
+    inputs: tuple[str | os.PathLike[str], ...],
+    flags: dict[str, Any],
+    callables: list[tuple[Any, str]] | None = None,
+    pack: Any = None,
+) -> Results:
+    """The same with recognizers and a pack of this process."""
+    for taken in ("json", "quiet"):
+        if taken in flags:
+            raise TypeError(f"{taken}: results are returned, and nothing is printed")
+    all_words = [name, *words(flags), "--", *map(os.fspath, inputs)] if inputs else [name, *words(flags)]
+    text = _native.command(all_words, callables or [], pack)
+    return Results(json.loads(text) if text else {})
+
+
+def generate(design: Any, **flags: Any) -> Results:
+    """Makes the dataset of a design on the disk, as `edgegait generate` does.
+
+    Args:
+        design: Its name, its `.toml` file, or a Design that is one of these.
+        flags: `out="set"`, `format="opengait"`, `shard="1/4"`, `resume=True`.
+    """
+    return command("generate", getattr(design, "name", design), **flags)
+
+
+def merge(*shards: str | os.PathLike[str], **flags: Any) -> Results:
+    """Puts all shards of a dataset together, as `edgegait merge` does: `out="set"`."""
+    return command("merge", *shards, **flags)

@@ -1,0 +1,425 @@
+"""Datasets that are drawn when they are asked for."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import _native
+from ._design import Design
+from ._flags import words
+from ._pack import Pack
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from ._flags import Drawing
+
+#: An array of each item, or several by name.
+Arrays = Any
+
+#: Bytes that a sweep draws before it yields the first of them, about: of cycles with so many frames.
+_BYTES_AT_ONCE = 1 << 25
+_FRAMES = 32
+
+
+class Dataset:
+    """Items that are drawn when they are asked for: an image and the number of the person.
+
+    An item is a gait cycle seen from one viewpoint, as a row of the index of a dataset that `generate`
+    or `sweep` would write. It is the same bytes in any order, worker, shard and batch. A
+    `torch.utils.data.DataLoader` takes a dataset as it is.
+
+    Args:
+        source: A Design, whose people are made when they are needed; a Pack; or the path of a pack.
+            None: the built-in cohort.
+        split: Which split of a design that has some.
+        people: At most so many people of a design.
+        threads: Threads that draw a batch [all cores; in a worker of a DataLoader its share of them].
+        drawing: Of a pack: which walks are drawn and how, flags of `edgegait sweep`. A design says it itself.
+    """
+
+    def __init__(
+        self,
+        source: Design | Pack | str | os.PathLike[str] | None = None,
+        *,
+        split: str | None = None,
+        people: int | None = None,
+        threads: int | None = None,
+        **drawing: Unpack[Drawing],
+    ) -> None:
+        if threads is not None and not 1 <= threads <= 1024:
+            raise ValueError(f"threads: expected 1 to 1024, found {threads}")
+        if isinstance(source, Design):
+            if drawing:
+                raise TypeError(f"{next(iter(drawing))}: a design says how it is drawn (change its TOML)")
+            self._items = _native.Items.of_design(source.toml, source.name, split, people)
+        else:
+            if split is not None or people is not None:
+                raise TypeError("split, people: expected a Design (subjects= chooses people of a pack)")
+            if source is not None and not isinstance(source, (Pack, str, os.PathLike)):
+                raise TypeError(f"expected a Design, a Pack or a path, found {type(source).__name__}")
+            # The bytes go wherever the dataset is pickled.
+            source = source if source is None or isinstance(source, Pack) else Pack(source)
+            self._items = _native.Items.of_sweep(words(drawing), source and source._native)
+        self._state = source, split, people, drawing
+        self.threads = threads
+        #: Bytes of an item in each array, and whether these are of a frame.
+        self._arrays = {name: (size, has_frames) for name, size, has_frames in self._items.arrays}
+        self._len = len(self._items)
+
+    @property
+    def classes(self) -> list[str]:
+        """Names of the people: of the label 0, 1, ..."""
+        return self._items.subjects
+
+    @property
+    def labels(self) -> np.ndarray:
+        """The label of each item, int64."""
+        return self._items.labels(range(self._len))
+
+    @property
+    def views(self) -> int:
+        """From how many viewpoints each cycle is seen: so many items in a row are one cycle's."""
+        return self._items.views
+
+    def __len__(self) -> int:
+        return self._len
+
+    def __getitem__(self, index: Any) -> tuple[Arrays, int]:
+        """The image (or the arrays by name) and the label of one item."""
+        return self.__getitems__([index])[0]
+
+    def __getitems__(self, indices: Iterable[Any]) -> list[tuple[Arrays, int]]:
+        """Several items, drawn together."""
+        numbers = self._numbers(indices)
+        arrays, labels = self._drawn(numbers, 0)
+        labels = labels.tolist()
+        if isinstance(arrays, dict):
+            by_item = [dict(zip(arrays, one, strict=True)) for one in zip(*arrays.values(), strict=True)]
+            return list(zip(by_item, labels, strict=True))
+        return list(zip(arrays, labels, strict=True))
+
+    def batch(self, indices: Iterable[Any], *, epoch: int = 0) -> tuple[Arrays, np.ndarray]:
+        """Several items as one array `[n, ...]` (or arrays by name), and their labels, int64.
+
+        Args:
+            indices: Numbers of items, in any order.
+            epoch: 0 draws what the dataset holds, and each further one other variations of the same
+                walks, which no protocol tests with.
+
+        Raises:
+            ValueError: If items have different numbers of frames, which no one array holds.
+        """
+        arrays, labels = self._drawn(self._numbers(indices), epoch)
+        stacked = {name: _stacked(name, one) for name, one in _named(arrays, self._arrays).items()}
+        return _only(stacked), labels
+
+    def rows(self, indices: Iterable[Any] | None = None, *, epoch: int = 0) -> dict[str, list[Any]]:
+        """What `index.csv` would say of items (None: of all), by column.
+
+        The columns are subject, walk, cycle, variation, speed_kmh, azimuth_deg, elevation_deg, condition,
+        alternative, frames and seed; `pandas.DataFrame` makes a table of them.
+        """
+        numbers = list(range(self._len)) if indices is None else self._numbers(indices)
+        return self._items.rows(numbers, epoch)
+
+    def stream(self, batch: int = 128, **how: Any) -> Stream:
+        """Batches that never end: see Stream, whose arguments follow."""
+        return _stream_class()(self, batch, **how)
+
+    def _numbers(self, indices: Iterable[Any]) -> list[int]:
+        """Indices as numbers of items; those below 0 count from the end."""
+        numbers = np.asarray(list(indices) if not isinstance(indices, np.ndarray) else indices)
+        if numbers.size == 0:
+            return []
+        if numbers.ndim != 1 or numbers.dtype.kind not in "iu":
+            raise TypeError(f"expected numbers of items, found {numbers.dtype} of shape {numbers.shape}")
+        beyond = (numbers < -self._len) | (numbers >= self._len)
+        if beyond.any():
+            raise IndexError(f"item {numbers[beyond][0]}: expected one of {self._len}")
+        return np.where(numbers < 0, numbers + self._len, numbers).tolist()
+
+    def _drawn(self, numbers: list[int], epoch: int) -> tuple[Arrays, np.ndarray]:
+        """Arrays of items: as one, or of frames that differ a list of them."""
+        drawn, frames = self._items.draw(numbers, epoch, self.threads or _share_of_threads())
+        labels = self._items.labels(numbers)
+        for name, (_, has_frames) in self._arrays.items():
+            if has_frames:
+                drawn[name] = _by_item(drawn[name], frames)
+        return _only(drawn), labels
+
+    def __iter__(self) -> Iterator[tuple[Arrays, int]]:
+        """All items in order, drawn some at a time."""
+        for first in range(0, self._len, 64):
+            yield from self.__getitems__(range(first, min(first + 64, self._len)))
+
+    def __repr__(self) -> str:
+        return f"<Dataset: {self._len} items of {len(self.classes)} people: {', '.join(self._arrays)}>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        source, split, people, drawing = self._state
+        return _dataset, (source, split, people, self.threads, drawing)
+
+    def _repr_png_(self) -> bytes:
+        from ._picture import Picture
+
+        step = max(1, self._len // 40)
+        arrays, _ = self.batch(range(0, min(self._len, 40 * step), step))
+        return Picture(next(iter(_named(arrays, self._arrays).values())))._repr_png_()
+
+
+def _dataset(source: Any, split: Any, people: Any, threads: Any, drawing: dict[str, Any]) -> Dataset:
+    """A dataset from a pickle."""
+    return Dataset(source, split=split, people=people, threads=threads, **drawing)
+
+
+def _only(arrays: dict[str, Any]) -> Any:
+    """The one array, or several by name."""
+    return next(iter(arrays.values())) if len(arrays) == 1 else arrays
+
+
+def _named(arrays: Any, names: Iterable[str]) -> dict[str, Any]:
+    """The same by name."""
+    return arrays if isinstance(arrays, dict) else {next(iter(names)): arrays}
+
+
+def _by_item(array: np.ndarray, frames: Sequence[int]) -> np.ndarray | list[np.ndarray]:
+    """Frames one after another by item: one array where all have as many, else a list."""
+    if len(set(frames)) == 1:
+        return array.reshape(len(frames), frames[0], *array.shape[1:])
+    return np.split(array, np.cumsum(frames)[:-1])
+
+
+def _stacked(name: str, array: np.ndarray | list[np.ndarray]) -> np.ndarray:
+    """One array; of items that have as many frames."""
+    if isinstance(array, list):
+        frames = sorted({len(one) for one in array})
+        raise ValueError(
+            f"{name}: expected items of equally many frames, found {frames[0]} to {frames[-1]} "
+            "(frames_per_cycle= instead of fps=, or dataset[i] one by one)"
+        )
+    return array
+
+
+def _share_of_threads() -> int:
+    """Threads that draw: 0 for all cores, and in a worker of a DataLoader its share of them."""
+    worker = _worker()
+    if worker is None:
+        return 0
+    return max(1, (os.cpu_count() or 1) // worker.num_workers)
+
+
+def _worker() -> Any:
+    """What PyTorch says of this process, if it is a worker of a DataLoader."""
+    torch = sys.modules.get("torch.utils.data")
+    return None if torch is None else torch.get_worker_info()
+
+
+def _rank() -> tuple[int, int]:
+    """The rank of this process and how many there are: of torch.distributed, or as its launcher says."""
+    torch = sys.modules.get("torch.distributed")
+    if torch is not None and torch.is_available() and torch.is_initialized():
+        return torch.get_rank(), torch.get_world_size()
+    rank, world = os.environ.get("RANK"), os.environ.get("WORLD_SIZE")
+    if rank is None or world is None:
+        return 0, 1
+    return int(rank), int(world)
+
+
+class Stream:
+    """Batches of a dataset that never end: `(images, labels)`, arrays of `[batch, ...]` and int64.
+
+    Each epoch has every item once, shuffled, and other variations of the same walks than any before.
+    Batch number b is the same bytes whoever draws it. Readers share batches: rank r of w takes the batches r,
+    r + w, ..., and its DataLoader's workers share those, so that their order does not depend on the
+    number of workers. Import torch first to give a stream to `DataLoader(stream, batch_size=None)`.
+
+    Args:
+        dataset: Of which items.
+        batch: Items in a batch.
+        seed: Of the order.
+        shuffle: Whether items are shuffled; else they come in order.
+        people_at_once: People of a design whose items are shuffled among each other, and who are made
+            for that; an epoch goes through all people so many at a time.
+        fresh: Whether an epoch has variations that no other has; else all epochs have the same items.
+        start: The number of the first batch, to go on with a training.
+        rank, world: Which reader this is, and of how many [of torch.distributed, or of the environment's RANK and
+            WORLD_SIZE; else the only one].
+    """
+
+    def __init__(
+        self,
+        dataset: Dataset,
+        batch: int = 128,
+        *,
+        seed: int = 1,
+        shuffle: bool = True,
+        people_at_once: int = 256,
+        fresh: bool = True,
+        start: int = 0,
+        rank: int | None = None,
+        world: int | None = None,
+    ) -> None:
+        for name, value, least in [
+            ("batch", batch, 1),
+            ("people_at_once", people_at_once, 1),
+            ("seed", seed, 0),
+            ("start", start, 0),
+        ]:
+            if not isinstance(value, int) or value < least:
+                raise ValueError(f"{name}: expected a number from {least} on, found {value!r}")
+        if len(dataset) == 0:
+            raise ValueError("expected a dataset with items, found none")
+        if (rank is None) != (world is None):
+            raise ValueError("rank, world: expected both or none")
+        if rank is not None and not 0 <= rank < world:
+            raise ValueError(f"rank: expected 0 to {world - 1}, found {rank}")
+        self.dataset, self.batch, self.seed, self.shuffle = dataset, batch, seed, shuffle
+        self.people_at_once, self.fresh, self.start = people_at_once, fresh, start
+        self.rank, self.world = rank, world
+
+    def __iter__(self) -> Iterator[tuple[Arrays, np.ndarray]]:
+        """The batches of this reader."""
+        rank, world = (self.rank, self.world) if self.rank is not None else _rank()
+        worker = _worker()
+        number, workers = (0, 1) if worker is None else (worker.id, worker.num_workers)
+        at = self.start + rank + world * number
+        while True:
+            yield self[at]
+            at += world * workers
+
+    def __getitem__(self, number: int) -> tuple[Arrays, np.ndarray]:
+        """The batch of a number, whoever's turn it is."""
+        if number < 0:
+            raise IndexError("batches are counted from 0, and have no end")
+        places = self.places(number)
+        parts = []
+        first = 0
+        for last in range(1, len(places) + 1):
+            if last == len(places) or places[last][0] != places[first][0]:
+                epoch = places[first][0] if self.fresh else 0
+                numbers = [item for _, item in places[first:last]]
+                parts.append(self.dataset.batch(numbers, epoch=epoch))
+                first = last
+        if len(parts) == 1:
+            return parts[0]
+        arrays = [_named(part, self.dataset._arrays) for part, _ in parts]
+        joined = {name: np.concatenate([part[name] for part in arrays]) for name in arrays[0]}
+        return _only(joined), np.concatenate([labels for _, labels in parts])
+
+    def places(self, number: int) -> list[tuple[int, int]]:
+        """The epoch and the item of each place in the batch of a number."""
+        first = number * self.batch
+        if not self.shuffle:
+            return [divmod(at, len(self.dataset)) for at in range(first, first + self.batch)]
+        return self.dataset._items.order(self.seed, first, self.batch, people_at_once=self.people_at_once)
+
+    def __len__(self) -> int:
+        raise TypeError("a stream never ends (import torch before dataset.stream() to give it to a DataLoader)")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        how = {name: value for name, value in vars(self).items() if name not in ("dataset", "batch")}
+        return _stream, (self.dataset, self.batch, how)
+
+
+def _stream(dataset: Dataset, batch: int, how: dict[str, Any]) -> Stream:
+    """A stream from a pickle."""
+    return dataset.stream(batch, **how)
+
+
+def _stream_class() -> type[Stream]:
+    """Stream, and where PyTorch is there one that a DataLoader knows for endless."""
+    global _TORCH_STREAM
+    torch = sys.modules.get("torch.utils.data")
+    if torch is None:
+        return Stream
+    if _TORCH_STREAM is None:
+        # Without __len__, by which a DataLoader would ask for the end.
+        members = {name: getattr(Stream, name) for name in vars(Stream) if name not in ("__dict__", "__weakref__", "__len__")}
+        _TORCH_STREAM = type("Stream", (torch.IterableDataset,), members)
+    return _TORCH_STREAM
+
+
+_TORCH_STREAM: Any = None
+
+
+@dataclass(frozen=True)
+class Swept:
+    """One gait cycle (or take) from all viewpoints.
+
+    Attributes:
+        arrays: By name ("geis", "silhouettes", "joints"): one entry for each viewpoint.
+        rows: What `index.csv` would say, by column.
+    """
+
+    arrays: dict[str, np.ndarray]
+    rows: dict[str, list[Any]]
+
+    @property
+    def images(self) -> np.ndarray:
+        """The first of the arrays, `[viewpoints, ...]`."""
+        return next(iter(self.arrays.values()))
+
+    @property
+    def subject(self) -> str:
+        """Who walks."""
+        return self.rows["subject"][0]
+
+    def _repr_png_(self) -> bytes:
+        from ._picture import Picture
+
+        return Picture(self.images[:60])._repr_png_()
+
+
+def sweep(
+    source: Pack | str | os.PathLike[str] | None = None,
+    *,
+    threads: int | None = None,
+    **drawing: Unpack[Drawing],
+) -> Iterator[Swept]:
+    """All walks of a pack from all viewpoints, one gait cycle after another, as `edgegait sweep` stores them.
+
+    >>> for cycle in edgegait.sweep(views="paper", raster="rows"):
+    ...     cycle.images.shape
+    (703, 50, 30)
+
+    Args:
+        source: A Pack, or its path. None: the built-in cohort.
+        threads: Threads that draw [all cores].
+        drawing: Flags of `edgegait sweep`: `views="side"`, `template=["gei", "silhouettes"]`,
+            `conditions="each"`, `joints=True`.
+    """
+    return swept(Dataset(source, threads=threads, **drawing))
+
+
+def swept(dataset: Dataset) -> Iterator[Swept]:
+    """The cycles of a dataset, some at a time on all cores."""
+    views = dataset.views
+    of_one = views * sum(size * (_FRAMES if has_frames else 1) for size, has_frames in dataset._arrays.values())
+    cycles = len(dataset) // views
+    at_once = max(1, min(2 * (dataset.threads or os.cpu_count() or 1), _BYTES_AT_ONCE // max(1, of_one)))
+    for first in range(0, cycles, at_once):
+        count = min(at_once, cycles - first)
+        numbers = list(range(first * views, (first + count) * views))
+        arrays, _ = dataset._drawn(numbers, 0)
+        rows = dataset._items.rows(numbers, 0)
+        for cycle in range(count):
+            part = slice(cycle * views, (cycle + 1) * views)
+            yield Swept(
+                {name: _stacked(name, _part(one, part)) for name, one in _named(arrays, dataset._arrays).items()},
+                {name: column[part] for name, column in rows.items()},
+            )
+
+
+def _part(array: np.ndarray | list[np.ndarray], part: slice) -> np.ndarray | list[np.ndarray]:
+    """A part of arrays by item: one array where its items have as many frames."""
+    found = array[part]
+    if isinstance(found, list) and len({len(one) for one in found}) == 1:
+        return np.stack(found)
+    return found

@@ -1,0 +1,12 @@
+"""The command `edgegait`."""
+
+from __future__ import annotations
+
+import sys
+
+from . import _native
+
+
+def main() -> None:
+    """Runs the command with the words that the process was started with."""
+    sys.exit(_native.main(["edgegait", *sys.argv[1:]]))

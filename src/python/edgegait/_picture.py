@@ -1,0 +1,67 @@
+"""Pictures that notebooks show."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from . import _native
+
+#: Most images of a contact sheet.
+_MOST = 400
+
+
+class Picture:
+    """An image, or a contact sheet of several, that a notebook shows as it is.
+
+    Args:
+        images: An array of bytes (0 to 255) or of floats (0 to 1), `[rows, columns]`, or several one
+            after another, `[n, rows, columns]` with any number of axes in front; or a tensor of that.
+        columns: Images in a row of the sheet; of `[n, t, rows, columns]` each row has `t`.
+        scale: Pixels of the picture for each of an image.
+    """
+
+    def __init__(self, images: Any, *, columns: int | None = None, scale: int = 3) -> None:
+        if hasattr(images, "detach"):
+            images = images.detach().cpu().numpy()
+        found = np.asarray(images)
+        if found.ndim < 2 or 0 in found.shape:
+            raise ValueError(f"expected an image [rows, columns] or several, found an array of {found.shape}")
+        if found.dtype.kind == "f":
+            found = np.clip(np.nan_to_num(found) * 255, 0, 255).round()
+        elif found.dtype.kind not in "ub":
+            raise TypeError(f"expected bytes from 0 to 255 or floats from 0 to 1, found {found.dtype}")
+        elif found.dtype == bool:
+            found = found * np.uint8(255)
+        if scale < 1:
+            raise ValueError(f"scale: expected at least 1, found {scale}")
+        if columns is None and found.ndim >= 4:
+            columns = found.shape[-3]
+        found = found.astype(np.uint8).reshape(-1, *found.shape[-2:])
+        if len(found) > _MOST:
+            raise ValueError(f"expected at most {_MOST} images, found {len(found)}")
+        self._sheet = _sheet(found, columns, scale)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the picture into a PNG file."""
+        Path(path).write_bytes(self._repr_png_())
+
+    def _repr_png_(self) -> bytes:
+        return _native.png(self._sheet)
+
+
+def _sheet(images: np.ndarray, columns: int | None, scale: int) -> np.ndarray:
+    """Images side by side, with grey lines between them."""
+    count, height, width = images.shape
+    columns = columns or min(count, max(1, 960 // (width * scale)))
+    rows = -(-count // columns)
+    sheet = np.full((rows * (height + 1) + 1, columns * (width + 1) + 1), 96, np.uint8)
+    for at, image in enumerate(images):
+        top, left = at // columns * (height + 1) + 1, at % columns * (width + 1) + 1
+        sheet[top : top + height, left : left + width] = image
+    if count == 1:
+        sheet = images[0]
+    return np.ascontiguousarray(sheet.repeat(scale, 0).repeat(scale, 1))

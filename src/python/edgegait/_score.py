@@ -1,0 +1,131 @@
+"""Scores of recognizers: ONNX models, and whatever can be called."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+
+from ._command import Results, run
+from ._pack import Pack
+
+
+class Recognizer:
+    """A callable that `score` shows silhouettes, with what it expects.
+
+    It is given a NumPy array of float32, `[n, 1, rows, columns]` in 0 to 1 unless the contract says
+    otherwise, and returns embeddings `[n, numbers]` or `[n, numbers, parts]`, or a pair of embeddings
+    and class scores `[n, classes]`, as arrays or tensors. A PyTorch module is given a tensor on the device
+    of its parameters, in evaluation mode and without gradients.
+
+    Args:
+        function: What is called, by the thread that calls `score`.
+        name: What results call it; its own name if it has one.
+        contract: The keys of a model's `.toml` file: `template="silhouettes"`, `size="64x44"`,
+            `frames=30`, `layout="NTHW"`, `framing`, `input_range`, `mean`, `std`, `channels`,
+            `distance="cosine"`, `classes`, `training`.
+    """
+
+    def __init__(
+        self,
+        function: Callable[[Any], Any],
+        *,
+        name: str | None = None,
+        size: str | None = None,
+        **contract: Any,
+    ) -> None:
+        if not callable(function):
+            raise TypeError(f"expected a callable, found {type(function).__name__}")
+        if size is not None:
+            try:
+                rows, columns = map(int, size.split("x"))
+            except ValueError:
+                raise ValueError(f'size: expected rows and columns as "64x44", found {size!r}') from None
+            contract |= {"rows": rows, "columns": columns}
+        self.function = function
+        self.name = name or getattr(function, "__name__", None) or type(function).__name__
+        self.contract = {"name": self.name, **contract}
+
+    def __call__(self, images: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+        """Embeddings and, if there are any, scores of images."""
+        answer = _called(self.function, images)
+        if isinstance(answer, (tuple, list)) and len(answer) == 2:
+            embedding, scores = answer
+        else:
+            embedding, scores = answer, None
+        return _floats(embedding), None if scores is None else _floats(scores)
+
+
+def _called(function: Callable[[Any], Any], images: np.ndarray) -> Any:
+    """What a function returns, or a module in evaluation mode."""
+    if not (hasattr(function, "parameters") and hasattr(function, "eval") and hasattr(function, "training")):
+        return function(images)
+    import torch
+
+    first = next(iter(function.parameters()), None)
+    was_training = function.training
+    function.eval()
+    try:
+        with torch.inference_mode():
+            tensor = torch.from_numpy(images)
+            return function(tensor if first is None else tensor.to(first.device))
+    finally:
+        function.train(was_training)
+
+
+def _floats(numbers: Any) -> np.ndarray:
+    """An array or a tensor as an array of float32."""
+    if hasattr(numbers, "detach"):
+        numbers = numbers.detach().cpu().float().numpy()
+    return np.ascontiguousarray(numbers, dtype=np.float32)
+
+
+def score(
+    models: Any = None,
+    data: Pack | str | os.PathLike[str] | None = None,
+    **flags: Any,
+) -> Results:
+    """Shows recognizers people from many viewpoints, and judges their answers, as `edgegait score` does.
+
+    Args:
+        models: An ONNX file, the name of a shipped model, "pixels", a Recognizer or any callable; or a
+            list of these. None: the shipped linear models.
+        data: A Pack, or the path of a pack, a dataset or a tree of silhouettes. None: the built-in
+            cohort of 26 people.
+        flags: Flags of `edgegait score`: `views="side"`, `protocol="casia-b"`, `conditions="each"`,
+            `raster="rows"`, `no_baselines=True`, `runtime="ort"`; `out="report"` writes the page too.
+    """
+    listed = models if isinstance(models, (list, tuple)) else [models]
+    names: list[str | os.PathLike[str]] = []
+    callables: list[tuple[Any, str]] = []
+    for model in listed:
+        if model is None:
+            continue
+        if isinstance(model, (str, os.PathLike)):
+            names.append(model)
+        elif isinstance(model, Recognizer) or callable(model):
+            recognizer = model if isinstance(model, Recognizer) else Recognizer(model)
+            callables.append((recognizer, json.dumps(recognizer.contract, default=_plain)))
+        else:
+            raise TypeError(f"expected a model's path, a Recognizer or a callable, found {type(model).__name__}")
+    pack = None
+    if isinstance(data, Pack):
+        pack = data._native
+    elif data is not None:
+        names.append(data)
+    with tempfile.TemporaryDirectory() as folder:
+        flags.setdefault("out", os.path.join(folder, "report"))
+        return run("score", tuple(names), flags, callables, pack)
+
+
+def _plain(value: Any) -> Any:
+    """Numbers and lists of NumPy's as Python's."""
+    if isinstance(value, np.ndarray) or hasattr(value, "tolist"):
+        return value.tolist()
+    if isinstance(value, Iterable):
+        return list(value)
+    raise TypeError(f"a contract holds numbers, texts and lists, found {type(value).__name__}")

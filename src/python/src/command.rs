@@ -1,0 +1,247 @@
+//! The command's subcommands, with recognizers that are Python callables.
+
+use crate::attend::LOOK;
+use crate::errors::exception;
+use crate::pack::Pack;
+use edgegait::cli::embed::{self, Held};
+use edgegait::score::{Contract, Outputs, Recognizer, RuntimeName};
+use ndarray::ArrayD;
+use numpy::{IntoPyArray as _, PyArrayDyn, PyArrayMethods as _, PyUntypedArrayMethods as _};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use std::ffi::OsString;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::path::Path;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Inputs that a callable is given at once.
+const AT_ONCE: usize = 256;
+
+/// What the thread that works says to the one that holds the interpreter.
+enum Message {
+    /// Asks for the outputs of a callable: of the input in this shape.
+    Call {
+        callable: usize,
+        input: Vec<f32>,
+        shape: Vec<usize>,
+        answer: Sender<edgegait::Result<Outputs>>,
+    },
+    /// It is done.
+    Done,
+}
+
+/// A Python callable as a recognizer: called by the thread that called `score`, where its context
+/// managers are in force.
+struct Callable {
+    number: usize,
+    contract: Contract,
+    runtime: RuntimeName,
+    messages: Mutex<Sender<Message>>,
+}
+
+impl Recognizer for Callable {
+    fn runtime(&self) -> &RuntimeName {
+        &self.runtime
+    }
+
+    fn contract(&self) -> &Contract {
+        &self.contract
+    }
+
+    fn run(&self, input: &[f32], batch: usize) -> edgegait::Result<Outputs> {
+        let frames = self.contract.frames_in(input.len(), batch)?;
+        let (answer, answered) = channel();
+        let message = Message::Call {
+            callable: self.number,
+            input: input.to_vec(),
+            shape: self.contract.input_shape(batch, frames),
+            answer,
+        };
+        let messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
+        let ended = |_| edgegait::Error::Failed("interrupted".into());
+        messages.send(message).map_err(|_| ended(()))?;
+        drop(messages);
+        answered.recv().map_err(|_| ended(()))?
+    }
+
+    fn at_once(&self) -> usize {
+        AT_ONCE
+    }
+}
+
+/// Runs a subcommand by words of the command line, and returns its results as JSON. Callables are
+/// pairs of a function and its contract as JSON.
+#[pyfunction]
+#[pyo3(signature = (words, callables = Vec::new(), pack = None))]
+pub(crate) fn command(
+    py: Python<'_>,
+    words: Vec<OsString>,
+    callables: Vec<(Py<PyAny>, String)>,
+    pack: Option<&Pack>,
+) -> PyResult<String> {
+    let (sender, receiver) = channel();
+    let mut held = Held {
+        pack: pack.map(Pack::source),
+        ..Held::default()
+    };
+    for (number, (_, contract)) in callables.iter().enumerate() {
+        held.recognizers.push(Arc::new(Callable {
+            number,
+            contract: contract_of(contract)?,
+            runtime: RuntimeName {
+                name: "python".into(),
+                version: Python::version_str()
+                    .split(' ')
+                    .next()
+                    .unwrap_or_default()
+                    .into(),
+                provider: String::new(),
+            },
+            messages: Mutex::new(sender.clone()),
+        }));
+    }
+    let functions: Vec<Py<PyAny>> = callables
+        .into_iter()
+        .map(|(function, _)| function)
+        .collect();
+    py.detach(move || {
+        std::thread::scope(|scope| {
+            let worker = scope.spawn(|| {
+                let run = || embed::results(&words, held);
+                let done = catch_unwind(AssertUnwindSafe(run));
+                // Somebody waits for it.
+                let _ = sender.send(Message::Done);
+                done
+            });
+            let raised = served(&receiver, &functions);
+            let done = worker.join().unwrap_or_else(|panic| resume_unwind(panic));
+            match (raised, done) {
+                (Some(raised), _) => Err(raised),
+                (None, Ok(done)) => done.map_err(|error| exception(&error)),
+                (None, Err(panic)) => resume_unwind(panic),
+            }
+        })
+    })
+}
+
+/// Calls functions until the work is done, and looks for signals; the first exception that either
+/// raised, after which the work is ended.
+fn served(messages: &Receiver<Message>, functions: &[Py<PyAny>]) -> Option<PyErr> {
+    let mut raised = None;
+    loop {
+        match messages.recv_timeout(LOOK) {
+            Ok(Message::Call {
+                callable,
+                input,
+                shape,
+                answer,
+            }) => {
+                let called = match raised {
+                    None => Python::attach(|py| {
+                        py.check_signals()?;
+                        call(py, &functions[callable], (input, shape))
+                    }),
+                    Some(_) => Ok(Outputs::default()),
+                };
+                let outputs = called.map_err(|error| {
+                    raised = Some(error);
+                    embed::interrupt();
+                    edgegait::Error::Failed("interrupted".into())
+                });
+                // Who asked may be gone.
+                let _ = answer.send(outputs);
+            }
+            Ok(Message::Done) | Err(RecvTimeoutError::Disconnected) => return raised,
+            Err(RecvTimeoutError::Timeout) => {
+                if raised.is_none() {
+                    raised = Python::attach(|py| py.check_signals()).err();
+                }
+                // Work that began in between has to end too.
+                if raised.is_some() {
+                    embed::interrupt();
+                }
+            }
+        }
+    }
+}
+
+/// The contract of a recognizer from JSON.
+fn contract_of(json: &str) -> PyResult<Contract> {
+    let contract: Contract = serde_json::from_str(json)
+        .map_err(|error| PyValueError::new_err(format!("the contract of a recognizer: {error}")))?;
+    contract
+        .check(Path::new("the contract of a recognizer"))
+        .map_err(|error| exception(&error))?;
+    Ok(contract)
+}
+
+/// Calls a function with an array, and takes its embeddings and, if it gives any, scores.
+fn call(
+    py: Python<'_>,
+    function: &Py<PyAny>,
+    (input, shape): (Vec<f32>, Vec<usize>),
+) -> PyResult<Outputs> {
+    let batch = shape.first().copied().unwrap_or(0);
+    let input = ArrayD::from_shape_vec(shape, input)
+        .map_err(|error| PyValueError::new_err(error.to_string()))?;
+    let answer = function.call1(py, (input.into_pyarray(py),))?;
+    let (embedding, scores): (Py<PyAny>, Option<Py<PyAny>>) = answer.extract(py)?;
+    let (sides, embedding) = numbers(py, &embedding, ("embeddings", batch))?;
+    let (embedding_dims, embedding_parts) = match sides[..] {
+        [dims] => (dims, 1),
+        [dims, parts] => (dims * parts, parts),
+        _ => {
+            return Err(PyValueError::new_err(format!(
+                "expected embeddings [{batch}, numbers] or [{batch}, numbers, parts], found {} axes",
+                sides.len() + 1
+            )));
+        }
+    };
+    let mut outputs = Outputs {
+        embedding,
+        embedding_dims,
+        embedding_parts,
+        ..Outputs::default()
+    };
+    if let Some(scores) = scores {
+        let (sides, scores) = numbers(py, &scores, ("scores", batch))?;
+        let [classes] = sides[..] else {
+            return Err(PyValueError::new_err(format!(
+                "expected scores [{batch}, classes]"
+            )));
+        };
+        (outputs.scores, outputs.classes) = (Some(scores), classes);
+    }
+    let all = outputs
+        .embedding
+        .iter()
+        .chain(outputs.scores.iter().flatten());
+    outputs.non_finite = all.filter(|number| !number.is_finite()).count();
+    Ok(outputs)
+}
+
+/// The sides of an array of f32 behind the first, which is `batch`, and its numbers.
+fn numbers(
+    py: Python<'_>,
+    array: &Py<PyAny>,
+    (what, batch): (&str, usize),
+) -> PyResult<(Vec<usize>, Vec<f32>)> {
+    let array = array.bind(py).cast::<PyArrayDyn<f32>>()?;
+    let shape = array.shape();
+    if shape.first() != Some(&batch) || shape.len() < 2 || shape[1..].contains(&0) {
+        return Err(PyValueError::new_err(format!(
+            "expected {what} of {batch} inputs, one after another, found an array of {shape:?}"
+        )));
+    }
+    Ok((
+        shape[1..].to_vec(),
+        array.readonly().as_array().iter().copied().collect(),
+    ))
+}
+
+/// Runs the command of these words, of which the first is its own name; its exit code.
+#[pyfunction]
+pub(crate) fn main(py: Python<'_>, words: Vec<OsString>) -> u8 {
+    py.detach(|| edgegait::cli::code_of(words))
+}

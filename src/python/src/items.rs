@@ -1,0 +1,330 @@
+//! Items of datasets that are drawn when they are asked for.
+
+use crate::attend::attended;
+use crate::errors::exception;
+use crate::pack::Pack;
+use edgegait::dataset::{Array, DrawnItem, IndexRow, PackBytes, grey_png};
+use edgegait::design::{self, Design};
+use ndarray::{Array1, ArrayD};
+use numpy::{IntoPyArray as _, PyReadonlyArray2};
+use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use rayon::prelude::*;
+use std::collections::{BTreeMap, VecDeque};
+use std::ffi::OsString;
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
+
+/// Most bytes of people who are kept: as many as 10,000 with one walk each. Ours.
+const MAX_KEPT_BYTES: usize = 1 << 27;
+
+/// Most items that are drawn by one call: their numbers are listed.
+const MAX_ITEMS: usize = 1 << 24;
+
+/// The items of a design or of a sweep.
+#[pyclass(frozen, module = "edgegait._native")]
+pub(crate) struct Items {
+    items: edgegait::dataset::Items,
+    /// People who were made. Locked only by who holds the lock of the interpreter, and never for
+    /// longer than it takes to look somebody up, so that nobody holds it in a process that forks.
+    people: Mutex<People>,
+}
+
+/// People who were made, and in which order.
+#[derive(Default)]
+struct People {
+    packs: BTreeMap<usize, PackBytes>,
+    order: VecDeque<usize>,
+    bytes: usize,
+}
+
+impl People {
+    fn keep(&mut self, person: usize, pack: PackBytes) {
+        self.bytes += pack.len();
+        if self.packs.insert(person, pack).is_none() {
+            self.order.push_back(person);
+        }
+        while self.bytes > MAX_KEPT_BYTES {
+            let Some(first) = self.order.pop_front() else {
+                return;
+            };
+            self.bytes -= self.packs.remove(&first).map_or(0, |pack| pack.len());
+        }
+    }
+}
+
+impl Items {
+    fn new(items: edgegait::dataset::Items) -> Self {
+        Self {
+            items,
+            people: Mutex::default(),
+        }
+    }
+
+    fn check(&self, numbers: &[usize]) -> PyResult<()> {
+        let all = self.items.len();
+        if let Some(beyond) = numbers.iter().find(|&&number| number >= all) {
+            return Err(PyIndexError::new_err(format!(
+                "item {beyond}: expected one of {all}"
+            )));
+        }
+        if numbers.len() > MAX_ITEMS {
+            return Err(PyValueError::new_err(format!(
+                "expected at most {MAX_ITEMS} items at once, found {}",
+                numbers.len()
+            )));
+        }
+        Ok(())
+    }
+
+    /// The packs of people who are known already, and those who are not.
+    fn known(&self, people: Vec<usize>) -> (BTreeMap<usize, PackBytes>, Vec<usize>) {
+        let kept = self.people.lock().unwrap_or_else(PoisonError::into_inner);
+        let (mut known, mut missing) = (BTreeMap::new(), Vec::new());
+        for person in people {
+            match kept.packs.get(&person) {
+                Some(pack) => {
+                    known.insert(person, pack.clone());
+                }
+                None => missing.push(person),
+            }
+        }
+        (known, missing)
+    }
+
+    /// The packs of those whom these items show.
+    fn packs(
+        &self,
+        py: Python<'_>,
+        numbers: &[usize],
+        threads: usize,
+    ) -> PyResult<BTreeMap<usize, PackBytes>> {
+        let (mut known, missing) = self.known(self.items.people_of(numbers));
+        if missing.is_empty() {
+            return Ok(known);
+        }
+        let made = attended(py, threads, |stop| {
+            let make = |&person: &usize| {
+                stop.check()?;
+                self.items.make(person)
+            };
+            missing
+                .par_iter()
+                .map(make)
+                .collect::<edgegait::Result<Vec<_>>>()
+        })?;
+        let made = made.map_err(|error| exception(&error))?;
+        let mut kept = self.people.lock().unwrap_or_else(PoisonError::into_inner);
+        for (person, pack) in missing.into_iter().zip(made) {
+            kept.keep(person, pack.clone());
+            known.insert(person, pack);
+        }
+        Ok(known)
+    }
+}
+
+#[pymethods]
+impl Items {
+    /// Those of a design's people.
+    #[staticmethod]
+    fn of_design(
+        text: &str,
+        name: &str,
+        split: Option<&str>,
+        people: Option<usize>,
+    ) -> PyResult<Self> {
+        let items = Design::parse(Path::new(name), text)
+            .and_then(|design| edgegait::dataset::Items::of_design(design, split, people));
+        Ok(Self::new(items.map_err(|error| exception(&error))?))
+    }
+
+    /// Those of a sweep, by words of the command line.
+    #[staticmethod]
+    fn of_sweep(py: Python<'_>, words: Vec<OsString>, pack: Option<&Pack>) -> PyResult<Self> {
+        let pack = pack.map(Pack::source);
+        let items = py.detach(|| edgegait::cli::embed::swept(&words, pack));
+        Ok(Self::new(items.map_err(|error| exception(&error))?))
+    }
+
+    fn __len__(&self) -> usize {
+        self.items.len()
+    }
+
+    /// How many viewpoints each cycle is seen from: so many items are one cycle's.
+    #[getter]
+    fn views(&self) -> usize {
+        self.items.views()
+    }
+
+    /// How many people are made for the items; 1 of a pack.
+    #[getter]
+    fn people(&self) -> usize {
+        self.items.people()
+    }
+
+    /// Names of those who walk, in the order of labels.
+    #[getter]
+    fn subjects(&self) -> PyResult<Vec<String>> {
+        self.items.subjects().map_err(|error| exception(&error))
+    }
+
+    /// The arrays of each item: name, bytes of an item or of each of its frames, and whether it has
+    /// frames.
+    #[getter]
+    fn arrays(&self) -> Vec<(String, usize, bool)> {
+        let array = |array: Array| (array.name.clone(), array.bytes(), array.is_of_frames);
+        self.items.arrays().into_iter().map(array).collect()
+    }
+
+    /// Who walks in each of these items.
+    fn labels<'py>(&self, py: Python<'py>, numbers: Vec<usize>) -> PyResult<Bound<'py, PyAny>> {
+        self.check(&numbers)?;
+        let labels = self
+            .items
+            .labels(&numbers)
+            .map_err(|error| exception(&error))?;
+        let labels: Array1<i64> = labels.into_iter().map(|label| label as i64).collect();
+        Ok(labels.into_pyarray(py).into_any())
+    }
+
+    /// Numbers of items in a stream that never ends, from its `start`-th on.
+    #[pyo3(signature = (seed, start, count, *, people_at_once = None))]
+    fn order(
+        &self,
+        seed: u64,
+        start: u64,
+        count: usize,
+        people_at_once: Option<usize>,
+    ) -> PyResult<Vec<(u32, usize)>> {
+        if count > MAX_ITEMS {
+            return Err(PyValueError::new_err(format!(
+                "expected at most {MAX_ITEMS} items at once, found {count}"
+            )));
+        }
+        let order = self.items.order(seed, people_at_once);
+        let found = (start..start.saturating_add(count as u64)).map(|at| order.at(at));
+        let found: Option<Vec<(u32, usize)>> = found.collect();
+        found.ok_or_else(|| {
+            PyIndexError::new_err(format!("item {start} of a stream: there are none"))
+        })
+    }
+
+    /// Draws items: by name of the array all of them one after another, and how many frames each has.
+    #[pyo3(signature = (numbers, epoch, threads))]
+    fn draw<'py>(
+        &self,
+        py: Python<'py>,
+        numbers: Vec<usize>,
+        epoch: u32,
+        threads: usize,
+    ) -> PyResult<(Bound<'py, PyDict>, Vec<u32>)> {
+        self.check(&numbers)?;
+        let packs = self.packs(py, &numbers, threads)?;
+        let drawn = if numbers.len() == 1 {
+            py.detach(|| self.items.draw(&numbers, epoch, &packs, &|| Ok(())))
+        } else {
+            attended(py, threads, |stop| {
+                self.items.draw(&numbers, epoch, &packs, &|| stop.check())
+            })?
+        };
+        let drawn = drawn.map_err(|error| exception(&error))?;
+        let dict = PyDict::new(py);
+        for (at, array) in self.items.arrays().into_iter().enumerate() {
+            dict.set_item(&array.name, joined(py, &array, at, &drawn)?)?;
+        }
+        Ok((dict, drawn.iter().map(|one| one.frames).collect()))
+    }
+
+    /// What an index says of these items, by column.
+    fn rows<'py>(
+        &self,
+        py: Python<'py>,
+        numbers: Vec<usize>,
+        epoch: u32,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        self.check(&numbers)?;
+        let packs = self.packs(py, &numbers, 0)?;
+        let rows = py.detach(|| self.items.rows(&numbers, epoch, &packs));
+        columns(py, &rows.map_err(|error| exception(&error))?)
+    }
+}
+
+/// One array of all drawn items, one after another.
+fn joined<'py>(
+    py: Python<'py>,
+    array: &Array,
+    at: usize,
+    drawn: &[DrawnItem],
+) -> PyResult<Bound<'py, PyAny>> {
+    let bytes: Vec<u8> = drawn
+        .iter()
+        .flat_map(|one| &one.arrays[at])
+        .copied()
+        .collect();
+    let count = bytes.len() / array.bytes();
+    let shape: Vec<usize> = std::iter::once(count)
+        .chain(array.sides.iter().copied())
+        .collect();
+    let failed =
+        |error: ndarray::ShapeError| exception(&edgegait::Error::Failed(error.to_string()));
+    if array.is_float() {
+        let (numbers, _) = bytes.as_chunks();
+        let numbers: Vec<f32> = numbers
+            .iter()
+            .map(|&four| f32::from_le_bytes(four))
+            .collect();
+        let made = ArrayD::from_shape_vec(shape, numbers).map_err(failed)?;
+        return Ok(made.into_pyarray(py).into_any());
+    }
+    let made = ArrayD::from_shape_vec(shape, bytes).map_err(failed)?;
+    Ok(made.into_pyarray(py).into_any())
+}
+
+/// Rows of an index by column.
+fn columns<'py>(py: Python<'py>, rows: &[IndexRow]) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    macro_rules! columns {
+        ($($name:ident),*) => {
+            $(dict.set_item(
+                stringify!($name),
+                rows.iter().map(|row| row.$name.clone()).collect::<Vec<_>>(),
+            )?;)*
+        };
+    }
+    columns!(
+        subject,
+        walk,
+        cycle,
+        variation,
+        speed_kmh,
+        azimuth_deg,
+        elevation_deg,
+        condition,
+        alternative,
+        frames,
+        seed
+    );
+    Ok(dict)
+}
+
+/// The TOML of a design by its name or file.
+#[pyfunction]
+pub(crate) fn design_text(name: &str) -> PyResult<String> {
+    let text = design::text_of(name).map_err(|error| exception(&error))?;
+    Design::parse(Path::new(name), &text).map_err(|error| exception(&error))?;
+    Ok(text.into_owned())
+}
+
+/// Pixels, 0 to 255, as a grey PNG.
+#[pyfunction]
+pub(crate) fn png<'py>(
+    py: Python<'py>,
+    pixels: PyReadonlyArray2<'py, u8>,
+) -> PyResult<Bound<'py, PyBytes>> {
+    let pixels = pixels.as_array();
+    let columns = pixels.ncols();
+    let all: Vec<u8> = pixels.iter().copied().collect();
+    let bytes = grey_png(&all, columns).map_err(|error| exception(&error))?;
+    Ok(PyBytes::new(py, &bytes))
+}

@@ -1,0 +1,25 @@
+//! What the Python package `edgegait` does in Rust: packs, items of datasets, and the command.
+//!
+//! The package around it (`edgegait/`) has the names that people use. Nothing here keeps threads or
+//! locks from one call to the next, so that a process may fork between two of them.
+
+mod attend;
+mod command;
+mod errors;
+mod items;
+mod pack;
+
+use pyo3::prelude::*;
+
+/// The native part of the package `edgegait`.
+#[pymodule]
+mod _native {
+    #[pymodule_export]
+    use crate::command::{command, main};
+    #[pymodule_export]
+    use crate::errors::Error;
+    #[pymodule_export]
+    use crate::items::{Items, design_text, png};
+    #[pymodule_export]
+    use crate::pack::Pack;
+}

@@ -1,0 +1,143 @@
+//! Packs.
+
+use crate::errors::exception;
+use edgegait::dataset::InputFile;
+use edgegait::dataset::{PackBytes, sha256_of_bytes, write_bytes};
+use edgegait::error::ChoiceError;
+use edgegait::source::PackSource;
+use edgegait_core::pack::Sex;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use std::path::{Path, PathBuf};
+
+/// People, their bodies and their walks in one block of bytes.
+#[pyclass(frozen, module = "edgegait._native", subclass)]
+pub(crate) struct Pack {
+    pub bytes: PackBytes,
+    /// Its file; empty of one that was made.
+    pub path: PathBuf,
+}
+
+impl Pack {
+    fn parsed(&self) -> PyResult<edgegait::Pack<'_>> {
+        edgegait::Pack::parse(&self.bytes).map_err(|error| exception(&error.into()))
+    }
+
+    /// What commands read.
+    pub(crate) fn source(&self) -> PackSource {
+        let name = self.path.display().to_string();
+        PackSource {
+            bytes: self.bytes.to_vec(),
+            inputs: vec![InputFile {
+                path: name.clone(),
+                sha256: sha256_of_bytes(&self.bytes),
+            }],
+            name,
+        }
+    }
+}
+
+#[pymethods]
+impl Pack {
+    /// Reads a pack from a file.
+    #[new]
+    #[pyo3(signature = (path, /))]
+    fn new(path: PathBuf) -> PyResult<Self> {
+        let source = PackSource::read(&path).map_err(|error| exception(&error))?;
+        Ok(Self {
+            bytes: source.bytes.into(),
+            path,
+        })
+    }
+
+    /// A pack of bytes, which are checked; `name` is for messages and results.
+    #[staticmethod]
+    #[pyo3(signature = (data, name = PathBuf::new(), /))]
+    fn from_bytes(data: &[u8], name: PathBuf) -> PyResult<Self> {
+        let pack = Self {
+            bytes: data.into(),
+            path: name,
+        };
+        pack.parsed()?;
+        Ok(pack)
+    }
+
+    /// The file it is from; empty of one that was made.
+    #[getter]
+    fn path(&self) -> String {
+        self.path.display().to_string()
+    }
+
+    /// The people: name, sex, age in years, stature in metres, mass in kg; None for what is unknown.
+    #[getter]
+    fn subjects<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        let known = |number: u16, unit: f64| (number > 0).then(|| f64::from(number) / unit);
+        let one = |subject: edgegait_core::pack::Subject<'_>| {
+            let dict = PyDict::new(py);
+            let sex = subject.sex.map(|sex| match sex {
+                Sex::Female => "female",
+                Sex::Male => "male",
+            });
+            dict.set_item("name", subject.name)?;
+            dict.set_item("sex", sex)?;
+            dict.set_item("age_years", subject.age_years)?;
+            dict.set_item("stature_m", known(subject.stature_mm, 1e3))?;
+            dict.set_item("mass_kg", known(subject.mass_hg, 10.0))?;
+            Ok(dict)
+        };
+        self.parsed()?.subjects().map(one).collect()
+    }
+
+    /// The walks: subject, name, number of the gait cycle, speed in km/h, seconds, and whether it is a
+    /// whole take.
+    #[getter]
+    fn walks<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        let pack = self.parsed()?;
+        let one = |walk: edgegait_core::pack::Walk<'_>| {
+            let dict = PyDict::new(py);
+            let clip = pack.clip(walk.clip);
+            dict.set_item("subject", pack.subject(walk.subject).map(|it| it.name))?;
+            dict.set_item("walk", walk.name)?;
+            dict.set_item("cycle", walk.cycle)?;
+            dict.set_item(
+                "speed_kmh",
+                (f64::from(walk.speed_mm_per_s) * 0.36).round() / 100.0,
+            )?;
+            dict.set_item("duration_s", clip.as_ref().map(|clip| clip.duration_s()))?;
+            dict.set_item("is_take", clip.is_some_and(|clip| clip.as_take().is_some()))?;
+            Ok(dict)
+        };
+        pack.walks().map(one).collect()
+    }
+
+    /// Writes it into a file; one that is there is replaced only if so asked.
+    #[pyo3(signature = (path, *, overwrite = false))]
+    fn save(&self, path: PathBuf, overwrite: bool) -> PyResult<()> {
+        let refuse = !overwrite && Path::new(&path).exists();
+        let written = if refuse {
+            Err(ChoiceError::IsThere(path).into())
+        } else {
+            write_bytes(&path, &self.bytes)
+        };
+        written.map_err(|error| exception(&error))
+    }
+
+    fn __bytes__<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        PyBytes::new(py, &self.bytes)
+    }
+
+    /// How many walks it has.
+    fn __len__(&self) -> PyResult<usize> {
+        Ok(self.parsed()?.walks().len())
+    }
+
+    fn __repr__(&self) -> PyResult<String> {
+        let pack = self.parsed()?;
+        Ok(format!(
+            "<Pack: {} people, {} walks, {} bytes>",
+            pack.subjects().len(),
+            pack.walks().len(),
+            self.bytes.len()
+        ))
+    }
+}
