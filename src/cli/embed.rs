@@ -50,7 +50,9 @@ pub fn results(words: &[OsString], held: Held) -> Result<String> {
     let folder = tempfile::tempdir().map_err(failed)?;
     let json = folder.path().join("results.json");
     let mut words = words.to_vec();
-    words.extend(["--quiet".into(), "--json".into(), json.clone().into()]);
+    // Behind the subcommand: what follows `--` is no flag.
+    let flags = ["--quiet".into(), "--json".into(), json.clone().into()];
+    words.splice(words.len().min(1)..words.len().min(1), flags);
     match parsed(&words)? {
         Command::Score(mut args) => {
             progress::silence(true);
@@ -74,9 +76,9 @@ pub fn results(words: &[OsString], held: Held) -> Result<String> {
 /// As the command; for words that it does not know, [`Error::Usage`].
 pub fn swept(words: &[OsString], pack: Option<PackSource>) -> Result<Items> {
     progress::end(false);
-    let words: Vec<OsString> = std::iter::once("sweep".into())
+    let words: Vec<OsString> = ["sweep".into(), "--quiet".into()]
+        .into_iter()
         .chain(words.iter().cloned())
-        .chain(["--quiet".into()])
         .collect();
     match parsed(&words)? {
         Command::Sweep(mut args) => {
@@ -96,7 +98,8 @@ fn parsed(words: &[OsString]) -> Result<Command> {
     let cli = cli.map_err(|error| {
         let text = error.to_string();
         let text = text.strip_prefix("error: ").unwrap_or(&text);
-        let end = text.find("\n\nUsage:").or(text.find("\n\nFor more"));
+        let ends = ["\n\n  tip: to pass", "\n\nUsage:", "\n\nFor more"];
+        let end = ends.iter().filter_map(|end| text.find(end)).min();
         Error::Usage(text[..end.unwrap_or(text.len())].trim_end().to_owned())
     })?;
     Ok(cli.command)

@@ -9,7 +9,7 @@ use super::{Contents, IndexRow, Order};
 use crate::confound::Condition;
 use crate::design::Design;
 use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
-use crate::error::{ChoiceError, Result};
+use crate::error::{ChoiceError, Error, Result};
 use crate::scene::cohort;
 use crate::scene::variation::CYCLES_OF_A_TAKE;
 use crate::sweep::{Drawer, Job, Settings, Swept, View, Wanted};
@@ -23,10 +23,12 @@ use std::sync::Arc;
 /// name, so that no pass draws what somebody is tested with.
 const FIRST_OF_PASSES: u32 = 1 << 20;
 
-/// Fewest views of a cycle for which it is worth posing it once more, on another core.
-const LEAST_VIEWS: usize = 16;
-/// Pieces of work for each core, so that all of them end at about the same time.
-const PIECES: usize = 4;
+/// What it takes to pose a cycle, in views of it that are drawn in that time.
+const POSING: usize = 9;
+/// Shares of the work for each core, so that all cores end at about the same time, and least work of a
+/// share that others are made for.
+const SHARES: usize = 4;
+const LEAST_SHARE: usize = 128;
 
 /// The bytes of a pack, shared by those who draw from it.
 pub type PackBytes = Arc<[u8]>;
@@ -49,7 +51,13 @@ enum Origin {
         people: Vec<usize>,
     },
     /// Of walks of a pack.
-    Pack(Box<PackItems>),
+    Pack {
+        items: Box<PackItems>,
+        /// Names of who walks, each once, in the order of their first walk.
+        subjects: Vec<String>,
+        /// Which of them walks each of the walks.
+        labels: Vec<usize>,
+    },
 }
 
 /// Which walks of a pack are drawn, from where.
@@ -118,10 +126,26 @@ impl Items {
     /// # Errors
     /// If the bytes are no pack, or what is wanted cannot be drawn.
     pub fn of_pack(items: PackItems, settings: Settings, wanted: Wanted) -> Result<Self> {
-        Pack::parse(&items.bytes)?;
+        let pack = Pack::parse(&items.bytes)?;
         Drawer::new(settings, &wanted)?;
+        let (mut subjects, mut labels) = (Vec::new(), Vec::new());
+        for &number in &items.walks {
+            let subject = pack
+                .walk(number)
+                .and_then(|walk| pack.subject(walk.subject));
+            let name = subject.map_or("", |subject| subject.name);
+            let known = subjects.iter().position(|known| known == name);
+            labels.push(known.unwrap_or(subjects.len()));
+            if known.is_none() {
+                subjects.push(name.to_owned());
+            }
+        }
         Ok(Self {
-            origin: Origin::Pack(Box::new(items)),
+            origin: Origin::Pack {
+                items: Box::new(items),
+                subjects,
+                labels,
+            },
             settings,
             wanted,
         })
@@ -144,7 +168,7 @@ impl Items {
     pub fn views(&self) -> usize {
         match &self.origin {
             Origin::Design { design, .. } => design.viewpoints(),
-            Origin::Pack(pack) => pack.views.len(),
+            Origin::Pack { items, .. } => items.views.len(),
         }
     }
 
@@ -153,7 +177,7 @@ impl Items {
     pub fn people(&self) -> usize {
         match &self.origin {
             Origin::Design { people, .. } => people.len(),
-            Origin::Pack(_) => 1,
+            Origin::Pack { .. } => 1,
         }
     }
 
@@ -161,8 +185,8 @@ impl Items {
     fn cycles(&self) -> usize {
         match &self.origin {
             Origin::Design { design, .. } => design.cycles(),
-            Origin::Pack(pack) => {
-                pack.walks.len() * pack.conditions.len().max(1) * pack.variations.len()
+            Origin::Pack { items, .. } => {
+                items.walks.len() * items.conditions.len().max(1) * items.variations.len()
             }
         }
     }
@@ -185,47 +209,26 @@ impl Items {
     }
 
     /// Names of the people, each once, in order.
-    ///
-    /// # Errors
-    /// Never: the pack has been parsed.
-    pub fn subjects(&self) -> Result<Vec<String>> {
+    #[must_use]
+    pub fn subjects(&self) -> Vec<String> {
         match &self.origin {
             Origin::Design { design, people } => {
-                let name = |&number: &usize| {
-                    cohort::name_of(design.settings.seed, number, design.population.sex)
-                };
-                Ok(people.iter().map(name).collect())
+                let (seed, sex) = (design.settings.seed, design.population.sex);
+                let name = |&number: &usize| cohort::name_of(seed, number, sex);
+                people.iter().map(name).collect()
             }
-            Origin::Pack(items) => {
-                let pack = Pack::parse(&items.bytes)?;
-                let name = |&subject: &usize| pack.subject(subject).map(|it| it.name.to_owned());
-                Ok(subjects_of(&pack, &items.walks)
-                    .iter()
-                    .filter_map(name)
-                    .collect())
-            }
+            Origin::Pack { subjects, .. } => subjects.clone(),
         }
     }
 
-    /// The number of the person of each item, in [`Self::subjects`].
-    ///
-    /// # Errors
-    /// Never: the pack has been parsed.
-    pub fn labels(&self, items: &[usize]) -> Result<Vec<usize>> {
-        let places = items.iter().map(|&item| self.place(item));
+    /// The number of the person of an item, in [`Self::subjects`].
+    #[must_use]
+    pub fn label(&self, item: usize) -> usize {
+        let place = self.place(item);
         match &self.origin {
-            Origin::Design { .. } => Ok(places.map(|place| place.person).collect()),
-            Origin::Pack(own) => {
-                let pack = Pack::parse(&own.bytes)?;
-                let subjects = subjects_of(&pack, &own.walks);
-                let label_of_walk = |&walk: &usize| {
-                    let subject = pack.walk(walk).map(|walk| walk.subject);
-                    let found = subjects.iter().position(|&known| Some(known) == subject);
-                    found.unwrap_or(0)
-                };
-                let of_walks: Vec<usize> = own.walks.iter().map(label_of_walk).collect();
-                let walk = |place: Place| place.cycle / own.variations.len() % of_walks.len();
-                Ok(places.map(|place| of_walks[walk(place)]).collect())
+            Origin::Design { .. } => place.person,
+            Origin::Pack { items, labels, .. } => {
+                labels[place.cycle / items.variations.len() % labels.len()]
             }
         }
     }
@@ -234,7 +237,7 @@ impl Items {
     /// pack, which is there.
     #[must_use]
     pub fn people_of(&self, items: &[usize]) -> Vec<usize> {
-        if let Origin::Pack(_) = self.origin {
+        if let Origin::Pack { .. } = self.origin {
             return Vec::new();
         }
         let mut people: Vec<usize> = items.iter().map(|&item| self.place(item).person).collect();
@@ -249,7 +252,7 @@ impl Items {
     /// As [`Design::subject`] and [`encode_population`].
     pub fn make(&self, person: usize) -> Result<PackBytes> {
         match &self.origin {
-            Origin::Pack(pack) => Ok(pack.bytes.clone()),
+            Origin::Pack { items, .. } => Ok(items.bytes.clone()),
             Origin::Design { design, people } => {
                 let make = |_| design.subject(people[person]);
                 let how = (MAX_ERROR_MM, Effort::Quick);
@@ -261,7 +264,7 @@ impl Items {
     /// Draws items of these numbers, in their order, from the packs of their [`people_of`]: one by
     /// the thread that asks, more on the threads of the present pool. Pass 0 is what a
     /// dataset on a disk would hold; each further pass has other variations of the same walks.
-    /// `tell` is called before each piece, and ends the work by an error.
+    /// `tell` is called before each cycle, and ends the work by an error.
     ///
     /// [`people_of`]: Self::people_of
     ///
@@ -276,29 +279,30 @@ impl Items {
     ) -> Result<Vec<DrawnItem>> {
         let shift = self.shift(pass)?;
         let shelf = self.shelf(packs)?;
-        let mut order: Vec<usize> = (0..items.len()).collect();
-        order.sort_by_key(|&at| items[at]);
-        let pieces = self.pieces(items, &order);
-        let paint = |drawer: &mut Drawer, piece: &&[usize]| {
-            tell()?;
-            self.piece(drawer, &shelf, (items, piece), shift)
+        let shares = self.shares(items);
+        let paint = |drawer: &mut Drawer, share: &Vec<usize>| {
+            let mut drawn = Vec::with_capacity(share.len());
+            for cycle in share.chunk_by(|&a, &b| items[a] / self.views() == items[b] / self.views())
+            {
+                tell()?;
+                drawn.extend(self.cycle(drawer, &shelf, (items, cycle), shift)?);
+            }
+            Ok(drawn)
         };
         let drawer = || Drawer::new(self.settings, &self.wanted);
-        let drawn: Vec<Result<Vec<DrawnItem>>> = if let [piece] = &pieces[..] {
-            vec![paint(&mut drawer()?, piece)]
+        let drawn: Vec<Result<Vec<DrawnItem>>> = if let [share] = &shares[..] {
+            vec![paint(&mut drawer()?, share)]
         } else {
-            pieces
-                .par_iter()
-                .map_init(drawer, |drawer, piece| match drawer {
-                    Ok(drawer) => paint(drawer, piece),
-                    // Settings have been checked.
-                    Err(_) => Ok(Vec::new()),
-                })
-                .collect()
+            let paint = |drawer: &mut Result<Drawer>, share| match drawer {
+                Ok(drawer) => paint(drawer, share),
+                // Settings have been checked.
+                Err(_) => Err(Error::Missing("settings that can be drawn")),
+            };
+            shares.par_iter().map_init(drawer, paint).collect()
         };
         let mut all = vec![DrawnItem::default(); items.len()];
-        for (piece, drawn) in pieces.iter().zip(drawn) {
-            for (&at, one) in piece.iter().zip(drawn?) {
+        for (share, drawn) in shares.iter().zip(drawn) {
+            for (&at, one) in share.iter().zip(drawn?) {
                 all[at] = one;
             }
         }
@@ -373,7 +377,7 @@ impl Items {
             Origin::Design { design, .. } => u32::try_from(design.takes.len())
                 .ok()
                 .and_then(|takes| takes.checked_mul(take)),
-            Origin::Pack(pack) => pack.variations.end.checked_next_multiple_of(take),
+            Origin::Pack { items, .. } => items.variations.end.checked_next_multiple_of(take),
         };
         // The last variation of the pass has to be a number too.
         let shift = span.and_then(|span| {
@@ -386,7 +390,7 @@ impl Items {
     /// Parsed packs by person, with their jobs.
     fn shelf<'p>(&'p self, packs: &'p BTreeMap<usize, PackBytes>) -> Result<Shelf<'p>> {
         match &self.origin {
-            Origin::Pack(items) => {
+            Origin::Pack { items, .. } => {
                 let pack = Pack::parse(&items.bytes)?;
                 let job = |&walk| Job::plain(walk, items.variations.start);
                 let firsts: Vec<Job<'_>> = items.walks.iter().map(job).collect();
@@ -408,7 +412,7 @@ impl Items {
         let (pack, jobs) = &shelf[&place.person];
         let job = match &self.origin {
             Origin::Design { .. } => jobs[place.cycle],
-            Origin::Pack(items) => {
+            Origin::Pack { items, .. } => {
                 let cycles = items.variations.len();
                 let first = jobs[place.cycle / cycles];
                 Job {
@@ -424,40 +428,62 @@ impl Items {
     fn views_of(&self, pack: &Pack<'_>, job: Job<'_>) -> Result<Vec<View>> {
         match &self.origin {
             Origin::Design { design, .. } => design.views_of(pack, job),
-            Origin::Pack(items) => Ok(items.views.clone()),
+            Origin::Pack { items, .. } => Ok(items.views.clone()),
         }
     }
 
-    /// Items of one cycle, for each piece of work: positions in `items`, of which `order` is sorted
-    /// by number.
-    fn pieces<'o>(&self, items: &[usize], order: &'o [usize]) -> Vec<&'o [usize]> {
-        let views = self.views();
+    /// Positions in `items` that are drawn together, cycle by cycle: shares of the work that take
+    /// about as long. Where a cycle is shared, each has views from all around.
+    fn shares(&self, items: &[usize]) -> Vec<Vec<usize>> {
+        let cycle_of = |at: usize| items[at] / self.views();
+        let mut order: Vec<usize> = (0..items.len()).collect();
         // One item is drawn by whoever asks, without a pool.
-        let pieces = match items.len() {
-            0 | 1 => 1,
-            _ => PIECES * rayon::current_num_threads(),
-        };
-        let most = items.len().div_ceil(pieces).max(LEAST_VIEWS);
-        let cycles = order.chunk_by(|&a, &b| items[a] / views == items[b] / views);
-        cycles.flat_map(|cycle| cycle.chunks(most)).collect()
+        if items.len() < 2 {
+            return vec![order];
+        }
+        order.sort_by_key(|&at| items[at]);
+        let cycles: Vec<&[usize]> = order
+            .chunk_by(|&a, &b| cycle_of(a) == cycle_of(b))
+            .collect();
+        let all = items.len() + cycles.len() * POSING;
+        let count = (all / LEAST_SHARE).clamp(1, SHARES * rayon::current_num_threads());
+        // Where a cycle is shared it is posed once more.
+        let most = (all + (count - 1) * POSING).div_ceil(count);
+        let mut shares = vec![Vec::new()];
+        let mut left = most;
+        for cycle in cycles {
+            left = left.saturating_sub(POSING);
+            let turns = cycle.iter().step_by(2);
+            for &at in turns.chain(cycle.iter().skip(1).step_by(2)) {
+                if left == 0 {
+                    shares.push(Vec::new());
+                    left = most - POSING;
+                }
+                left -= 1;
+                if let Some(share) = shares.last_mut() {
+                    share.push(at);
+                }
+            }
+        }
+        shares
     }
 
-    /// Draws a piece: items of one cycle.
-    fn piece(
+    /// Draws items of one cycle.
+    fn cycle(
         &self,
         drawer: &mut Drawer,
         shelf: &Shelf<'_>,
-        (items, piece): (&[usize], &[usize]),
+        (items, cycle): (&[usize], &[usize]),
         shift: u32,
     ) -> Result<Vec<DrawnItem>> {
-        let Some(&first) = piece.first() else {
+        let Some(&first) = cycle.first() else {
             return Ok(Vec::new());
         };
         let (pack, job) = self.job(shelf, self.place(items[first]));
         let job = job_in(job, shift);
         let all = self.views_of(pack, job)?;
         let of = |&at: &usize| all[items[at] % all.len()];
-        let views: Vec<View> = piece.iter().map(of).collect();
+        let views: Vec<View> = cycle.iter().map(of).collect();
         let swept = drawer.draw(pack, job, &views)?;
         Ok(self.split(swept, views.len()))
     }
@@ -495,15 +521,4 @@ const fn job_in(job: Job<'_>, shift: u32) -> Job<'_> {
         variation: job.variation + shift,
         ..job
     }
-}
-
-/// Numbers of those who walk, each once, in the order of their first walk.
-fn subjects_of(pack: &Pack<'_>, walks: &[usize]) -> Vec<usize> {
-    let mut subjects: Vec<usize> = Vec::new();
-    for walk in walks.iter().filter_map(|&walk| pack.walk(walk)) {
-        if !subjects.contains(&walk.subject) {
-            subjects.push(walk.subject);
-        }
-    }
-    subjects
 }

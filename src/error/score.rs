@@ -62,6 +62,11 @@ pub enum ScoreError {
         #[source]
         cause: Cause,
     },
+    /// The embedded runtime's threads are those of another process.
+    #[error(
+        "the embedded runtime was started before this process forked, and its threads stayed behind (start processes by spawn, or load the first model after the fork)"
+    )]
+    Forked,
     /// ONNX Runtime does not run a model.
     #[error("{model}: ONNX Runtime: {cause}")]
     OnnxRuntime {

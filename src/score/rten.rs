@@ -4,7 +4,7 @@
 //! `ConvInteger` wrongly on some processors without an error, has no LRN and no `ai.onnx.ml`,
 //! and no windows over more than two axes: such models are refused before they are loaded.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use rten::{ModelOptions, NodeId, RunOptions, ThreadPool, Value, ValueOrView, ValueView};
 
@@ -62,8 +62,22 @@ fn window_objection(window: &Window<'_>) -> Option<String> {
     }
 }
 
+/// The process in which the runtime was started: it keeps threads, with which it folds constants.
+static PROCESS: OnceLock<u32> = OnceLock::new();
+
+/// Refuses a process that forked off the one in which the runtime was started: threads stay behind,
+/// and who waits for them waits for ever.
+fn check_process(now: u32) -> Result<()> {
+    if *PROCESS.get_or_init(|| now) == now {
+        Ok(())
+    } else {
+        Err(ScoreError::Forked.into())
+    }
+}
+
 impl RtenRecognizer {
     pub(super) fn load(model: &Model, threads: usize) -> Result<Self> {
+        check_process(std::process::id())?;
         let refuse =
             |problem: String| Error::input(model.path(), problem).with_remedy(Remedy::OnnxRuntime);
         for operator in model.graph().operators.keys() {
@@ -207,6 +221,17 @@ mod tests {
     use super::*;
     use crate::score::graph::written;
     use crate::score::testing::{bytes_with_operator, small_model};
+
+    #[test]
+    fn a_process_that_forked_off_has_no_threads_to_load_a_model_with() {
+        let own = std::process::id();
+        assert!(check_process(own).is_ok());
+        let said = check_process(own + 1).expect_err("another process");
+        assert!(
+            said.to_string()
+                .starts_with("the embedded runtime was started before this process forked")
+        );
+    }
 
     #[test]
     fn the_version_is_the_one_in_the_lock_file() {

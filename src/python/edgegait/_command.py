@@ -27,14 +27,12 @@ class Results(dict[str, Any]):
             KeyError: If there is no such list.
             ImportError: If pandas is not installed.
         """
-        import pandas
+        import pandas  # type: ignore[import-untyped, unused-ignore]
 
         if key is None:
             key = next((name for name in _FOLDED if isinstance(self.get(name), list)), "")
         if isinstance(self.get(key), list):
-            rows = [{name: value for name, value in _row(one).items() if not isinstance(value, (list, dict))}
-                    for one in self[key]]
-            return pandas.DataFrame(rows)
+            return pandas.DataFrame([_row(one) for one in self[key]])
         rows = []
         for name in _FOLDED:
             for one in self.get(name) or ():
@@ -46,8 +44,10 @@ class Results(dict[str, Any]):
 
 
 def _row(value: Any) -> dict[str, Any]:
-    """What a list holds, as a row."""
-    return value if isinstance(value, dict) else {"value": value}
+    """What a list holds, as a row of values that are no lists themselves."""
+    if not isinstance(value, dict):
+        return {"value": value}
+    return {name: one for name, one in value.items() if not isinstance(one, (list, dict))}
 
 
 def command(name: str, *inputs: str | os.PathLike[str], **flags: Any) -> Results:
@@ -79,8 +79,8 @@ def run(
     for taken in ("json", "quiet"):
         if taken in flags:
             raise TypeError(f"{taken}: results are returned, and nothing is printed")
-    all_words = [name, *words(flags), "--", *map(os.fspath, inputs)] if inputs else [name, *words(flags)]
-    text = _native.command(all_words, callables or [], pack)
+    named = ["--", *(os.fspath(one) for one in inputs)] if inputs else []
+    text = _native.command([name, *words(flags), *named], callables or [], pack)
     return Results(json.loads(text) if text else {})
 
 

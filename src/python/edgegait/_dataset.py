@@ -66,7 +66,7 @@ class Dataset:
                 raise TypeError(f"expected a Design, a Pack or a path, found {type(source).__name__}")
             # The bytes go wherever the dataset is pickled.
             source = source if source is None or isinstance(source, Pack) else Pack(source)
-            self._items = _native.Items.of_sweep(words(drawing), source and source._native)
+            self._items = _native.Items.of_sweep(words(drawing), None if source is None else source._native)
         self._state = source, split, people, drawing
         self.threads = threads
         #: Bytes of an item in each array, and whether these are of a frame.
@@ -143,16 +143,14 @@ class Dataset:
         beyond = (numbers < -self._len) | (numbers >= self._len)
         if beyond.any():
             raise IndexError(f"item {numbers[beyond][0]}: expected one of {self._len}")
-        return np.where(numbers < 0, numbers + self._len, numbers).tolist()
+        found: list[int] = np.where(numbers < 0, numbers + self._len, numbers).tolist()
+        return found
 
     def _drawn(self, numbers: list[int], epoch: int) -> tuple[Arrays, np.ndarray]:
         """Arrays of items: as one, or of frames that differ a list of them."""
         drawn, frames = self._items.draw(numbers, epoch, self.threads or _share_of_threads())
-        labels = self._items.labels(numbers)
-        for name, (_, has_frames) in self._arrays.items():
-            if has_frames:
-                drawn[name] = _by_item(drawn[name], frames)
-        return _only(drawn), labels
+        arrays = {name: _by_item(array, frames) if self._arrays[name][1] else array for name, array in drawn.items()}
+        return _only(arrays), self._items.labels(numbers)
 
     def __iter__(self) -> Iterator[tuple[Arrays, int]]:
         """All items in order, drawn some at a time."""
@@ -212,7 +210,7 @@ def _share_of_threads() -> int:
     worker = _worker()
     if worker is None:
         return 0
-    return max(1, (os.cpu_count() or 1) // worker.num_workers)
+    return max(1, (os.cpu_count() or 1) // int(worker.num_workers))
 
 
 def _worker() -> Any:
@@ -278,15 +276,15 @@ class Stream:
             raise ValueError("expected a dataset with items, found none")
         if (rank is None) != (world is None):
             raise ValueError("rank, world: expected both or none")
-        if rank is not None and not 0 <= rank < world:
+        if rank is not None and world is not None and not 0 <= rank < world:
             raise ValueError(f"rank: expected 0 to {world - 1}, found {rank}")
         self.dataset, self.batch, self.seed, self.shuffle = dataset, batch, seed, shuffle
         self.people_at_once, self.fresh, self.start = people_at_once, fresh, start
-        self.rank, self.world = rank, world
+        self.reader = None if rank is None or world is None else (rank, world)
 
     def __iter__(self) -> Iterator[tuple[Arrays, np.ndarray]]:
         """The batches of this reader."""
-        rank, world = (self.rank, self.world) if self.rank is not None else _rank()
+        rank, world = self.reader or _rank()
         worker = _worker()
         number, workers = (0, 1) if worker is None else (worker.id, worker.num_workers)
         at = self.start + rank + world * number
@@ -324,7 +322,9 @@ class Stream:
         raise TypeError("a stream never ends (import torch before dataset.stream() to give it to a DataLoader)")
 
     def __reduce__(self) -> tuple[Any, ...]:
-        how = {name: value for name, value in vars(self).items() if name not in ("dataset", "batch")}
+        how = {name: value for name, value in vars(self).items() if name not in ("dataset", "batch", "reader")}
+        if self.reader is not None:
+            how |= dict(zip(("rank", "world"), self.reader, strict=True))
         return _stream, (self.dataset, self.batch, how)
 
 
@@ -341,12 +341,13 @@ def _stream_class() -> type[Stream]:
         return Stream
     if _TORCH_STREAM is None:
         # Without __len__, by which a DataLoader would ask for the end.
-        members = {name: getattr(Stream, name) for name in vars(Stream) if name not in ("__dict__", "__weakref__", "__len__")}
+        left_out = ("__dict__", "__weakref__", "__len__")
+        members = {name: value for name, value in vars(Stream).items() if name not in left_out}
         _TORCH_STREAM = type("Stream", (torch.IterableDataset,), members)
     return _TORCH_STREAM
 
 
-_TORCH_STREAM: Any = None
+_TORCH_STREAM: type[Stream] | None = None
 
 
 @dataclass(frozen=True)
@@ -369,7 +370,7 @@ class Swept:
     @property
     def subject(self) -> str:
         """Who walks."""
-        return self.rows["subject"][0]
+        return str(self.rows["subject"][0])
 
     def _repr_png_(self) -> bytes:
         from ._picture import Picture

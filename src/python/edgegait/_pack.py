@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from . import _native
-from ._command import command
+from ._command import Results, command
 
 
 class Pack:
@@ -17,6 +17,9 @@ class Pack:
     Args:
         path: The file to read.
     """
+
+    #: What the command says of it, of a pack that was made: see `edgegait cohort --json`.
+    results: Results | None = None
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self._native = _native.Pack(os.fspath(path))
@@ -58,8 +61,7 @@ class Pack:
         from ._dataset import Dataset
         from ._picture import Picture
 
-        first = self.walks[0]["walk"] if len(self) else None
-        dataset = Dataset(self, views="side", template="gei", raster="rows", walks=first)
+        dataset = Dataset(self, views="side", template="gei", raster="rows", walks=self.walks[0]["walk"])
         return Picture(dataset.batch(range(min(len(dataset), 60)))[0])._repr_png_()
 
 

@@ -66,15 +66,16 @@ def _called(function: Callable[[Any], Any], images: np.ndarray) -> Any:
         return function(images)
     import torch
 
-    first = next(iter(function.parameters()), None)
-    was_training = function.training
-    function.eval()
+    module: Any = function
+    first = next(iter(module.parameters()), None)
+    was_training = module.training
+    module.eval()
     try:
         with torch.inference_mode():
             tensor = torch.from_numpy(images)
-            return function(tensor if first is None else tensor.to(first.device))
+            return module(tensor if first is None else tensor.to(first.device))
     finally:
-        function.train(was_training)
+        module.train(was_training)
 
 
 def _floats(numbers: Any) -> np.ndarray:

@@ -2,9 +2,11 @@
 
 use crate::errors::exception;
 use pyo3::prelude::*;
+use rayon::ThreadPool;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 /// How often signals are looked for: nobody notices, and it costs nothing.
@@ -24,6 +26,42 @@ impl Stop {
     }
 }
 
+/// Threads that draw, kept from one call to the next: to start them anew costs as much as some GEIs.
+struct Kept {
+    /// The process that has them: those of another one stayed behind when this one forked off.
+    process: u32,
+    asked: usize,
+    pool: Arc<ThreadPool>,
+}
+
+/// Locked only by who holds the lock of the interpreter, as who forks does, and for no work: in a
+/// process that forked off nobody holds it.
+static KEPT: Mutex<Option<Kept>> = Mutex::new(None);
+
+/// So many threads (as many as cores if 0).
+fn pool(_: Python<'_>, asked: usize) -> PyResult<Arc<ThreadPool>> {
+    let process = std::process::id();
+    let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+    match &*kept {
+        Some(kept) if (kept.process, kept.asked) == (process, asked) => {
+            return Ok(Arc::clone(&kept.pool));
+        }
+        _ => {}
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(asked).build();
+    let pool = Arc::new(pool.map_err(|error| exception(&error.into()))?);
+    let former = kept.replace(Kept {
+        process,
+        asked,
+        pool: Arc::clone(&pool),
+    });
+    // Nobody can tell threads to end that are not there.
+    if let Some(former) = former.filter(|former| former.process != process) {
+        std::mem::forget(former.pool);
+    }
+    Ok(pool)
+}
+
 /// Does `work` on so many threads (all cores if 0), without the lock of the interpreter, while this
 /// thread looks for signals; where one raises an exception, the work is stopped.
 pub(crate) fn attended<R: Send>(
@@ -31,9 +69,8 @@ pub(crate) fn attended<R: Send>(
     threads: usize,
     work: impl FnOnce(&Stop) -> R + Send,
 ) -> PyResult<R> {
+    let pool = pool(py, threads)?;
     py.detach(|| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let pool = pool.map_err(|error| exception(&error.into()))?;
         let (stop, (sender, receiver)) = (Stop::default(), channel());
         pool.in_place_scope(|scope| {
             scope.spawn(|_| {

@@ -157,16 +157,10 @@ impl Items {
         self.items.views()
     }
 
-    /// How many people are made for the items; 1 of a pack.
-    #[getter]
-    fn people(&self) -> usize {
-        self.items.people()
-    }
-
     /// Names of those who walk, in the order of labels.
     #[getter]
-    fn subjects(&self) -> PyResult<Vec<String>> {
-        self.items.subjects().map_err(|error| exception(&error))
+    fn subjects(&self) -> Vec<String> {
+        self.items.subjects()
     }
 
     /// The arrays of each item: name, bytes of an item or of each of its frames, and whether it has
@@ -180,11 +174,8 @@ impl Items {
     /// Who walks in each of these items.
     fn labels<'py>(&self, py: Python<'py>, numbers: Vec<usize>) -> PyResult<Bound<'py, PyAny>> {
         self.check(&numbers)?;
-        let labels = self
-            .items
-            .labels(&numbers)
-            .map_err(|error| exception(&error))?;
-        let labels: Array1<i64> = labels.into_iter().map(|label| label as i64).collect();
+        let label = |&number: &usize| self.items.label(number) as i64;
+        let labels: Array1<i64> = numbers.iter().map(label).collect();
         Ok(labels.into_pyarray(py).into_any())
     }
 
@@ -257,11 +248,11 @@ fn joined<'py>(
     at: usize,
     drawn: &[DrawnItem],
 ) -> PyResult<Bound<'py, PyAny>> {
-    let bytes: Vec<u8> = drawn
-        .iter()
-        .flat_map(|one| &one.arrays[at])
-        .copied()
-        .collect();
+    let length = drawn.iter().map(|one| one.arrays[at].len()).sum();
+    let mut bytes = Vec::with_capacity(length);
+    for one in drawn {
+        bytes.extend_from_slice(&one.arrays[at]);
+    }
     let count = bytes.len() / array.bytes();
     let shape: Vec<usize> = std::iter::once(count)
         .chain(array.sides.iter().copied())

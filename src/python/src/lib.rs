@@ -1,7 +1,7 @@
 //! What the Python package `edgegait` does in Rust: packs, items of datasets, and the command.
 //!
-//! The package around it (`edgegait/`) has the names that people use. Nothing here keeps threads or
-//! locks from one call to the next, so that a process may fork between two of them.
+//! The package around it (`edgegait/`) has the names that people use. A process may fork between two
+//! calls: locks are held only together with the interpreter's, and threads are started anew.
 
 mod attend;
 mod command;

@@ -11,7 +11,7 @@ use pyo3::types::{PyBytes, PyDict};
 use std::path::{Path, PathBuf};
 
 /// People, their bodies and their walks in one block of bytes.
-#[pyclass(frozen, module = "edgegait._native", subclass)]
+#[pyclass(frozen, module = "edgegait._native")]
 pub(crate) struct Pack {
     pub bytes: PackBytes,
     /// Its file; empty of one that was made.

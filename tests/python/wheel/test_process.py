@@ -1,0 +1,148 @@
+"""What a long-lived process asks for: interruptions, forks, and no leaks."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+
+import edgegait
+
+
+def interrupted_after(seconds, work):
+    """Seconds between SIGINT and the KeyboardInterrupt of some work."""
+    at = []
+
+    def press():
+        time.sleep(seconds)
+        at.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    thread = threading.Thread(target=press)
+    thread.start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            work()
+    finally:
+        thread.join()
+    return time.monotonic() - at[0]
+
+
+@pytest.mark.parametrize(
+    "work",
+    [
+        lambda: edgegait.Dataset(views="paper").batch(range(18278)),
+        lambda: edgegait.Dataset(edgegait.Design("domain-random"), split="train").batch(range(0, 6000, 8)),
+        lambda: list(edgegait.sweep(views="paper", cycles=8)),
+        lambda: edgegait.score("pixels"),
+        lambda: edgegait.score(edgegait.Recognizer(lambda images: images.reshape(len(images), -1), name="mine")),
+    ],
+    ids=["batch", "people", "sweep", "score", "callable"],
+)
+def test_control_c_ends_work(work):
+    assert interrupted_after(0.5, work) < 5
+    # And nothing is stuck.
+    assert len(edgegait.Dataset(views="side", raster="rows").batch(range(26))[0]) == 26
+    assert edgegait.score("pixels", views="side", raster="rows", no_baselines=True)["recognizers"][0]["rank1"] == 1
+
+
+def test_a_generation_that_was_interrupted_is_gone_on_with(tmp_path):
+    out = tmp_path / "set"
+    make = lambda **more: edgegait.generate("domain-random", people=60, out=out, **more)  # noqa: E731
+    interrupted_after(1, make)
+    assert not (out / "train").exists()
+    with pytest.raises(ValueError, match="ended before it was done"):
+        make()
+    make(resume=True)
+    edgegait.generate("domain-random", people=60, out=tmp_path / "again")
+    for part in ["train", "test"]:
+        for name in ["geis.npy", "index.csv"]:
+            assert (out / part / name).read_bytes() == (tmp_path / "again" / part / name).read_bytes()
+
+
+def waited_for(child):
+    """The status of a child that ends within a minute."""
+    deadline = time.monotonic() + 60
+    while (done := os.waitpid(child, os.WNOHANG))[0] == 0:
+        if time.monotonic() > deadline:
+            os.kill(child, signal.SIGKILL)
+            pytest.fail("the child hangs")
+        time.sleep(0.01)
+    return done[1]
+
+
+def test_a_process_that_forks_while_a_thread_draws_goes_on():
+    dataset = edgegait.Dataset(edgegait.Design("casia-b-like"), split="train", people=8)
+    stop = threading.Event()
+
+    def draw():
+        while not stop.is_set():
+            dataset.batch(range(0, len(dataset), 7))
+
+    thread = threading.Thread(target=draw)
+    thread.start()
+    try:
+        for _ in range(8):
+            child = os.fork()
+            if child == 0:
+                os._exit(0 if len(dataset.batch(range(12))[0]) == 12 else 1)
+            assert waited_for(child) == 0
+    finally:
+        stop.set()
+        thread.join()
+
+
+def test_models_that_were_loaded_before_a_fork_are_refused_after_it():
+    how = {"views": "side", "raster": "rows", "no_baselines": True, "cache": "none"}
+    edgegait.score("gei-small", **how)
+    child = os.fork()
+    if child == 0:
+        # Other recognizers need no threads of the runtime's.
+        is_right = edgegait.score("pixels", **how)["recognizers"][0]["probes"] == 26
+        try:
+            edgegait.score("gei-small", **how)
+            is_right = False
+        except edgegait.Error as error:
+            is_right &= "was started before this process forked" in str(error)
+        os._exit(0 if is_right else 1)
+    assert waited_for(child) == 0
+
+
+def rss():
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def test_memory_does_not_grow_with_items():
+    items = int(os.environ.get("EDGEGAIT_ITEMS", "20000"))
+    pack = edgegait.cohort(people=4, speeds_kmh=[5], quick=True)
+    dataset = edgegait.Dataset(pack, views="paper", raster="rows")
+    design = edgegait.Dataset(edgegait.Design("casia-b-like"), split="train", people=4)
+
+    # One of ten alone, and half of the batches from people who are made.
+    def draw(first, last):
+        for at in range(first, last, 500):
+            dataset.batch([(at + step) % len(dataset) for step in range(200)])
+            design.batch([(at + step) % len(design) for step in range(250)])
+            for step in range(50):
+                dataset[(at + step) % len(dataset)]
+
+    draw(0, items // 10)
+    before = rss()
+    draw(0, items)
+    grown = rss() - before
+    print(f"{items} items: resident memory {before / 1e6:.1f} MB, then {grown / 1e6:+.1f} MB")
+    assert grown < 8e6
+
+
+def test_the_package_has_the_command(program):
+    found = subprocess.run([sys.executable, "-m", "edgegait", "--version"], capture_output=True, text=True, check=True)
+    assert found.stdout.startswith("edgegait 0.1.0")
+    wrong = subprocess.run(
+        [sys.executable, "-m", "edgegait", "sweep", "--raster", "x"], capture_output=True, text=True, check=False
+    )
+    assert wrong.returncode == 2
+    assert "possible values" in wrong.stderr

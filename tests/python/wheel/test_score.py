@@ -1,0 +1,171 @@
+"""Scores of callables, and results as tables."""
+
+import json
+
+import numpy as np
+import pytest
+
+import edgegait
+
+SIDES = {"azimuth_deg": [45, 90], "elevation_deg": [0], "raster": "rows"}
+
+
+def flat(images):
+    return images.reshape(len(images), -1)
+
+
+def judged(recognizer):
+    """What does not depend on time or name."""
+    return {
+        name: value
+        for name, value in recognizer.items()
+        if name not in ("name", "runtime", "baseline", "p50_us", "p90_us", "p99_us", "latency")
+    }
+
+
+def test_pixels_as_a_callable_are_judged_as_pixels():
+    results = edgegait.score([flat, "pixels"], no_baselines=True, conditions="casia-b", **SIDES)
+    mine, pixels = sorted(results["recognizers"], key=lambda one: one["name"])
+    assert (mine["name"], pixels["name"]) == ("flat", "pixels")
+    assert mine["runtime"]["name"] == "python"
+    assert judged(mine) == judged(pixels)
+    assert 0 < mine["rank1"] < 1
+
+
+def test_results_are_the_commands_json(program, tmp_path):
+    path = tmp_path / "score.json"
+    words = ["--azimuth-deg", "45,90", "--elevation-deg", 0, "--raster", "rows", "--out", tmp_path / "report"]
+    program("score", "side", "pixels", *words, "--json", path)
+    expected = json.loads(path.read_text())
+    found = edgegait.score(["side", "pixels"], **SIDES)
+    assert found["settings"] == expected["settings"]
+    assert [judged(one) for one in found["recognizers"]] == [judged(one) for one in expected["recognizers"]]
+
+
+def test_a_pack_is_scored_without_a_file(tmp_path):
+    pack = edgegait.cohort(people=4, speeds_kmh=[5], seed=9)
+    pack.save(tmp_path / "a.egp")
+    held = edgegait.score("pixels", pack, no_baselines=True, **SIDES)
+    read = edgegait.score("pixels", tmp_path / "a.egp", no_baselines=True, **SIDES)
+    assert held["recognizers"][0]["probes"] == 8
+    assert judged(held["recognizers"][0]) == judged(read["recognizers"][0])
+    assert held["inputs"][0]["sha256"] == read["inputs"][0]["sha256"]
+
+
+def test_a_callable_is_shown_what_its_contract_asks_for():
+    seen = []
+
+    def look(images):
+        seen.append((images.shape, images.dtype, images.min(), images.max()))
+        return images.mean(axis=2).reshape(len(images), -1)
+
+    look = edgegait.Recognizer(
+        look,
+        name="look",
+        template="silhouettes",
+        size="64x44",
+        frames=8,
+        layout="NTHW",
+        input_range="-1..1",
+        distance="cosine",
+    )
+    results = edgegait.score(look, no_baselines=True, subjects=["F01", "M01"], **SIDES)
+    assert results["recognizers"][0]["name"] == "look"
+    assert {(shape[1:], low, high) for shape, _, low, high in seen} == {((8, 64, 44), -1.0, 1.0)}
+    assert {kind for _, kind, _, _ in seen} == {np.dtype(np.float32)}
+
+
+def test_classes_decide_where_scores_are_given():
+    people = [one["name"] for one in edgegait.cohort(people=26, speeds_kmh=[5]).subjects]
+
+    def known(images):
+        scores = np.zeros((len(images), len(people)), np.float32)
+        scores[:, 3] = 1
+        return flat(images), scores
+
+    results = edgegait.score(edgegait.Recognizer(known, classes=people), no_baselines=True, **SIDES)
+    assert results["settings"]["protocol"] == "closed-set"
+    # One of 26 people is right.
+    assert results["recognizers"][0]["rank1"] == pytest.approx(1 / 26)
+
+
+def test_lists_of_results_are_data_frames():
+    pandas = pytest.importorskip("pandas")
+    results = edgegait.score("pixels", **SIDES)
+    assert isinstance(results, dict)
+    frame = results.frame()
+    assert list(frame["name"]) == ["pixels"]
+    views = results.frame("by_viewpoint")
+    assert isinstance(views, pandas.DataFrame)
+    assert list(views["name"]) == ["pixels", "pixels"]
+    assert list(views["azimuth_deg"]) == [45, 90]
+    with pytest.raises(KeyError, match="nothing"):
+        results.frame("nothing")
+
+
+def test_what_a_callable_raises_is_raised():
+    class Own(Exception):
+        pass
+
+    def broken(images):
+        raise Own("my bug")
+
+    with pytest.raises(Own, match="my bug"):
+        edgegait.score(broken, **SIDES)
+    for wrong, text in [
+        (lambda images: images.sum(), "expected embeddings of"),
+        (lambda images: flat(images)[:1], "expected embeddings of"),
+        (lambda images: images, "found 4 axes|expected embeddings"),
+        (lambda images: (flat(images), images[:, 0]), "expected scores"),
+        (lambda images: "text", "could not convert"),
+        (lambda images: None, "."),
+    ]:
+        with pytest.raises((ValueError, TypeError), match=text):
+            edgegait.score(edgegait.Recognizer(wrong, name="wrong"), **SIDES)
+    # And the next one runs.
+    assert edgegait.score(flat, no_baselines=True, **SIDES)["recognizers"][0]["rank1"] > 0
+
+
+def test_numbers_that_are_none_are_counted():
+    def holes(images):
+        found = flat(images).copy()
+        found[::2, 0] = np.nan
+        return found
+
+    results = edgegait.score(holes, no_baselines=True, **SIDES)
+    assert results["recognizers"][0]["probe_sets"][0]["non_finite"] > 0
+
+
+def test_misuse_raises(tmp_path):
+    for wrong, text in [
+        ({"models": 3}, "expected a model's path"),
+        ({"models": "nobody"}, "nobody"),
+        ({"models": "pixels", "protocol": "own"}, 'no protocol "own"'),
+        ({"models": "pixels", "bogus": 1}, "unexpected argument '--bogus'"),
+        ({"models": "pixels", "json": "x"}, "json: results are returned"),
+        ({"models": [flat, flat]}, 'two recognizers are called "flat"'),
+        ({"models": edgegait.Recognizer(flat, colour=3)}, "unknown field `colour`"),
+        ({"models": edgegait.Recognizer(flat, size="3x3")}, "3"),
+        ({"models": edgegait.Recognizer(flat, layout="NTHW")}, "layout"),
+        ({"models": "pixels", "data": tmp_path / "nowhere.egp"}, "nowhere.egp"),
+    ]:
+        with pytest.raises((ValueError, TypeError, OSError, edgegait.Error), match=text):
+            edgegait.score(**wrong)
+    with pytest.raises(ValueError, match="64x44"):
+        edgegait.Recognizer(flat, size="big")
+    with pytest.raises(TypeError, match="expected a callable"):
+        edgegait.Recognizer(3)
+
+
+def test_other_subcommands_run_quietly(tmp_path, capfd):
+    results = edgegait.generate("casia-b-like", people=2, out=tmp_path / "set")
+    assert results["people"] == 4
+    shards = [tmp_path / "one", tmp_path / "two"]
+    for number, shard in enumerate(shards, 1):
+        edgegait.generate("casia-b-like", people=2, out=shard, shard=f"{number}/2")
+    edgegait.merge(*(shard / "test" for shard in shards), out=tmp_path / "whole")
+    whole, once = (path.read_bytes() for path in [tmp_path / "whole/geis.npy", tmp_path / "set/test/geis.npy"])
+    assert whole == once
+    with pytest.raises(ValueError, match="--bogus"):
+        edgegait.command("inspect", "a.egp", bogus=True)
+    assert capfd.readouterr() == ("", "")

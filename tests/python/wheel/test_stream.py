@@ -1,0 +1,124 @@
+"""Streams that never end: which items they have, and who reads them."""
+
+import itertools
+import pickle
+
+import numpy as np
+import pytest
+
+import edgegait
+
+MASK = 2**64 - 1
+
+
+def mixed(z):
+    """splitmix64, after Steele, Lea & Flood."""
+    z = (z + 0x9E3779B97F4A7C15) & MASK
+    z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & MASK
+    z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & MASK
+    return z ^ (z >> 31)
+
+
+def permuted(number, count, key):
+    """A Feistel network of six rounds, walked until it is below count."""
+    half = max(1, ((count - 1).bit_length() + 1) // 2)
+    while True:
+        left, right = number >> half, number & ((1 << half) - 1)
+        for turn in range(6):
+            left, right = right, left ^ (mixed(right ^ mixed((key + turn) & MASK)) & ((1 << half) - 1))
+        number = left << half | right
+        if number < count:
+            return number
+
+
+def place(at, seed, people, items, at_once):
+    """The order as the guide states it, written anew."""
+    epoch, at = divmod(at, people * items)
+    key = mixed(seed ^ mixed(epoch))
+    block, at = divmod(at, min(at_once, people) * items)
+    present = min(at_once, people - block * at_once)
+    at = permuted(at, present * items, mixed(key ^ mixed(block + 1)))
+    return epoch, permuted(block * at_once + at // items, people, key) * items + at % items
+
+
+@pytest.fixture(scope="module")
+def dataset():
+    design = """
+    seed = 3
+    [population]
+    people = "0..7"
+    [walks]
+    speeds_kmh = [5]
+    [views]
+    azimuth_deg = [0, 45, 90]
+    elevation_deg = [0]
+    [images]
+    raster = "rows"
+    """
+    return edgegait.Dataset(edgegait.Design.from_toml(design))
+
+
+def test_the_order_is_that_of_the_guide(dataset):
+    stream = dataset.stream(batch=10, seed=9, people_at_once=3)
+    found = [place for number in range(20) for place in stream.places(number)]
+    assert found == [place(at, 9, 7, 3, 3) for at in range(200)]
+    assert stream.places(0) != dataset.stream(batch=10, seed=8, people_at_once=3).places(0)
+
+
+def test_each_epoch_has_each_item_once(dataset):
+    stream = dataset.stream(batch=4)
+    places = [place for number in range(21) for place in stream.places(number)]
+    for epoch in range(4):
+        assert sorted(item for found, item in places if found == epoch) == list(range(21))
+    plain = dataset.stream(batch=4, shuffle=False)
+    assert plain.places(5) == [(0, 20), (1, 0), (1, 1), (1, 2)]
+
+
+def test_a_batch_is_of_its_places(dataset):
+    stream = dataset.stream(batch=8)
+    # Items 16 to 23: two epochs.
+    images, labels = stream[2]
+    assert images.shape == (8, 50, 30)
+    epochs = {epoch for epoch, _ in stream.places(2)}
+    assert epochs == {0, 1}
+    for image, label, (epoch, item) in zip(images, labels, stream.places(2), strict=True):
+        alone, expected = dataset.batch([item], epoch=epoch)
+        assert np.array_equal(image, alone[0])
+        assert label == expected[0] == item // 3
+    same = dataset.stream(batch=8, fresh=False)
+    for image, (_, item) in zip(same[2][0], same.places(2), strict=True):
+        assert np.array_equal(image, dataset[item][0])
+
+
+def test_readers_share_batches_and_a_stream_goes_on_where_it_stopped(dataset, monkeypatch):
+    def first(stream, count):
+        return [images.tobytes() for images, _ in itertools.islice(stream, count)]
+
+    alone = first(dataset.stream(batch=5), 6)
+    shared = [first(dataset.stream(batch=5, rank=rank, world=2), 3) for rank in range(2)]
+    assert [shared[at % 2][at // 2] for at in range(6)] == alone
+    assert first(dataset.stream(batch=5, start=4), 2) == alone[4:]
+    assert first(pickle.loads(pickle.dumps(dataset.stream(batch=5, start=4))), 2) == alone[4:]
+    monkeypatch.setenv("RANK", "1")
+    monkeypatch.setenv("WORLD_SIZE", "2")
+    assert first(dataset.stream(batch=5), 3) == shared[1]
+
+
+def test_misuse_raises(dataset):
+    for wrong, text in [
+        ({"batch": 0}, "batch: expected a number from 1 on"),
+        ({"batch": "many"}, "batch"),
+        ({"seed": -1}, "seed"),
+        ({"start": 1.5}, "start"),
+        ({"people_at_once": 0}, "people_at_once"),
+        ({"rank": 2, "world": 2}, "rank: expected 0 to 1"),
+        ({"rank": 1}, "both or none"),
+    ]:
+        with pytest.raises(ValueError, match=text):
+            dataset.stream(**wrong)
+    with pytest.raises(TypeError, match="never ends"):
+        len(edgegait.Stream(dataset))
+    with pytest.raises(IndexError):
+        dataset.stream()[-1]
+    with pytest.raises(TypeError):
+        dataset.stream(size=3)
