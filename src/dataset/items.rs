@@ -4,6 +4,8 @@
 //! or batch at a time, and never stored. An item is the same bytes whoever draws it, alone or among
 //! others: it depends on its number, the seed and the pass alone.
 
+mod shares;
+
 use super::contents::Array;
 use super::{Contents, IndexRow, Order};
 use crate::confound::Condition;
@@ -22,13 +24,6 @@ use std::sync::Arc;
 /// The first variation of passes after the first: beyond those that commands and protocols can
 /// name, so that no pass draws what somebody is tested with.
 const FIRST_OF_PASSES: u32 = 1 << 20;
-
-/// What it takes to pose a cycle, in views of it that are drawn in that time.
-const POSING: usize = 9;
-/// Shares of the work for each core, so that all cores end at about the same time, and least work of a
-/// share that others are made for.
-const SHARES: usize = 4;
-const LEAST_SHARE: usize = 128;
 
 /// The bytes of a pack, shared by those who draw from it.
 pub type PackBytes = Arc<[u8]>;
@@ -279,7 +274,12 @@ impl Items {
     ) -> Result<Vec<DrawnItem>> {
         let shift = self.shift(pass)?;
         let shelf = self.shelf(packs)?;
-        let shares = self.shares(items);
+        // One item is drawn by whoever asks, without a pool.
+        let threads = match items.len() {
+            0 | 1 => 1,
+            _ => rayon::current_num_threads(),
+        };
+        let shares = shares::of(items, self.views(), threads);
         let paint = |drawer: &mut Drawer, share: &Vec<usize>| {
             let mut drawn = Vec::with_capacity(share.len());
             for cycle in share.chunk_by(|&a, &b| items[a] / self.views() == items[b] / self.views())
@@ -345,15 +345,16 @@ impl Items {
         Ok(rows)
     }
 
-    /// In which order a stream has them, of which each pass has so many people's mixed with each
-    /// other: all of them, if it is not said.
+    /// In which order a stream has them, where so many people's are mixed with each other, and those
+    /// of a cycle come one after another or are mixed too.
     #[must_use]
-    pub fn order(&self, seed: u64, people_at_once: Option<usize>) -> Order {
+    pub fn order(&self, seed: u64, people_at_once: usize, is_by_cycle: bool) -> Order {
         Order {
             seed,
             people: self.people() as u64,
             items: (self.cycles() * self.views()) as u64,
-            at_once: people_at_once.unwrap_or(self.people()).max(1) as u64,
+            at_once: people_at_once.max(1) as u64,
+            together: if is_by_cycle { self.views() as u64 } else { 1 },
         }
     }
 
@@ -432,42 +433,6 @@ impl Items {
         }
     }
 
-    /// Positions in `items` that are drawn together, cycle by cycle: shares of the work that take
-    /// about as long. Where a cycle is shared, each has views from all around.
-    fn shares(&self, items: &[usize]) -> Vec<Vec<usize>> {
-        let cycle_of = |at: usize| items[at] / self.views();
-        let mut order: Vec<usize> = (0..items.len()).collect();
-        // One item is drawn by whoever asks, without a pool.
-        if items.len() < 2 {
-            return vec![order];
-        }
-        order.sort_by_key(|&at| items[at]);
-        let cycles: Vec<&[usize]> = order
-            .chunk_by(|&a, &b| cycle_of(a) == cycle_of(b))
-            .collect();
-        let all = items.len() + cycles.len() * POSING;
-        let count = (all / LEAST_SHARE).clamp(1, SHARES * rayon::current_num_threads());
-        // Where a cycle is shared it is posed once more.
-        let most = (all + (count - 1) * POSING).div_ceil(count);
-        let mut shares = vec![Vec::new()];
-        let mut left = most;
-        for cycle in cycles {
-            left = left.saturating_sub(POSING);
-            let turns = cycle.iter().step_by(2);
-            for &at in turns.chain(cycle.iter().skip(1).step_by(2)) {
-                if left == 0 {
-                    shares.push(Vec::new());
-                    left = most - POSING;
-                }
-                left -= 1;
-                if let Some(share) = shares.last_mut() {
-                    share.push(at);
-                }
-            }
-        }
-        shares
-    }
-
     /// Draws items of one cycle.
     fn cycle(
         &self,
@@ -522,3 +487,6 @@ const fn job_in(job: Job<'_>, shift: u32) -> Job<'_> {
         ..job
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -17,6 +17,8 @@ pub struct Order {
     pub(super) items: u64,
     /// People whose items are shuffled among each other.
     pub(super) at_once: u64,
+    /// How many items stay together, in their order: 1, or all of a cycle.
+    pub(super) together: u64,
 }
 
 impl Order {
@@ -24,20 +26,26 @@ impl Order {
     /// thousand million passes.
     #[must_use]
     pub fn at(&self, place: u64) -> Option<(u32, usize)> {
-        let all = self.people.checked_mul(self.items).filter(|all| *all > 0)?;
+        let (pass, group) = self.group_at(place / self.together)?;
+        let item = group * self.together + place % self.together;
+        usize::try_from(item).ok().map(|item| (pass, item))
+    }
+
+    /// The pass, and the number of the items that stay together.
+    fn group_at(&self, place: u64) -> Option<(u32, u64)> {
+        let items = self.items / self.together;
+        let all = self.people.checked_mul(items).filter(|all| *all > 0)?;
         let pass = u32::try_from(place / all).ok()?;
         let place = place % all;
         // People in an order of the pass, in blocks; the items of a block in an order of the block.
-        let block_items = self.at_once.saturating_mul(self.items).min(all);
+        let block_items = self.at_once.saturating_mul(items).min(all);
         let (block, place) = (place / block_items, place % block_items);
         let first = block * self.at_once;
         let people = self.at_once.min(self.people - first);
         let key = mixed(self.seed ^ mixed(u64::from(pass)));
-        let place = permuted(place, people * self.items, mixed(key ^ mixed(block + 1)));
-        let person = permuted(first + place / self.items, self.people, key);
-        usize::try_from(person * self.items + place % self.items)
-            .ok()
-            .map(|item| (pass, item))
+        let place = permuted(place, people * items, mixed(key ^ mixed(block + 1)));
+        let person = permuted(first + place / items, self.people, key);
+        Some((pass, person * items + place % items))
     }
 }
 
@@ -79,6 +87,7 @@ mod tests {
         people: 10,
         items: 6,
         at_once: 4,
+        together: 1,
     };
 
     fn taken(order: &Order, places: std::ops::Range<u64>) -> Vec<(u32, usize)> {
@@ -137,6 +146,26 @@ mod tests {
             counts.iter().all(|count| (count - 500).abs() < 86),
             "{counts:?}"
         );
+    }
+
+    #[test]
+    fn views_of_a_cycle_stay_together() {
+        let order = Order {
+            together: 3,
+            ..ORDER
+        };
+        let found = taken(&order, 0..60);
+        let mut firsts = Vec::new();
+        for cycle in found.chunks(3) {
+            let first = cycle[0].1;
+            assert_eq!(first % 3, 0);
+            assert_eq!(cycle, [(0, first), (0, first + 1), (0, first + 2)]);
+            firsts.push(first / 3);
+        }
+        // As items are shuffled where there are as many of them as cycles here.
+        let cycles = Order { items: 2, ..ORDER };
+        let expected: Vec<usize> = taken(&cycles, 0..20).iter().map(|it| it.1).collect();
+        assert_eq!(firsts, expected);
     }
 
     #[test]

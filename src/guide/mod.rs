@@ -22,6 +22,8 @@ pub mod importing {}
 pub mod models {}
 #[doc = include_str!("people.md")]
 pub mod people {}
+#[doc = include_str!("python.md")]
+pub mod python {}
 #[doc = include_str!("results.md")]
 pub mod results {}
 #[doc = include_str!("segmenting.md")]

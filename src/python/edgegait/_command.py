@@ -7,6 +7,7 @@ import os
 from typing import Any
 
 from . import _native
+from ._design import Design
 from ._flags import words
 
 _FOLDED = ("recognizers", "models", "points", "clips")
@@ -84,14 +85,25 @@ def run(
     return Results(json.loads(text) if text else {})
 
 
-def generate(design: Any, **flags: Any) -> Results:
+def generate(design: Design | str | os.PathLike[str], **flags: Any) -> Results:
     """Makes the dataset of a design on the disk, as `edgegait generate` does.
 
     Args:
-        design: Its name, its `.toml` file, or a Design that is one of these.
+        design: A Design, the name of one that is built in, or a `.toml` file.
         flags: `out="set"`, `format="opengait"`, `shard="1/4"`, `resume=True`.
+
+    Raises:
+        ValueError: For a Design that is in no file, whose name results could state.
     """
-    return command("generate", getattr(design, "name", design), **flags)
+    if not isinstance(design, Design):
+        return command("generate", design, **flags)
+    try:
+        is_named = Design(design.name).toml == design.toml
+    except (OSError, ValueError, _native.Error):
+        is_named = False
+    if not is_named:
+        raise ValueError(f"{design.name}: expected the name of a design or its file (Design.save writes one)")
+    return command("generate", design.name, **flags)
 
 
 def merge(*shards: str | os.PathLike[str], **flags: Any) -> Results:

@@ -245,6 +245,8 @@ class Stream:
         shuffle: Whether items are shuffled; else they come in order.
         people_at_once: People of a design whose items are shuffled among each other, and who are made
             for that; an epoch goes through all people so many at a time.
+        by_cycle: Whether a cycle's viewpoints come one after another, instead of being shuffled too: a cycle
+            is posed once for them, so that streams of many viewpoints are several times as fast.
         fresh: Whether an epoch has variations that no other has; else all epochs have the same items.
         start: The number of the first batch, to go on with a training.
         rank, world: Which reader this is, and of how many [of torch.distributed, or of the environment's RANK and
@@ -259,6 +261,7 @@ class Stream:
         seed: int = 1,
         shuffle: bool = True,
         people_at_once: int = 256,
+        by_cycle: bool = False,
         fresh: bool = True,
         start: int = 0,
         rank: int | None = None,
@@ -279,7 +282,7 @@ class Stream:
         if rank is not None and world is not None and not 0 <= rank < world:
             raise ValueError(f"rank: expected 0 to {world - 1}, found {rank}")
         self.dataset, self.batch, self.seed, self.shuffle = dataset, batch, seed, shuffle
-        self.people_at_once, self.fresh, self.start = people_at_once, fresh, start
+        self.people_at_once, self.by_cycle, self.fresh, self.start = people_at_once, by_cycle, fresh, start
         self.reader = None if rank is None or world is None else (rank, world)
 
     def __iter__(self) -> Iterator[tuple[Arrays, np.ndarray]]:
@@ -316,7 +319,9 @@ class Stream:
         first = number * self.batch
         if not self.shuffle:
             return [divmod(at, len(self.dataset)) for at in range(first, first + self.batch)]
-        return self.dataset._items.order(self.seed, first, self.batch, people_at_once=self.people_at_once)
+        return self.dataset._items.order(
+            self.seed, first, self.batch, people_at_once=self.people_at_once, by_cycle=self.by_cycle
+        )
 
     def __len__(self) -> int:
         raise TypeError("a stream never ends (import torch before dataset.stream() to give it to a DataLoader)")

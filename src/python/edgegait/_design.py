@@ -26,10 +26,11 @@ class Design:
         design.name, design.toml = name, toml
         return design
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the text into a file that is not there yet, for `generate` and the command."""
+    def save(self, path: str | os.PathLike[str]) -> Design:
+        """Writes the text into a file that is not there yet; the design that this file is."""
         with Path(path).open("x", encoding="utf-8") as file:
             file.write(self.toml)
+        return Design(path)
 
     def __repr__(self) -> str:
         return f"<Design {self.name}>"

@@ -12,6 +12,11 @@ use std::time::Duration;
 /// How often signals are looked for: nobody notices, and it costs nothing.
 pub(crate) const LOOK: Duration = Duration::from_millis(50);
 
+/// The exception that a signal raises, if one came.
+pub(crate) fn raised() -> Option<PyErr> {
+    Python::attach(|py| py.check_signals().err())
+}
+
 /// Whether work is to end.
 #[derive(Default)]
 pub(crate) struct Stop(AtomicBool);
@@ -83,7 +88,7 @@ pub(crate) fn attended<R: Send>(
                     Ok(Ok(done)) => return interrupted.map_or(Ok(done), Err),
                     Ok(Err(panic)) => resume_unwind(panic),
                     Err(RecvTimeoutError::Timeout) if interrupted.is_none() => {
-                        interrupted = Python::attach(|py| py.check_signals()).err();
+                        interrupted = raised();
                         stop.0.store(interrupted.is_some(), Ordering::Relaxed);
                     }
                     Err(_) => {}

@@ -1,6 +1,6 @@
 //! The command's subcommands, with recognizers that are Python callables.
 
-use crate::attend::LOOK;
+use crate::attend::{self, LOOK};
 use crate::errors::exception;
 use crate::pack::Pack;
 use edgegait::cli::embed::{self, Held};
@@ -155,7 +155,7 @@ fn served(messages: &Receiver<Message>, functions: &[Py<PyAny>]) -> Option<PyErr
             Ok(Message::Done) | Err(RecvTimeoutError::Disconnected) => return raised,
             Err(RecvTimeoutError::Timeout) => {
                 if raised.is_none() {
-                    raised = Python::attach(|py| py.check_signals()).err();
+                    raised = attend::raised();
                 }
                 // Work that began in between has to end too.
                 if raised.is_some() {

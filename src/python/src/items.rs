@@ -180,20 +180,21 @@ impl Items {
     }
 
     /// Numbers of items in a stream that never ends, from its `start`-th on.
-    #[pyo3(signature = (seed, start, count, *, people_at_once = None))]
+    #[pyo3(signature = (seed, start, count, *, people_at_once, by_cycle))]
     fn order(
         &self,
         seed: u64,
         start: u64,
         count: usize,
-        people_at_once: Option<usize>,
+        people_at_once: usize,
+        by_cycle: bool,
     ) -> PyResult<Vec<(u32, usize)>> {
         if count > MAX_ITEMS {
             return Err(PyValueError::new_err(format!(
                 "expected at most {MAX_ITEMS} items at once, found {count}"
             )));
         }
-        let order = self.items.order(seed, people_at_once);
+        let order = self.items.order(seed, people_at_once, by_cycle);
         let found = (start..start.saturating_add(count as u64)).map(|at| order.at(at));
         let found: Option<Vec<(u32, usize)>> = found.collect();
         found.ok_or_else(|| {

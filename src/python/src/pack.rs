@@ -103,7 +103,10 @@ impl Pack {
                 "speed_kmh",
                 (f64::from(walk.speed_mm_per_s) * 0.36).round() / 100.0,
             )?;
-            dict.set_item("duration_s", clip.as_ref().map(|clip| clip.duration_s()))?;
+            dict.set_item(
+                "duration_s",
+                clip.as_ref().map(edgegait_core::clip::Clip::duration_s),
+            )?;
             dict.set_item("is_take", clip.is_some_and(|clip| clip.as_take().is_some()))?;
             Ok(dict)
         };

@@ -233,7 +233,7 @@ def test_designs_that_cannot_be_are_refused():
         edgegait.Design("casia")
     with pytest.raises(FileNotFoundError):
         edgegait.Design("nowhere.toml")
-    with pytest.raises(edgegait.Error, match=r"design.toml:2: unknown field `colour`"):
+    with pytest.raises(edgegait.Error, match=r"design\.toml:2: unknown field `colour`"):
         edgegait.Dataset(edgegait.Design.from_toml('seed = 1\ncolour = "blue"\n'))
     with pytest.raises(ValueError, match="no split is named, expected one of"):
         edgegait.Dataset(edgegait.Design("casia-b-like"))

@@ -58,11 +58,11 @@ def test_what_is_no_pack_is_refused(tmp_path):
         edgegait.Pack.from_bytes(b"no pack")
     path = tmp_path / "cut.egp"
     path.write_bytes(bytes(edgegait.cohort(people=1, speeds_kmh=[5], quick=True))[:-1])
-    with pytest.raises(edgegait.Error, match="cut.egp"):
+    with pytest.raises(edgegait.Error, match=r"cut\.egp"):
         edgegait.Pack(path)
-    with pytest.raises(edgegait.Error, match="cut.egp"):
+    with pytest.raises(edgegait.Error, match=r"cut\.egp"):
         edgegait.Dataset(path)
-    with pytest.raises(FileNotFoundError, match="nowhere.egp"):
+    with pytest.raises(FileNotFoundError, match=r"nowhere\.egp"):
         edgegait.Pack(tmp_path / "nowhere.egp")
     with pytest.raises(TypeError):
         edgegait.Pack(3)

@@ -166,6 +166,14 @@ def test_other_subcommands_run_quietly(tmp_path, capfd):
     edgegait.merge(*(shard / "test" for shard in shards), out=tmp_path / "whole")
     whole, once = (path.read_bytes() for path in [tmp_path / "whole/geis.npy", tmp_path / "set/test/geis.npy"])
     assert whole == once
+    design = edgegait.Design.from_toml(edgegait.Design("casia-b-like").toml)
+    with pytest.raises(ValueError, match=r"design\.toml: expected the name of a design or its file"):
+        edgegait.generate(design, out=tmp_path / "third")
+    saved = design.save(tmp_path / "own.toml")
+    edgegait.generate(saved, people=2, out=tmp_path / "third")
+    assert (tmp_path / "third/test/geis.npy").read_bytes() == once
+    with pytest.raises(FileExistsError):
+        design.save(tmp_path / "own.toml")
     with pytest.raises(ValueError, match="--bogus"):
         edgegait.command("inspect", "a.egp", bogus=True)
     assert capfd.readouterr() == ("", "")

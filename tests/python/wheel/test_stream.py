@@ -65,6 +65,17 @@ def test_the_order_is_that_of_the_guide(dataset):
     assert stream.places(0) != dataset.stream(batch=10, seed=8, people_at_once=3).places(0)
 
 
+def test_viewpoints_of_a_cycle_can_stay_together(dataset):
+    stream = dataset.stream(batch=6, seed=9, by_cycle=True)
+    places = [place for number in range(7) for place in stream.places(number)]
+    assert sorted(item for _, item in places[:21]) == list(range(21))
+    for at in range(0, 42, 3):
+        (epoch, first), second, third = places[at : at + 3]
+        assert first % 3 == 0
+        assert [second, third] == [(epoch, first + 1), (epoch, first + 2)]
+    assert [(epoch, item // 3) for epoch, item in places[::3]] == [place(at, 9, 7, 1, 256) for at in range(14)]
+
+
 def test_each_epoch_has_each_item_once(dataset):
     stream = dataset.stream(batch=4)
     places = [place for number in range(21) for place in stream.places(number)]

@@ -86,7 +86,7 @@ def test_the_process_group_says_which_rank_reads(dataset, tmp_path):
 
 def test_an_abandoned_loader_leaves_nothing_behind(dataset):
     loader = data.DataLoader(dataset.stream(batch=16), batch_size=None, num_workers=2)
-    for _ in zip(range(2), loader):
+    for _ in zip(range(2), loader, strict=False):
         pass
     del loader
     assert len(dataset.batch(range(8))[0]) == 8

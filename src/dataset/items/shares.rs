@@ -1,0 +1,88 @@
+//! Work on items, shared among cores.
+
+/// What it takes to pose a cycle, in views of it that are drawn in that time.
+const POSING: usize = 9;
+/// Shares of the work for each core, so that all cores end at about the same time, and least work of a
+/// share that others are made for.
+const SHARES: usize = 4;
+const LEAST_SHARE: usize = 128;
+
+/// Positions in `items` that are drawn together, cycle by cycle, where so many `views` are one
+/// cycle's: shares of the work that take about as long. Where a cycle is shared, each has views from
+/// all around.
+pub(super) fn of(items: &[usize], views: usize, threads: usize) -> Vec<Vec<usize>> {
+    let cycle_of = |at: usize| items[at] / views;
+    let mut order: Vec<usize> = (0..items.len()).collect();
+    order.sort_by_key(|&at| items[at]);
+    let cycles: Vec<&[usize]> = order
+        .chunk_by(|&a, &b| cycle_of(a) == cycle_of(b))
+        .collect();
+    let all = items.len() + cycles.len() * POSING;
+    let count = (all / LEAST_SHARE).clamp(1, SHARES * threads);
+    // Where a cycle is shared it is posed once more.
+    let most = (all + (count - 1) * POSING).div_ceil(count);
+    let mut shares = vec![Vec::new()];
+    let mut left = most;
+    for cycle in cycles {
+        left = left.saturating_sub(POSING);
+        let turns = cycle.iter().step_by(2);
+        for &at in turns.chain(cycle.iter().skip(1).step_by(2)) {
+            if left == 0 {
+                shares.push(Vec::new());
+                left = most - POSING;
+            }
+            left -= 1;
+            if let Some(share) = shares.last_mut() {
+                share.push(at);
+            }
+        }
+    }
+    shares
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What each share takes, in views.
+    fn costs(items: &[usize], views: usize, shares: &[Vec<usize>]) -> Vec<usize> {
+        let cost = |share: &Vec<usize>| {
+            let cycles = share.chunk_by(|&a, &b| items[a] / views == items[b] / views);
+            share.len() + POSING * cycles.count()
+        };
+        shares.iter().map(cost).collect()
+    }
+
+    #[test]
+    fn work_is_shared_evenly_and_every_item_is_drawn_once() {
+        let cases: [(Vec<usize>, usize, usize); 6] = [
+            // A batch of one cycle, and one across two cycles.
+            ((0..256).collect(), 703, 2),
+            ((600..856).collect(), 703, 2),
+            // Whole cycles, and single views of many.
+            ((0..4 * 703).collect(), 703, 8),
+            ((0..703 * 300).step_by(703).collect(), 703, 8),
+            ((0..40).collect(), 11, 1),
+            (Vec::new(), 11, 1),
+        ];
+        for (items, views, count) in cases {
+            let shares = of(&items, views, 2);
+            assert_eq!(shares.len(), count);
+            let mut all = shares.concat();
+            all.sort_unstable();
+            assert!(all.into_iter().eq(0..items.len()));
+            let costs = costs(&items, views, &shares);
+            let most = costs.iter().max().copied().unwrap_or(0);
+            let mean = costs.iter().sum::<usize>() as f64 / count as f64;
+            assert!(most as f64 <= 1.1 * mean + 1.0, "{costs:?}");
+        }
+    }
+
+    #[test]
+    fn both_halves_of_a_cycle_have_views_from_all_around() {
+        let items: Vec<usize> = (0..256).collect();
+        let shares = of(&items, 703, 2);
+        assert_eq!(shares[0][..3], [0, 2, 4]);
+        assert_eq!(shares[1][..3], [1, 3, 5]);
+    }
+}
