@@ -119,11 +119,8 @@ fn an_item_is_the_same_alone_and_among_others() {
 
 #[test]
 fn items_of_a_pack_are_in_the_order_of_a_sweep() {
-    let doses = Doses::new(dose("backpack=1").ok());
-    let items = of_pack(
-        vec![Condition::of(Doses::default()), Condition::of(doses)],
-        2..4,
-    );
+    let condition = |text| Condition::of(Doses::new(dose(text).ok()));
+    let items = of_pack(vec![condition("hat=1"), condition("backpack=1")], 2..4);
     assert_eq!(items.len(), 2 * 3 * 2 * 6);
     let all: Vec<usize> = (0..items.len()).collect();
     let rows = items.rows(&all, 0, &BTreeMap::new()).expect("rows");
