@@ -16,8 +16,8 @@ import edgegait
 BATCH = 512
 #: As `edgegait sweep --raster rows` has it: 26 people at 5 km/h from 703 viewpoints.
 GEIS = {"views": "paper", "raster": "rows"}
-#: Ten sides, and all frames.
-SILHOUETTES = {"azimuth_deg": range(0, 180, 18), "raster": "rows", "template": "silhouettes"}
+#: Twenty variations from ten sides, and all frames.
+SILHOUETTES = {"azimuth_deg": range(0, 180, 18), "raster": "rows", "template": "silhouettes", "cycles": 20}
 
 
 def sweep_in_rust(drawing):

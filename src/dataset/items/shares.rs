@@ -2,10 +2,19 @@
 
 /// What it takes to pose a cycle, in views of it that are drawn in that time.
 const POSING: usize = 9;
-/// Shares of the work for each core, so that all cores end at about the same time, and least work of a
-/// share that others are made for.
+/// Shares of the work for each core, so that all cores end at about the same time, where each takes
+/// at least so long.
 const SHARES: usize = 4;
 const LEAST_SHARE: usize = 128;
+/// Least work that is worth another core.
+const LEAST_WORK: usize = 24;
+
+/// How many shares so much work is divided into.
+fn count(work: usize, threads: usize) -> usize {
+    let many = (work / LEAST_SHARE).min(SHARES * threads);
+    let few = (work / LEAST_WORK).min(threads);
+    many.max(few).max(1)
+}
 
 /// Positions in `items` that are drawn together, cycle by cycle, where so many `views` are one
 /// cycle's: shares of the work that take about as long. Where a cycle is shared, each has views from
@@ -18,7 +27,7 @@ pub(super) fn of(items: &[usize], views: usize, threads: usize) -> Vec<Vec<usize
         .chunk_by(|&a, &b| cycle_of(a) == cycle_of(b))
         .collect();
     let all = items.len() + cycles.len() * POSING;
-    let count = (all / LEAST_SHARE).clamp(1, SHARES * threads);
+    let count = count(all, threads);
     // Where a cycle is shared it is posed once more.
     let most = (all + (count - 1) * POSING).div_ceil(count);
     let mut shares = vec![Vec::new()];
@@ -55,14 +64,16 @@ mod tests {
 
     #[test]
     fn work_is_shared_evenly_and_every_item_is_drawn_once() {
-        let cases: [(Vec<usize>, usize, usize); 6] = [
+        let cases: [(Vec<usize>, usize, usize); 7] = [
             // A batch of one cycle, and one across two cycles.
             ((0..256).collect(), 703, 2),
             ((600..856).collect(), 703, 2),
             // Whole cycles, and single views of many.
             ((0..4 * 703).collect(), 703, 8),
             ((0..703 * 300).step_by(703).collect(), 703, 8),
-            ((0..40).collect(), 11, 1),
+            // Four cycles from ten sides, two views, and nothing.
+            ((0..40).collect(), 10, 2),
+            ((0..2).collect(), 11, 1),
             (Vec::new(), 11, 1),
         ];
         for (items, views, count) in cases {
