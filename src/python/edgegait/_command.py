@@ -28,7 +28,7 @@ class Results(dict[str, Any]):
             KeyError: If there is no such list.
             ImportError: If pandas is not installed.
         """
-        import pandas  # type: ignore[import-untyped, unused-ignore]
+        import pandas  # type: ignore[import-untyped, import-not-found, unused-ignore]
 
         if key is None:
             key = next((name for name in _FOLDED if isinstance(self.get(name), list)), "")

@@ -64,7 +64,7 @@ def _called(function: Callable[[Any], Any], images: np.ndarray) -> Any:
     """What a function returns, or a module in evaluation mode."""
     if not (hasattr(function, "parameters") and hasattr(function, "eval") and hasattr(function, "training")):
         return function(images)
-    import torch
+    import torch  # type: ignore[import-not-found, unused-ignore]
 
     module: Any = function
     first = next(iter(module.parameters()), None)
