@@ -33,7 +33,8 @@ class Dataset:
 
     An item is a gait cycle seen from one viewpoint, as a row of the index of a dataset that `generate`
     or `sweep` would write. It is the same bytes in any order, worker, shard and batch. A
-    `torch.utils.data.DataLoader` takes a dataset as it is.
+    `torch.utils.data.DataLoader` takes a dataset as it is. To change what items are, hold a dataset in a class of
+    your own, with `__len__` and `__getitem__` (or `__getitems__`), rather than inherit from it.
 
     Args:
         source: A Design, whose people are made when they are needed; a Pack; or the path of a pack.
@@ -143,6 +144,7 @@ class Dataset:
         beyond = (numbers < -self._len) | (numbers >= self._len)
         if beyond.any():
             raise IndexError(f"item {numbers[beyond][0]}: expected one of {self._len}")
+        numbers = numbers.astype(np.int64)
         found: list[int] = np.where(numbers < 0, numbers + self._len, numbers).tolist()
         return found
 
@@ -162,6 +164,8 @@ class Dataset:
 
     def __reduce__(self) -> tuple[Any, ...]:
         source, split, people, drawing = self._state
+        if type(self) is not Dataset:
+            raise TypeError("a subclass of Dataset is not pickled as one: hold a Dataset in a class of your own")
         return _dataset, (source, split, people, self.threads, drawing)
 
     def _repr_png_(self) -> bytes:
@@ -189,6 +193,8 @@ def _named(arrays: Any, names: Iterable[str]) -> dict[str, Any]:
 
 def _by_item(array: np.ndarray, frames: Sequence[int]) -> np.ndarray | list[np.ndarray]:
     """Frames one after another by item: one array where all have as many, else a list."""
+    if not frames:
+        return array[:, None]
     if len(set(frames)) == 1:
         return array.reshape(len(frames), frames[0], *array.shape[1:])
     return np.split(array, np.cumsum(frames)[:-1])
@@ -227,6 +233,8 @@ def _rank() -> tuple[int, int]:
     rank, world = os.environ.get("RANK"), os.environ.get("WORLD_SIZE")
     if rank is None or world is None:
         return 0, 1
+    if not (rank.isdecimal() and world.isdecimal() and int(rank) < int(world)):
+        raise ValueError(f"RANK={rank}, WORLD_SIZE={world}: expected a rank below the number of readers")
     return int(rank), int(world)
 
 
@@ -283,11 +291,12 @@ class Stream:
             raise ValueError(f"rank: expected 0 to {world - 1}, found {rank}")
         self.dataset, self.batch, self.seed, self.shuffle = dataset, batch, seed, shuffle
         self.people_at_once, self.by_cycle, self.fresh, self.start = people_at_once, by_cycle, fresh, start
-        self.reader = None if rank is None or world is None else (rank, world)
+        # Known here, not in a worker that is started anew, which has no process group.
+        self.reader = _rank() if rank is None or world is None else (rank, world)
 
     def __iter__(self) -> Iterator[tuple[Arrays, np.ndarray]]:
         """The batches of this reader."""
-        rank, world = self.reader or _rank()
+        rank, world = self.reader
         worker = _worker()
         number, workers = (0, 1) if worker is None else (worker.id, worker.num_workers)
         at = self.start + rank + world * number
@@ -328,8 +337,7 @@ class Stream:
 
     def __reduce__(self) -> tuple[Any, ...]:
         how = {name: value for name, value in vars(self).items() if name not in ("dataset", "batch", "reader")}
-        if self.reader is not None:
-            how |= dict(zip(("rank", "world"), self.reader, strict=True))
+        how |= dict(zip(("rank", "world"), self.reader, strict=True))
         return _stream, (self.dataset, self.batch, how)
 
 

@@ -62,20 +62,21 @@ class Recognizer:
 
 def _called(function: Callable[[Any], Any], images: np.ndarray) -> Any:
     """What a function returns, or a module in evaluation mode."""
-    if not (hasattr(function, "parameters") and hasattr(function, "eval") and hasattr(function, "training")):
+    if not (hasattr(function, "parameters") and hasattr(function, "eval") and hasattr(function, "modules")):
         return function(images)
     import torch  # type: ignore[import-not-found, unused-ignore]
 
     module: Any = function
     first = next(iter(module.parameters()), None)
-    was_training = module.training
+    modes = [(one, one.training) for one in module.modules()]
     module.eval()
     try:
         with torch.inference_mode():
             tensor = torch.from_numpy(images)
             return module(tensor if first is None else tensor.to(first.device))
     finally:
-        module.train(was_training)
+        for one, was_training in modes:
+            one.training = was_training
 
 
 def _floats(numbers: Any) -> np.ndarray:

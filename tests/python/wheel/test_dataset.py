@@ -206,6 +206,13 @@ def test_misuse_raises():
         dataset.batch(np.zeros(2**24 + 1, np.int64))
     images, labels = dataset.batch([])
     assert len(images) == len(labels) == 0
+    sequences = edgegait.Dataset(views="side", raster="rows", template="silhouettes")
+    assert sequences.batch([])[0].shape == (0, 1, 50, 30)
+    assert sequences.__getitems__([]) == []
+    # Numbers of few bits count as others.
+    large = edgegait.Dataset(views="paper", raster="rows")
+    assert np.array_equal(large.batch(np.array([1, 2], np.uint8))[0], large.batch([1, 2])[0])
+    assert np.array_equal(large[np.int8(-1)][0], large[len(large) - 1][0])
     for wrong, text in [
         ({"raster": "crayons"}, "possible values: skia"),
         ({"views": "everywhere"}, 'expected "paper", "side"'),

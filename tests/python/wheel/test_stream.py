@@ -113,6 +113,15 @@ def test_readers_share_batches_and_a_stream_goes_on_where_it_stopped(dataset, mo
     monkeypatch.setenv("RANK", "1")
     monkeypatch.setenv("WORLD_SIZE", "2")
     assert first(dataset.stream(batch=5), 3) == shared[1]
+    # Known where the stream is made, whatever its worker's environment is.
+    packed = pickle.dumps(dataset.stream(batch=5))
+    monkeypatch.delenv("RANK")
+    monkeypatch.delenv("WORLD_SIZE")
+    assert first(pickle.loads(packed), 3) == shared[1]
+    monkeypatch.setenv("RANK", "2")
+    monkeypatch.setenv("WORLD_SIZE", "2")
+    with pytest.raises(ValueError, match="expected a rank below"):
+        dataset.stream()
 
 
 def test_misuse_raises(dataset):
