@@ -212,6 +212,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         args.common.say(listing()?);
         return Ok(());
     }
+    args.export.check_unfinished(&args.out)?;
     if let Some(path) = args.source.pack.as_deref().filter(|path| path.is_dir()) {
         return tree::run(args, path);
     }
@@ -344,7 +345,6 @@ impl Args {
     /// How silhouettes are drawn, and what is made of them.
     fn wanted(&self) -> Result<(Settings, Wanted)> {
         let format = self.export.format();
-        self.export.check_unfinished(&self.out)?;
         let templates = templates_of(&self.draw.template, format);
         let settings = Settings {
             template: templates[0],

@@ -43,7 +43,7 @@ enum Origin {
     Design {
         design: Box<Design>,
         /// Their numbers in the design.
-        people: Vec<usize>,
+        people: Range<usize>,
     },
     /// Of walks of a pack.
     Pack {
@@ -105,12 +105,13 @@ impl Items {
             }
             .into());
         };
-        let people = found.people.clone().take(most.unwrap_or(usize::MAX));
+        let Range { start, end } = found.people;
+        let people = start..end.min(start.saturating_add(most.unwrap_or(usize::MAX)));
         Ok(Self {
             settings: design.settings,
             wanted: design.images.wanted.clone(),
             origin: Origin::Design {
-                people: people.collect(),
+                people,
                 design: Box::new(design),
             },
         })
@@ -209,8 +210,8 @@ impl Items {
         match &self.origin {
             Origin::Design { design, people } => {
                 let (seed, sex) = (design.settings.seed, design.population.sex);
-                let name = |&number: &usize| cohort::name_of(seed, number, sex);
-                people.iter().map(name).collect()
+                let name = |number| cohort::name_of(seed, number, sex);
+                people.clone().map(name).collect()
             }
             Origin::Pack { subjects, .. } => subjects.clone(),
         }
@@ -249,7 +250,7 @@ impl Items {
         match &self.origin {
             Origin::Pack { items, .. } => Ok(items.bytes.clone()),
             Origin::Design { design, people } => {
-                let make = |_| design.subject(people[person]);
+                let make = |_| design.subject(people.start + person);
                 let how = (MAX_ERROR_MM, Effort::Quick);
                 Ok(encode_population(0..1, &make, how, &|| ())?.into())
             }

@@ -42,8 +42,10 @@ struct People {
 impl People {
     fn keep(&mut self, person: usize, pack: PackBytes) {
         self.bytes += pack.len();
-        if self.packs.insert(person, pack).is_none() {
-            self.order.push_back(person);
+        match self.packs.insert(person, pack) {
+            // Somebody else made the same person meanwhile.
+            Some(former) => self.bytes -= former.len(),
+            None => self.order.push_back(person),
         }
         while self.bytes > MAX_KEPT_BYTES {
             let Some(first) = self.order.pop_front() else {
