@@ -104,7 +104,8 @@ impl IndexRow {
 }
 
 /// A speed in km/h, to 0.01, from mm/s.
-fn kmh(speed_mm_per_s: u16) -> f64 {
+#[must_use]
+pub fn kmh(speed_mm_per_s: u16) -> f64 {
     (f64::from(speed_mm_per_s) * 0.36).round() / 100.0
 }
 

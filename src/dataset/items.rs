@@ -79,14 +79,13 @@ pub struct DrawnItem {
     pub frames: u32,
 }
 
-/// A place among the items.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// The cycle that an item is of.
+#[derive(Clone, Copy)]
 struct Place {
     /// Number of the person in the list; of a pack 0.
     person: usize,
     /// Number of the cycle, of that person or in the pack.
     cycle: usize,
-    view: usize,
 }
 
 impl Items {
@@ -185,12 +184,6 @@ impl Items {
                 items.walks.len() * items.conditions.len().max(1) * items.variations.len()
             }
         }
-    }
-
-    /// The settings in which they are drawn.
-    #[must_use]
-    pub const fn settings(&self) -> &Settings {
-        &self.settings
     }
 
     /// The arrays of each item.
@@ -365,7 +358,6 @@ impl Items {
         Place {
             person: item / views / cycles,
             cycle: item / views % cycles,
-            view: item % views,
         }
     }
 

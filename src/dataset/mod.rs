@@ -36,7 +36,7 @@ pub use contents::{Array, Contents, Format, Shard};
 pub use existing::{Existing, check_replaceable};
 pub use file::{grey_png, hex, sha256_of_bytes, sha256_of_file, write_atomically, write_bytes};
 pub use header::{Header, InputFile, SCHEMA};
-pub use index::{IndexRow, WalkerRow};
+pub use index::{IndexRow, WalkerRow, kmh};
 pub use items::{DrawnItem, Items, PackBytes, PackItems};
 pub use merge::merge;
 pub use npy::write_npy;

@@ -106,6 +106,14 @@ pub struct Outputs {
     pub non_finite: usize,
 }
 
+impl Outputs {
+    /// Counts the numbers that are NaN or infinite.
+    pub fn count_non_finite(&mut self) {
+        let numbers = self.embedding.iter().chain(self.scores.iter().flatten());
+        self.non_finite = numbers.filter(|number| !number.is_finite()).count();
+    }
+}
+
 /// What a runtime gave back.
 #[derive(Clone)]
 struct Tensor {
@@ -163,11 +171,7 @@ fn run_batch(
             join(outputs.scores.get_or_insert_default(), scores.numbers);
         }
     }
-    let numbers = outputs
-        .embedding
-        .iter()
-        .chain(outputs.scores.iter().flatten());
-    outputs.non_finite = numbers.filter(|number| !number.is_finite()).count();
+    outputs.count_non_finite();
     Ok(outputs)
 }
 

@@ -213,11 +213,7 @@ fn call(
         };
         (outputs.scores, outputs.classes) = (Some(scores), classes);
     }
-    let all = outputs
-        .embedding
-        .iter()
-        .chain(outputs.scores.iter().flatten());
-    outputs.non_finite = all.filter(|number| !number.is_finite()).count();
+    outputs.count_non_finite();
     Ok(outputs)
 }
 

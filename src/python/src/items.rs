@@ -205,7 +205,6 @@ impl Items {
     }
 
     /// Draws items: by name of the array all of them one after another, and how many frames each has.
-    #[pyo3(signature = (numbers, epoch, threads))]
     fn draw<'py>(
         &self,
         py: Python<'py>,

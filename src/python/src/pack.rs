@@ -2,7 +2,7 @@
 
 use crate::errors::exception;
 use edgegait::dataset::InputFile;
-use edgegait::dataset::{PackBytes, sha256_of_bytes, write_bytes};
+use edgegait::dataset::{PackBytes, kmh, sha256_of_bytes, write_bytes};
 use edgegait::error::ChoiceError;
 use edgegait::source::PackSource;
 use edgegait_core::pack::Sex;
@@ -99,10 +99,7 @@ impl Pack {
             dict.set_item("subject", pack.subject(walk.subject).map(|it| it.name))?;
             dict.set_item("walk", walk.name)?;
             dict.set_item("cycle", walk.cycle)?;
-            dict.set_item(
-                "speed_kmh",
-                (f64::from(walk.speed_mm_per_s) * 0.36).round() / 100.0,
-            )?;
+            dict.set_item("speed_kmh", kmh(walk.speed_mm_per_s))?;
             dict.set_item(
                 "duration_s",
                 clip.as_ref().map(edgegait_core::clip::Clip::duration_s),
