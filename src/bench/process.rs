@@ -4,6 +4,7 @@ use crate::dataset::remove_unfinished;
 use crate::error::{Error, Result};
 use serde::de::DeserializeOwned;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::panic::resume_unwind;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
@@ -62,11 +63,12 @@ pub(crate) fn measured_by<R: DeserializeOwned>(
         .spawn();
     let failed = |error| Error::io(command.get_program(), error);
     let mut child = spawned.map_err(failed)?;
-    // Open until the child has ended, which ends when it is closed.
-    let _held = child.stdin.take();
+    let held = child.stdin.take();
     let (words, printed) = (child.stderr.take(), child.stdout.take());
     let (stderr, stdout) = std::thread::scope(|scope| {
         let words = scope.spawn(|| {
+            // Open until the child has ended, which ends when it is closed: where `told` unwinds too.
+            let _held = held;
             let mut rest = String::new();
             for line in words
                 .into_iter()
@@ -82,8 +84,12 @@ pub(crate) fn measured_by<R: DeserializeOwned>(
         });
         let mut stdout = Vec::new();
         let read = printed.map_or(Ok(0), |mut it| it.read_to_end(&mut stdout));
-        let words: std::io::Result<Vec<u8>> = words.join().unwrap_or_else(|_| Ok(Vec::new()));
-        (words, read.map(|_| stdout))
+        (words.join(), read.map(|_| stdout))
+    });
+    let stderr: std::io::Result<Vec<u8>> = stderr.unwrap_or_else(|panic| {
+        // It has no more to say.
+        let _ = child.wait();
+        resume_unwind(panic)
     });
     let output = Output {
         status: child.wait().map_err(failed)?,

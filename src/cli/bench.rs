@@ -26,7 +26,7 @@ use doubts::{cut_short, warn};
 use edgegait_core::pack::Pack;
 use path::PathArgs;
 use serde::de::DeserializeOwned;
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -109,6 +109,12 @@ pub(super) struct Args {
     draw: DrawArgs,
     #[command(flatten)]
     pub common: Common,
+    /// How this program is started once more: a program and its first words.
+    #[arg(skip)]
+    pub(super) program: Vec<OsString>,
+    /// The words behind the subcommand.
+    #[arg(skip)]
+    pub(super) words: Vec<OsString>,
     /// Measure the model of this number here, and print its result as JSON
     #[arg(long, value_name = "N", hide = true)]
     alone: Option<usize>,
@@ -238,6 +244,17 @@ impl Args {
         rising(self.batch.iter().map(|&batch| batch.into()).collect())
     }
 
+    /// This program in a process of its own.
+    fn again(&self) -> Result<Command> {
+        let [program, first @ ..] = &self.program[..] else {
+            let none = std::io::Error::other("where it is cannot be told");
+            return Err(Error::io("this program", none));
+        };
+        let mut command = Command::new(program);
+        command.args(first);
+        Ok(command)
+    }
+
     fn source(&self, pack: Option<PathBuf>) -> SourceArgs {
         SourceArgs::new(pack, self.selection.clone())
     }
@@ -319,10 +336,10 @@ pub(super) fn run(args: &Args) -> Result<()> {
         let told = |told: &Told| progress.now(&told.what, told.left_s);
         let with: [&OsStr; 2] = ["--alone-threads".as_ref(), threads.as_ref()];
         let here = [&here[..], &with].concat();
-        let mut result: ModelResult = elsewhere(model, index, &here, &told)?;
+        let mut result: ModelResult = elsewhere(args, (model, index), &here, &told)?;
         if !args.frames.is_empty() {
             let only = [&here[..], &["--only-lengths".as_ref()]].concat();
-            let (lengths, cut) = elsewhere(model, index, &only, &told)?;
+            let (lengths, cut) = elsewhere(args, (model, index), &only, &told)?;
             result.lengths = lengths;
             result.add(cut);
         }
@@ -400,18 +417,17 @@ const fn build() -> &'static str {
 
 /// Measures one model in a process of its own, which is this program once more.
 fn elsewhere<R: DeserializeOwned>(
-    model: &Model,
-    index: usize,
+    args: &Args,
+    (model, index): (&Model, usize),
     flags: &[&OsStr],
     told: &(dyn Fn(&Told) + Sync),
 ) -> Result<R> {
-    let program = std::env::current_exe().map_err(|error| Error::io("this program", error))?;
-    let mut command = Command::new(program);
+    let mut command = args.again()?;
     command
         .args(["bench", "--alone", &index.to_string()])
         .args(["--alone-name", &model.contract().name])
         .args(flags)
-        .args(std::env::args_os().skip(2));
+        .args(&args.words);
     measured_by(command, model.path(), told)
 }
 

@@ -3,6 +3,7 @@
 use super::args::{Common, Files};
 use super::encoding::{EncodingArgs, say_choice};
 use super::outputs::{Kind, Output};
+use super::progress::Progress;
 use super::values::{DressedArg, SexArg};
 use crate::dataset::{Header, write_bytes};
 use crate::encode::Effort;
@@ -11,6 +12,7 @@ use crate::frontier::Encoded;
 use crate::scene::cohort::{self, CohortOptions, PEOPLE, Profile, SPEEDS_KMH};
 use crate::source::stored;
 use crate::summary::Summary;
+use rayon::prelude::*;
 use std::fmt;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -168,9 +170,16 @@ pub(super) fn run(args: &Args) -> Result<()> {
                 .encode_population(("walks", walks), people, &make)?
         }
         Some(bytes) => Encoded::usual(bytes.to_vec()),
-        None => args
-            .encoding
-            .encode("walks", &cohort::subjects(&options)?)?,
+        None => {
+            let progress = Progress::new("people", options.people);
+            let make = |number| {
+                progress.step();
+                cohort::subject(&options, number)
+            };
+            let people: Result<Vec<_>> = options.numbers().into_par_iter().map(make).collect();
+            drop(progress);
+            args.encoding.encode(&people?)?
+        }
     };
     let header = Header::new("cohort", args.common.seed)
         .with("people", options.people)

@@ -96,6 +96,13 @@ impl ContestArgs {
         mut header: Header,
         work: impl FnOnce(&Contest<'_>, &[Entrant], Header) -> Result<R>,
     ) -> Result<R> {
+        if let (Some(data), Some(held)) = (&data, &self.held) {
+            return Err(Error::Usage(format!(
+                "expected one source of walks, found {} and a pack of {} bytes",
+                data.display(),
+                held.bytes.len()
+            )));
+        }
         let protocol = self.protocol.as_deref().map(Protocol::named).transpose()?;
         if let Some(name) = self
             .protocol

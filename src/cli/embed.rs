@@ -4,6 +4,7 @@
 //! come as the JSON that `--json` writes.
 
 use super::hints::WithFlags;
+pub use super::progress::Stop;
 use super::{Cli, Command, command, progress, run, score, sweep, with_threads};
 use crate::dataset::Items;
 use crate::error::{Error, Result};
@@ -20,18 +21,11 @@ pub struct Held {
     pub recognizers: Vec<Arc<dyn Recognizer>>,
     /// The pack of `score` and of what is swept.
     pub pack: Option<PackSource>,
-}
-
-/// What a thread unwinds with when [`interrupt`] ended its work.
-pub fn is_interruption(payload: &(dyn std::any::Any + Send)) -> bool {
-    payload.is::<progress::Ended>()
-}
-
-/// Ends the work of all commands that this process runs, where they next make progress: by unwinding
-/// ([`is_interruption`]), so that what is half-made is removed, or kept to be gone on with. Work that
-/// begins afterwards runs.
-pub fn interrupt() {
-    progress::end(true);
+    /// How the command is started in a process of its own, as `bench` does for each model: a program
+    /// and its first words.
+    pub program: Vec<OsString>,
+    /// What ends the command, by unwinding.
+    pub stop: Stop,
 }
 
 /// An error as the command shows it, with the flags that help.
@@ -45,7 +39,6 @@ pub fn text_of(error: &Error) -> String {
 /// # Errors
 /// As the command; for words that it does not know, [`Error::Usage`].
 pub fn results(words: &[OsString], held: Held) -> Result<String> {
-    progress::end(false);
     let failed = |error| Error::io("a temporary folder", error);
     let folder = tempfile::tempdir().map_err(failed)?;
     let json = folder.path().join("results.json");
@@ -53,7 +46,18 @@ pub fn results(words: &[OsString], held: Held) -> Result<String> {
     // Behind the subcommand: what follows `--` is no flag.
     let flags = ["--quiet".into(), "--json".into(), json.clone().into()];
     words.splice(words.len().min(1)..words.len().min(1), flags);
+    let former = Stop::of_thread();
+    held.stop.obey();
+    let _guard = Obeying(former);
     match parsed(&words)? {
+        Command::Bench(mut args) => {
+            if held.program.is_empty() {
+                return Err(Error::Usage("bench: measures each model in a process of its own, and this program says of none how it is started: run it in a shell".into()));
+            }
+            args.program = held.program;
+            args.words = words.split_off(1);
+            run(&Command::Bench(args))?;
+        }
         Command::Score(mut args) => {
             progress::silence(true);
             args.contest.held = held.pack;
@@ -75,7 +79,6 @@ pub fn results(words: &[OsString], held: Held) -> Result<String> {
 /// # Errors
 /// As the command; for words that it does not know, [`Error::Usage`].
 pub fn swept(words: &[OsString], pack: Option<PackSource>) -> Result<Items> {
-    progress::end(false);
     let words: Vec<OsString> = ["sweep".into(), "--quiet".into()]
         .into_iter()
         .chain(words.iter().cloned())
@@ -87,6 +90,15 @@ pub fn swept(words: &[OsString], pack: Option<PackSource>) -> Result<Items> {
             with_threads(&args.common, || sweep::items(&args))
         }
         _ => Err(Error::Missing("the words of a sweep")),
+    }
+}
+
+/// What this thread obeyed before it ran a command, and does again afterwards.
+struct Obeying(Stop);
+
+impl Drop for Obeying {
+    fn drop(&mut self) {
+        self.0.obey();
     }
 }
 
@@ -108,6 +120,7 @@ fn parsed(words: &[OsString]) -> Result<Command> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::panic::AssertUnwindSafe;
 
     fn words(text: &str) -> Vec<OsString> {
         text.split(' ').map(OsString::from).collect()
@@ -127,6 +140,65 @@ mod tests {
         );
         let said = results(&words("draw"), Held::default()).expect_err("no such subcommand");
         assert!(text_of(&said).contains("'draw'"), "{said}");
+    }
+
+    #[test]
+    fn a_command_is_ended_by_its_own_stop_alone() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let pack = |name: &str| folder.path().join(name).display().to_string();
+        let make = |name: &str, stop: &Stop| {
+            let stop = stop.clone();
+            let words = words(&format!(
+                "cohort --people 2 --speeds-kmh 5 --quick --out {}",
+                pack(name)
+            ));
+            std::panic::catch_unwind(AssertUnwindSafe(|| {
+                results(
+                    &words,
+                    Held {
+                        stop,
+                        ..Held::default()
+                    },
+                )
+                .expect("a pack")
+            }))
+        };
+        let (ended, other) = (Stop::default(), Stop::default());
+        ended.end();
+        assert!(make("none.egp", &ended).is_err());
+        assert!(!folder.path().join("none.egp").exists());
+        // On the same thread, whose former command was ended.
+        assert!(make("one.egp", &other).is_ok());
+        assert!(swept(&words("--views side"), None).is_ok());
+        assert!(folder.path().join("one.egp").exists());
+    }
+
+    #[test]
+    fn what_needs_a_process_of_its_own_is_refused_where_none_is_known() {
+        let said = results(&words("bench"), Held::default()).expect_err("no program");
+        assert!(said.to_string().contains("run it in a shell"), "{said}");
+    }
+
+    #[test]
+    fn two_sources_of_walks_are_refused() {
+        let pack = PackSource::made(&crate::source::built_in(&[]), &|| ()).expect("people");
+        let held = Held {
+            pack: Some(pack),
+            ..Held::default()
+        };
+        let said = results(&words("score pixels src/source/cohort-5kmh.egp"), held);
+        let said = said.expect_err("two sources").to_string();
+        assert!(
+            said.starts_with(
+                "expected one source of walks, found src/source/cohort-5kmh.egp and a pack of"
+            ),
+            "{said}"
+        );
+        let said = swept(&words("--whole-recordings"), None).expect_err("no tree");
+        assert!(
+            said.to_string().contains("expected a tree of silhouettes"),
+            "{said}"
+        );
     }
 
     #[test]

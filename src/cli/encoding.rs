@@ -3,7 +3,7 @@
 use super::args::{Common, gei_rmse, stated_choice};
 use super::progress::Progress;
 use crate::dataset::Header;
-use crate::encode::{BUDGET_TRIES, Effort, MAX_ERROR_MM, encode_population};
+use crate::encode::{BUDGET_TRIES, Effort, MAX_ERROR_MM, STEPS_OF_WALK, encode_population};
 use crate::error::{Error, Result};
 use crate::frontier::{Encoded, Goal, encoded};
 use crate::scene::Subject;
@@ -58,14 +58,14 @@ impl EncodingArgs {
         (self.goal(), self.hull_points) == (Goal::Usual, None)
     }
 
-    /// Encodes people with a progress bar called `what`.
+    /// Encodes people with a progress bar.
     ///
     /// # Errors
     /// As [`encoded`].
-    pub(super) fn encode(&self, what: &'static str, people: &[Subject]) -> Result<Encoded> {
+    pub(super) fn encode(&self, people: &[Subject]) -> Result<Encoded> {
         let tries = self.budget_bytes.map_or(1, |_| BUDGET_TRIES);
         let walks: usize = people.iter().map(|subject| subject.walks.len()).sum();
-        let progress = Progress::new(what, walks * tries);
+        let progress = Progress::new("encoding", STEPS_OF_WALK * walks * tries);
         let goal = (self.goal(), self.hull_points.map(usize::from));
         encoded(people, goal, &|| progress.step())
     }

@@ -54,7 +54,9 @@ mod walkers;
 use crate::error::Result;
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use hints::WithFlags;
+use progress::Stop;
 use std::ffi::OsString;
+use std::path::PathBuf;
 
 /// The version and, of a release build from a checkout, the commit.
 const VERSION: &str = match option_env!("EDGEGAIT_VERSION") {
@@ -123,15 +125,22 @@ fn command() -> clap::Command {
 /// Runs the command that the process was started with; its exit code.
 #[must_use]
 pub fn main() -> std::process::ExitCode {
-    code_of(std::env::args_os()).into()
+    let program = std::env::current_exe();
+    let program = program.ok().map(PathBuf::into_os_string);
+    code_of(std::env::args_os().collect(), program.into_iter().collect()).into()
 }
 
 /// Runs the command of these words, of which the first is its own name, in a process that is for
-/// nothing else; the exit code.
+/// nothing else; the exit code. `program` is how such a process is started: a program and its first
+/// words.
 #[must_use]
-pub fn code_of(words: impl IntoIterator<Item = OsString>) -> u8 {
-    let matches = command().get_matches_from(words);
-    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+pub fn code_of(words: Vec<OsString>, program: Vec<OsString>) -> u8 {
+    let matches = command().get_matches_from(&words);
+    let mut cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    if let Command::Bench(args) = &mut cli.command {
+        args.program = program;
+        args.words = words.into_iter().skip(2).collect();
+    }
     match interrupt::listen().and_then(|()| run(&cli.command)) {
         Ok(ending) => ending as u8,
         Err(error) => {
@@ -196,8 +205,10 @@ fn with_threads<R: Send>(
     common: &args::Common,
     work: impl FnOnce() -> Result<R> + Send,
 ) -> Result<R> {
+    let stop = Stop::of_thread();
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(common.one_thread_count()?.unwrap_or(0))
+        .start_handler(move |_| stop.obey())
         .build()?;
     pool.install(work)
 }

@@ -1,10 +1,11 @@
 //! Progress of long work: a bar on a terminal, plain lines otherwise, on standard error.
 
 use indicatif::{ProgressBar, ProgressStyle};
+use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::io::IsTerminal as _;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 /// Time between two plain lines.
@@ -25,6 +26,7 @@ pub(super) struct Progress {
     plain: Mutex<Plain>,
     /// What to do about work that takes long, said once.
     advice: Option<&'static str>,
+    stop: Stop,
 }
 
 /// What plain lines need to know.
@@ -69,21 +71,36 @@ pub(super) fn silence(is_silent: bool) {
     IS_SILENT.store(is_silent, Ordering::Relaxed);
 }
 
-/// Whether work is to end where it next makes progress.
-static IS_ENDED: AtomicBool = AtomicBool::new(false);
+/// Ends one command's work where it next makes progress, by unwinding without a message, so that
+/// what is half-made is removed, or kept to be gone on with.
+#[derive(Clone, Debug, Default)]
+pub struct Stop(Arc<AtomicBool>);
 
-/// What a thread unwinds with whose work was ended.
-pub(super) struct Ended;
-
-/// Ends the work of all commands of this process where it next makes progress, or begins anew.
-pub(super) fn end(is_ended: bool) {
-    IS_ENDED.store(is_ended, Ordering::Relaxed);
+thread_local! {
+    /// Of the command for which this thread works.
+    static STOP: RefCell<Stop> = RefCell::default();
 }
 
-/// Unwinds, without a message, if work was ended.
-fn unwind_if_ended() {
-    if IS_ENDED.load(Ordering::Relaxed) {
-        std::panic::resume_unwind(Box::new(Ended));
+impl Stop {
+    /// Ends the work.
+    pub fn end(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// That of the command for which this thread works.
+    pub(super) fn of_thread() -> Self {
+        STOP.with_borrow(Self::clone)
+    }
+
+    /// What this thread begins from now on is ended by this one.
+    pub(super) fn obey(&self) {
+        STOP.set(self.clone());
+    }
+
+    fn unwind_if_ended(&self) {
+        if self.0.load(Ordering::Relaxed) {
+            std::panic::resume_unwind(Box::new("ended"));
+        }
     }
 }
 
@@ -141,13 +158,14 @@ impl Progress {
                 is_advised: false,
             }),
             advice: None,
+            stop: Stop::of_thread(),
         }
     }
 
     /// One piece is done. Without a terminal a line is printed every few seconds, so that
     /// short work prints none.
     pub(super) fn step(&self) {
-        unwind_if_ended();
+        self.stop.unwind_if_ended();
         if let Some(bar) = &self.bar {
             bar.inc(1);
         }
@@ -217,6 +235,7 @@ pub(super) struct Doing {
     bar: Option<ProgressBar>,
     /// What was printed last, and when.
     printed: Mutex<(String, Instant)>,
+    stop: Stop,
 }
 
 impl Doing {
@@ -234,13 +253,14 @@ impl Doing {
         Self {
             bar,
             printed: Mutex::new((String::new(), Instant::now())),
+            stop: Stop::of_thread(),
         }
     }
 
     /// This is being done now, and all that is left takes about so long. Without a terminal a line is
     /// printed every few seconds, and one for what is new where a while is left.
     pub(super) fn now(&self, what: &str, left_s: f64) {
-        unwind_if_ended();
+        self.stop.unwind_if_ended();
         let line = format!("{what}, about {} left", time_of(left_s));
         if let Some(bar) = &self.bar {
             bar.set_message(line);

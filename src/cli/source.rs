@@ -1,6 +1,7 @@
 //! Where walks come from, and which are used: a pack file, or the built-in cohort.
 
 use super::progress::Progress;
+use crate::encode::STEPS_OF_WALK;
 use crate::error::Result;
 use crate::source::{BUILT_IN_WALK, PackSource, Selection, built_in};
 use edgegait_core::pack::Pack;
@@ -68,7 +69,8 @@ impl SourceArgs {
             return PackSource::read(path);
         }
         let options = built_in(&self.selection.selection(true).walks);
-        let progress = Progress::new("cohort", options.people * options.speeds_kmh.len());
+        let walks = options.people * options.speeds_kmh.len();
+        let progress = Progress::new("cohort", STEPS_OF_WALK * walks);
         PackSource::made(&options, &|| progress.step())
     }
 

@@ -108,6 +108,12 @@ struct Results {
 }
 
 impl Args {
+    /// Refuses flags that only a tree of silhouettes has a use for.
+    fn refuse_without_tree(&self) -> Result<()> {
+        let flags = [("--whole-recordings", self.whole_recordings)].into_iter();
+        refuse_without_tree(flags.chain(self.layout.given()))
+    }
+
     /// What it reads and writes.
     pub(super) fn files(&self) -> Files {
         if self.list_conditions {
@@ -187,6 +193,7 @@ pub(super) fn items(args: &Args) -> Result<Items> {
     if let Some(path) = args.source.pack.as_deref().filter(|path| path.is_dir()) {
         return Err(Error::input(path, "expected a pack, found a folder"));
     }
+    args.refuse_without_tree()?;
     let Asked {
         conditions,
         views,
@@ -216,8 +223,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     if let Some(path) = args.source.pack.as_deref().filter(|path| path.is_dir()) {
         return tree::run(args, path);
     }
-    let flags = [("--whole-recordings", args.whole_recordings)].into_iter();
-    refuse_without_tree(flags.chain(args.layout.given()))?;
+    args.refuse_without_tree()?;
     let Asked {
         header,
         conditions,

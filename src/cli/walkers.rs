@@ -23,7 +23,7 @@ pub(super) fn encoded_people(
     // Each round has fewer walks.
     loop {
         let made = subjects(recordings, body).and_then(|people| {
-            let encoded = encoding.encode("encoding", &people)?;
+            let encoded = encoding.encode(&people)?;
             Ok((people, encoded))
         });
         match made {

@@ -4,7 +4,10 @@
 //! or batch at a time, and never stored. An item is the same bytes whoever draws it, alone or among
 //! others: it depends on its number, the seed and the pass alone.
 
+mod drawn;
 mod shares;
+
+pub use drawn::DrawnItem;
 
 use super::contents::Array;
 use super::{Contents, IndexRow, Order};
@@ -14,10 +17,11 @@ use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
 use crate::error::{ChoiceError, Error, Result};
 use crate::scene::cohort;
 use crate::scene::variation::CYCLES_OF_A_TAKE;
-use crate::sweep::{Drawer, Job, Settings, Swept, View, Wanted};
+use crate::sweep::{Drawer, Job, Settings, View, Wanted, is_take};
 use edgegait_core::pack::Pack;
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use std::borrow::Cow;
+use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -25,7 +29,11 @@ use std::sync::Arc;
 /// name, so that no pass draws what somebody is tested with.
 const FIRST_OF_PASSES: u32 = 1 << 20;
 
-/// The bytes of a pack, shared by those who draw from it.
+/// Most bytes that are drawn at once, and most items: their numbers are listed.
+const MAX_BYTES: usize = 1 << 31;
+const MAX_ITEMS: usize = 1 << 24;
+
+/// The bytes of a pack, which [`Pack::parse`] accepts, shared by those who draw from it.
 pub type PackBytes = Arc<[u8]>;
 
 /// The items: each is a gait cycle (or a take) seen from one viewpoint.
@@ -68,15 +76,6 @@ pub struct PackItems {
     pub variations: Range<u32>,
     /// From where each is seen.
     pub views: Vec<View>,
-}
-
-/// What was drawn of one item.
-#[derive(Clone, Debug, Default)]
-pub struct DrawnItem {
-    /// The bytes of each array, in the order of [`Items::arrays`].
-    pub arrays: Vec<Vec<u8>>,
-    /// How many frames there were.
-    pub frames: u32,
 }
 
 /// The cycle that an item is of.
@@ -123,17 +122,17 @@ impl Items {
     pub fn of_pack(items: PackItems, settings: Settings, wanted: Wanted) -> Result<Self> {
         let pack = Pack::parse(&items.bytes)?;
         Drawer::new(settings, &wanted)?;
-        let (mut subjects, mut labels) = (Vec::new(), Vec::new());
+        let (mut numbers, mut labels) = (HashMap::new(), Vec::new());
+        let mut subjects = Vec::new();
         for &number in &items.walks {
             let subject = pack
                 .walk(number)
                 .and_then(|walk| pack.subject(walk.subject));
             let name = subject.map_or("", |subject| subject.name);
-            let known = subjects.iter().position(|known| known == name);
-            labels.push(known.unwrap_or(subjects.len()));
-            if known.is_none() {
+            labels.push(*numbers.entry(name).or_insert_with(|| {
                 subjects.push(name.to_owned());
-            }
+                subjects.len() - 1
+            }));
         }
         Ok(Self {
             origin: Origin::Pack {
@@ -174,6 +173,20 @@ impl Items {
             Origin::Design { people, .. } => people.len(),
             Origin::Pack { .. } => 1,
         }
+    }
+
+    /// How many can be drawn at once, as far as memory goes: 2 GiB of what is drawn, if each has one
+    /// frame. [`Self::draw`] counts the others too.
+    #[must_use]
+    pub fn most_at_once(&self) -> usize {
+        (MAX_BYTES / self.bytes(1).max(1)).clamp(1, MAX_ITEMS)
+    }
+
+    /// Bytes of an item of so many frames.
+    fn bytes(&self, frames: u32) -> usize {
+        let times = |array: &Array| if array.is_of_frames { frames } else { 1 };
+        let bytes = |array: &Array| array.bytes() * times(array) as usize;
+        self.arrays().iter().map(bytes).sum()
     }
 
     /// How many cycles each of those has.
@@ -252,13 +265,14 @@ impl Items {
 
     /// Draws items of these numbers, in their order, from the packs of their [`people_of`]: one by
     /// the thread that asks, more on the threads of the present pool. Pass 0 is what a
-    /// dataset on a disk would hold; each further pass has other variations of the same walks.
+    /// dataset on a disk would hold; each further pass has other variations of the same walks, and the
+    /// same of whole takes, which have none.
     /// `tell` is called before each cycle, and ends the work by an error.
     ///
     /// [`people_of`]: Self::people_of
     ///
     /// # Errors
-    /// What cannot be drawn, and of `tell`; if there are no more passes.
+    /// What cannot be drawn, more than 2 GiB of it, and of `tell`; if there are no more passes.
     pub fn draw(
         &self,
         items: &[usize],
@@ -268,6 +282,7 @@ impl Items {
     ) -> Result<Vec<DrawnItem>> {
         let shift = self.shift(pass)?;
         let shelf = self.shelf(packs)?;
+        self.check_room(items, &shelf)?;
         // One item is drawn by whoever asks, without a pool.
         let threads = match items.len() {
             0 | 1 => 1,
@@ -303,6 +318,27 @@ impl Items {
         Ok(all)
     }
 
+    /// Refuses items that take more room than there is for those of one call.
+    fn check_room(&self, items: &[usize], shelf: &Shelf<'_>) -> Result<()> {
+        let fixed = self.bytes(0);
+        let of_frame = self.bytes(1) - fixed;
+        let mut bytes = 0;
+        for cycle in items.chunk_by(|&a, &b| a / self.views() == b / self.views()) {
+            let (pack, job) = self.job(shelf, self.place(cycle[0]))?;
+            let frames = self.wanted.frames(pack, job, &self.settings)? as usize;
+            bytes += cycle.len() * (fixed + frames * of_frame);
+        }
+        if bytes > MAX_BYTES {
+            return Err(ChoiceError::TooMuchAtOnce {
+                items: items.len(),
+                bytes,
+                most: MAX_BYTES,
+            }
+            .into());
+        }
+        Ok(())
+    }
+
     /// What an index would say of these items.
     ///
     /// # Errors
@@ -320,8 +356,8 @@ impl Items {
             let Some(&first) = cycle.first() else {
                 continue;
             };
-            let (pack, job) = self.job(&shelf, self.place(first));
-            let shifted = job_in(job, shift);
+            let (pack, job) = self.job(&shelf, self.place(first))?;
+            let shifted = job_in(pack, job, shift);
             let frames = self.wanted.frames(pack, shifted, &self.settings)?;
             let mut row = IndexRow::of_job(pack, shifted, self.settings.seed, frames)?;
             if let Origin::Design { design, .. } = &self.origin
@@ -367,62 +403,56 @@ impl Items {
             return Ok(0);
         };
         let take = CYCLES_OF_A_TAKE;
-        let span = match &self.origin {
-            Origin::Design { design, .. } => u32::try_from(design.takes.len())
-                .ok()
-                .and_then(|takes| takes.checked_mul(take)),
-            Origin::Pack { items, .. } => items.variations.end.checked_next_multiple_of(take),
+        let Range { start, end } = match &self.origin {
+            Origin::Design { design, .. } => 0..design.takes.len() as u32 * take,
+            Origin::Pack { items, .. } => items.variations.clone(),
         };
-        // The last variation of the pass has to be a number too.
-        let shift = span.and_then(|span| {
-            let shift = FIRST_OF_PASSES.checked_add(before.checked_mul(span)?)?;
-            shift.checked_add(span).map(|_| shift)
-        });
+        // Whole takes, so that no two passes share one; all numbers have to be such of u32.
+        let span = (end - start / take * take).checked_next_multiple_of(take);
+        let shift = span
+            .and_then(|span| FIRST_OF_PASSES.checked_add(before.checked_mul(span)?))
+            .filter(|shift| shift.checked_add(end).is_some());
         shift.ok_or_else(|| ChoiceError::NoMorePasses(pass).into())
     }
 
-    /// Parsed packs by person, with their jobs.
+    /// Packs by person.
     fn shelf<'p>(&'p self, packs: &'p BTreeMap<usize, PackBytes>) -> Result<Shelf<'p>> {
         match &self.origin {
-            Origin::Pack { items, .. } => {
-                let pack = Pack::parse(&items.bytes)?;
-                let job = |&walk| Job::plain(walk, items.variations.start);
-                let firsts: Vec<Job<'_>> = items.walks.iter().map(job).collect();
-                let firsts = Job::under(&firsts, &items.conditions);
-                Ok(BTreeMap::from([(0, (pack, firsts))]))
-            }
-            Origin::Design { design, .. } => {
-                let parsed = packs.iter().map(|(&person, bytes)| {
-                    let pack = Pack::parse(bytes)?;
-                    Ok((person, (pack, design.jobs(&pack))))
+            Origin::Pack { items, .. } => Ok(BTreeMap::from([(0, Pack::reopen(&items.bytes)?)])),
+            Origin::Design { .. } => {
+                let opened = packs.iter().map(|(&person, bytes)| {
+                    let pack = Pack::reopen(bytes)?;
+                    Ok((person, pack))
                 });
-                parsed.collect()
+                opened.collect()
             }
         }
     }
 
     /// The pack and the job of a place.
-    fn job<'s>(&self, shelf: &'s Shelf<'s>, place: Place) -> (&'s Pack<'s>, Job<'s>) {
-        let (pack, jobs) = &shelf[&place.person];
+    fn job<'s>(&'s self, shelf: &'s Shelf<'s>, place: Place) -> Result<(&'s Pack<'s>, Job<'s>)> {
         let job = match &self.origin {
-            Origin::Design { .. } => jobs[place.cycle],
+            Origin::Design { design, .. } => design.job(place.cycle),
             Origin::Pack { items, .. } => {
                 let cycles = items.variations.len();
-                let first = jobs[place.cycle / cycles];
-                Job {
-                    variation: first.variation + (place.cycle % cycles) as u32,
-                    ..first
-                }
+                let (walk, cycle) = (place.cycle / cycles, place.cycle % cycles);
+                let (condition, walk) = (walk / items.walks.len(), walk % items.walks.len());
+                Some(Job {
+                    walk: items.walks[walk],
+                    variation: items.variations.start + cycle as u32,
+                    condition: items.conditions.get(condition),
+                })
             }
         };
-        (pack, job)
+        let found = shelf.get(&place.person).zip(job);
+        found.ok_or(Error::Missing("the person of an item"))
     }
 
     /// From where a job is seen.
-    fn views_of(&self, pack: &Pack<'_>, job: Job<'_>) -> Result<Vec<View>> {
+    fn views_of(&self, pack: &Pack<'_>, job: Job<'_>) -> Result<Cow<'_, [View]>> {
         match &self.origin {
-            Origin::Design { design, .. } => design.views_of(pack, job),
-            Origin::Pack { items, .. } => Ok(items.views.clone()),
+            Origin::Design { design, .. } => design.views_of(pack, job).map(Cow::Owned),
+            Origin::Pack { items, .. } => Ok(Cow::Borrowed(&items.views)),
         }
     }
 
@@ -437,44 +467,22 @@ impl Items {
         let Some(&first) = cycle.first() else {
             return Ok(Vec::new());
         };
-        let (pack, job) = self.job(shelf, self.place(items[first]));
-        let job = job_in(job, shift);
+        let (pack, job) = self.job(shelf, self.place(items[first]))?;
+        let job = job_in(pack, job, shift);
         let all = self.views_of(pack, job)?;
         let of = |&at: &usize| all[items[at] % all.len()];
         let views: Vec<View> = cycle.iter().map(of).collect();
         let swept = drawer.draw(pack, job, &views)?;
-        Ok(self.split(swept, views.len()))
-    }
-
-    /// What was swept, by item.
-    fn split(&self, swept: Swept, views: usize) -> Vec<DrawnItem> {
-        let Swept {
-            templates,
-            frames,
-            joints,
-            keypoints,
-            ..
-        } = swept;
-        let each = templates.len() / views.max(1);
-        let mut templates = templates.into_iter();
-        let mut keypoints = keypoints.into_iter();
-        let one = |_| {
-            let mut arrays: Vec<Vec<u8>> = templates.by_ref().take(each).collect();
-            let keypoints = keypoints.next().unwrap_or_default();
-            if self.wanted.joints {
-                arrays.extend([joints.clone(), keypoints]);
-            }
-            DrawnItem { arrays, frames }
-        };
-        (0..views).map(one).collect()
+        Ok(DrawnItem::split(swept, views.len(), self.wanted.joints))
     }
 }
 
-/// Packs by person, and the jobs of each.
-type Shelf<'p> = BTreeMap<usize, (Pack<'p>, Vec<Job<'p>>)>;
+/// Packs by person.
+type Shelf<'p> = BTreeMap<usize, Pack<'p>>;
 
-/// A job in a pass whose variations are shifted by so much.
-const fn job_in(job: Job<'_>, shift: u32) -> Job<'_> {
+/// A job in a pass whose variations are shifted by so much; a take, which has none, as it is.
+fn job_in<'c>(pack: &Pack<'_>, job: Job<'c>, shift: u32) -> Job<'c> {
+    let shift = if is_take(pack, job.walk) { 0 } else { shift };
     Job {
         variation: job.variation + shift,
         ..job

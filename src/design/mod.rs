@@ -178,12 +178,21 @@ impl Design {
     /// How many cycles are drawn of each person.
     #[must_use]
     pub fn cycles(&self) -> usize {
-        let of_take = |take: &Take| match take.name {
+        self.walks() * self.cycles_of_walk()
+    }
+
+    /// How many of each walk.
+    fn cycles_of_walk(&self) -> usize {
+        let each = self.takes.iter().map(|take| self.conditions_of(take));
+        each.sum::<usize>() * self.cycles as usize
+    }
+
+    /// Under how many conditions each cycle of a take is walked.
+    fn conditions_of(&self, take: &Take) -> usize {
+        match take.name {
             Some(_) => 1,
             None => self.conditions.len().max(1),
-        };
-        let takes: usize = self.takes.iter().map(of_take).sum();
-        self.walks() * takes * self.cycles as usize
+        }
     }
 
     /// From how many viewpoints each is seen.
@@ -210,24 +219,32 @@ impl Design {
     /// All cycles of a pack's walks, walk by walk.
     #[must_use]
     pub fn jobs(&self, pack: &Pack<'_>) -> Vec<Job<'_>> {
-        let mut jobs = Vec::new();
-        for walk in 0..pack.walks().len() {
-            for (take, first) in self
-                .takes
-                .iter()
-                .zip((0..).step_by(CYCLES_OF_A_TAKE as usize))
-            {
-                for variation in first..first + self.cycles {
-                    let plain = Job::plain(walk, variation);
-                    let condition = take.condition.and_then(|at| self.conditions.get(at));
-                    match take.name {
-                        Some(_) => jobs.push(Job { condition, ..plain }),
-                        None => jobs.extend(Job::under(&[plain], &self.conditions)),
-                    }
-                }
+        let cycles = pack.walks().len() * self.cycles_of_walk();
+        (0..cycles).filter_map(|number| self.job(number)).collect()
+    }
+
+    /// The cycle of a number among those of a person's walks.
+    #[must_use]
+    pub fn job(&self, number: usize) -> Option<Job<'_>> {
+        let of_walk = self.cycles_of_walk();
+        let (walk, mut left) = (number.checked_div(of_walk)?, number % of_walk);
+        let firsts = (0..).step_by(CYCLES_OF_A_TAKE as usize);
+        for (take, first) in self.takes.iter().zip(firsts) {
+            let conditions = self.conditions_of(take);
+            let cycle = left / conditions;
+            if cycle < self.cycles as usize {
+                let condition = match take.name {
+                    Some(_) => take.condition,
+                    None => Some(left % conditions),
+                };
+                return Some(Job {
+                    condition: condition.and_then(|at| self.conditions.get(at)),
+                    ..Job::plain(walk, first + cycle as u32)
+                });
             }
+            left -= conditions * self.cycles as usize;
         }
-        jobs
+        None
     }
 
     /// What the index calls the walk of a cycle, where its take has a name.

@@ -24,8 +24,10 @@ mod templates;
 mod tracks;
 
 pub use avatar::{EncodedAvatar, encode_avatar};
-pub use pack::{BUDGET_TRIES, body_error_mm, check_walks, encode_subjects, encode_within};
-pub use population::{Effort, encode_population};
+pub use pack::{
+    BUDGET_TRIES, STEPS_OF_WALK, body_error_mm, check_walks, encode_subjects, encode_within,
+};
+pub use population::{Effort, encode_population, read_population_code};
 pub use take::{EncodedClip, encode_take};
 
 /// Greatest encoding error of a walk unless a user says otherwise, mm: a seventh of a GEI's

@@ -56,6 +56,12 @@ struct Encoded {
     clips: Vec<(Vec<u8>, JointErrors)>,
 }
 
+/// Reads the code of populations, as [`encode_population`] does when it is first called: for a
+/// process that may fork while another thread makes that call.
+pub fn read_population_code() {
+    LazyLock::force(&CODE);
+}
+
 /// Encodes the people of these numbers, whom `make` makes, as one pack: walks within
 /// `max_error_mm` and bodies within [`body_error_mm`], where the format allows. Runs on all cores,
 /// 80 ms a walk on one, or 8 without a search; memory is that of the pack and of 256 people. `progress` is called

@@ -96,6 +96,7 @@ impl Tracks {
             .zip(&numbers)
             .map(|(target, &number)| {
                 let sketch = plainly(target, &frames, None, max_error_mm);
+                progress();
                 (
                     number,
                     sketch.ok_or_else(|| EncodeError::TurnsTooFar.into()),
@@ -200,6 +201,7 @@ fn takes(
     let codebook = Codebook::parse(codebook)?;
     let encoded = |span: &Span, skeleton: &Skeleton| {
         let bytes = encode_take(span, skeleton, &codebook, max_error_mm)?.bytes;
+        progress();
         let errors = Clip::parse(&bytes, &codebook)
             .map_err(EncodeError::read_back("a clip"))?
             .as_take()

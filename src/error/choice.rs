@@ -43,6 +43,16 @@ pub enum ChoiceError {
     /// There are not so many variations of a walk.
     #[error("there are no variations left for pass {0}")]
     NoMorePasses(u32),
+    /// Nobody has so much memory to draw into.
+    #[error("expected at most {most} bytes at once, found {bytes} of {items} items: ask for fewer")]
+    TooMuchAtOnce {
+        /// How many items.
+        items: usize,
+        /// How many bytes they are.
+        bytes: usize,
+        /// How many there may be.
+        most: usize,
+    },
     /// A file is there already.
     #[error("{}: is there already", .0.display())]
     IsThere(PathBuf),

@@ -123,7 +123,7 @@ impl PackSource {
     }
 
     /// The people of these options as a pack, encoded unless the library has it; `progress` is
-    /// called for each walk that is. Those of another number or seed than the default are not
+    /// called as by [`encode_subjects`]. Those of another number or seed than the default are not
     /// called the built-in cohort.
     ///
     /// # Errors

@@ -188,6 +188,22 @@ fn a_damaged_byte_is_noticed() {
 }
 
 #[test]
+fn a_pack_that_is_opened_again_is_the_same_and_is_not_read_again() {
+    let mut bytes = small_pack();
+    let parsed = format!("{:?}", Pack::parse(&bytes).expect("a pack"));
+    let again = Pack::reopen(&bytes).expect("the same pack");
+    assert_eq!(format!("{again:?}"), parsed);
+    // The last byte is one of a clip.
+    *bytes.last_mut().expect("a byte") ^= 1;
+    assert!(Pack::parse(&bytes).is_err());
+    assert!(Pack::reopen(&bytes).is_ok());
+    // Without its sections there is nothing to open.
+    for length in 0..bytes.len() {
+        assert!(Pack::reopen(&bytes[..length]).is_err(), "{length}");
+    }
+}
+
+#[test]
 fn forged_packs_with_true_checksums_are_refused_or_decoded() {
     let bytes = small_pack();
     let mut viewer = Viewer::new();

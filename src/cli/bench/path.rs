@@ -154,7 +154,7 @@ pub(super) fn run(args: &Args, models: &[Model], pack: Option<PathBuf>) -> Resul
     let flags: [&OsStr; 2] = ["--path-at".as_ref(), folder.path().as_os_str()];
     for (index, model) in models.iter().enumerate() {
         let measured: Result<PathResult> = ticking(&progress, seconds, || {
-            elsewhere(model, index, &flags, &|_| {})
+            elsewhere(args, (model, index), &flags, &|_| {})
         });
         let measured = PathResult {
             video: checked.clone(),

@@ -4,6 +4,7 @@ use crate::confound::dose;
 use crate::sweep::{Raster, Views, sweep_each};
 use crate::template::Template;
 use edgegait_core::raster::Rasterizer;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 const DESIGN: &str = r#"
@@ -61,6 +62,22 @@ fn swept(design: &Design, people: Range<usize>) -> Vec<Vec<u8>> {
     )
     .expect("a sweep");
     all
+}
+
+fn of_takes() -> Items {
+    let takes: &[u8] = include_bytes!("../../../tests/data/golden/v1-take.egp");
+    let items = PackItems {
+        bytes: takes.into(),
+        walks: vec![0],
+        conditions: Vec::new(),
+        variations: 0..1,
+        views: Views::grid("side", [90.0], [0.0]).expect("views").list,
+    };
+    let settings = Settings {
+        rasterizer: Raster::Each(Rasterizer::Rows),
+        ..Settings::default()
+    };
+    Items::of_pack(items, settings, Wanted::one(Template::Silhouettes)).expect("items")
 }
 
 fn of_pack(conditions: Vec<Condition>, variations: Range<u32>) -> Items {
@@ -165,7 +182,8 @@ fn passes_have_variations_that_no_command_can_name() {
     assert_eq!(FIRST_OF_PASSES % CYCLES_OF_A_TAKE, 0);
     let images = [0, 1, 2].map(|pass| drawn(&items, &[6], pass)[0].arrays.clone());
     assert!(images[0] != images[1] && images[1] != images[2]);
-    let last = (u32::MAX - FIRST_OF_PASSES) / 8;
+    // The first pass is shifted by none of the eight.
+    let last = (u32::MAX - FIRST_OF_PASSES - 2) / 8 + 1;
     assert!(items.rows(&[0], last, &BTreeMap::new()).is_ok());
     let said = items.rows(&[0], last + 1, &BTreeMap::new());
     let said = said.expect_err("no variations").to_string();
@@ -173,6 +191,65 @@ fn passes_have_variations_that_no_command_can_name() {
         said,
         format!("there are no variations left for pass {}", last + 1)
     );
+}
+
+#[test]
+fn late_variations_have_as_many_passes_as_early_ones_and_no_take_in_two() {
+    let variations = |items: &Items, pass| -> Vec<u32> {
+        let all: Vec<usize> = (0..items.len()).step_by(18).collect();
+        let rows = items.rows(&all, pass, &BTreeMap::new()).expect("rows");
+        rows.iter().map(|row| row.variation).collect()
+    };
+    let late = of_pack(Vec::new(), 1_000_004..1_000_010);
+    let takes: Vec<BTreeSet<u32>> = [1, 2, 100_000_000]
+        .iter()
+        .map(|&pass| {
+            let found = variations(&late, pass);
+            found.iter().map(|one| one / CYCLES_OF_A_TAKE).collect()
+        })
+        .collect();
+    assert!(takes[0].is_disjoint(&takes[1]) && takes[1].is_disjoint(&takes[2]));
+    let last = (u32::MAX - FIRST_OF_PASSES - 1_000_010) / 16 + 1;
+    assert!(late.rows(&[0], last, &BTreeMap::new()).is_ok());
+    assert!(late.rows(&[0], last + 1, &BTreeMap::new()).is_err());
+}
+
+#[test]
+fn takes_are_the_same_in_each_pass() {
+    let items = of_takes();
+    let [first, second] = [0, 1].map(|pass| drawn(&items, &[0], pass));
+    assert!(first[0].frames > 1 && first[0].arrays == second[0].arrays);
+    let rows = items.rows(&[0], 7, &BTreeMap::new()).expect("rows");
+    assert_eq!(rows[0].variation, 0);
+}
+
+#[test]
+fn as_many_are_drawn_at_once_as_there_is_room_for() {
+    // GEIs of 1,500 bytes, in 2 GiB.
+    assert_eq!(of_pack(Vec::new(), 0..1).most_at_once(), 1_431_655);
+    // Of takes the frames count.
+    let takes = of_takes();
+    let bytes = drawn(&takes, &[0], 0)[0].arrays[0].len();
+    let most = (1 << 31) / bytes;
+    let said = takes.draw(&vec![0; most + 1], 0, &BTreeMap::new(), &|| Ok(()));
+    assert_eq!(
+        said.expect_err("too much").to_string(),
+        format!(
+            "expected at most 2147483648 bytes at once, found {} of {} items: ask for fewer",
+            bytes * (most + 1),
+            most + 1
+        )
+    );
+    assert!(
+        takes
+            .check_room(
+                &vec![0; most],
+                &takes.shelf(&BTreeMap::new()).expect("a pack")
+            )
+            .is_ok()
+    );
+    let items = Items::of_design(design(), Some("train"), None).expect("items");
+    assert_eq!(items.most_at_once(), 1_431_655);
 }
 
 #[test]

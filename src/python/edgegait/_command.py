@@ -8,7 +8,7 @@ from typing import Any
 
 from . import _native
 from ._design import Design
-from ._flags import words
+from ._flags import program, words
 
 _FOLDED = ("recognizers", "models", "points", "clips")
 
@@ -80,8 +80,10 @@ def run(
     for taken in ("json", "quiet"):
         if taken in flags:
             raise TypeError(f"{taken}: results are returned, and nothing is printed")
+    if flags.get("out") == "-":
+        raise ValueError("out: expected a path, found standard output (nothing is printed)")
     named = ["--", *(os.fspath(one) for one in inputs)] if inputs else []
-    text = _native.command([name, *words(flags), *named], callables or [], pack)
+    text = _native.command([name, *words(flags), *named], program(), callables or [], pack)
     return Results(json.loads(text) if text else {})
 
 

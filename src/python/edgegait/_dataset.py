@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import os
 import sys
+import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import _native
 from ._design import Design
-from ._flags import words
+from ._flags import whole, words
 from ._pack import Pack
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from ._flags import Drawing
+    from ._flags import Drawing, Streaming
 
 #: An array of each item, or several by name.
 Arrays = Any
@@ -26,6 +28,16 @@ Arrays = Any
 #: Bytes that a sweep draws before it yields the first of them, about: of cycles with so many frames.
 _BYTES_AT_ONCE = 1 << 25
 _FRAMES = 32
+
+#: Items of which `rows` asks at once.
+_ROWS_AT_ONCE = 1 << 14
+
+#: Numbers of 32 and of 64 bits that have no sign.
+_U32 = (1 << 32) - 1
+_U64 = (1 << 64) - 1
+
+#: Flags that may name a file, and how the file's name ends then.
+_FILES = {"views": ".csv", "conditions": ".toml"}
 
 
 class Dataset:
@@ -41,7 +53,8 @@ class Dataset:
             None: the built-in cohort.
         split: Which split of a design that has some.
         people: At most so many people of a design.
-        threads: Threads that draw a batch [all cores; in a worker of a DataLoader its share of them].
+        threads: Threads that draw a batch [all cores; of several processes of torchrun and workers of a
+            DataLoader each its share of them].
         drawing: Of a pack: which walks are drawn and how, flags of `edgegait sweep`. A design says it itself.
     """
 
@@ -54,8 +67,11 @@ class Dataset:
         threads: int | None = None,
         **drawing: Unpack[Drawing],
     ) -> None:
-        if threads is not None and not 1 <= threads <= 1024:
-            raise ValueError(f"threads: expected 1 to 1024, found {threads}")
+        if threads is not None:
+            threads = whole("threads", threads, 1, 1024)
+        if people is not None:
+            people = whole("people", people, 1, _U32)
+        files: dict[str, bytes] = {}
         if isinstance(source, Design):
             if drawing:
                 raise TypeError(f"{next(iter(drawing))}: a design says how it is drawn (change its TOML)")
@@ -67,8 +83,8 @@ class Dataset:
                 raise TypeError(f"expected a Design, a Pack or a path, found {type(source).__name__}")
             # The bytes go wherever the dataset is pickled.
             source = source if source is None or isinstance(source, Pack) else Pack(source)
-            self._items = _native.Items.of_sweep(words(drawing), None if source is None else source._native)
-        self._state = source, split, people, drawing
+            self._items, files = _swept_items(drawing, source)
+        self._state: tuple[Any, ...] = source, split, people, drawing, files
         self.threads = threads
         #: Bytes of an item in each array, and whether these are of a frame.
         self._arrays = {name: (size, has_frames) for name, size, has_frames in self._items.arrays}
@@ -82,7 +98,7 @@ class Dataset:
     @property
     def labels(self) -> np.ndarray:
         """The label of each item, int64."""
-        return self._items.labels(range(self._len))
+        return self._items.labels()
 
     @property
     def views(self) -> int:
@@ -117,7 +133,7 @@ class Dataset:
         Raises:
             ValueError: If items have different numbers of frames, which no one array holds.
         """
-        arrays, labels = self._drawn(self._numbers(indices), epoch)
+        arrays, labels = self._drawn(self._numbers(indices), whole("epoch", epoch, 0, _U32))
         stacked = {name: _stacked(name, one) for name, one in _named(arrays, self._arrays).items()}
         return _only(stacked), labels
 
@@ -127,10 +143,16 @@ class Dataset:
         The columns are subject, walk, cycle, variation, speed_kmh, azimuth_deg, elevation_deg, condition,
         alternative, frames and seed; `pandas.DataFrame` makes a table of them.
         """
-        numbers = list(range(self._len)) if indices is None else self._numbers(indices)
-        return self._items.rows(numbers, epoch)
+        numbers = range(self._len) if indices is None else self._numbers(indices)
+        epoch = whole("epoch", epoch, 0, _U32)
+        found = self._items.rows([], epoch, 1)
+        for first in range(0, len(numbers), _ROWS_AT_ONCE):
+            part = self._items.rows(numbers[first : first + _ROWS_AT_ONCE], epoch, self._threads())
+            for name, column in part.items():
+                found[name] += column
+        return found
 
-    def stream(self, batch: int = 128, **how: Any) -> Stream:
+    def stream(self, batch: int = 128, **how: Unpack[Streaming]) -> Stream:
         """Batches that never end: see Stream, whose arguments follow."""
         return _stream_class()(self, batch, **how)
 
@@ -150,9 +172,13 @@ class Dataset:
 
     def _drawn(self, numbers: list[int], epoch: int) -> tuple[Arrays, np.ndarray]:
         """Arrays of items: as one, or of frames that differ a list of them."""
-        drawn, frames = self._items.draw(numbers, epoch, self.threads or _share_of_threads())
+        drawn, frames = self._items.draw(numbers, epoch, self._threads())
         arrays = {name: _by_item(array, frames) if self._arrays[name][1] else array for name, array in drawn.items()}
         return _only(arrays), self._items.labels(numbers)
+
+    def _threads(self) -> int:
+        """Threads that draw; 0 for all cores."""
+        return self.threads or _share_of_threads()
 
     def __iter__(self) -> Iterator[tuple[Arrays, int]]:
         """All items in order, drawn some at a time."""
@@ -163,22 +189,49 @@ class Dataset:
         return f"<Dataset: {self._len} items of {len(self.classes)} people: {', '.join(self._arrays)}>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        source, split, people, drawing = self._state
+        source, split, people, drawing, files = self._state
         if type(self) is not Dataset:
             raise TypeError("a subclass of Dataset is not pickled as one: hold a Dataset in a class of your own")
-        return _dataset, (source, split, people, self.threads, drawing)
+        return _dataset, (source, split, people, self.threads, drawing, files)
 
     def _repr_png_(self) -> bytes:
-        from ._picture import Picture
-
         step = max(1, self._len // 40)
-        arrays, _ = self.batch(range(0, min(self._len, 40 * step), step))
-        return Picture(next(iter(_named(arrays, self._arrays).values())))._repr_png_()
+        arrays, _ = self._drawn(list(range(0, min(self._len, 40 * step), step)), 0)
+        return _sheet_of(next(iter(_named(arrays, self._arrays).values())))
 
 
-def _dataset(source: Any, split: Any, people: Any, threads: Any, drawing: dict[str, Any]) -> Dataset:
-    """A dataset from a pickle."""
-    return Dataset(source, split=split, people=people, threads=threads, **drawing)
+def _swept_items(drawing: Drawing, source: Pack | None) -> tuple[_native.Items, dict[str, bytes]]:
+    """Items of a sweep, and the contents of files that flags name, which go wherever a dataset is pickled."""
+    files = {}
+    for flag, ending in _FILES.items():
+        named: Any = drawing.get(flag)
+        if isinstance(named, (str, os.PathLike)) and os.fspath(named).endswith(ending) and Path(named).is_file():
+            files[flag] = Path(named).read_bytes()
+    return _native.Items.of_sweep(words(drawing), None if source is None else source._native), files
+
+
+def _dataset(
+    source: Any, split: Any, people: Any, threads: Any, drawing: dict[str, Any], files: dict[str, bytes]
+) -> Dataset:
+    """A dataset from a pickle, with the files that its flags name as they were."""
+    with tempfile.TemporaryDirectory() as folder:
+        there = dict(drawing)
+        for flag, contents in files.items():
+            there[flag] = os.path.join(folder, os.path.basename(os.fspath(drawing[flag])))
+            Path(there[flag]).write_bytes(contents)
+        dataset = Dataset(source, split=split, people=people, threads=threads, **there)
+    dataset._state = source, split, people, drawing, files
+    return dataset
+
+
+def _sheet_of(images: np.ndarray | list[np.ndarray]) -> bytes:
+    """The PNG of images, or of sequences: each a row, of its first frames."""
+    from ._picture import Picture
+
+    if isinstance(images, np.ndarray) and images.ndim == 3:
+        return Picture(images)._repr_png_()
+    frames = min(16, *(len(one) for one in images), 16)
+    return Picture(np.stack([one[:frames] for one in images[:24]]))._repr_png_()
 
 
 def _only(arrays: dict[str, Any]) -> Any:
@@ -212,11 +265,13 @@ def _stacked(name: str, array: np.ndarray | list[np.ndarray]) -> np.ndarray:
 
 
 def _share_of_threads() -> int:
-    """Threads that draw: 0 for all cores, and in a worker of a DataLoader its share of them."""
-    worker = _worker()
-    if worker is None:
+    """Threads that draw: 0 for all cores, and of several processes on a machine each its share of them."""
+    worker, local = _worker(), os.environ.get("LOCAL_WORLD_SIZE", "1")
+    processes = (1 if worker is None else int(worker.num_workers)) * (int(local) if local.isdecimal() else 1)
+    if processes <= 1:
         return 0
-    return max(1, (os.cpu_count() or 1) // int(worker.num_workers))
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return max(1, cores // processes)
 
 
 def _worker() -> Any:
@@ -244,7 +299,8 @@ class Stream:
     Each epoch has every item once, shuffled, and other variations of the same walks than any before.
     Batch number b is the same bytes whoever draws it. Readers share batches: rank r of w takes the batches r,
     r + w, ..., and its DataLoader's workers share those, so that their order does not depend on the
-    number of workers. Import torch first to give a stream to `DataLoader(stream, batch_size=None)`.
+    number of workers. Whole takes have no variations: they are the same in each epoch. Import torch first
+    to give a stream to `DataLoader(stream, batch_size=None)`.
 
     Args:
         dataset: Of which items.
@@ -275,24 +331,22 @@ class Stream:
         rank: int | None = None,
         world: int | None = None,
     ) -> None:
-        for name, value, least in [
-            ("batch", batch, 1),
-            ("people_at_once", people_at_once, 1),
-            ("seed", seed, 0),
-            ("start", start, 0),
-        ]:
-            if not isinstance(value, int) or value < least:
-                raise ValueError(f"{name}: expected a number from {least} on, found {value!r}")
         if len(dataset) == 0:
             raise ValueError("expected a dataset with items, found none")
         if (rank is None) != (world is None):
             raise ValueError("rank, world: expected both or none")
-        if rank is not None and world is not None and not 0 <= rank < world:
-            raise ValueError(f"rank: expected 0 to {world - 1}, found {rank}")
-        self.dataset, self.batch, self.seed, self.shuffle = dataset, batch, seed, shuffle
-        self.people_at_once, self.by_cycle, self.fresh, self.start = people_at_once, by_cycle, fresh, start
+        self.dataset, self.shuffle, self.by_cycle, self.fresh = dataset, shuffle, by_cycle, fresh
+        self.batch = whole("batch", batch, 1, _U64)
+        dataset._items.check_at_once(self.batch)
+        self.seed = whole("seed", seed, 0, _U64)
+        self.people_at_once = whole("people_at_once", people_at_once, 1, _U32)
+        self.start = whole("start", start, 0, _U64)
         # Known here, not in a worker that is started anew, which has no process group.
-        self.reader = _rank() if rank is None or world is None else (rank, world)
+        if rank is None or world is None:
+            self.reader = _rank()
+        else:
+            world = whole("world", world, 1, _U32)
+            self.reader = whole("rank", rank, 0, world - 1), world
 
     def __iter__(self) -> Iterator[tuple[Arrays, np.ndarray]]:
         """The batches of this reader."""
@@ -308,6 +362,8 @@ class Stream:
         """The batch of a number, whoever's turn it is."""
         if number < 0:
             raise IndexError("batches are counted from 0, and have no end")
+        if (number + 1) * self.batch > _U64:
+            raise IndexError(f"batch {number}: a stream has no more than 2^64 items")
         places = self.places(number)
         parts = []
         first = 0
@@ -353,10 +409,7 @@ def _stream_class() -> type[Stream]:
     if torch is None:
         return Stream
     if _TORCH_STREAM is None:
-        # Without __len__, by which a DataLoader would ask for the end.
-        left_out = ("__dict__", "__weakref__", "__len__")
-        members = {name: value for name, value in vars(Stream).items() if name not in left_out}
-        _TORCH_STREAM = type("Stream", (torch.IterableDataset,), members)
+        _TORCH_STREAM = type("Stream", (Stream, torch.IterableDataset), {"__module__": __name__})
     return _TORCH_STREAM
 
 
@@ -386,9 +439,7 @@ class Swept:
         return str(self.rows["subject"][0])
 
     def _repr_png_(self) -> bytes:
-        from ._picture import Picture
-
-        return Picture(self.images[:60])._repr_png_()
+        return _sheet_of(self.images[:60])
 
 
 def sweep(
@@ -422,7 +473,7 @@ def swept(dataset: Dataset) -> Iterator[Swept]:
         count = min(at_once, cycles - first)
         numbers = list(range(first * views, (first + count) * views))
         arrays, _ = dataset._drawn(numbers, 0)
-        rows = dataset._items.rows(numbers, 0)
+        rows = dataset._items.rows(numbers, 0, dataset._threads())
         for cycle in range(count):
             part = slice(cycle * views, (cycle + 1) * views)
             yield Swept(

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import operator
 import os
+import sys
 from typing import TYPE_CHECKING, Any, TypedDict
 
 if TYPE_CHECKING:
@@ -35,6 +37,35 @@ class Drawing(TypedDict, total=False):
     fps: float
     joints: bool
     seed: int
+
+
+class Streaming(TypedDict, total=False):
+    """How a stream goes through a dataset: see Stream."""
+
+    seed: int
+    shuffle: bool
+    people_at_once: int
+    by_cycle: bool
+    fresh: bool
+    start: int
+    rank: int | None
+    world: int | None
+
+
+def whole(name: str, value: Any, least: int, most: int) -> int:
+    """A whole number in a range."""
+    try:
+        found = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name}: expected a whole number, found {value!r}") from None
+    if not least <= found <= most:
+        raise ValueError(f"{name}: expected {least} to {most}, found {found}")
+    return found
+
+
+def program() -> list[str]:
+    """How the command is started in a process of its own; nothing where no interpreter is known."""
+    return [sys.executable, "-m", "edgegait"] if sys.executable else []
 
 
 def words(flags: Mapping[str, Any]) -> list[str]:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import sys
 
 from . import _native
+from ._flags import program
 
 
 def main() -> None:
     """Runs the command with the words that the process was started with."""
-    sys.exit(_native.main(["edgegait", *sys.argv[1:]]))
+    sys.exit(_native.main(["edgegait", *sys.argv[1:]], program()))

@@ -59,10 +59,10 @@ class Pack:
 
     def _repr_png_(self) -> bytes:
         from ._dataset import Dataset
-        from ._picture import Picture
 
-        dataset = Dataset(self, views="side", template="gei", raster="rows", walks=self.walks[0]["walk"])
-        return Picture(dataset.batch(range(min(len(dataset), 60)))[0])._repr_png_()
+        first = self.walks[0]
+        template = "silhouettes" if first["is_take"] else "gei"
+        return Dataset(self, views="side", template=template, raster="rows", walks=first["walk"])._repr_png_()
 
 
 def _made(name: str, inputs: tuple[Any, ...], flags: dict[str, Any]) -> Pack:

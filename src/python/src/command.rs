@@ -3,7 +3,7 @@
 use crate::attend::{self, LOOK};
 use crate::errors::exception;
 use crate::pack::Pack;
-use edgegait::cli::embed::{self, Held};
+use edgegait::cli::embed::{self, Held, Stop};
 use edgegait::score::{Contract, Outputs, Recognizer, RuntimeName};
 use ndarray::ArrayD;
 use numpy::{IntoPyArray as _, PyArrayDyn, PyArrayMethods as _, PyUntypedArrayMethods as _};
@@ -73,16 +73,20 @@ impl Recognizer for Callable {
 /// Runs a subcommand by words of the command line, and returns its results as JSON. Callables are
 /// pairs of a function and its contract as JSON.
 #[pyfunction]
-#[pyo3(signature = (words, callables = Vec::new(), pack = None))]
+#[pyo3(signature = (words, program, callables = Vec::new(), pack = None))]
 pub(crate) fn command(
     py: Python<'_>,
     words: Vec<OsString>,
+    program: Vec<OsString>,
     callables: Vec<(Py<PyAny>, String)>,
     pack: Option<&Pack>,
 ) -> PyResult<String> {
     let (sender, receiver) = channel();
+    let stop = Stop::default();
     let mut held = Held {
         pack: pack.map(Pack::source),
+        program,
+        stop: stop.clone(),
         ..Held::default()
     };
     for (number, (_, contract)) in callables.iter().enumerate() {
@@ -101,9 +105,15 @@ pub(crate) fn command(
             messages: Mutex::new(sender.clone()),
         }));
     }
-    let functions: Vec<Py<PyAny>> = callables
+    let functions: Vec<(Py<PyAny>, Option<usize>)> = callables
         .into_iter()
-        .map(|(function, _)| function)
+        .zip(&held.recognizers)
+        .map(|((function, _), one)| {
+            (
+                function,
+                Some(one.contract().classes.len()).filter(|&count| count > 0),
+            )
+        })
         .collect();
     py.detach(move || {
         std::thread::scope(|scope| {
@@ -114,7 +124,7 @@ pub(crate) fn command(
                 let _ = sender.send(Message::Done);
                 done
             });
-            let raised = served(&receiver, &functions);
+            let raised = served(&receiver, &functions, &stop);
             let done = worker.join().unwrap_or_else(|panic| resume_unwind(panic));
             match (raised, done) {
                 (Some(raised), _) => Err(raised),
@@ -127,7 +137,12 @@ pub(crate) fn command(
 
 /// Calls functions until the work is done, and looks for signals; the first exception that either
 /// raised, after which the work is ended.
-fn served(messages: &Receiver<Message>, functions: &[Py<PyAny>]) -> Option<PyErr> {
+fn served(
+    messages: &Receiver<Message>,
+    functions: &[(Py<PyAny>, Option<usize>)],
+    stop: &Stop,
+) -> Option<PyErr> {
+    let ended = || edgegait::Error::Failed("interrupted".into());
     let mut raised = None;
     loop {
         match messages.recv_timeout(LOOK) {
@@ -137,18 +152,19 @@ fn served(messages: &Receiver<Message>, functions: &[Py<PyAny>]) -> Option<PyErr
                 shape,
                 answer,
             }) => {
-                let called = match raised {
-                    None => Python::attach(|py| {
+                let outputs = if raised.is_none() {
+                    let called = Python::attach(|py| {
                         py.check_signals()?;
                         call(py, &functions[callable], (input, shape))
-                    }),
-                    Some(_) => Ok(Outputs::default()),
+                    });
+                    called.map_err(|error| {
+                        raised = Some(error);
+                        stop.end();
+                        ended()
+                    })
+                } else {
+                    Err(ended())
                 };
-                let outputs = called.map_err(|error| {
-                    raised = Some(error);
-                    embed::interrupt();
-                    edgegait::Error::Failed("interrupted".into())
-                });
                 // Who asked may be gone.
                 let _ = answer.send(outputs);
             }
@@ -156,10 +172,9 @@ fn served(messages: &Receiver<Message>, functions: &[Py<PyAny>]) -> Option<PyErr
             Err(RecvTimeoutError::Timeout) => {
                 if raised.is_none() {
                     raised = attend::raised();
-                }
-                // Work that began in between has to end too.
-                if raised.is_some() {
-                    embed::interrupt();
+                    if raised.is_some() {
+                        stop.end();
+                    }
                 }
             }
         }
@@ -179,7 +194,7 @@ fn contract_of(json: &str) -> PyResult<Contract> {
 /// Calls a function with an array, and takes its embeddings and, if it gives any, scores.
 fn call(
     py: Python<'_>,
-    function: &Py<PyAny>,
+    (function, expected): &(Py<PyAny>, Option<usize>),
     (input, shape): (Vec<f32>, Vec<usize>),
 ) -> PyResult<Outputs> {
     let batch = shape.first().copied().unwrap_or(0);
@@ -211,6 +226,12 @@ fn call(
                 "expected scores [{batch}, classes]"
             )));
         };
+        if expected.is_some_and(|expected| expected != classes) {
+            return Err(PyValueError::new_err(format!(
+                "expected scores of the {} classes of the contract, found {classes}",
+                expected.unwrap_or_default()
+            )));
+        }
         (outputs.scores, outputs.classes) = (Some(scores), classes);
     }
     outputs.count_non_finite();
@@ -238,6 +259,6 @@ fn numbers(
 
 /// Runs the command of these words, of which the first is its own name; its exit code.
 #[pyfunction]
-pub(crate) fn main(py: Python<'_>, words: Vec<OsString>) -> u8 {
-    py.detach(|| edgegait::cli::code_of(words))
+pub(crate) fn main(py: Python<'_>, words: Vec<OsString>, program: Vec<OsString>) -> u8 {
+    py.detach(|| edgegait::cli::code_of(words, program))
 }

@@ -7,7 +7,7 @@ use edgegait::dataset::{Array, DrawnItem, IndexRow, PackBytes, grey_png};
 use edgegait::design::{self, Design};
 use ndarray::{Array1, ArrayD};
 use numpy::{IntoPyArray as _, PyReadonlyArray2};
-use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::exceptions::{PyIndexError, PyMemoryError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use rayon::prelude::*;
@@ -18,9 +18,6 @@ use std::sync::{Mutex, PoisonError};
 
 /// Most bytes of people who are kept: as many as 10,000 with one walk each. Ours.
 const MAX_KEPT_BYTES: usize = 1 << 27;
-
-/// Most items that are drawn by one call: their numbers are listed.
-const MAX_ITEMS: usize = 1 << 24;
 
 /// The items of a design or of a sweep.
 #[pyclass(frozen, module = "edgegait._native")]
@@ -71,10 +68,15 @@ impl Items {
                 "item {beyond}: expected one of {all}"
             )));
         }
-        if numbers.len() > MAX_ITEMS {
+        self.check_count(numbers.len())
+    }
+
+    /// Refuses more items than can be drawn at once.
+    fn check_count(&self, count: usize) -> PyResult<()> {
+        let most = self.items.most_at_once();
+        if count > most {
             return Err(PyValueError::new_err(format!(
-                "expected at most {MAX_ITEMS} items at once, found {}",
-                numbers.len()
+                "expected at most {most} of these items at once, found {count}"
             )));
         }
         Ok(())
@@ -173,12 +175,31 @@ impl Items {
         self.items.arrays().into_iter().map(array).collect()
     }
 
-    /// Who walks in each of these items.
-    fn labels<'py>(&self, py: Python<'py>, numbers: Vec<usize>) -> PyResult<Bound<'py, PyAny>> {
-        self.check(&numbers)?;
-        let label = |&number: &usize| self.items.label(number) as i64;
-        let labels: Array1<i64> = numbers.iter().map(label).collect();
-        Ok(labels.into_pyarray(py).into_any())
+    /// Refuses more items than can be drawn at once.
+    fn check_at_once(&self, count: usize) -> PyResult<()> {
+        self.check_count(count)
+    }
+
+    /// Who walks in each of these items, or in all of them.
+    #[pyo3(signature = (numbers = None))]
+    fn labels<'py>(
+        &self,
+        py: Python<'py>,
+        numbers: Option<Vec<usize>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let count = numbers.as_ref().map_or(self.items.len(), Vec::len);
+        let mut labels: Vec<i64> = Vec::new();
+        labels
+            .try_reserve_exact(count)
+            .map_err(|_| PyMemoryError::new_err(format!("no room for {count} labels")))?;
+        let label = |number: usize| self.items.label(number) as i64;
+        if let Some(numbers) = numbers {
+            self.check(&numbers)?;
+            labels.extend(numbers.into_iter().map(label));
+        } else {
+            py.detach(|| labels.extend((0..count).map(label)));
+        }
+        Ok(Array1::from(labels).into_pyarray(py).into_any())
     }
 
     /// Numbers of items in a stream that never ends, from its `start`-th on.
@@ -191,11 +212,7 @@ impl Items {
         people_at_once: usize,
         by_cycle: bool,
     ) -> PyResult<Vec<(u32, usize)>> {
-        if count > MAX_ITEMS {
-            return Err(PyValueError::new_err(format!(
-                "expected at most {MAX_ITEMS} items at once, found {count}"
-            )));
-        }
+        self.check_count(count)?;
         let order = self.items.order(seed, people_at_once, by_cycle);
         let found = (start..start.saturating_add(count as u64)).map(|at| order.at(at));
         let found: Option<Vec<(u32, usize)>> = found.collect();
@@ -235,9 +252,10 @@ impl Items {
         py: Python<'py>,
         numbers: Vec<usize>,
         epoch: u32,
+        threads: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
         self.check(&numbers)?;
-        let packs = self.packs(py, &numbers, 0)?;
+        let packs = self.packs(py, &numbers, threads)?;
         let rows = py.detach(|| self.items.rows(&numbers, epoch, &packs));
         columns(py, &rows.map_err(|error| exception(&error))?)
     }

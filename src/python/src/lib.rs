@@ -22,4 +22,11 @@ mod _native {
     use crate::items::{Items, design_text, png};
     #[pymodule_export]
     use crate::pack::Pack;
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(_module: &Bound<'_, PyModule>) -> PyResult<()> {
+        edgegait::encode::read_population_code();
+        Ok(())
+    }
 }

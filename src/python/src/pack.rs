@@ -19,8 +19,9 @@ pub(crate) struct Pack {
 }
 
 impl Pack {
-    fn parsed(&self) -> PyResult<edgegait::Pack<'_>> {
-        edgegait::Pack::parse(&self.bytes).map_err(|error| exception(&error.into()))
+    /// The pack in the bytes, which were checked where they came in.
+    fn opened(&self) -> PyResult<edgegait::Pack<'_>> {
+        edgegait::Pack::reopen(&self.bytes).map_err(|error| exception(&error.into()))
     }
 
     /// What commands read.
@@ -54,12 +55,11 @@ impl Pack {
     #[staticmethod]
     #[pyo3(signature = (data, name = PathBuf::new(), /))]
     fn from_bytes(data: &[u8], name: PathBuf) -> PyResult<Self> {
-        let pack = Self {
+        edgegait::Pack::parse(data).map_err(|error| exception(&error.into()))?;
+        Ok(Self {
             bytes: data.into(),
             path: name,
-        };
-        pack.parsed()?;
-        Ok(pack)
+        })
     }
 
     /// The file it is from; empty of one that was made.
@@ -85,14 +85,14 @@ impl Pack {
             dict.set_item("mass_kg", known(subject.mass_hg, 10.0))?;
             Ok(dict)
         };
-        self.parsed()?.subjects().map(one).collect()
+        self.opened()?.subjects().map(one).collect()
     }
 
     /// The walks: subject, name, number of the gait cycle, speed in km/h, seconds, and whether it is a
     /// whole take.
     #[getter]
     fn walks<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        let pack = self.parsed()?;
+        let pack = self.opened()?;
         let one = |walk: edgegait_core::pack::Walk<'_>| {
             let dict = PyDict::new(py);
             let clip = pack.clip(walk.clip);
@@ -128,11 +128,11 @@ impl Pack {
 
     /// How many walks it has.
     fn __len__(&self) -> PyResult<usize> {
-        Ok(self.parsed()?.walks().len())
+        Ok(self.opened()?.walks().len())
     }
 
     fn __repr__(&self) -> PyResult<String> {
-        let pack = self.parsed()?;
+        let pack = self.opened()?;
         Ok(format!(
             "<Pack: {} people, {} walks, {} bytes>",
             pack.subjects().len(),

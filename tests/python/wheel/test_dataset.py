@@ -1,7 +1,9 @@
 """Datasets: the bytes of the command, whoever draws them and in which order."""
 
 import multiprocessing
+import os
 import pickle
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -192,6 +194,34 @@ def test_other_processes_draw_the_same(method):
         assert pool.apply_async(_drawn, [pack]).get(timeout=60) == _drawn(pack)
 
 
+def test_files_that_flags_name_go_with_a_pickle(tmp_path):
+    views, conditions = tmp_path / "mine.csv", tmp_path / "some.toml"
+    views.write_text("azimuth_deg,elevation_deg\n10,0\n200,30\n")
+    conditions.write_text('[[conditions]]\nname = "hats"\nconfounders = { hat = 1 }\n')
+    dataset = edgegait.Dataset(views=views, conditions=conditions, raster="rows", subjects="F01")
+    expected, rows = _drawn(dataset), dataset.rows()
+    assert rows["azimuth_deg"] == [10, 200]
+    assert rows["condition"] == ["hats", "hats"]
+    packed = pickle.dumps(dataset)
+    views.write_text("azimuth_deg,elevation_deg\n90,0\n")
+    conditions.unlink()
+    again = pickle.loads(packed)
+    assert again.rows() == rows
+    assert _drawn(again) == expected
+    assert _drawn(pickle.loads(pickle.dumps(again))) == expected
+
+
+def test_processes_share_the_cores(monkeypatch):
+    from edgegait import _dataset
+
+    cores = len(os.sched_getaffinity(0))
+    assert _dataset._share_of_threads() == 0
+    monkeypatch.setenv("LOCAL_WORLD_SIZE", "2")
+    assert _dataset._share_of_threads() == max(1, cores // 2)
+    monkeypatch.setattr(_dataset, "_worker", lambda: SimpleNamespace(id=0, num_workers=cores))
+    assert _dataset._share_of_threads() == 1
+
+
 def test_misuse_raises():
     dataset = edgegait.Dataset(views="side", raster="rows")
     for wrong in ["a", 1.5, None, [0], (0, 1)]:
@@ -202,8 +232,14 @@ def test_misuse_raises():
             dataset[beyond]
     with pytest.raises(IndexError):
         dataset.rows([99])
-    with pytest.raises(ValueError, match="at most 16777216 items at once"):
-        dataset.batch(np.zeros(2**24 + 1, np.int64))
+    # 2 GiB of 1,500 bytes.
+    with pytest.raises(ValueError, match="at most 1431655 of these items at once, found 1431656"):
+        dataset.batch(np.zeros(1_431_656, np.int64))
+    for wrong in [-1, 2**32]:
+        with pytest.raises(ValueError, match="epoch: expected 0 to 4294967295"):
+            dataset.batch([0], epoch=wrong)
+        with pytest.raises(ValueError, match="epoch"):
+            dataset.rows([0], epoch=wrong)
     images, labels = dataset.batch([])
     assert len(images) == len(labels) == 0
     sequences = edgegait.Dataset(views="side", raster="rows", template="silhouettes")
@@ -225,6 +261,9 @@ def test_misuse_raises():
         ({"conditions": "bad-weather"}, "no set of conditions"),
         ({"azimuth_deg": [1, [2]]}, "expected one value or a list"),
         ({"threads": 0}, "threads: expected 1 to 1024"),
+        ({"threads": 2.5}, "threads: expected a whole number, found 2.5"),
+        ({"whole_recordings": True}, "--whole-recordings: expected a tree"),
+        ({"named_views": True}, "--named-views: expected a tree"),
     ]:
         with pytest.raises((ValueError, TypeError), match=text):
             edgegait.Dataset(**wrong)
@@ -250,3 +289,5 @@ def test_designs_that_cannot_be_are_refused():
         edgegait.Dataset(edgegait.Design("casia-b-like"), split="train", raster="rows")
     with pytest.raises(TypeError, match="expected a Design"):
         edgegait.Dataset(split="train")
+    with pytest.raises(ValueError, match="people: expected 1 to"):
+        edgegait.Dataset(edgegait.Design("casia-b-like"), split="train", people=-1)

@@ -1,6 +1,7 @@
 """Pictures of notebooks."""
 
 import io
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -33,6 +34,21 @@ def test_several_are_a_sheet():
     assert sheet[5, 6] == sheet[0, 0] == 96
     assert decoded(edgegait.Picture(images[None], scale=1)).shape == (5, 16)
     assert decoded(edgegait.Picture(images == 20, scale=1))[1, 6] == 255
+
+
+def test_whatever_is_long_is_shown_in_part():
+    take = Path(__file__).parents[2] / "data" / "golden" / "v1-take.egp"
+    # Whole takes, hundreds of images, and sequences of different lengths.
+    for source, drawing in [
+        (take, {"template": "silhouettes", "views": "side"}),
+        (None, {"template": "silhouettes", "views": "side"}),
+        (None, {"template": "silhouettes", "views": "side", "fps": 25}),
+        (None, {"template": ["gei", "silhouettes"], "azimuth_deg": range(0, 360, 4), "elevation_deg": 0}),
+    ]:
+        dataset = edgegait.Dataset(source, raster="rows", **drawing)
+        assert dataset._repr_png_().startswith(b"\x89PNG")
+        assert next(edgegait.sweep(source, raster="rows", **drawing))._repr_png_().startswith(b"\x89PNG")
+    assert edgegait.Pack(take)._repr_png_().startswith(b"\x89PNG")
 
 
 def test_datasets_show_some_of_their_items(tmp_path):

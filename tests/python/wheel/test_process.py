@@ -38,10 +38,12 @@ def interrupted(work, is_time):
         lambda: edgegait.Dataset(views="paper").batch(range(18278)),
         lambda: edgegait.Dataset(edgegait.Design("domain-random"), split="train").batch(range(0, 6000, 8)),
         lambda: list(edgegait.sweep(views="paper", cycles=8)),
+        lambda: edgegait.cohort(people=200),
+        lambda: edgegait.cohort(people=2000, quick=True),
         lambda: edgegait.score("pixels"),
         lambda: edgegait.score(edgegait.Recognizer(lambda images: images.reshape(len(images), -1), name="mine")),
     ],
-    ids=["batch", "people", "sweep", "score", "callable"],
+    ids=["batch", "people", "sweep", "cohort", "population", "score", "callable"],
 )
 def test_control_c_ends_work(work):
     begun = time.monotonic()

@@ -1,12 +1,16 @@
 """Scores of callables, and results as tables."""
 
 import json
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import edgegait
 
+TAKES = Path(__file__).parents[2] / "data" / "golden" / "v1-take.egp"
 SIDES = {"azimuth_deg": [45, 90], "elevation_deg": [0], "raster": "rows"}
 
 
@@ -118,10 +122,11 @@ def test_what_a_callable_raises_is_raised():
         (lambda images: images, "found 4 axes|expected embeddings"),
         (lambda images: (flat(images), images[:, 0]), "expected scores"),
         (lambda images: "text", "could not convert"),
+        (lambda images: (flat(images), flat(images)[:, :3]), "scores of the 2 classes of the contract, found 3"),
         (lambda images: None, "."),
     ]:
         with pytest.raises((ValueError, TypeError), match=text):
-            edgegait.score(edgegait.Recognizer(wrong, name="wrong"), **SIDES)
+            edgegait.score(edgegait.Recognizer(wrong, name="wrong", classes=["F01", "M02"]), **SIDES)
     # And the next one runs.
     assert edgegait.score(flat, no_baselines=True, **SIDES)["recognizers"][0]["rank1"] > 0
 
@@ -148,6 +153,7 @@ def test_misuse_raises(tmp_path):
         ({"models": edgegait.Recognizer(flat, size="3x3")}, "3"),
         ({"models": edgegait.Recognizer(flat, layout="NTHW")}, "layout"),
         ({"models": "pixels", "data": tmp_path / "nowhere.egp"}, "nowhere.egp"),
+        ({"models": [TAKES, "pixels"], "data": edgegait.Pack(TAKES)}, "expected one source of walks"),
     ]:
         with pytest.raises((ValueError, TypeError, OSError, edgegait.Error), match=text):
             edgegait.score(**wrong)
@@ -176,4 +182,29 @@ def test_other_subcommands_run_quietly(tmp_path, capfd):
         design.save(tmp_path / "own.toml")
     with pytest.raises(ValueError, match="--bogus"):
         edgegait.command("inspect", "a.egp", bogus=True)
+    with pytest.raises(ValueError, match="out: expected a path"):
+        edgegait.command("contract", "side", out="-")
     assert capfd.readouterr() == ("", "")
+
+
+def test_models_are_measured_in_processes_of_their_own(program):
+    measured = edgegait.command("bench", "side", max_seconds=1)
+    assert measured["models"][0]["name"] == "side"
+    assert "side" in program("bench", "side", "--max-seconds", 1)
+
+
+def test_an_error_in_one_thread_leaves_the_others_alone():
+    def slow(images):
+        time.sleep(0.002)
+        return flat(images)
+
+    def wrong(images):
+        raise RuntimeError("mine")
+
+    with ThreadPoolExecutor() as pool:
+        right = pool.submit(edgegait.score, slow, no_baselines=True, views="side", raster="rows", conditions="casia-b")
+        for _ in range(20):
+            with pytest.raises(RuntimeError, match="mine"):
+                edgegait.score(wrong, no_baselines=True, **SIDES)
+        assert not right.done() or right.exception() is None
+        assert right.result()["recognizers"][0]["rank1"] > 0

@@ -2,12 +2,14 @@
 
 import itertools
 import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import edgegait
 
+TAKE = Path(__file__).parents[2] / "data" / "golden" / "v1-take.egp"
 MASK = 2**64 - 1
 
 
@@ -124,18 +126,35 @@ def test_readers_share_batches_and_a_stream_goes_on_where_it_stopped(dataset, mo
         dataset.stream()
 
 
+def test_whole_takes_are_the_same_in_each_epoch():
+    takes = edgegait.Dataset(TAKE, views="side", template="silhouettes", raster="rows")
+    stream = takes.stream(batch=2)
+    assert stream.places(0) == [(0, 0), (1, 0)]
+    sequences, _ = stream[0]
+    assert len(sequences[0]) > 1
+    assert np.array_equal(sequences[0], sequences[1])
+
+
 def test_misuse_raises(dataset):
     for wrong, text in [
-        ({"batch": 0}, "batch: expected a number from 1 on"),
-        ({"batch": "many"}, "batch"),
+        ({"batch": 0}, "batch: expected 1 to"),
+        ({"batch": 10**9}, "at most 1431655 of these items at once"),
         ({"seed": -1}, "seed"),
-        ({"start": 1.5}, "start"),
+        ({"seed": 2**64}, "seed: expected 0 to 18446744073709551615"),
+        ({"start": 2**64}, "start"),
         ({"people_at_once": 0}, "people_at_once"),
         ({"rank": 2, "world": 2}, "rank: expected 0 to 1"),
         ({"rank": 1}, "both or none"),
     ]:
         with pytest.raises(ValueError, match=text):
             dataset.stream(**wrong)
+    for wrong in [{"batch": "many"}, {"start": 1.5}]:
+        with pytest.raises(TypeError, match="expected a whole number"):
+            dataset.stream(**wrong)
+    assert dataset.stream(batch=np.int64(3), seed=np.uint8(4)).places(0) == dataset.stream(batch=3, seed=4).places(0)
+    with pytest.raises(IndexError, match="no more than"):
+        dataset.stream(batch=3)[2**63]
+    assert isinstance(dataset.stream(), edgegait.Stream)
     with pytest.raises(TypeError, match="never ends"):
         len(edgegait.Stream(dataset))
     with pytest.raises(IndexError):

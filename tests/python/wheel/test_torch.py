@@ -1,6 +1,8 @@
 """PyTorch: loaders, samplers, workers and modules (.ci/full runs these; without PyTorch they are skipped)."""
 
+import gc
 import itertools
+import os
 
 import numpy as np
 import pytest
@@ -56,7 +58,7 @@ def test_a_distributed_sampler_shares_items(dataset):
 def test_a_stream_is_the_same_with_any_number_of_workers(dataset, workers):
     stream = dataset.stream(batch=16, seed=4)
     assert isinstance(stream, data.IterableDataset)
-    assert isinstance(stream, torch.utils.data.IterableDataset)
+    assert isinstance(stream, edgegait.Stream)
     loader = data.DataLoader(stream, batch_size=None, num_workers=workers)
     found = list(itertools.islice(loader, 7))
     for number, (images, labels) in enumerate(found):
@@ -87,10 +89,15 @@ def test_the_process_group_says_which_rank_reads(dataset, monkeypatch):
 
 
 def test_an_abandoned_loader_leaves_nothing_behind(dataset):
-    loader = data.DataLoader(dataset.stream(batch=16), batch_size=None, num_workers=2)
-    for _ in zip(range(2), loader, strict=False):
-        pass
-    del loader
+    batches = iter(data.DataLoader(dataset.stream(batch=16), batch_size=None, num_workers=2))
+    next(batches)
+    workers = [worker.pid for worker in batches._workers]
+    assert len(workers) == 2
+    del batches
+    gc.collect()
+    for pid in workers:
+        with pytest.raises(ProcessLookupError):
+            os.kill(pid, 0)
     assert len(dataset.batch(range(8))[0]) == 8
 
 
