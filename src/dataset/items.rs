@@ -248,7 +248,8 @@ impl Items {
         people
     }
 
-    /// Makes one of the people, with all walks: a pack of some 20 kB, in 8 ms a walk.
+    /// Makes one of the people, with all walks: a pack of 3 kB for one walk and 9 kB for ten, in 8 ms a
+    /// walk.
     ///
     /// # Errors
     /// As [`Design::subject`] and [`encode_population`].

@@ -2,8 +2,8 @@
 
     python cluster.py FOLDER GUIDE.md [--people N]
 
-Makes the test split of `domain-random` in one process, in four of Ray's, in four of which one is killed, and by the
-guide's own array script, one task after another: all have to be the same bytes. Then four of Ray's processes draw a
+Makes the training split of `domain-random` in one process, in four of Ray's, in four of which one is killed, and by
+the guide's own array script, one task after another: all have to be the same bytes. Then four of Ray's processes draw a
 stream, of which one is killed too: its batches have to be those that one process draws.
 """
 
@@ -98,10 +98,13 @@ def batches_of_ray(dataset, count, victim=None):
     waiting = [draw(number) for number in range(8)]
     for number in range(count):
         if number == victim:
-            os.kill(ray.get(drawers[1].pid.remote()), signal.SIGKILL)
+            killed = ray.get(drawers[1].pid.remote())
+            os.kill(killed, signal.SIGKILL)
         yield ray.get(waiting.pop(0))
         if number + 8 < count:
             waiting.append(draw(number + 8))
+    if victim is not None:
+        assert ray.get(drawers[1].pid.remote()) != killed, "the same process went on"
 
 
 DESIGN = """

@@ -16,7 +16,7 @@ use std::ffi::OsString;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-/// Most bytes of people who are kept: as many as 10,000 with one walk each. Ours.
+/// Most bytes of people who are kept: of some 50,000 with one walk each. Ours.
 const MAX_KEPT_BYTES: usize = 1 << 27;
 
 /// The items of a design or of a sweep.
