@@ -123,6 +123,8 @@ mod gate;
 pub mod guide;
 #[cfg(feature = "import")]
 pub mod import;
+#[cfg(feature = "train")]
+mod literature;
 mod named;
 mod report;
 pub mod scene;

@@ -12,11 +12,11 @@ pub(super) struct AugmentArgs {
     augment: Vec<Way>,
     /// How many crops are made of each image
     /// [default: 4]
-    #[arg(long, value_name = "K", requires = "augment")]
+    #[arg(long, value_name = "K")]
     crop_steps: Option<u16>,
     /// Rows that each crop cuts off the bottom, and the next one as many more
     /// [default: 1]
-    #[arg(long, value_name = "N", requires = "augment")]
+    #[arg(long, value_name = "N")]
     crop_rows: Option<u16>,
 }
 
@@ -32,12 +32,36 @@ impl AugmentArgs {
         !self.augment.is_empty()
     }
 
+    /// How crops are made, if any are.
+    pub(super) fn crops(&self) -> Crops {
+        let default = Crops::default();
+        Crops {
+            steps: self.crop_steps.map_or(default.steps, usize::from),
+            rows: self.crop_rows.map_or(default.rows, usize::from),
+        }
+    }
+
+    /// What is asked for where a method makes crops by itself.
+    ///
+    /// # Errors
+    /// For crops besides.
+    pub(super) fn without_crops(&self) -> Result<Augmentation> {
+        if self.augment.contains(&Way::Crop) {
+            return Err(Error::Usage(
+                "--augment crop: --method real-synthetic crops by itself".into(),
+            ));
+        }
+        Ok(Augmentation {
+            flip: self.augment.contains(&Way::Flip),
+            crops: None,
+        })
+    }
+
     /// What is asked for.
     ///
     /// # Errors
     /// For numbers of crops without crops.
     pub(super) fn augmentation(&self) -> Result<Augmentation> {
-        let default = Crops::default();
         let is_cropped = self.augment.contains(&Way::Crop);
         if !is_cropped && (self.crop_steps.is_some() || self.crop_rows.is_some()) {
             return Err(Error::Usage(
@@ -47,10 +71,7 @@ impl AugmentArgs {
         }
         Ok(Augmentation {
             flip: self.augment.contains(&Way::Flip),
-            crops: is_cropped.then(|| Crops {
-                steps: self.crop_steps.map_or(default.steps, usize::from),
-                rows: self.crop_rows.map_or(default.rows, usize::from),
-            }),
+            crops: is_cropped.then(|| self.crops()),
         })
     }
 }

@@ -29,6 +29,8 @@ mod inspect;
 mod interrupt;
 mod keep_going;
 mod layout;
+#[cfg(feature = "train")]
+mod literature;
 mod merge;
 mod outputs;
 mod parity;
@@ -93,6 +95,8 @@ enum Command {
     #[cfg(feature = "import")]
     Import(import::Args),
     Inspect(inspect::Args),
+    #[cfg(feature = "train")]
+    Literature(literature::Args),
     Merge(merge::Args),
     Parity(parity::Args),
     Quantize(quantize::Args),
@@ -185,6 +189,8 @@ fn run(command: &Command) -> Result<Ending> {
         #[cfg(feature = "import")]
         Command::Import(args) => run!(import, args),
         Command::Inspect(args) => run!(inspect, args),
+        #[cfg(feature = "train")]
+        Command::Literature(args) => run!(literature, args),
         Command::Merge(args) => run!(merge, args),
         Command::Parity(args) => return run!(parity, args),
         Command::Quantize(args) => run!(quantize, args),

@@ -18,6 +18,7 @@ use crate::evaluate::rank::{Outcome, closed_set};
 use crate::score::Contract;
 use crate::table::Column::{Left, Right};
 use crate::table::Table;
+use crate::template::augment::Augmentation;
 use crate::train::{Analysed, Components, LinearRecognizer, Method, Options, Real, Samples, onnx};
 use mix::MixArgs;
 use serde::Serialize;
@@ -48,7 +49,9 @@ pub(super) struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     cycles: Option<u32>,
     /// What tells people apart in the principal components: the nearest mean along linear
-    /// discriminants, or linear support vector machines, one for each person against the rest
+    /// discriminants; the same of templates and of their crops (--crop-steps, --crop-rows), in two
+    /// parts (Han & Bhanu's real and synthetic templates); or linear support vector machines, one for
+    /// each person against the rest
     #[arg(long, value_name = "METHOD", default_value = "lda")]
     method: MethodArg,
     /// Principal components that are kept; several counts write NAME-N.onnx for each
@@ -82,6 +85,7 @@ pub(super) struct Args {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum MethodArg {
     Lda,
+    RealSynthetic,
     Svm,
 }
 
@@ -165,10 +169,21 @@ impl Args {
         }
     }
 
+    /// What is made of each template before a method learns.
+    fn augmentation(&self) -> Result<Augmentation> {
+        match self.method {
+            MethodArg::RealSynthetic => self.augment.without_crops(),
+            MethodArg::Lda | MethodArg::Svm => self.augment.augmentation(),
+        }
+    }
+
     fn method(&self) -> Result<Method> {
         match (self.method, self.svm_c) {
             (MethodArg::Lda, None) => Ok(Method::LDA),
-            (MethodArg::Lda, Some(_)) => Err(Error::Usage(
+            (MethodArg::RealSynthetic, None) => Ok(Method::RealSynthetic {
+                crops: self.augment.crops(),
+            }),
+            (MethodArg::Lda | MethodArg::RealSynthetic, Some(_)) => Err(Error::Usage(
                 "--svm-c is the weight of errors of --method svm: LDA has none".into(),
             )),
             (MethodArg::Svm, c) => match c.unwrap_or(1.0) {

@@ -61,6 +61,17 @@ pub enum TrainError {
         /// Classes.
         classes: usize,
     },
+    /// Samples are all the same.
+    #[error("all samples have the same features: there is nothing to learn from")]
+    Constant,
+    /// A random subspace is larger than the space.
+    #[error("expected 1 to {found} eigenvectors of a random subspace, found {each}")]
+    Subspace {
+        /// Eigenvectors that there are.
+        found: usize,
+        /// Those that each subspace is to have.
+        each: usize,
+    },
     /// There is nothing to tell apart.
     #[error("telling classes apart needs at least 2 of them, found {0}")]
     TooFewClasses(usize),

@@ -5,9 +5,11 @@
 //!
 //! Euclidean is the mean over the parts of `|x - y|` (OpenGait's `euc`), 0 or more. Cosine is 1 less the
 //! mean over the parts of `x . y / (|x| |y|)` (OpenGait's `cos`), 0..2; a part that is zero in one of
-//! the two has no direction: its cosine counts as 0, as `F.normalize` makes it.
+//! the two has no direction: its cosine counts as 0, as `F.normalize` makes it. Votes are distances
+//! within a gallery alone: the share of the parts whose nearest entry is another person's, 0..1.
 
 use crate::score::Distance;
+use std::collections::HashMap;
 
 impl Distance {
     /// The distance of two embeddings of so many parts, computed in f64.
@@ -40,21 +42,78 @@ impl Distance {
             _ => (0..parts).map(&mut of_part).sum::<f64>() / parts as f64,
         };
         match self {
-            Self::Euclidean => mean,
+            Self::Euclidean | Self::Votes => mean,
             Self::Cosine => 1.0 - mean,
         }
+    }
+
+    /// The distance of a probe from each of a gallery's embeddings; `person` says whose each is.
+    ///
+    /// # Panics
+    /// As [`Self::between`].
+    #[must_use]
+    pub(crate) fn from_each(
+        self,
+        probe: &[f32],
+        gallery: &[&[f32]],
+        person: &dyn Fn(usize) -> usize,
+        parts: usize,
+    ) -> Vec<f64> {
+        if self != Self::Votes {
+            let of = |other: &&[f32]| self.between(probe, other, parts);
+            return gallery.iter().map(of).collect();
+        }
+        votes(probe, gallery, person, parts)
     }
 
     /// The distance of two vectors, or their cosine.
     fn of_vectors(self, x: &[f32], y: &[f32]) -> f64 {
         match self {
-            Self::Euclidean => {
+            Self::Euclidean | Self::Votes => {
                 let [squares] = sums(x, y, |x, y| [(x - y) * (x - y)]);
                 squares.sqrt()
             }
             Self::Cosine => cosine(x, y),
         }
     }
+}
+
+/// Of each entry of a gallery the share of the parts that do not vote for its person. A part votes for
+/// the person of the nearest entry, of equally near ones the first. Numbers that are not finite make
+/// an entry's distances so, and are nobody's vote.
+fn votes(
+    probe: &[f32],
+    gallery: &[&[f32]],
+    person: &dyn Fn(usize) -> usize,
+    parts: usize,
+) -> Vec<f64> {
+    let people: Vec<usize> = (0..gallery.len()).map(person).collect();
+    let mut squares = vec![vec![0.0f64; parts]; gallery.len()];
+    for (other, squares) in gallery.iter().zip(&mut squares) {
+        assert_eq!(probe.len(), other.len(), "embeddings of one length");
+        for (x, y) in probe.chunks_exact(parts).zip(other.chunks_exact(parts)) {
+            for ((sum, &x), &y) in squares.iter_mut().zip(x).zip(y) {
+                *sum += (f64::from(x) - f64::from(y)).powi(2);
+            }
+        }
+    }
+    let mut votes = HashMap::new();
+    for part in 0..parts {
+        let all = squares.iter().map(|of_entry| of_entry[part]).enumerate();
+        let finite = all.filter(|(_, square)| square.is_finite());
+        let nearest = finite.reduce(|best, next| if next.1 < best.1 { next } else { best });
+        if let Some((entry, _)) = nearest {
+            *votes.entry(people[entry]).or_insert(0usize) += 1;
+        }
+    }
+    let of_entry = |(entry, person): (usize, &usize)| {
+        if squares[entry].iter().all(|square| square.is_finite()) {
+            1.0 - votes.get(person).copied().unwrap_or(0) as f64 / parts as f64
+        } else {
+            f64::NAN
+        }
+    };
+    people.iter().enumerate().map(of_entry).collect()
 }
 
 /// The cosine between two vectors, -1..1; 0 if one is zero.

@@ -205,11 +205,11 @@ impl<'a> Trial<'a> {
         let distance = recognizer.contract().distance;
         let found = answers.embedding(probe);
         let of = |(view, gallery): (Option<usize>, Vec<usize>)| {
-            let distances = gallery
-                .iter()
-                .map(|&other| distance.between(found, answers.embedding(other), answers.parts));
             let label = |at: usize| self.sequences.subject(gallery[at]);
-            meeting(view, distances.collect(), &label, person)
+            let others = gallery.iter().map(|&other| answers.embedding(other));
+            let others: Vec<&[f32]> = others.collect();
+            let distances = distance.from_each(found, &others, &label, answers.parts);
+            meeting(view, distances, &label, person)
         };
         self.galleries(probe).into_iter().map(of).collect()
     }

@@ -145,7 +145,7 @@ impl Layout {
     }
 }
 
-/// How far apart two embeddings are. With parts, the mean over the parts.
+/// How far apart two embeddings are. With parts, the mean over the parts, or what most of them say.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Distance {
@@ -154,6 +154,9 @@ pub enum Distance {
     Euclidean,
     /// One minus the cosine of the angle between them.
     Cosine,
+    /// Of each part the nearest by the length of the difference is voted for: the share of the parts that
+    /// do not vote for the person.
+    Votes,
 }
 
 impl Distance {
@@ -163,6 +166,7 @@ impl Distance {
         match self {
             Self::Euclidean => "euclidean",
             Self::Cosine => "cosine",
+            Self::Votes => "votes",
         }
     }
 

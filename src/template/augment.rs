@@ -120,14 +120,8 @@ fn cropped(plane: &[u8], size: Size, rows_cut: usize) -> Vec<u8> {
     if rows_cut == 0 {
         return plane.to_vec();
     }
-    let (rows, columns) = (size.rows(), size.columns());
-    let kept = rows - rows_cut;
-    let scale = kept as f64 / rows as f64;
-    let down = taps(rows, kept, |row| (row + 0.5) * scale - 0.5);
-    let middle = 0.5 * columns as f64;
-    let right = taps(columns, columns, |column| {
-        (column + 0.5 - middle) * scale + middle - 0.5
-    });
+    let columns = size.columns();
+    let [down, right] = crop_taps(size, rows_cut);
     let mut cropped = Vec::with_capacity(plane.len());
     for &(top, bottom, low) in &down {
         for &(left, right, far) in &right {
@@ -144,6 +138,39 @@ fn cropped(plane: &[u8], size: Size, rows_cut: usize) -> Vec<u8> {
         }
     }
     cropped
+}
+
+/// What a crop makes of images of one plane: from a pixel of the image, to one that is made of it,
+/// with which weight. Each that is made is of four, whose weights add up to 1.
+pub(crate) fn crop_weights(size: Size, rows_cut: usize) -> Vec<(usize, usize, f64)> {
+    let columns = size.columns();
+    let [down, right] = crop_taps(size, rows_cut);
+    let mut weights = Vec::with_capacity(4 * size.pixels());
+    for (row, &(top, bottom, low)) in down.iter().enumerate() {
+        for (column, &(left, right, far)) in right.iter().enumerate() {
+            let made = row * columns + column;
+            for (from_row, of_row) in [(top, 1.0 - low), (bottom, low)] {
+                for (from_column, of_column) in [(left, 1.0 - far), (right, far)] {
+                    weights.push((from_row * columns + from_column, made, of_row * of_column));
+                }
+            }
+        }
+    }
+    weights
+}
+
+/// Between which rows and columns those of a crop lie.
+fn crop_taps(size: Size, rows_cut: usize) -> [Vec<(usize, usize, f64)>; 2] {
+    let (rows, columns) = (size.rows(), size.columns());
+    let kept = rows - rows_cut;
+    let scale = kept as f64 / rows as f64;
+    let middle = 0.5 * columns as f64;
+    [
+        taps(rows, kept, |row| (row + 0.5) * scale - 0.5),
+        taps(columns, columns, |column| {
+            (column + 0.5 - middle) * scale + middle - 0.5
+        }),
+    ]
 }
 
 /// For each of `count` places the two of `of` pixels that it lies between, and how near it is to
@@ -225,6 +252,23 @@ mod tests {
         // Above the first centre, and below the last one that is kept, as there.
         assert_eq!(found[15], 44); // 3 * 14.75 = 44.25
         assert_eq!(found[49 * 30 + 15], 140); // 4 * 24 + 44.25
+    }
+
+    #[test]
+    fn weights_of_a_crop_make_what_the_crop_makes() {
+        let noise = image(|row, column| (row * 97 + column * 59 + row * column * 31) as u8);
+        for rows_cut in [0, 1, 7, 25] {
+            let mut made = vec![0.0; 1500];
+            let mut sums = vec![0.0; 1500];
+            for (from, to, weight) in crop_weights(SIZE, rows_cut) {
+                made[to] += weight * f64::from(noise[from]);
+                sums[to] += weight;
+            }
+            assert!(sums.iter().all(|sum| (sum - 1.0_f64).abs() < 1e-12));
+            for (made, &byte) in made.iter().zip(&cropped(&noise, SIZE, rows_cut)) {
+                assert!((made - f64::from(byte)).abs() <= 0.5 + 1e-9);
+            }
+        }
     }
 
     #[test]

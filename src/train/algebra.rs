@@ -87,7 +87,7 @@ pub(crate) fn multiply<F: Real>(a: ArrayView2<'_, F>, b: ArrayView2<'_, F>) -> A
 }
 
 /// Adds `a^T a` to the lower triangle of `sum`; the upper one is left alone.
-pub(super) fn add_products_of_columns<F: Real>(a: ArrayView2<'_, F>, sum: &mut Array2<F>) {
+pub(crate) fn add_products_of_columns<F: Real>(a: ArrayView2<'_, F>, sum: &mut Array2<F>) {
     assert_eq!(
         sum.dim(),
         (a.ncols(), a.ncols()),
@@ -177,7 +177,7 @@ pub(super) fn finite<F: Real>(value: F, row: usize, column: usize) -> Result<F> 
 ///
 /// Components within one part in 10^9 (10^5 in f32) of the largest count as ties, of which
 /// the first decides: rounding cannot flip the sign of `(0.7071, -0.7071)`.
-pub(super) fn fix_sign<F: Real>(mut direction: ndarray::ArrayViewMut1<'_, F>) {
+pub(crate) fn fix_sign<F: Real>(mut direction: ndarray::ArrayViewMut1<'_, F>) {
     let largest = direction.iter().fold(F::zero(), |m, c| m.max(c.abs()));
     let tie = F::TOLERANCE * F::nearest(10.0);
     let leading = direction

@@ -22,7 +22,7 @@ pub(crate) struct Lda<F> {
 }
 
 /// How many samples each class has, and their mean, one class a row.
-pub(super) struct Classes<F> {
+pub(crate) struct Classes<F> {
     pub counts: Vec<usize>,
     pub means: Array2<F>,
 }
@@ -48,7 +48,7 @@ impl<F: Real> Classes<F> {
     /// # Errors
     /// If there are fewer than two classes, a label outside them, a number that is not finite, or a
     /// class without samples.
-    pub(super) fn averaged<T: Copy + Into<F>>(
+    pub(crate) fn averaged<T: Copy + Into<F>>(
         samples: ArrayView2<'_, T>,
         labels: &[usize],
         classes: usize,
@@ -141,34 +141,51 @@ impl<F: Real> Lda<F> {
         for (mut offset, &count) in offsets.outer_iter_mut().zip(&of.counts) {
             offset *= F::nearest((count as f64).sqrt());
         }
-        let between_trace = offsets.iter().fold(F::zero(), |sum, &v| sum + v * v);
-        let total_variance = (within.diag().sum() + between_trace) / F::nearest((count - 1) as f64);
-
-        within /= F::nearest(count.saturating_sub(classes).max(1) as f64);
-        within
-            .diag_mut()
-            .mapv_inplace(|v| v + F::nearest(ridge) * total_variance / F::nearest(dims as f64));
-        let whitening = whitening(&within)?;
-        let whitened = multiply(offsets.view(), whitening.t());
-        let mut between = Array2::zeros((dims, dims));
-        add_products_of_columns(whitened.view(), &mut between);
-        between /= F::nearest((classes - 1) as f64);
-        let found = eigen(&between)?;
-
-        let floor = F::TOLERANCE * found.values[0];
-        let rank = found
-            .values
-            .iter()
-            .take(classes - 1)
-            .take_while(|v| **v > floor)
-            .count();
-        let mut directions = multiply(found.vectors.slice(s![..rank, ..]), whitening.view());
-        directions.outer_iter_mut().for_each(fix_sign);
-        Ok(Self {
-            directions,
-            ratios: found.values[..rank].iter().copied().collect(),
-        })
+        discriminants(within, offsets.view(), (count, classes), ridge, classes - 1)
     }
+}
+
+/// The directions that tell `classes` apart, at most so many, of the scatter of `count` samples:
+/// within classes, of which the lower triangle is read, and of class means, one a row times the root
+/// of how many samples the class has.
+///
+/// # Errors
+/// If the scatter within is no positive matrix in spite of the ridge.
+pub(crate) fn discriminants<F: Real>(
+    mut within: Array2<F>,
+    offsets: ArrayView2<'_, F>,
+    (count, classes): (usize, usize),
+    ridge: f64,
+    most: usize,
+) -> Result<Lda<F>> {
+    let dims = within.nrows();
+    let between_trace = offsets.iter().fold(F::zero(), |sum, &v| sum + v * v);
+    let total_variance = (within.diag().sum() + between_trace) / F::nearest((count - 1) as f64);
+
+    within /= F::nearest(count.saturating_sub(classes).max(1) as f64);
+    within
+        .diag_mut()
+        .mapv_inplace(|v| v + F::nearest(ridge) * total_variance / F::nearest(dims as f64));
+    let whitening = whitening(&within)?;
+    let whitened = multiply(offsets, whitening.t());
+    let mut between = Array2::zeros((dims, dims));
+    add_products_of_columns(whitened.view(), &mut between);
+    between /= F::nearest((classes - 1) as f64);
+    let found = eigen(&between)?;
+
+    let floor = F::TOLERANCE * found.values[0];
+    let rank = found
+        .values
+        .iter()
+        .take(most)
+        .take_while(|v| **v > floor)
+        .count();
+    let mut directions = multiply(found.vectors.slice(s![..rank, ..]), whitening.view());
+    directions.outer_iter_mut().for_each(fix_sign);
+    Ok(Lda {
+        directions,
+        ratios: found.values[..rank].iter().copied().collect(),
+    })
 }
 
 /// A matrix `w` for which `w within w^T` is the identity.

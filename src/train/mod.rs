@@ -13,6 +13,7 @@ pub(crate) mod pca;
 mod samples;
 mod share;
 pub(crate) mod svm;
+mod synthetic;
 
 pub use algebra::Real;
 pub use mix::{Part, SampleForm, joined, require_one_form, strangers};
@@ -25,6 +26,7 @@ use ndarray::{Array1, Array2, ArrayView1, ArrayView2, s};
 use crate::error::{Result, TrainError};
 use crate::score::Affine;
 use crate::template::Template;
+use crate::template::augment::Crops;
 use lda::{Classes, Lda};
 use pca::Pca;
 use std::fmt;
@@ -47,6 +49,12 @@ pub enum Method {
         /// Share of the mean total variance added to the variance within classes; above 0.
         ridge: f64,
     },
+    /// The same of real and of synthetic templates, in a part of the embedding each (Han & Bhanu
+    /// 2006).
+    RealSynthetic {
+        /// What synthetic templates are made of each.
+        crops: Crops,
+    },
     /// Linear support vector machines, one for each class against the rest.
     Svm {
         /// Weight of the errors; above 0.
@@ -63,6 +71,7 @@ impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Lda { .. } => f.write_str("LDA"),
+            Self::RealSynthetic { .. } => f.write_str("LDA of real and of synthetic templates"),
             Self::Svm { c } => write!(f, "linear SVM (C {c})"),
         }
     }
@@ -103,6 +112,9 @@ pub struct LinearRecognizer {
     pub template: Template,
     /// Rows and columns of the silhouettes that its templates are made of.
     pub size: Size,
+    /// Parts of an embedding that are compared each for itself: number i of part j is at
+    /// `i * parts + j`.
+    pub parts: usize,
     /// Pixels in 0..1 to an embedding. Of LDA its variance within classes is 1 in every direction;
     /// of SVM it is the coordinates along the principal components.
     pub embedding: Affine,
@@ -242,27 +254,37 @@ impl<'a, F: Real> Analysed<'a, F> {
     /// # Errors
     /// If an option makes no sense, or the method finds no solution.
     pub fn fit(&self, options: Options) -> Result<LinearRecognizer> {
-        let kept = self.kept(options.components)?;
-        let classes = self.class_means.nrows();
-        let points = self.pca.project(self.samples, kept);
-        let components = self.pca.components.slice(s![..kept, ..]);
         match options.method {
-            Method::Lda { ridge } => {
-                let lda = Lda::fit(points.view(), self.labels, classes, ridge)?;
-                let weights = algebra::multiply(lda.directions.view(), components);
-                let offsets = &self.class_means - &self.pca.mean;
-                let centroids = algebra::multiply(offsets.view(), weights.t());
-                Ok(self.recognizer(weights, Classifier::Centroids(centroids.mapv(F::exported))))
-            }
-            Method::Svm { c } => {
-                let svm = Svm::fit(points.view(), self.labels, classes, c)?;
-                let functions = Affine {
-                    weights: svm.weights.mapv(F::exported),
-                    bias: svm.bias.mapv(F::exported),
-                };
-                Ok(self.recognizer(components.to_owned(), Classifier::Svm(functions)))
-            }
+            Method::Lda { ridge } => self.lda(options.components, ridge),
+            Method::RealSynthetic { crops } => self.real_and_synthetic(options.components, crops),
+            Method::Svm { c } => self.svm(options.components, c),
         }
+    }
+
+    /// The first principal components, and the samples along them.
+    fn projected(&self, components: Components) -> Result<(ArrayView2<'_, F>, Array2<F>)> {
+        let kept = self.kept(components)?;
+        let points = self.pca.project(self.samples, kept);
+        Ok((self.pca.components.slice(s![..kept, ..]), points))
+    }
+
+    fn lda(&self, components: Components, ridge: f64) -> Result<LinearRecognizer> {
+        let (components, points) = self.projected(components)?;
+        let lda = Lda::fit(points.view(), self.labels, self.class_means.nrows(), ridge)?;
+        let weights = algebra::multiply(lda.directions.view(), components);
+        let offsets = &self.class_means - &self.pca.mean;
+        let centroids = algebra::multiply(offsets.view(), weights.t());
+        Ok(self.recognizer(weights, Classifier::Centroids(centroids.mapv(F::exported))))
+    }
+
+    fn svm(&self, components: Components, c: f64) -> Result<LinearRecognizer> {
+        let (components, points) = self.projected(components)?;
+        let svm = Svm::fit(points.view(), self.labels, self.class_means.nrows(), c)?;
+        let functions = Affine {
+            weights: svm.weights.mapv(F::exported),
+            bias: svm.bias.mapv(F::exported),
+        };
+        Ok(self.recognizer(components.to_owned(), Classifier::Svm(functions)))
     }
 
     fn kept(&self, components: Components) -> Result<usize> {
@@ -285,6 +307,7 @@ impl<'a, F: Real> Analysed<'a, F> {
         LinearRecognizer {
             template: self.template,
             size: self.size,
+            parts: 1,
             embedding: Affine {
                 weights: weights.mapv(F::exported),
                 bias: bias.mapv(F::exported),

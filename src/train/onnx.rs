@@ -19,10 +19,12 @@ pub const IR_VERSION: u64 = 8;
 /// Version of the default operator set.
 pub const OPSET: u64 = 17;
 
-/// `TensorProto.DataType.FLOAT`.
+/// `TensorProto.DataType.FLOAT` and `INT64`.
 const FLOAT: u64 = 1;
+const INT64: u64 = 7;
 
-/// A model file that computes `recognizer`: Flatten, Gemm, Gemm.
+/// A model file that computes `recognizer`: Flatten, Gemm, Gemm, and a Reshape where an embedding has
+/// parts.
 ///
 /// The input is called as the template: f32 `[N, 1, rows, columns]` of a GEI, numbers in 0..1.
 /// `name` becomes the graph's name; `properties` are stored as model metadata, in this order.
@@ -52,13 +54,20 @@ pub fn write(recognizer: &LinearRecognizer, name: &str, properties: &[(&str, &st
         Classifier::Centroids(_) => "centroids",
         Classifier::Svm(_) => "scores_weights",
     };
+    let parts = recognizer.parts;
+    let flat = if parts == 1 { EMBEDDING } else { "numbers" };
     let embedding = ["pixels", "embedding_weights", "embedding_bias"];
-    let scores = [EMBEDDING, score_weights, "scores_bias"];
-    let nodes = Message::default()
+    let scores = [flat, score_weights, "scores_bias"];
+    let mut nodes = Message::default()
         .message(1, node("Flatten", &[input], "pixels"))
-        .message(1, node("Gemm", &embedding, EMBEDDING))
-        .message(1, node("Gemm", &scores, SCORES))
-        .text(2, name);
+        .message(1, node("Gemm", &embedding, flat))
+        .message(1, node("Gemm", &scores, SCORES));
+    let mut embedding_axes = vec![Axis::Named("N"), Axis::Size(recognizer.dims() / parts)];
+    if parts > 1 {
+        nodes = nodes.message(1, node("Reshape", &[flat, "embedding_shape"], EMBEDDING));
+        embedding_axes.push(Axis::Size(parts));
+    }
+    let nodes = nodes.text(2, name);
     let layers = [
         (embedding, &recognizer.embedding),
         (scores, &recognizer.score_map()),
@@ -74,8 +83,16 @@ pub fn write(recognizer: &LinearRecognizer, name: &str, properties: &[(&str, &st
                 .message(5, tensor(bias, &[outputs], affine.bias.iter()))
         })
         .message(11, value_info(input, &numbers))
-        .message(12, value_info(EMBEDDING, &outputs(recognizer.dims())))
+        .message(12, value_info(EMBEDDING, &embedding_axes))
         .message(12, value_info(SCORES, &outputs(recognizer.classes())));
+    let graph = if parts == 1 {
+        graph
+    } else {
+        // 0 is the size that the numbers have there: N.
+        let shape = [0, (recognizer.dims() / parts) as u64, parts as u64];
+        let raw: Vec<u8> = shape.iter().flat_map(|side| side.to_le_bytes()).collect();
+        graph.message(5, tensor_of(INT64, "embedding_shape", &[3], &raw))
+    };
     let model = Message::default()
         .number(1, IR_VERSION)
         .text(2, "edgegait")
@@ -106,13 +123,17 @@ fn node(operator: &str, inputs: &[&str], output: &str) -> Message {
 
 fn tensor<'a>(name: &str, dims: &[usize], values: impl Iterator<Item = &'a f32>) -> Message {
     let raw: Vec<u8> = values.flat_map(|value| value.to_le_bytes()).collect();
+    tensor_of(FLOAT, name, dims, &raw)
+}
+
+fn tensor_of(kind: u64, name: &str, dims: &[usize], raw: &[u8]) -> Message {
     dims.iter()
         .fold(Message::default(), |tensor, &dim| {
             tensor.number(1, dim as u64)
         })
-        .number(2, FLOAT)
+        .number(2, kind)
         .text(8, name)
-        .delimited(9, &raw)
+        .delimited(9, raw)
 }
 
 fn value_info(name: &str, axes: &[Axis]) -> Message {

@@ -69,7 +69,7 @@ pub(super) fn gathered(args: &Args) -> Result<Gathered> {
     refuse_twice(&args.sources)?;
     let making = Making {
         settings: args.draw.settings(args.common.seed)?,
-        augmentation: args.augment.augmentation()?,
+        augmentation: args.augmentation()?,
         views: args.views.views("side")?,
     };
     let opened = args.opened()?;

@@ -1,0 +1,337 @@
+//! What recognizers are judged by: a contest for each class of confounder.
+
+use super::recognizers::Known;
+use crate::confound::{Condition, Conditions};
+use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
+use crate::error::{Error, Result};
+use crate::evaluate::contest::{Drawn, Entrant, Wish};
+use crate::evaluate::intervals::Rank1Intervals;
+use crate::evaluate::protocol::Protocol;
+use crate::evaluate::rank::Tally;
+use crate::evaluate::results::{PersonResult, ProbeSetResult};
+use crate::scene::cohort::{self, CohortOptions};
+use crate::sweep::Views;
+use edgegait_core::pack::Pack;
+use serde::Serialize;
+use std::ops::Range;
+
+/// Who takes part, and how much is drawn.
+#[derive(Clone, Debug)]
+pub(crate) struct Plan {
+    /// Numbers of the people whom recognizers learn from.
+    pub training: Range<usize>,
+    /// Numbers of those by whom they are judged.
+    pub people: Range<usize>,
+    /// Cycles of each condition that are looked for.
+    pub cycles: u32,
+    /// Of everything random.
+    pub seed: u64,
+}
+
+/// A class of confounders.
+pub(crate) struct Column {
+    pub name: &'static str,
+    /// What acts on probes, in words.
+    pub what: &'static str,
+    of: Of,
+}
+
+/// What is probed.
+enum Of {
+    /// Under confounders of these names, each by itself, from the gallery's viewpoint.
+    Conditions(&'static [&'static str]),
+    /// From another viewpoint than the gallery's.
+    Views,
+    /// At these speeds, km/h.
+    Speeds(&'static [f64]),
+}
+
+/// The speed at which people are known, km/h.
+const KNOWN_KMH: f64 = 5.0;
+/// Walks of that speed.
+const KNOWN_WALK: &str = "walk-5kmh";
+
+/// Classes of confounders, in the order of a table. Confounders are those of the catalogue at
+/// strength 1; camera and footwear, of which the papers say little, are left out.
+pub(crate) const COLUMNS: [Column; 8] = [
+    Column {
+        name: "normal",
+        what: "another cycle",
+        of: Of::Conditions(&["normal"]),
+    },
+    Column {
+        name: "view",
+        what: "seen from 13 azimuths, 0 to 180 degrees, each from each other one",
+        of: Of::Views,
+    },
+    Column {
+        name: "speed",
+        what: "walks at 3, 4, 6 and 7 km/h",
+        of: Of::Speeds(&[3.0, 4.0, 6.0, 7.0]),
+    },
+    Column {
+        name: "run",
+        what: "runs at 8 to 12 km/h",
+        of: Of::Speeds(&[8.0, 9.0, 10.0, 11.0, 12.0]),
+    },
+    Column {
+        name: "clothes",
+        what: "coat, skirt, wide trousers, shoes, hat, long hair",
+        of: Of::Conditions(&["coat", "skirt", "wide-trousers", "shoes", "hat", "hair"]),
+    },
+    Column {
+        name: "carrying",
+        what: "backpack, shoulder bag, suitcase",
+        of: Of::Conditions(&["backpack", "shoulder-bag", "suitcase"]),
+    },
+    Column {
+        name: "occlusion",
+        what: "a pillar, somebody who crosses",
+        of: Of::Conditions(&["static-occluder", "moving-occluder"]),
+    },
+    Column {
+        name: "segmentation",
+        what: "light, holes, missing parts, merged background, erosion, dilation, noise",
+        of: Of::Conditions(&[
+            "light",
+            "holes",
+            "missing-parts",
+            "merged-background",
+            "erosion",
+            "dilation",
+            "salt-and-pepper",
+        ]),
+    },
+];
+
+/// Rank-1 of a recognizer under a class of confounders.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct Cell {
+    /// The class.
+    pub class: &'static str,
+    /// Probes of all its confounders.
+    pub probes: u64,
+    /// People who are looked for.
+    pub people: usize,
+    /// Rank-1, 0..1.
+    pub rank1: f64,
+    #[serde(flatten)]
+    pub intervals: Rank1Intervals,
+}
+
+/// What a protocol of one take that is known and others that are looked for has, whose names are put in.
+const PROTOCOL: &str = r#"
+name = "literature"
+description = "People are known by one cycle of their walk, and are looked for by others."
+decision = "nearest embedding"
+gallery_views = "same"
+made = [{ take = "enrolled", variation = 0 }, { take = "probe", variation = 1000 }]
+"#;
+
+impl Plan {
+    /// People of these numbers at these speeds, as a pack.
+    ///
+    /// # Errors
+    /// As [`encode_population`].
+    pub(crate) fn pack(
+        &self,
+        people: &Range<usize>,
+        speeds_kmh: &[f64],
+        progress: &(dyn Fn() + Sync),
+    ) -> Result<Vec<u8>> {
+        let options = CohortOptions {
+            seed: self.seed,
+            first: people.start,
+            people: people.len(),
+            speeds_kmh: speeds_kmh.to_vec(),
+            ..CohortOptions::default()
+        };
+        let make = |number| cohort::subject(&options, number);
+        encode_population(
+            people.clone(),
+            &make,
+            (MAX_ERROR_MM, Effort::Quick),
+            progress,
+        )
+    }
+}
+
+/// The contests: of conditions, of speeds, and of viewpoints.
+pub(crate) const CONTESTS: usize = 3;
+
+/// Judges a recognizer by all contests about the people of a pack, at all speeds: a cell for each
+/// class, in the order of [`COLUMNS`]. `progress` is called once a contest.
+///
+/// # Errors
+/// If something cannot be drawn, or the recognizer fails.
+pub(crate) fn run(
+    pack: &Pack<'_>,
+    known: &Known,
+    plan: &Plan,
+    progress: &(dyn Fn() + Sync),
+) -> Result<Vec<Cell>> {
+    let entrants = std::slice::from_ref(&known.entrant);
+    let walks: Vec<_> = pack.walks().collect();
+    let all: Vec<usize> = (0..walks.len()).collect();
+    let at_known: Vec<usize> = all
+        .iter()
+        .copied()
+        .filter(|&walk| walks[walk].name == KNOWN_WALK)
+        .collect();
+    let conditions = conditions()?;
+    let side = Views::side()?;
+    let of_conditions = probe_sets(
+        (pack, &at_known),
+        entrants,
+        Wish {
+            protocol: Some(protocol(
+                "[gallery]\norder = \"first\"\n[[probes]]\nname = \"all\"\norder = \"others\"",
+            )?),
+            cycles: Some(plan.cycles),
+            views: Some(side.clone()),
+            conditions: &conditions,
+        },
+        plan.seed,
+    )?;
+    progress();
+    let speeds: Vec<&str> = {
+        let mut names: Vec<&str> = walks.iter().map(|walk| walk.name).collect();
+        names.sort_unstable();
+        names.dedup();
+        names
+            .into_iter()
+            .filter(|name| *name != KNOWN_WALK)
+            .collect()
+    };
+    let sets: String = speeds
+        .iter()
+        .map(|name| format!("[[probes]]\nname = {name:?}\ntakes = [{name:?}]\n"))
+        .collect();
+    let of_speeds = probe_sets(
+        (pack, &all),
+        entrants,
+        Wish {
+            protocol: Some(protocol(&format!(
+                "[gallery]\ntakes = [{KNOWN_WALK:?}]\n{sets}"
+            ))?),
+            views: Some(side),
+            ..Wish::default()
+        },
+        plan.seed,
+    )?;
+    progress();
+    let of_views = probe_sets(
+        (pack, &at_known),
+        entrants,
+        Wish {
+            protocol: Some(Protocol::named("cross-view")?),
+            ..Wish::default()
+        },
+        plan.seed,
+    )?;
+    progress();
+    let cell = |column: &Column| {
+        let named = |sets: &[ProbeSetResult], names: &[String]| -> Vec<PersonResult> {
+            let of = sets.iter().filter(|set| names.contains(&set.name));
+            of.flat_map(|set| set.by_person.clone()).collect()
+        };
+        let found = match column.of {
+            Of::Conditions(names) => named(
+                &of_conditions,
+                &names
+                    .iter()
+                    .map(|&name| name.to_owned())
+                    .collect::<Vec<_>>(),
+            ),
+            Of::Speeds(speeds) => {
+                let names = walks.iter().filter(|walk| {
+                    let kmh = crate::dataset::kmh(walk.speed_mm_per_s);
+                    speeds.iter().any(|speed| (speed - kmh).abs() < 0.05)
+                });
+                named(
+                    &of_speeds,
+                    &names.map(|walk| walk.name.to_owned()).collect::<Vec<_>>(),
+                )
+            }
+            Of::Views => of_views
+                .iter()
+                .flat_map(|set| set.by_person.clone())
+                .collect(),
+        };
+        Cell::of(column.name, &found, plan.seed)
+    };
+    COLUMNS.iter().map(cell).collect()
+}
+
+impl Cell {
+    /// The cell of what became of people, several entries of a person being added.
+    ///
+    /// # Errors
+    /// If nobody was looked for.
+    fn of(class: &'static str, found: &[PersonResult], seed: u64) -> Result<Self> {
+        let mut people: Vec<(&str, Tally)> = Vec::new();
+        for one in found {
+            let tally = Tally {
+                probes: one.probes,
+                hits: one.hits,
+                ..Tally::default()
+            };
+            match people.iter_mut().find(|(name, _)| *name == one.person) {
+                Some((_, sum)) => *sum += tally,
+                None => people.push((&one.person, tally)),
+            }
+        }
+        let tallies: Vec<Tally> = people.iter().map(|(_, tally)| *tally).collect();
+        let all: Tally = tallies.iter().copied().sum();
+        Ok(Self {
+            class,
+            probes: all.probes,
+            people: people.len(),
+            rank1: all.rank1().ok_or(Error::Missing("probes of a class"))?,
+            intervals: Rank1Intervals::of(&tallies, seed),
+        })
+    }
+}
+
+/// The confounders of all classes, each by itself.
+fn conditions() -> Result<Vec<Condition>> {
+    let each = Conditions::named("each")?;
+    let is_of = |condition: &Condition| {
+        COLUMNS.iter().any(|column| match column.of {
+            Of::Conditions(names) => names.contains(&condition.name.as_str()),
+            Of::Views | Of::Speeds(_) => false,
+        })
+    };
+    Ok(each.list.into_iter().filter(is_of).collect())
+}
+
+fn protocol(parts: &str) -> Result<Protocol> {
+    let text = format!("{PROTOCOL}{parts}");
+    toml::from_str(&text).map_err(|error| Error::Failed(error.to_string()))
+}
+
+fn probe_sets(
+    walks: (&Pack<'_>, &[usize]),
+    entrants: &[Entrant],
+    wish: Wish<'_>,
+    seed: u64,
+) -> Result<Vec<ProbeSetResult>> {
+    let drawn = Drawn::new(walks, entrants, wish)?;
+    let outcome = drawn
+        .contest
+        .run(entrants, seed, &mut |_| (), &mut |_| ())?;
+    let sets = outcome.results.into_iter().map(|result| result.probe_sets);
+    Ok(sets.flatten().collect())
+}
+
+/// The speeds of the norms at which people are looked for, and the one at which they are known.
+pub(crate) fn speeds_kmh() -> Vec<f64> {
+    let mut speeds = vec![KNOWN_KMH];
+    for column in &COLUMNS {
+        if let Of::Speeds(more) = column.of {
+            speeds.extend(more);
+        }
+    }
+    speeds.sort_by(f64::total_cmp);
+    speeds
+}

@@ -1,0 +1,12 @@
+//! Recognizers of the literature beside each other: what each confounder leaves of them.
+//!
+//! All are trained with some people, and judged on others under each class of confounder.
+
+mod contests;
+mod gabor;
+mod recognizers;
+mod subspaces;
+
+pub(crate) use contests::{COLUMNS, Plan, run, speeds_kmh};
+pub(crate) use recognizers::{Known, Row, steps};
+pub(crate) use subspaces::Subspaces;
