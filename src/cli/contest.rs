@@ -57,6 +57,9 @@ pub(super) struct ContestArgs {
     pub held: Option<PackSource>,
 }
 
+/// What a tree's own partition is called, where `generate` has written one.
+const PARTITION_FILE: &str = "partition.json";
+
 /// How recognizers are shown people: as flags say, drawn with a seed, or as templates are stored.
 pub(super) type Setup<'a> = (&'a DrawArgs, u64, Option<Stored>);
 
@@ -350,6 +353,13 @@ impl ContestArgs {
             let skipped =
                 skipped.map(|name| format!("{name}: no views named by an angle: left out"));
             header.warnings.extend(skipped);
+            let partition = path.join(PARTITION_FILE);
+            if self.partition.is_none() && partition.is_file() {
+                header.warnings.push(format!(
+                    "{} says who trains and who is tested: all are judged without --partition {0}",
+                    partition.display()
+                ));
+            }
             *header = header.clone().with("as_stored", self.as_stored);
         }
         let kind = if is_tree { "tree" } else { "dataset" };

@@ -88,14 +88,15 @@ impl EncodingArgs {
         }
         let max_error_mm = self.max_error_mm.unwrap_or(MAX_ERROR_MM);
         let hull_points = self.hull_points.map(usize::from);
+        let progress = Progress::new(what, walks);
         let thinner = |number| {
+            progress.check();
             let mut subject = make(number)?;
             if let Some(most) = hull_points {
                 subject.body = thinned(&subject.body, most)?;
             }
             Ok(subject)
         };
-        let progress = Progress::new(what, walks);
         let goal = (max_error_mm, effort);
         let bytes = encode_population(people, &thinner, goal, &|| progress.step())?;
         Ok(Encoded {

@@ -7,6 +7,7 @@ use crate::error::Result;
 use crate::literature::{COLUMNS, Known, Plan, Row, Subspaces, run as judged, speeds_kmh, steps};
 use crate::report::literature_table;
 use edgegait_core::pack::Pack;
+use rayon::prelude::*;
 use serde::Serialize;
 
 /// The number of the first person whom recognizers learn from, so that nobody of the built-in cohort is
@@ -92,7 +93,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let known = Known::all(&Pack::parse(&trained)?, (subspaces, seed), &step)?;
     let pack = Pack::parse(&looked_for)?;
     let row = |one: &Known| -> Result<Row> { Ok(Row::of(one, judged(&pack, one, &plan, &step)?)) };
-    let recognizers: Vec<Row> = known.iter().map(row).collect::<Result<_>>()?;
+    let recognizers: Vec<Row> = known.par_iter().map(row).collect::<Result<_>>()?;
     drop(progress);
     let header = Header::new("literature", seed)
         .with("people", people)

@@ -162,6 +162,12 @@ impl Progress {
         }
     }
 
+    /// Unwinds if the work is to end: before a piece that takes long is begun. (Of work that is divided
+    /// among threads each piece is begun, also after another one has unwound.)
+    pub(super) fn check(&self) {
+        self.stop.unwind_if_ended();
+    }
+
     /// One piece is done. Without a terminal a line is printed every few seconds, so that
     /// short work prints none.
     pub(super) fn step(&self) {

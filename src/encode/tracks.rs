@@ -95,8 +95,8 @@ impl Tracks {
             .par_iter()
             .zip(&numbers)
             .map(|(target, &number)| {
-                let sketch = plainly(target, &frames, None, max_error_mm);
                 progress();
+                let sketch = plainly(target, &frames, None, max_error_mm);
                 (
                     number,
                     sketch.ok_or_else(|| EncodeError::TurnsTooFar.into()),

@@ -52,7 +52,7 @@ impl Distance {
     /// # Panics
     /// As [`Self::between`].
     #[must_use]
-    pub(crate) fn from_each(
+    pub(crate) fn over_gallery(
         self,
         probe: &[f32],
         gallery: &[&[f32]],
@@ -167,6 +167,26 @@ mod tests {
             assert_eq!(Distance::Euclidean.between(&x, &y, 2), euclidean);
             assert_eq!(Distance::Cosine.between(&x, &y, 2), cosine);
         }
+    }
+
+    #[test]
+    fn votes_are_counted_by_hand() {
+        // Three parts of one number, three entries of two people.
+        let probe = [0.0, 0.0, 0.0];
+        let gallery: [&[f32]; 3] = [&[1.0, 5.0, 2.0], &[3.0, 1.0, 2.0], &[2.0, 2.0, 3.0]];
+        let person = |entry: usize| [0, 1, 0][entry];
+        // Part 0: entry 0; part 1: entry 1; part 2: entries 0 and 1, of which the first counts.
+        let found = Distance::Votes.over_gallery(&probe, &gallery, &person, 3);
+        let third = 1.0 / 3.0;
+        assert_eq!(found, [1.0 - 2.0 * third, 1.0 - third, 1.0 - 2.0 * third]);
+        // An entry that is not finite gets no vote, and no distance.
+        let broken: [&[f32]; 2] = [&[f32::NAN, 0.0, 0.0], &[9.0, 9.0, 9.0]];
+        let found = Distance::Votes.over_gallery(&probe, &broken, &|entry| entry, 3);
+        assert!(found[0].is_nan());
+        assert_eq!(found[1], 1.0 - third);
+        // Of other distances each entry is for itself.
+        let found = Distance::Euclidean.over_gallery(&probe, &gallery, &person, 1);
+        assert_eq!(found[0], 30.0_f64.sqrt());
     }
 
     #[test]

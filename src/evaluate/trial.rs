@@ -208,7 +208,7 @@ impl<'a> Trial<'a> {
             let label = |at: usize| self.sequences.subject(gallery[at]);
             let others = gallery.iter().map(|&other| answers.embedding(other));
             let others: Vec<&[f32]> = others.collect();
-            let distances = distance.from_each(found, &others, &label, answers.parts);
+            let distances = distance.over_gallery(found, &others, &label, answers.parts);
             meeting(view, distances, &label, person)
         };
         self.galleries(probe).into_iter().map(of).collect()

@@ -18,6 +18,8 @@ pub mod encoding {}
 pub mod gates {}
 #[doc = include_str!("importing.md")]
 pub mod importing {}
+#[doc = include_str!("literature.md")]
+pub mod literature {}
 #[doc = include_str!("models.md")]
 pub mod models {}
 #[doc = include_str!("people.md")]

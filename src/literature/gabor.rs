@@ -12,6 +12,7 @@
 use crate::train::algebra::multiply;
 use edgegait_core::silhouette::Size;
 use ndarray::{Array2, ArrayView2};
+use rayon::prelude::*;
 use std::f64::consts::{PI, SQRT_2};
 
 /// Scales and orientations of the kernels.
@@ -19,8 +20,8 @@ pub(crate) const SCALES: usize = 5;
 pub(crate) const ORIENTATIONS: usize = 8;
 /// Every so many rows and columns a response is kept. Ours.
 const STEP: usize = 4;
-/// Images of which responses are computed at once: 9 MB of them.
-const AT_ONCE: usize = 256;
+/// Images of which responses are computed at once by each thread: 2 MB of them.
+const AT_ONCE: usize = 64;
 
 /// The kernels over one size of images, as the matrix that they are.
 ///
@@ -70,12 +71,13 @@ impl Gabor {
         let mut features = Array2::zeros((images.nrows(), self.shape.0 * self.shape.1));
         let of_some = images.axis_chunks_iter(ndarray::Axis(0), AT_ONCE);
         let chunks = features.axis_chunks_iter_mut(ndarray::Axis(0), AT_ONCE);
-        for (images, mut features) in of_some.zip(chunks) {
+        let mut chunks: Vec<_> = of_some.zip(chunks).collect();
+        chunks.par_iter_mut().for_each(|(images, features)| {
             let [real, imaginary] = self.parts.each_ref();
-            features.assign(&multiply(images, real.view()));
-            let imaginary = multiply(images, imaginary.view());
+            features.assign(&multiply(*images, real.view()));
+            let imaginary = multiply(*images, imaginary.view());
             features.zip_mut_with(&imaginary, |a, b| *a = a.hypot(*b));
-        }
+        });
         features
     }
 }

@@ -12,10 +12,11 @@ use crate::score::{Contract, Distance, Outputs, Recognizer, RuntimeName};
 use crate::train::Samples;
 use crate::train::algebra::{add_products_of_columns, eigen, multiply};
 use crate::train::lda::discriminants;
-use ndarray::{Array1, Array2, ArrayView2, ArrayView3, Axis, s};
+use ndarray::{Array1, Array2, Array3, ArrayView1, ArrayView2, ArrayView3, Axis, s};
 use rand::SeedableRng;
 use rand::seq::index::sample;
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
 
 /// How classifiers are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,14 +105,15 @@ impl Recognizer for Votes {
         let images = ArrayView2::from_shape((batch, self.contract.numbers()), input);
         let images = images.expect("the contract's numbers, as checked");
         let (rows, columns) = self.gabor.shape;
-        let mut embedding = Vec::new();
-        for feature in self.gabor.features(images).outer_iter() {
+        let features = self.gabor.features(images);
+        let each: Vec<_> = features.outer_iter().collect();
+        let embed = |feature: &ArrayView1<'_, f32>| {
             let feature = feature.into_shape_with_order((rows, columns));
-            self.learnt
-                .embed(feature.expect("a feature").view(), &mut embedding);
-        }
+            self.learnt.embed(feature.expect("a feature"))
+        };
+        let embeddings: Vec<Vec<f32>> = each.par_iter().map(embed).collect();
         let mut outputs = Outputs {
-            embedding,
+            embedding: embeddings.concat(),
             embedding_dims: self.learnt.dims(),
             embedding_parts: self.learnt.classifiers.len(),
             ..Outputs::default()
@@ -149,15 +151,20 @@ impl Learnt {
             let offset = &feature - &mean;
             along.extend(multiply(eigenvectors.view(), offset.t()));
         }
-        let along = ndarray::Array3::from_shape_vec((count, found, rows), along);
+        let along = Array3::from_shape_vec((count, found, rows), along);
         let along = along.expect("a row for each eigenvector");
         let scatters: Vec<Scatter> = (0..found)
+            .into_par_iter()
             .map(|at| Scatter::of(along.slice(s![.., at, ..]), labels, classes))
             .collect::<Result<_>>()?;
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let draw = |_| {
             let mut chosen = sample(&mut random, found, each).into_vec();
             chosen.sort_unstable();
+            chosen
+        };
+        let drawn: Vec<Vec<usize>> = (0..classifiers).map(draw).collect();
+        let learn = |chosen: Vec<usize>| {
             let within = chosen.iter().map(|&at| &scatters[at].within);
             let within = within.fold(Array2::zeros((rows, rows)), |sum, one| sum + one);
             let offsets: Vec<_> = chosen
@@ -172,7 +179,8 @@ impl Learnt {
                 directions: found.directions.mapv(|number: f64| number as f32),
             })
         };
-        let classifiers: Vec<Classifier> = (0..classifiers).map(draw).collect::<Result<_>>()?;
+        let classifiers = drawn.into_par_iter().map(learn);
+        let classifiers: Vec<Classifier> = classifiers.collect::<Result<_>>()?;
         let discriminants = classifiers.iter().map(|one| one.directions.nrows()).max();
         Ok(Self {
             mean,
@@ -188,21 +196,22 @@ impl Learnt {
         self.classifiers.len() * self.discriminants * each
     }
 
-    /// Adds the embedding of a feature: number i of classifier j at `i * classifiers + j`.
-    fn embed(&self, feature: ArrayView2<'_, f32>, embedding: &mut Vec<f32>) {
+    /// The embedding of a feature: number i of classifier j at `i * classifiers + j`.
+    fn embed(&self, feature: ArrayView2<'_, f32>) -> Vec<f32> {
         let offset = &feature - &self.mean;
         let along = multiply(self.eigenvectors.view(), offset.t());
-        let (first, parts) = (embedding.len(), self.classifiers.len());
-        embedding.resize(first + self.dims(), 0.0);
+        let parts = self.classifiers.len();
+        let mut embedding = vec![0.0; self.dims()];
         for (part, one) in self.classifiers.iter().enumerate() {
             for (number, &at) in one.chosen.iter().enumerate() {
                 let found: Array1<f32> = one.directions.dot(&along.row(at));
                 for (direction, value) in found.into_iter().enumerate() {
                     let number = number * self.discriminants + direction;
-                    embedding[first + number * parts + part] = value;
+                    embedding[number * parts + part] = value;
                 }
             }
         }
+        embedding
     }
 }
 
@@ -256,5 +265,162 @@ impl Scatter {
             offset *= (count as f64).sqrt();
         }
         Ok(Self { within, offsets })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::train::testing::noise;
+
+    const ONE: Subspaces = Subspaces {
+        classifiers: 1,
+        eigenvectors: 4,
+        discriminants: 3,
+        seed: 5,
+    };
+
+    /// Matrices of `rows` by `columns` of four people, told apart by their first row.
+    fn features(count: usize, rows: usize, columns: usize) -> (Array3<f32>, Vec<usize>) {
+        let labels: Vec<usize> = (0..count).map(|at| at % 4).collect();
+        let grain = noise(count, rows * columns, 3);
+        let features = Array3::from_shape_fn((count, rows, columns), |(at, row, column)| {
+            let own = if row == 0 {
+                (labels[at] * (column + 1)) as f64
+            } else {
+                0.0
+            };
+            (own + grain[[at, row * columns + column]]) as f32
+        });
+        (features, labels)
+    }
+
+    fn embedded(learnt: &Learnt, features: &Array3<f32>) -> Vec<Vec<f32>> {
+        features
+            .outer_iter()
+            .map(|feature| learnt.embed(feature))
+            .collect()
+    }
+
+    fn distance(a: &[f32], b: &[f32]) -> f64 {
+        let squares = a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2));
+        squares.sum::<f64>().sqrt()
+    }
+
+    #[test]
+    fn a_subspace_of_all_eigenvectors_is_plain_two_dimensional_discriminants() {
+        let (features, labels) = features(40, 6, 4);
+        let learnt = Learnt::fit(features.view(), &labels, 4, ONE).expect("four people");
+        // Without PCA: all eigenvectors only turn the columns, which no distance notices.
+        let mut within = Array2::zeros((6, 6));
+        let mut offsets = Vec::new();
+        for column in 0..4 {
+            let of = Scatter::of(features.slice(s![.., .., column]), &labels, 4).expect("vectors");
+            within += &of.within;
+            offsets.push(of.offsets);
+        }
+        let offsets: Vec<_> = offsets.iter().map(|one| one.view()).collect();
+        let offsets = ndarray::concatenate(Axis(0), &offsets).expect("as wide");
+        let plain = discriminants(within, offsets.view(), (40, 4), RIDGE, 3).expect("directions");
+        let embeddings = embedded(&learnt, &features);
+        for (a, b) in [(0, 1), (0, 4), (7, 22), (38, 39)] {
+            let between = |at: usize| features.slice(s![at, .., ..]).mapv(f64::from);
+            let projected = plain.directions.dot(&(between(a) - between(b)));
+            let expected = projected.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let found = distance(&embeddings[a], &embeddings[b]);
+            assert!(
+                (found - expected).abs() < 1e-3 * expected,
+                "{found} {expected}"
+            );
+        }
+    }
+
+    #[test]
+    fn of_vectors_two_dimensional_discriminants_are_lda() {
+        let (features, labels) = features(60, 5, 1);
+        let one = Subspaces {
+            eigenvectors: 1,
+            ..ONE
+        };
+        let learnt = Learnt::fit(features.view(), &labels, 4, one).expect("four people");
+        let points = features.index_axis(Axis(2), 0).mapv(f64::from);
+        let lda =
+            crate::train::lda::Lda::<f64>::fit(points.view(), &labels, 4, RIDGE).expect("LDA");
+        let embeddings = embedded(&learnt, &features);
+        for (a, b) in [(0, 1), (3, 30), (14, 59)] {
+            let difference = &points.row(a) - &points.row(b);
+            let projected = lda.directions.slice(s![..3, ..]).dot(&difference);
+            let expected = projected.dot(&projected).sqrt();
+            let found = distance(&embeddings[a], &embeddings[b]);
+            assert!(
+                (found - expected).abs() < 1e-4 * expected,
+                "{found} {expected}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_seed_draws_and_each_classifier_has_its_own_part() {
+        let (features, labels) = features(40, 6, 8);
+        let some = Subspaces {
+            classifiers: 5,
+            eigenvectors: 2,
+            discriminants: 2,
+            seed: 1,
+        };
+        let fit = |seed| {
+            let drawn = Subspaces { seed, ..some };
+            Learnt::fit(features.view(), &labels, 4, drawn).expect("four people")
+        };
+        let (one, again, other) = (fit(1), fit(1), fit(2));
+        assert_eq!(one.dims(), 5 * 2 * 2);
+        let chosen = |of: &Learnt| -> Vec<Vec<usize>> {
+            of.classifiers
+                .iter()
+                .map(|one| one.chosen.clone())
+                .collect()
+        };
+        assert_eq!(chosen(&one), chosen(&again));
+        assert_ne!(chosen(&one), chosen(&other));
+        assert!(
+            chosen(&one)
+                .iter()
+                .all(|chosen| chosen[0] < chosen[1] && chosen[1] < 8)
+        );
+        // Classifier 3 alone is part 3.
+        let alone = Learnt {
+            classifiers: one.classifiers.into_iter().skip(3).take(1).collect(),
+            ..again
+        };
+        let all = embedded(&fit(1), &features);
+        let part: Vec<f32> = all[9].iter().skip(3).step_by(5).copied().collect();
+        assert_eq!(embedded(&alone, &features)[9], part);
+    }
+
+    #[test]
+    fn what_cannot_be_learnt_is_refused() {
+        let (all, labels) = features(40, 6, 4);
+        let refused = |features: ArrayView3<'_, f32>, labels: &[usize], classes, how| {
+            let refused = Learnt::fit(features, labels, classes, how);
+            refused.err().expect("a refusal").to_string()
+        };
+        let five = Subspaces {
+            eigenvectors: 5,
+            ..ONE
+        };
+        assert_eq!(
+            refused(all.view(), &labels, 4, five),
+            "expected 1 to 4 eigenvectors of a random subspace, found 5"
+        );
+        assert_eq!(
+            refused(
+                Array3::ones((8, 6, 4)).view(),
+                &[0, 1, 0, 1, 0, 1, 0, 1],
+                2,
+                ONE
+            ),
+            "all samples have the same features: there is nothing to learn from"
+        );
+        assert!(refused(all.view(), &[0; 40], 1, ONE).contains("at least 2"));
     }
 }

@@ -139,3 +139,115 @@ fn mean_distance(rows: ArrayView2<'_, f32>) -> f32 {
     }
     (sum / f64::max(pairs, 1.0)) as f32
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::Error;
+    use crate::template::Template;
+    use crate::train::testing::people;
+    use edgegait_core::silhouette::Size;
+
+    const CROPS: Crops = Crops { steps: 3, rows: 2 };
+    const METHOD: Method = Method::RealSynthetic { crops: CROPS };
+
+    fn fitted(method: Method) -> LinearRecognizer {
+        let (geis, labels) = people(60, 5, 4);
+        let analysed = Analysed::<f64>::new(geis.view(), &labels, 5).expect("five people");
+        analysed
+            .fit(Options {
+                method,
+                ..Options::default()
+            })
+            .expect("a fit")
+    }
+
+    /// Numbers of a part of an embedding.
+    fn part(embedding: &Array1<f32>, part: usize) -> Vec<f32> {
+        embedding.iter().skip(part).step_by(2).copied().collect()
+    }
+
+    #[test]
+    fn the_first_part_is_lda_in_units_of_the_mean_distance() {
+        let (both, real) = (fitted(METHOD), fitted(Method::LDA));
+        assert_eq!((both.parts, real.parts), (2, 1));
+        let (geis, _) = people(6, 5, 77);
+        let Classifier::Centroids(centroids) = &real.classifier else {
+            panic!("means");
+        };
+        let unit = mean_distance(centroids.view());
+        for gei in geis.outer_iter() {
+            let gei = gei.to_vec();
+            let expected = real.embed(&gei) / unit;
+            for (found, expected) in part(&both.embed(&gei), 0).iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-4, "{found} {expected}");
+            }
+        }
+        let Classifier::Centroids(means) = &both.classifier else {
+            panic!("means");
+        };
+        for of_part in 0..2 {
+            let own = means.slice(s![.., of_part..;2]).to_owned();
+            assert!((mean_distance(own.view()) - 1.0).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn the_second_part_is_the_mean_of_the_synthetic_templates_embeddings() {
+        let (geis, labels) = people(60, 5, 4);
+        let mut rows = Vec::new();
+        let synthetic = |gei: &[f32]| -> Vec<Vec<f32>> {
+            let bytes: Vec<u8> = gei.iter().map(|x| (x * 255.0).round() as u8).collect();
+            (1..=CROPS.steps)
+                .map(|step| {
+                    let variant = Variant {
+                        is_flipped: false,
+                        rows_cut: step * CROPS.rows,
+                    };
+                    let made = varied(&bytes, Size::S50x30, variant);
+                    made.iter().map(|&byte| f32::from(byte) / 255.0).collect()
+                })
+                .collect()
+        };
+        for gei in geis.outer_iter() {
+            rows.extend(synthetic(&gei.to_vec()).concat());
+        }
+        let rows = Array2::from_shape_vec((180, 1500), rows).expect("180 templates");
+        let labels: Vec<usize> = labels.iter().flat_map(|&label| [label; 3]).collect();
+        let analysed = Analysed::<f64>::new(rows.view(), &labels, 5).expect("five people");
+        let alone = analysed.fit(Options::default()).expect("a fit");
+        let Classifier::Centroids(centroids) = &alone.classifier else {
+            panic!("means");
+        };
+        let unit = mean_distance(centroids.view());
+        let both = fitted(METHOD);
+        let gei = geis.row(17).to_vec();
+        let mut expected = Array1::<f32>::zeros(alone.dims());
+        for made in synthetic(&gei) {
+            expected += &(alone.embed(&made) / (3.0 * unit));
+        }
+        // Crops are rounded to bytes, the map is not.
+        let scale = expected.iter().fold(0.0_f32, |most, x| most.max(x.abs()));
+        for (found, expected) in part(&both.embed(&gei), 1).iter().zip(&expected) {
+            assert!(
+                (found - expected).abs() < 0.02 * scale,
+                "{found} {expected}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_has_no_bottom_is_refused() {
+        let (samples, labels) = (
+            Array2::from_shape_fn((8, 50), |(i, j)| ((i * j) % 7) as f32 / 7.0),
+            [0, 1, 0, 1, 0, 1, 0, 1],
+        );
+        let form = (Template::RowWidth, Size::S50x30);
+        let analysed = Analysed::<f64>::of(form, samples.view(), &labels, 2).expect("two people");
+        let refused = analysed.fit(Options {
+            method: METHOD,
+            ..Options::default()
+        });
+        assert!(matches!(refused, Err(Error::Choice(_))), "{refused:?}");
+    }
+}

@@ -24,6 +24,7 @@ mod contracts;
 mod gate;
 mod gates;
 mod likeness;
+mod literature;
 mod mix;
 mod parity;
 mod populations;

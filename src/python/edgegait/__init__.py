@@ -10,6 +10,7 @@ Images are NumPy arrays of bytes, 0 to 255, row 0 on top. Keyword arguments are 
 command `edgegait`, with underscores for dashes, and messages name them as flags.
 """
 
+from . import _native
 from ._command import Results, command, generate, merge
 from ._dataset import Dataset, Stream, Swept, sweep
 from ._design import Design
@@ -17,6 +18,8 @@ from ._native import Error
 from ._pack import Pack, cohort, import_walks
 from ._picture import Picture
 from ._score import Recognizer, score
+
+__version__ = _native.__version__
 
 __all__ = [
     "Dataset",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterator
 from typing import Any
 
 from . import _native
@@ -21,8 +22,9 @@ class Results(dict[str, Any]):
 
         Args:
             key: A list of the results ("recognizers", "paired"), or of each recognizer or model
-                ("by_viewpoint", "probe_sets"), whose name stands in the first column then. None: the
-                only list of recognizers, models, points or clips.
+                ("by_viewpoint", "probe_sets"), whose name stands in the first column then. "cross_view":
+                Rank-1 of each set of probes from each viewpoint to each. None: the only list of
+                recognizers, models, points or clips.
 
         Raises:
             KeyError: If there is no such list.
@@ -32,6 +34,11 @@ class Results(dict[str, Any]):
 
         if key is None:
             key = next((name for name in _FOLDED if isinstance(self.get(name), list)), "")
+        if key == "cross_view":
+            rows = [row for one in self.get("recognizers", ()) for row in _cross_view(one)]
+            if not rows:
+                raise KeyError("'cross_view': the protocol compares no viewpoints each with each")
+            return pandas.DataFrame(rows)
         if isinstance(self.get(key), list):
             return pandas.DataFrame([_row(one) for one in self[key]])
         rows = []
@@ -40,8 +47,35 @@ class Results(dict[str, Any]):
                 for row in one.get(key) or ():
                     rows.append({"name": one.get("name"), **_row(row)})
         if not rows:
-            raise KeyError(f"{key!r}: no list of these results")
+            lists = [name for name, value in self.items() if isinstance(value, list)]
+            for name in _FOLDED:
+                for one in (self.get(name) or ())[:1]:
+                    lists += [name for name, value in one.items() if isinstance(value, list)]
+            raise KeyError(f"{key!r}: expected one of {', '.join(sorted(set(lists)))}")
         return pandas.DataFrame(rows)
+
+
+def _cross_view(recognizer: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Rank-1 from each viewpoint to each, of each set of probes."""
+    for probes in recognizer["probe_sets"]:
+        found = probes.get("cross_view")
+        for probe, ranks in zip(found["views"], found["rank1"], strict=True) if found else ():
+            for gallery, rank1 in zip(found["views"], ranks, strict=True):
+                yield {
+                    "name": recognizer["name"],
+                    "probes": probes["name"],
+                    "probe_view": _label(probe),
+                    "gallery_view": _label(gallery),
+                    "rank1": rank1,
+                }
+
+
+def _label(view: Any) -> Any:
+    """A viewpoint as one value: its azimuth if it is level, else both angles; or a camera's name."""
+    if isinstance(view, str):
+        return view
+    azimuth, elevation = view
+    return azimuth if elevation == 0 else (azimuth, elevation)
 
 
 def _row(value: Any) -> dict[str, Any]:
@@ -92,7 +126,7 @@ def generate(design: Design | str | os.PathLike[str], **flags: Any) -> Results:
 
     Args:
         design: A Design, the name of one that is built in, or a `.toml` file.
-        flags: `out="set"`, `format="opengait"`, `shard="1/4"`, `resume=True`.
+        flags: `out="set"` ["generated"], `format="opengait"`, `shard="1/4"`, `resume=True`.
 
     Raises:
         ValueError: For a Design that is in no file, whose name results could state.

@@ -55,7 +55,8 @@ class Dataset:
         people: At most so many people of a design.
         threads: Threads that draw a batch [all cores; of several processes of torchrun and workers of a
             DataLoader each its share of them].
-        drawing: Of a pack: which walks are drawn and how, flags of `edgegait sweep`. A design says it itself.
+        drawing: Of a pack: which walks are drawn and how, flags of `edgegait sweep`, by default from
+            703 viewpoints. A design says it itself.
     """
 
     def __init__(
@@ -81,11 +82,14 @@ class Dataset:
                 raise TypeError("split, people: expected a Design (subjects= chooses people of a pack)")
             if source is not None and not isinstance(source, (Pack, str, os.PathLike)):
                 raise TypeError(f"expected a Design, a Pack or a path, found {type(source).__name__}")
+            if isinstance(source, (str, os.PathLike)) and _is_design(Path(source)):
+                raise ValueError(f"{os.fspath(source)}: expected a pack's path (a design is edgegait.Design(...))")
             # The bytes go wherever the dataset is pickled.
             source = source if source is None or isinstance(source, Pack) else Pack(source)
             self._items, files = _swept_items(drawing, source)
         self._state: tuple[Any, ...] = source, split, people, drawing, files
         self.threads = threads
+        self._epoch = 0
         #: Bytes of an item in each array, and whether these are of a frame.
         self._arrays = {name: (size, has_frames) for name, size, has_frames in self._items.arrays}
         self._len = len(self._items)
@@ -108,43 +112,53 @@ class Dataset:
     def __len__(self) -> int:
         return self._len
 
+    def set_epoch(self, epoch: int) -> None:
+        """From now on items are those of this epoch: other variations of the same walks than in any other.
+
+        As of a `DistributedSampler`, before each epoch of a `DataLoader`. Epoch 0, with which a dataset
+        begins, is what `generate` or `sweep` would write. Workers that persist keep theirs.
+        """
+        self._epoch = whole("epoch", epoch, 0, _U32)
+
     def __getitem__(self, index: Any) -> tuple[Arrays, int]:
         """The image (or the arrays by name) and the label of one item."""
+        if isinstance(index, slice):
+            raise TypeError("a dataset has no slices: batch(range(...)) draws several items as one array")
         return self.__getitems__([index])[0]
 
     def __getitems__(self, indices: Iterable[Any]) -> list[tuple[Arrays, int]]:
         """Several items, drawn together."""
         numbers = self._numbers(indices)
-        arrays, labels = self._drawn(numbers, 0)
+        arrays, labels = self._drawn(numbers, self._epoch)
         labels = labels.tolist()
         if isinstance(arrays, dict):
             by_item = [dict(zip(arrays, one, strict=True)) for one in zip(*arrays.values(), strict=True)]
             return list(zip(by_item, labels, strict=True))
         return list(zip(arrays, labels, strict=True))
 
-    def batch(self, indices: Iterable[Any], *, epoch: int = 0) -> tuple[Arrays, np.ndarray]:
+    def batch(self, indices: Iterable[Any], *, epoch: int | None = None) -> tuple[Arrays, np.ndarray]:
         """Several items as one array `[n, ...]` (or arrays by name), and their labels, int64.
 
         Args:
             indices: Numbers of items, in any order.
             epoch: 0 draws what the dataset holds, and each further one other variations of the same
-                walks, which no protocol tests with.
+                walks, which no protocol tests with [that of `set_epoch`, else 0].
 
         Raises:
             ValueError: If items have different numbers of frames, which no one array holds.
         """
-        arrays, labels = self._drawn(self._numbers(indices), whole("epoch", epoch, 0, _U32))
+        arrays, labels = self._drawn(self._numbers(indices), self._epoch_of(epoch))
         stacked = {name: _stacked(name, one) for name, one in _named(arrays, self._arrays).items()}
         return _only(stacked), labels
 
-    def rows(self, indices: Iterable[Any] | None = None, *, epoch: int = 0) -> dict[str, list[Any]]:
+    def rows(self, indices: Iterable[Any] | None = None, *, epoch: int | None = None) -> dict[str, list[Any]]:
         """What `index.csv` would say of items (None: of all), by column.
 
         The columns are subject, walk, cycle, variation, speed_kmh, azimuth_deg, elevation_deg, condition,
         alternative, frames and seed; `pandas.DataFrame` makes a table of them.
         """
         numbers = range(self._len) if indices is None else self._numbers(indices)
-        epoch = whole("epoch", epoch, 0, _U32)
+        epoch = self._epoch_of(epoch)
         found = self._items.rows([], epoch, 1)
         for first in range(0, len(numbers), _ROWS_AT_ONCE):
             part = self._items.rows(numbers[first : first + _ROWS_AT_ONCE], epoch, self._threads())
@@ -161,6 +175,8 @@ class Dataset:
         numbers = np.asarray(list(indices) if not isinstance(indices, np.ndarray) else indices)
         if numbers.size == 0:
             return []
+        if numbers.dtype == bool:
+            raise TypeError("expected numbers of items, found a mask (numpy.flatnonzero makes numbers of it)")
         if numbers.ndim != 1 or numbers.dtype.kind not in "iu":
             raise TypeError(f"expected numbers of items, found {numbers.dtype} of shape {numbers.shape}")
         beyond = (numbers < -self._len) | (numbers >= self._len)
@@ -175,6 +191,10 @@ class Dataset:
         drawn, frames = self._items.draw(numbers, epoch, self._threads())
         arrays = {name: _by_item(array, frames) if self._arrays[name][1] else array for name, array in drawn.items()}
         return _only(arrays), self._items.labels(numbers)
+
+    def _epoch_of(self, epoch: int | None) -> int:
+        """The epoch that is asked for, or the present one."""
+        return self._epoch if epoch is None else whole("epoch", epoch, 0, _U32)
 
     def _threads(self) -> int:
         """Threads that draw; 0 for all cores."""
@@ -192,12 +212,17 @@ class Dataset:
         source, split, people, drawing, files = self._state
         if type(self) is not Dataset:
             raise TypeError("a subclass of Dataset is not pickled as one: hold a Dataset in a class of your own")
-        return _dataset, (source, split, people, self.threads, drawing, files)
+        return _dataset, (source, split, people, self.threads, drawing, files, self._epoch)
 
     def _repr_png_(self) -> bytes:
         step = max(1, self._len // 40)
         arrays, _ = self._drawn(list(range(0, min(self._len, 40 * step), step)), 0)
         return _sheet_of(next(iter(_named(arrays, self._arrays).values())))
+
+
+def _is_design(path: Path) -> bool:
+    """Whether this is what designs are called."""
+    return path.suffix == ".toml" or (not path.suffix and not path.exists())
 
 
 def _swept_items(drawing: Drawing, source: Pack | None) -> tuple[_native.Items, dict[str, bytes]]:
@@ -211,7 +236,13 @@ def _swept_items(drawing: Drawing, source: Pack | None) -> tuple[_native.Items, 
 
 
 def _dataset(
-    source: Any, split: Any, people: Any, threads: Any, drawing: dict[str, Any], files: dict[str, bytes]
+    source: Any,
+    split: Any,
+    people: Any,
+    threads: Any,
+    drawing: dict[str, Any],
+    files: dict[str, bytes],
+    epoch: int,
 ) -> Dataset:
     """A dataset from a pickle, with the files that its flags name as they were."""
     with tempfile.TemporaryDirectory() as folder:
@@ -221,6 +252,7 @@ def _dataset(
             Path(there[flag]).write_bytes(contents)
         dataset = Dataset(source, split=split, people=people, threads=threads, **there)
     dataset._state = source, split, people, drawing, files
+    dataset._epoch = epoch
     return dataset
 
 
@@ -331,6 +363,8 @@ class Stream:
         rank: int | None = None,
         world: int | None = None,
     ) -> None:
+        if not isinstance(dataset, Dataset):
+            raise TypeError(f"expected a Dataset, found {type(dataset).__name__}")
         if len(dataset) == 0:
             raise ValueError("expected a dataset with items, found none")
         if (rank is None) != (world is None):
@@ -360,10 +394,10 @@ class Stream:
 
     def __getitem__(self, number: int) -> tuple[Arrays, np.ndarray]:
         """The batch of a number, whoever's turn it is."""
-        if number < 0:
-            raise IndexError("batches are counted from 0, and have no end")
-        if (number + 1) * self.batch > _U64:
-            raise IndexError(f"batch {number}: a stream has no more than 2^64 items")
+        try:
+            number = whole("batch number", number, 0, _U64 // self.batch - 1)
+        except ValueError as error:
+            raise IndexError(f"{error} (a stream has no end before 2^64 items)") from None
         places = self.places(number)
         parts = []
         first = 0
@@ -387,6 +421,10 @@ class Stream:
         return self.dataset._items.order(
             self.seed, first, self.batch, people_at_once=self.people_at_once, by_cycle=self.by_cycle
         )
+
+    def __repr__(self) -> str:
+        rank, world = self.reader
+        return f"<Stream: batches of {self.batch} of {self.dataset!r}, reader {rank} of {world}>"
 
     def __len__(self) -> int:
         raise TypeError("a stream never ends (import torch before dataset.stream() to give it to a DataLoader)")
@@ -416,7 +454,7 @@ def _stream_class() -> type[Stream]:
 _TORCH_STREAM: type[Stream] | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Swept:
     """One gait cycle (or take) from all viewpoints.
 
@@ -437,6 +475,10 @@ class Swept:
     def subject(self) -> str:
         """Who walks."""
         return str(self.rows["subject"][0])
+
+    def __repr__(self) -> str:
+        shapes = ", ".join(f"{name} {array.shape}" for name, array in self.arrays.items())
+        return f"<Swept: {self.subject}, {self.rows['walk'][0]}: {shapes}>"
 
     def _repr_png_(self) -> bytes:
         return _sheet_of(self.images[:60])

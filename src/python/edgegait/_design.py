@@ -13,6 +13,8 @@ class Design:
 
     Args:
         name: A design that is built in ("casia-b-like", "domain-random"), or a `.toml` file.
+
+    Its text is `toml`; `Design.from_toml(design.toml.replace('count = 8', 'count = 2'))` is another one.
     """
 
     def __init__(self, name: str | os.PathLike[str]) -> None:

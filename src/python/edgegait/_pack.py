@@ -42,7 +42,7 @@ class Pack:
         return self._native.walks
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-        """Writes the pack into a file, whole or not at all."""
+        """Writes the pack into a file, whole or not at all; folders on its way are made."""
         self._native.save(os.fspath(path), overwrite=overwrite)
 
     def __bytes__(self) -> bytes:

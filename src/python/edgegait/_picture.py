@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from . import _native
+from ._flags import whole
 
 #: Most images of a contact sheet.
 _MOST = 400
@@ -27,23 +28,33 @@ class Picture:
     def __init__(self, images: Any, *, columns: int | None = None, scale: int = 3) -> None:
         if hasattr(images, "detach"):
             images = images.detach().cpu().numpy()
-        found = np.asarray(images)
+        try:
+            found = np.asarray(images)
+        except ValueError:
+            raise TypeError(f"expected an array of images, found {type(images).__name__}") from None
         if found.ndim < 2 or 0 in found.shape:
             raise ValueError(f"expected an image [rows, columns] or several, found an array of {found.shape}")
         if found.dtype.kind == "f":
+            if np.nanmax(found) > 1:
+                raise ValueError(f"expected floats from 0 to 1, found {np.nanmax(found)} (divide by 255?)")
             found = np.clip(np.nan_to_num(found) * 255, 0, 255).round()
         elif found.dtype.kind not in "ub":
             raise TypeError(f"expected bytes from 0 to 255 or floats from 0 to 1, found {found.dtype}")
         elif found.dtype == bool:
             found = found * np.uint8(255)
-        if scale < 1:
-            raise ValueError(f"scale: expected at least 1, found {scale}")
+        scale = whole("scale", scale, 1, 64)
+        if columns is not None:
+            columns = whole("columns", columns, 1, _MOST)
         if columns is None and found.ndim >= 4:
             columns = found.shape[-3]
         found = found.astype(np.uint8).reshape(-1, *found.shape[-2:])
         if len(found) > _MOST:
             raise ValueError(f"expected at most {_MOST} images, found {len(found)}")
         self._sheet = _sheet(found, columns, scale)
+
+    def __repr__(self) -> str:
+        rows, columns = self._sheet.shape
+        return f"<Picture: {columns} x {rows} pixels>"
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the picture into a PNG file."""

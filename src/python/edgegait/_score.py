@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from . import _native
 from ._command import Results, run
 from ._pack import Pack
 
@@ -26,7 +27,7 @@ class Recognizer:
         function: What is called, by the thread that calls `score`.
         name: What results call it; its own name if it has one.
         contract: The keys of a model's `.toml` file: `template="silhouettes"`, `size="64x44"`,
-            `frames=30`, `layout="NTHW"`, `framing`, `input_range`, `mean`, `std`, `channels`,
+            `frames=30`, `layout` ["NTHW" of silhouettes], `framing`, `input_range`, `mean`, `std`, `channels`,
             `distance="cosine"`, `classes`, `training`.
     """
 
@@ -35,24 +36,29 @@ class Recognizer:
         function: Callable[[Any], Any],
         *,
         name: str | None = None,
-        size: str | None = None,
+        size: str | tuple[int, int] | None = None,
         **contract: Any,
     ) -> None:
         if not callable(function):
             raise TypeError(f"expected a callable, found {type(function).__name__}")
         if size is not None:
             try:
-                rows, columns = map(int, size.split("x"))
-            except ValueError:
+                rows, columns = map(int, size.split("x") if isinstance(size, str) else size)
+            except (TypeError, ValueError):
                 raise ValueError(f'size: expected rows and columns as "64x44", found {size!r}') from None
             contract |= {"rows": rows, "columns": columns}
         self.function = function
         self.name = name or getattr(function, "__name__", None) or type(function).__name__
+        if contract.get("template") == "silhouettes":
+            contract.setdefault("layout", "NTHW")
         self.contract = {"name": self.name, **contract}
+        _native.check_contract(json.dumps(self.contract, default=_plain))
 
     def __call__(self, images: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
         """Embeddings and, if there are any, scores of images."""
         answer = _called(self.function, images)
+        if answer is None:
+            raise TypeError(f"{self.name}: expected embeddings, found None (does it return them?)")
         if isinstance(answer, (tuple, list)) and len(answer) == 2:
             embedding, scores = answer
         else:
@@ -93,13 +99,17 @@ def score(
 ) -> Results:
     """Shows recognizers people from many viewpoints, and judges their answers, as `edgegait score` does.
 
+    Results list models before callables, and baselines among them by their order. Sequences of silhouettes
+    are given one at a time, images by the hundred.
+
     Args:
         models: An ONNX file, the name of a shipped model, "pixels", a Recognizer or any callable; or a
             list of these. None: the shipped linear models.
         data: A Pack, or the path of a pack, a dataset or a tree of silhouettes. None: the built-in
             cohort of 26 people.
-        flags: Flags of `edgegait score`: `views="side"`, `protocol="casia-b"`, `conditions="each"`,
-            `raster="rows"`, `no_baselines=True`, `runtime="ort"`; `out="report"` writes the page too.
+        flags: Flags of `edgegait score`, which looks from 703 viewpoints if none are named:
+            `views="side"`, `protocol="casia-b"`, `conditions="each"`, `raster="rows"`,
+            `no_baselines=True`, `runtime="ort"`; `out="report"` writes the page too.
     """
     listed = models if isinstance(models, (list, tuple)) else [models]
     names: list[str | os.PathLike[str]] = []
@@ -114,9 +124,17 @@ def score(
             callables.append((recognizer, json.dumps(recognizer.contract, default=_plain)))
         else:
             raise TypeError(f"expected a model's path, a Recognizer or a callable, found {type(model).__name__}")
+    called = [recognizer.name for recognizer, _ in callables]
+    if twice := next((name for at, name in enumerate(called) if name in called[:at]), None):
+        raise ValueError(f"two recognizers are called {twice!r}: give one another (Recognizer(..., name=))")
     pack = None
     if isinstance(data, Pack):
         pack = data._native
+    elif data is not None and not isinstance(data, (str, os.PathLike)):
+        raise TypeError(
+            f"expected a Pack or a path, found {type(data).__name__} "
+            "(of a design, generate(..., format='opengait') makes a tree to score)"
+        )
     elif data is not None:
         names.append(data)
     with tempfile.TemporaryDirectory() as folder:

@@ -15,7 +15,7 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _native {
     #[pymodule_export]
-    use crate::command::{command, main};
+    use crate::command::{check_contract, command, main};
     #[pymodule_export]
     use crate::errors::Error;
     #[pymodule_export]
@@ -25,7 +25,8 @@ mod _native {
     use pyo3::prelude::*;
 
     #[pymodule_init]
-    fn init(_module: &Bound<'_, PyModule>) -> PyResult<()> {
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))?;
         edgegait::encode::read_population_code();
         Ok(())
     }

@@ -176,6 +176,27 @@ def test_further_epochs_have_other_variations_of_the_same_people():
     assert named.rows()["variation"] == [1000, 1001]
 
 
+def test_an_epoch_can_be_set_for_samplers_of_ones_own():
+    dataset = edgegait.Dataset(design(), split="train", people=1)
+    dataset.set_epoch(2)
+    assert np.array_equal(dataset[5][0], dataset.batch([5], epoch=2)[0][0])
+    assert dataset.rows([5]) == dataset.rows([5], epoch=2) != dataset.rows([5], epoch=0)
+    again = pickle.loads(pickle.dumps(dataset))
+    assert np.array_equal(again[5][0], dataset[5][0])
+    assert np.array_equal(dataset.stream(batch=3, shuffle=False)[0][0], dataset.batch(range(3), epoch=0)[0])
+    dataset.set_epoch(0)
+    assert not np.array_equal(dataset[5][0], again[5][0])
+    with pytest.raises(ValueError, match="epoch: expected"):
+        dataset.set_epoch(-1)
+
+
+def test_nobody_of_a_design_that_is_built_in_is_of_the_built_in_cohort():
+    cohort = edgegait.cohort(people=26, speeds_kmh=[5]).subjects
+    for name in ["casia-b-like", "domain-random"]:
+        names = edgegait.Dataset(edgegait.Design(name), split="train", people=26).classes
+        assert not {one["name"] for one in cohort} & set(names)
+
+
 def _drawn(dataset):
     return dataset.batch(range(len(dataset)))[0].tobytes()
 
@@ -224,6 +245,13 @@ def test_processes_share_the_cores(monkeypatch):
 
 def test_misuse_raises():
     dataset = edgegait.Dataset(views="side", raster="rows")
+    with pytest.raises(TypeError, match="no slices: batch"):
+        dataset[0:3]
+    with pytest.raises(TypeError, match="flatnonzero"):
+        dataset.batch(np.ones(26, bool))
+    for name in ["casia-b-like", "mine.toml"]:
+        with pytest.raises(ValueError, match=r"a design is edgegait\.Design"):
+            edgegait.Dataset(name)
     for wrong in ["a", 1.5, None, [0], (0, 1)]:
         with pytest.raises((TypeError, ValueError)):
             dataset[wrong]

@@ -71,3 +71,16 @@ def test_misuse_raises():
         edgegait.Picture(np.zeros((2, 2), np.uint8), scale=0)
     with pytest.raises(ValueError, match="at most 400"):
         edgegait.Picture(np.zeros((401, 2, 2), np.uint8))
+
+
+def test_what_is_no_picture_is_refused():
+    image = np.zeros((3, 4), np.float32)
+    for wrong, kind, text in [
+        (lambda: edgegait.Picture(image + 200), ValueError, "divide by 255"),
+        (lambda: edgegait.Picture(image, scale=2.5), TypeError, "scale"),
+        (lambda: edgegait.Picture(image, columns=0), ValueError, "columns: expected 1 to"),
+        (lambda: edgegait.Picture([image, image[1:]]), TypeError, "expected an array of images, found list"),
+    ]:
+        with pytest.raises(kind, match=text):
+            wrong()
+    assert repr(edgegait.Picture(image)) == "<Picture: 12 x 9 pixels>"

@@ -40,10 +40,11 @@ def interrupted(work, is_time):
         lambda: list(edgegait.sweep(views="paper", cycles=8)),
         lambda: edgegait.cohort(people=200),
         lambda: edgegait.cohort(people=2000, quick=True),
+        lambda: edgegait.cohort(people=2000),
         lambda: edgegait.score("pixels"),
         lambda: edgegait.score(edgegait.Recognizer(lambda images: images.reshape(len(images), -1), name="mine")),
     ],
-    ids=["batch", "people", "sweep", "cohort", "population", "score", "callable"],
+    ids=["batch", "people", "sweep", "cohort", "quick", "population", "score", "callable"],
 )
 def test_control_c_ends_work(work):
     begun = time.monotonic()

@@ -103,8 +103,17 @@ def test_lists_of_results_are_data_frames():
     assert isinstance(views, pandas.DataFrame)
     assert list(views["name"]) == ["pixels", "pixels"]
     assert list(views["azimuth_deg"]) == [45, 90]
-    with pytest.raises(KeyError, match="nothing"):
+    with pytest.raises(KeyError, match=r"'nothing': expected one of .*by_viewpoint"):
         results.frame("nothing")
+    with pytest.raises(KeyError, match="compares no viewpoints"):
+        results.frame("cross_view")
+    crossed = edgegait.score("pixels", protocol="casia-b", raster="rows", subjects=["F01", "M02"], no_baselines=True)
+    frame = crossed.frame("cross_view")
+    assert len(frame) == 3 * 11 * 11
+    other = frame[frame.probe_view != frame.gallery_view]
+    means = other.groupby("probes").rank1.mean()
+    for probes in crossed["recognizers"][0]["probe_sets"]:
+        assert means[probes["name"]] == pytest.approx(probes["cross_view"]["mean_percent"] / 100, abs=1e-4)
 
 
 def test_what_a_callable_raises_is_raised():
@@ -123,7 +132,7 @@ def test_what_a_callable_raises_is_raised():
         (lambda images: (flat(images), images[:, 0]), "expected scores"),
         (lambda images: "text", "could not convert"),
         (lambda images: (flat(images), flat(images)[:, :3]), "scores of the 2 classes of the contract, found 3"),
-        (lambda images: None, "."),
+        (lambda images: None, "found None"),
     ]:
         with pytest.raises((ValueError, TypeError), match=text):
             edgegait.score(edgegait.Recognizer(wrong, name="wrong", classes=["F01", "M02"]), **SIDES)
@@ -148,17 +157,24 @@ def test_misuse_raises(tmp_path):
         ({"models": "pixels", "protocol": "own"}, 'no protocol "own"'),
         ({"models": "pixels", "bogus": 1}, "unexpected argument '--bogus'"),
         ({"models": "pixels", "json": "x"}, "json: results are returned"),
-        ({"models": [flat, flat]}, 'two recognizers are called "flat"'),
-        ({"models": edgegait.Recognizer(flat, colour=3)}, "unknown field `colour`"),
-        ({"models": edgegait.Recognizer(flat, size="3x3")}, "3"),
-        ({"models": edgegait.Recognizer(flat, layout="NTHW")}, "layout"),
+        ({"models": [flat, flat]}, "two recognizers are called 'flat'.*name="),
+        ({"models": "pixels", "data": edgegait.Design("casia-b-like")}, "makes a tree to score"),
         ({"models": "pixels", "data": tmp_path / "nowhere.egp"}, "nowhere.egp"),
         ({"models": [TAKES, "pixels"], "data": edgegait.Pack(TAKES)}, "expected one source of walks"),
     ]:
         with pytest.raises((ValueError, TypeError, OSError, edgegait.Error), match=text):
             edgegait.score(**wrong)
-    with pytest.raises(ValueError, match="64x44"):
-        edgegait.Recognizer(flat, size="big")
+    for wrong, text in [
+        ({"size": "big"}, "64x44"),
+        ({"size": "3x3"}, "3"),
+        ({"colour": 3}, "unknown field `colour`.*name`"),
+        ({"layout": "NTHW"}, "layout"),
+    ]:
+        with pytest.raises((ValueError, edgegait.Error), match=text) as raised:
+            edgegait.score(edgegait.Recognizer(flat, **wrong), **SIDES)
+        assert "line 1" not in str(raised.value)
+    assert edgegait.Recognizer(flat, size=(64, 44)).contract["columns"] == 44
+    assert edgegait.Recognizer(flat, template="silhouettes").contract["layout"] == "NTHW"
     with pytest.raises(TypeError, match="expected a callable"):
         edgegait.Recognizer(3)
 

@@ -152,12 +152,16 @@ def test_misuse_raises(dataset):
         with pytest.raises(TypeError, match="expected a whole number"):
             dataset.stream(**wrong)
     assert dataset.stream(batch=np.int64(3), seed=np.uint8(4)).places(0) == dataset.stream(batch=3, seed=4).places(0)
-    with pytest.raises(IndexError, match="no more than"):
+    with pytest.raises(IndexError, match="no end before"):
         dataset.stream(batch=3)[2**63]
     assert isinstance(dataset.stream(), edgegait.Stream)
     with pytest.raises(TypeError, match="never ends"):
         len(edgegait.Stream(dataset))
     with pytest.raises(IndexError):
         dataset.stream()[-1]
+    with pytest.raises(TypeError, match="batch number: expected a whole number"):
+        dataset.stream()["a"]
+    with pytest.raises(TypeError, match="expected a Dataset, found Pack"):
+        edgegait.Stream(edgegait.Pack(TAKE))
     with pytest.raises(TypeError):
         dataset.stream(size=3)
