@@ -102,8 +102,8 @@ fn splits_are_datasets_of_their_own_which_share_nobody() {
     assert_eq!(
         (train, test),
         (
-            vec!["F01".into(), "M01".into()],
-            vec!["F38".into(), "M38".into()]
+            vec!["2-F01".into(), "2-M01".into()],
+            vec!["2-F38".into(), "2-M38".into()]
         )
     );
     let manifest = fs::read_to_string(at.join("sets/test/manifest.json")).expect("a manifest");
