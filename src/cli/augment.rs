@@ -45,6 +45,7 @@ impl AugmentArgs {
     ///
     /// # Errors
     /// For crops besides.
+    #[cfg(feature = "train")]
     pub(super) fn without_crops(&self) -> Result<Augmentation> {
         if self.augment.contains(&Way::Crop) {
             return Err(Error::Usage(

@@ -2,6 +2,7 @@
 
 use super::recognizers::Known;
 use crate::confound::{Condition, Conditions};
+use crate::dataset::kmh;
 use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
 use crate::error::{Error, Result};
 use crate::evaluate::contest::{Drawn, Entrant, Wish};
@@ -119,7 +120,7 @@ pub(crate) struct Cell {
     pub intervals: Rank1Intervals,
 }
 
-/// What a protocol of one take that is known and others that are looked for has, whose names are put in.
+/// The protocol of each contest from one viewpoint, without the names of takes.
 const PROTOCOL: &str = r#"
 name = "literature"
 description = "People are known by one cycle of their walk, and are looked for by others."
@@ -194,16 +195,11 @@ pub(crate) fn run(
         plan.seed,
     )?;
     progress();
-    let speeds: Vec<&str> = {
-        let mut names: Vec<&str> = walks.iter().map(|walk| walk.name).collect();
-        names.sort_unstable();
-        names.dedup();
-        names
-            .into_iter()
-            .filter(|name| *name != KNOWN_WALK)
-            .collect()
-    };
-    let sets: String = speeds
+    let mut names: Vec<&str> = walks.iter().map(|walk| walk.name).collect();
+    names.sort_unstable();
+    names.dedup();
+    names.retain(|name| *name != KNOWN_WALK);
+    let sets: String = names
         .iter()
         .map(|name| format!("[[probes]]\nname = {name:?}\ntakes = [{name:?}]\n"))
         .collect();
@@ -231,32 +227,14 @@ pub(crate) fn run(
     )?;
     progress();
     let cell = |column: &Column| {
-        let named = |sets: &[ProbeSetResult], names: &[String]| -> Vec<PersonResult> {
-            let of = sets.iter().filter(|set| names.contains(&set.name));
-            of.flat_map(|set| set.by_person.clone()).collect()
-        };
         let found = match column.of {
-            Of::Conditions(names) => named(
-                &of_conditions,
-                &names
-                    .iter()
-                    .map(|&name| name.to_owned())
-                    .collect::<Vec<_>>(),
-            ),
-            Of::Speeds(speeds) => {
-                let names = walks.iter().filter(|walk| {
-                    let kmh = crate::dataset::kmh(walk.speed_mm_per_s);
-                    speeds.iter().any(|speed| (speed - kmh).abs() < 0.05)
-                });
-                named(
-                    &of_speeds,
-                    &names.map(|walk| walk.name.to_owned()).collect::<Vec<_>>(),
-                )
-            }
-            Of::Views => of_views
-                .iter()
-                .flat_map(|set| set.by_person.clone())
-                .collect(),
+            Of::Conditions(names) => people(&of_conditions, |name| names.contains(&name)),
+            Of::Speeds(speeds) => people(&of_speeds, |name| {
+                let walk = walks.iter().find(|walk| walk.name == name);
+                let speed = walk.map_or(0.0, |walk| kmh(walk.speed_mm_per_s));
+                speeds.iter().any(|one| (one - speed).abs() < 0.05)
+            }),
+            Of::Views => people(&of_views, |_| true),
         };
         Cell::of(column.name, &found, plan.seed)
     };
@@ -291,6 +269,12 @@ impl Cell {
             intervals: Rank1Intervals::of(&tallies, seed),
         })
     }
+}
+
+/// What became of people in the sets of probes of some names.
+fn people(sets: &[ProbeSetResult], is_of: impl Fn(&str) -> bool) -> Vec<PersonResult> {
+    let of = sets.iter().filter(|set| is_of(&set.name));
+    of.flat_map(|set| set.by_person.clone()).collect()
 }
 
 /// The confounders of all classes, each by itself.

@@ -20,8 +20,6 @@ pub(crate) struct Known {
     pub entrant: Entrant,
     /// Who published it.
     pub publication: &'static str,
-    /// Whether it has learnt nothing.
-    pub is_baseline: bool,
 }
 
 /// What became of a recognizer.
@@ -44,7 +42,7 @@ impl Row {
         Self {
             name: known.entrant.recognizer.name().to_owned(),
             publication: known.publication,
-            baseline: known.is_baseline,
+            baseline: known.entrant.recognizer.is_baseline(),
             cells,
         }
     }
@@ -102,13 +100,11 @@ impl Known {
                 },
             },
             publication,
-            is_baseline: true,
         };
         let mut all: Vec<Self> = NEAREST.map(nearest).into();
         let random = Baseline::like(contract(Template::Gei, RANDOM)).projected(RANDOM_DIMS, seed);
         let mut add = |recognizer: Box<dyn Recognizer>, publication| {
             all.push(Self {
-                is_baseline: recognizer.is_baseline(),
                 entrant: Entrant {
                     recognizer,
                     settings,

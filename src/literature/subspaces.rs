@@ -11,7 +11,7 @@ use crate::error::{Result, TrainError};
 use crate::score::{Contract, Distance, Outputs, Recognizer, RuntimeName};
 use crate::train::Samples;
 use crate::train::algebra::{add_products_of_columns, eigen, multiply};
-use crate::train::lda::discriminants;
+use crate::train::lda::{Classes, Scatter, discriminants};
 use ndarray::{Array1, Array2, Array3, ArrayView1, ArrayView2, ArrayView3, Axis, s};
 use rand::SeedableRng;
 use rand::seq::index::sample;
@@ -153,9 +153,9 @@ impl Learnt {
         }
         let along = Array3::from_shape_vec((count, found, rows), along);
         let along = along.expect("a row for each eigenvector");
-        let scatters: Vec<Scatter> = (0..found)
+        let scatters: Vec<Scatter<f64>> = (0..found)
             .into_par_iter()
-            .map(|at| Scatter::of(along.slice(s![.., at, ..]), labels, classes))
+            .map(|at| scatter(along.slice(s![.., at, ..]), labels, classes))
             .collect::<Result<_>>()?;
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let draw = |_| {
@@ -165,15 +165,8 @@ impl Learnt {
         };
         let drawn: Vec<Vec<usize>> = (0..classifiers).map(draw).collect();
         let learn = |chosen: Vec<usize>| {
-            let within = chosen.iter().map(|&at| &scatters[at].within);
-            let within = within.fold(Array2::zeros((rows, rows)), |sum, one| sum + one);
-            let offsets: Vec<_> = chosen
-                .iter()
-                .map(|&at| scatters[at].offsets.view())
-                .collect();
-            let offsets = ndarray::concatenate(Axis(0), &offsets);
-            let offsets = offsets.expect("as many columns each");
-            let found = discriminants(within, offsets.view(), (count, classes), RIDGE, most)?;
+            let own = together(chosen.iter().map(|&at| &scatters[at]));
+            let found = discriminants(own, (count, classes), RIDGE, most)?;
             Ok(Classifier {
                 chosen,
                 directions: found.directions.mapv(|number: f64| number as f32),
@@ -240,32 +233,35 @@ fn eigenvectors(features: ArrayView3<'_, f32>, mean: &Array2<f32>) -> Result<Arr
     Ok(vectors.mapv(|number| number as f32))
 }
 
-/// How vectors scatter within classes, and where the means of these are.
-struct Scatter {
-    /// Lower triangle of the sum of the products of differences to the class mean.
-    within: Array2<f64>,
-    /// Differences of class means to the mean of all, times the root of how many there are.
-    offsets: Array2<f64>,
+/// How vectors scatter, in f64.
+///
+/// # Errors
+/// As [`Classes::averaged`].
+fn scatter(points: ArrayView2<'_, f32>, labels: &[usize], classes: usize) -> Result<Scatter<f64>> {
+    let points = points.mapv(f64::from);
+    let of = Classes::averaged(points.view(), labels, classes)?;
+    Ok(Scatter::of(points.view(), labels, &of))
 }
 
-impl Scatter {
-    fn of(points: ArrayView2<'_, f32>, labels: &[usize], classes: usize) -> Result<Self> {
-        let of = crate::train::lda::Classes::<f64>::averaged(points, labels, classes)?;
-        let points = points.mapv(f64::from);
-        let mean: Array1<f64> = points.mean_axis(Axis(0)).unwrap_or_default();
-        let mut deviations = points;
-        for (mut deviation, &label) in deviations.outer_iter_mut().zip(labels) {
-            deviation -= &of.means.row(label);
-        }
-        let dims = deviations.ncols();
-        let mut within = Array2::zeros((dims, dims));
-        add_products_of_columns(deviations.view(), &mut within);
-        let mut offsets = &of.means - &mean;
-        for (mut offset, &count) in offsets.outer_iter_mut().zip(&of.counts) {
-            offset *= (count as f64).sqrt();
-        }
-        Ok(Self { within, offsets })
+/// The scatter of all columns of matrices, of that of each: of one at least.
+fn together<'a>(columns: impl Iterator<Item = &'a Scatter<f64>>) -> Scatter<f64> {
+    let mut all: Option<Scatter<f64>> = None;
+    for one in columns {
+        all = Some(match all {
+            None => Scatter {
+                within: one.within.clone(),
+                offsets: one.offsets.clone(),
+            },
+            Some(Scatter { within, offsets }) => {
+                let offsets = ndarray::concatenate(Axis(0), &[offsets.view(), one.offsets.view()]);
+                Scatter {
+                    within: within + &one.within,
+                    offsets: offsets.expect("as many numbers in a row"),
+                }
+            }
+        });
     }
+    all.expect("a column")
 }
 
 #[cfg(test)]
@@ -312,16 +308,10 @@ mod tests {
         let (features, labels) = features(40, 6, 4);
         let learnt = Learnt::fit(features.view(), &labels, 4, ONE).expect("four people");
         // Without PCA: all eigenvectors only turn the columns, which no distance notices.
-        let mut within = Array2::zeros((6, 6));
-        let mut offsets = Vec::new();
-        for column in 0..4 {
-            let of = Scatter::of(features.slice(s![.., .., column]), &labels, 4).expect("vectors");
-            within += &of.within;
-            offsets.push(of.offsets);
-        }
-        let offsets: Vec<_> = offsets.iter().map(|one| one.view()).collect();
-        let offsets = ndarray::concatenate(Axis(0), &offsets).expect("as wide");
-        let plain = discriminants(within, offsets.view(), (40, 4), RIDGE, 3).expect("directions");
+        let columns: Vec<Scatter<f64>> = (0..4)
+            .map(|column| scatter(features.slice(s![.., .., column]), &labels, 4).expect("vectors"))
+            .collect();
+        let plain = discriminants(together(columns.iter()), (40, 4), RIDGE, 3).expect("directions");
         let embeddings = embedded(&learnt, &features);
         for (a, b) in [(0, 1), (0, 4), (7, 22), (38, 39)] {
             let between = |at: usize| features.slice(s![at, .., ..]).mapv(f64::from);

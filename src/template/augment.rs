@@ -142,6 +142,7 @@ fn cropped(plane: &[u8], size: Size, rows_cut: usize) -> Vec<u8> {
 
 /// What a crop makes of images of one plane: from a pixel of the image, to one that is made of it,
 /// with which weight. Each that is made is of four, whose weights add up to 1.
+#[cfg(feature = "train")]
 pub(crate) fn crop_weights(size: Size, rows_cut: usize) -> Vec<(usize, usize, f64)> {
     let columns = size.columns();
     let [down, right] = crop_taps(size, rows_cut);
@@ -255,6 +256,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg(feature = "train")]
     fn weights_of_a_crop_make_what_the_crop_makes() {
         let noise = image(|row, column| (row * 97 + column * 59 + row * column * 31) as u8);
         for rows_cut in [0, 1, 7, 25] {

@@ -127,10 +127,27 @@ impl<F: Real> Lda<F> {
             }
             .into());
         }
-        let (count, dims) = points.dim();
+        let count = points.nrows();
         let of = Classes::<F>::of(points, labels, classes)?;
-        let mean = points.sum_axis(Axis(0)) / F::nearest(count as f64);
+        let scatter = Scatter::of(points, labels, &of);
+        discriminants(scatter, (count, classes), ridge, classes - 1)
+    }
+}
 
+/// How samples scatter.
+pub(crate) struct Scatter<F> {
+    /// Lower triangle of the sum of the products of differences to the class mean.
+    pub within: Array2<F>,
+    /// Differences of class means to the mean of all, one a row, times the root of how many samples the
+    /// class has.
+    pub offsets: Array2<F>,
+}
+
+impl<F: Real> Scatter<F> {
+    /// That of samples, one a row, whose classes are these.
+    pub(crate) fn of(points: ArrayView2<'_, F>, labels: &[usize], of: &Classes<F>) -> Self {
+        let (count, dims) = points.dim();
+        let mean = points.sum_axis(Axis(0)) / F::nearest(count as f64);
         let mut deviations = points.to_owned();
         for (mut deviation, &label) in deviations.outer_iter_mut().zip(labels) {
             deviation -= &of.means.row(label);
@@ -141,23 +158,24 @@ impl<F: Real> Lda<F> {
         for (mut offset, &count) in offsets.outer_iter_mut().zip(&of.counts) {
             offset *= F::nearest((count as f64).sqrt());
         }
-        discriminants(within, offsets.view(), (count, classes), ridge, classes - 1)
+        Self { within, offsets }
     }
 }
 
-/// The directions that tell `classes` apart, at most so many, of the scatter of `count` samples:
-/// within classes, of which the lower triangle is read, and of class means, one a row times the root
-/// of how many samples the class has.
+/// The directions that tell `classes` apart, at most so many, of the scatter of `count` samples.
 ///
 /// # Errors
 /// If the scatter within is no positive matrix in spite of the ridge.
 pub(crate) fn discriminants<F: Real>(
-    mut within: Array2<F>,
-    offsets: ArrayView2<'_, F>,
+    scatter: Scatter<F>,
     (count, classes): (usize, usize),
     ridge: f64,
     most: usize,
 ) -> Result<Lda<F>> {
+    let Scatter {
+        mut within,
+        offsets,
+    } = scatter;
     let dims = within.nrows();
     let between_trace = offsets.iter().fold(F::zero(), |sum, &v| sum + v * v);
     let total_variance = (within.diag().sum() + between_trace) / F::nearest((count - 1) as f64);
@@ -167,7 +185,7 @@ pub(crate) fn discriminants<F: Real>(
         .diag_mut()
         .mapv_inplace(|v| v + F::nearest(ridge) * total_variance / F::nearest(dims as f64));
     let whitening = whitening(&within)?;
-    let whitened = multiply(offsets, whitening.t());
+    let whitened = multiply(offsets.view(), whitening.t());
     let mut between = Array2::zeros((dims, dims));
     add_products_of_columns(whitened.view(), &mut between);
     between /= F::nearest((classes - 1) as f64);

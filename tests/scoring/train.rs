@@ -78,7 +78,7 @@ fn recipes_that_make_no_sense_are_refused_before_anything_is_drawn() {
             &["--method", "svm", "--svm-c", "0"],
             "expected a C above 0, found 0",
         ),
-        (&["--method", "forest"], "lda, svm"),
+        (&["--method", "forest"], "lda, real-synthetic, svm"),
     ] {
         refused(dir.path(), &[&["train"], recipe].concat(), 2, &[expected]);
     }
