@@ -64,7 +64,7 @@ pub struct Contract {
     /// number if it leaves them free.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frames: Option<usize>,
-    /// How embeddings are compared: `"euclidean"` (default) or `"cosine"`.
+    /// How embeddings are compared: `"euclidean"` (default), `"cosine"` or `"votes"`.
     #[serde(skip_serializing_if = "Distance::is_default")]
     pub distance: Distance,
     /// Names of the people that the scores stand for, in their order; empty if unknown.

@@ -283,7 +283,7 @@ fn mistakes_are_named_with_their_line() {
         text.starts_with("m.toml:1") && text.contains("`gei`, `mei`, `mhi`"),
         "{text}"
     );
-    assert!(refusal("distance = \"dtw\"").contains("`euclidean` or `cosine`"));
+    assert!(refusal("distance = \"dtw\"").contains("one of `euclidean`, `cosine`, `votes`"));
     assert_eq!(
         refusal("rows = 0"),
         "m.toml: rows: expected 1 to 4096, found 0"
