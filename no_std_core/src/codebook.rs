@@ -84,27 +84,29 @@ impl<'a> Codebook<'a> {
     /// # Errors
     /// Where the bytes are not a table of templates, at most 255.
     pub fn with_templates(self, section: &'a [u8]) -> Result<Self, FormatError> {
-        let codes = CodeTable::of(&self);
-        let codebook = self.over(section)?;
-        codebook.check_templates(&codes)?;
-        Ok(codebook)
+        self.with_checked(section, &CodeTable::of(&self))
     }
 
-    /// The same over a section of templates of which each is still to be checked.
-    pub(crate) fn over(mut self, section: &'a [u8]) -> Result<Self, FormatError> {
+    /// The same with what was read of the codebook.
+    pub(crate) fn with_checked(
+        mut self,
+        section: &'a [u8],
+        codes: &CodeTable,
+    ) -> Result<Self, FormatError> {
         self.templates = Table::parse(section)?;
         if self.templates.len() > usize::from(u8::MAX) {
             return Err(FormatError::new(0, "at most 255 templates"));
         }
-        Ok(self)
-    }
-
-    /// Checks each template, with what was read of the codebook.
-    pub(crate) fn check_templates(&self, codes: &CodeTable) -> Result<(), FormatError> {
         for (at, entry) in self.templates.entries() {
             Template::check(entry, codes).map_err(|e| e.behind(at))?;
         }
-        Ok(())
+        Ok(self)
+    }
+
+    /// The same over a section of templates that have been checked already.
+    pub(crate) fn over(mut self, section: &'a [u8]) -> Result<Self, FormatError> {
+        self.templates = Table::parse(section)?;
+        Ok(self)
     }
 
     /// How many templates there are.

@@ -89,19 +89,32 @@ impl<'a> Pack<'a> {
     /// expected there.
     pub fn parse(bytes: &'a [u8]) -> Result<Self, FormatError> {
         check_header(bytes)?;
-        let (pack, starts) = Self::of_sections(bytes)?;
+        let (sections, starts) = sections(bytes)?;
+        let [names, subjects, walks, avatars, code, templates, clips] = sections;
         let [
             _,
             subjects_at,
             walks_at,
             avatars_at,
-            _,
+            code_at,
             templates_at,
             clips_at,
         ] = starts;
-        let codes = CodeTable::of(&pack.codebook);
-        let checked = pack.codebook.check_templates(&codes);
-        checked.map_err(|e| e.behind(templates_at))?;
+        let codebook = Codebook::parse(code).map_err(|e| e.behind(code_at))?;
+        let codes = CodeTable::of(&codebook);
+        let codebook = codebook
+            .with_checked(templates, &codes)
+            .map_err(|e| e.behind(templates_at))?;
+        let pack = Self {
+            names,
+            subjects,
+            walks,
+            avatars: Table::parse(avatars).map_err(|e| e.behind(avatars_at))?,
+            codebook,
+            clips: Table::parse(clips).map_err(|e| e.behind(clips_at))?,
+            section_bytes: sections.map(<[u8]>::len),
+            bytes: bytes.len(),
+        };
         pack.check_subjects().map_err(|e| e.behind(subjects_at))?;
         pack.check_walks().map_err(|e| e.behind(walks_at))?;
         for (at, entry) in pack.avatars.entries() {
@@ -121,57 +134,21 @@ impl<'a> Pack<'a> {
     /// # Errors
     /// Where the bytes have not the sections of a pack.
     pub fn reopen(bytes: &'a [u8]) -> Result<Self, FormatError> {
-        Self::of_sections(bytes).map(|(pack, _)| pack)
-    }
-
-    /// The sections and their tables, and where each section starts; of what is in them nothing is
-    /// checked but the codebook.
-    fn of_sections(bytes: &'a [u8]) -> Result<(Self, [usize; SECTION_ORDER.len()]), FormatError> {
-        let mut sections = [&[] as &[u8]; SECTION_ORDER.len()];
-        let mut starts = [0; SECTION_ORDER.len()];
-        let mut end = HEADER_BYTES + SECTION_ORDER.len() * SECTION_ENTRY_BYTES;
-        for (index, kind) in SECTION_ORDER.iter().enumerate() {
-            let entry = HEADER_BYTES + index * SECTION_ENTRY_BYTES;
-            if bytes.get(entry..entry + 4) != Some(kind) {
-                return Err(FormatError::new(
-                    entry,
-                    "sections NAME, SUBJ, WALK, AVAT, CODE, TMPL, CLIP in this order",
-                ));
-            }
-            if u32_at(bytes, entry + 4) as usize != end {
-                return Err(FormatError::new(
-                    entry + 4,
-                    "a section that begins where the one before it ends",
-                ));
-            }
-            let length = u32_at(bytes, entry + 8) as usize;
-            let section = end.checked_add(length).and_then(|to| bytes.get(end..to));
-            let Some(section) = section else {
-                return Err(FormatError::new(entry + 8, "a section within the pack"));
-            };
-            sections[index] = section;
-            starts[index] = end;
-            end += length;
-        }
-        if end != bytes.len() {
-            return Err(FormatError::new(end, "the end of the pack"));
-        }
+        let (sections, [_, _, _, avatars_at, code_at, templates_at, clips_at]) = sections(bytes)?;
         let [names, subjects, walks, avatars, code, templates, clips] = sections;
-        let [_, _, _, avatars_at, code_at, templates_at, clips_at] = starts;
         let codebook = Codebook::parse(code).map_err(|e| e.behind(code_at))?;
-        let pack = Self {
+        Ok(Self {
             names,
             subjects,
             walks,
+            avatars: Table::parse(avatars).map_err(|e| e.behind(avatars_at))?,
             codebook: codebook
                 .over(templates)
                 .map_err(|e| e.behind(templates_at))?,
-            avatars: Table::parse(avatars).map_err(|e| e.behind(avatars_at))?,
             clips: Table::parse(clips).map_err(|e| e.behind(clips_at))?,
             section_bytes: sections.map(<[u8]>::len),
             bytes: bytes.len(),
-        };
-        Ok((pack, starts))
+        })
     }
 
     fn check_subjects(&self) -> Result<(), FormatError> {
@@ -342,6 +319,44 @@ impl<'a> Pack<'a> {
     pub const fn section_bytes(&self) -> [usize; SECTION_ORDER.len()] {
         self.section_bytes
     }
+}
+
+/// The sections, and where each starts.
+// Part of its callers: a board has no room for another copy on its stack.
+#[inline(always)]
+fn sections(
+    bytes: &[u8],
+) -> Result<([&[u8]; SECTION_ORDER.len()], [usize; SECTION_ORDER.len()]), FormatError> {
+    let mut sections = [&[] as &[u8]; SECTION_ORDER.len()];
+    let mut starts = [0; SECTION_ORDER.len()];
+    let mut end = HEADER_BYTES + SECTION_ORDER.len() * SECTION_ENTRY_BYTES;
+    for (index, kind) in SECTION_ORDER.iter().enumerate() {
+        let entry = HEADER_BYTES + index * SECTION_ENTRY_BYTES;
+        if bytes.get(entry..entry + 4) != Some(kind) {
+            return Err(FormatError::new(
+                entry,
+                "sections NAME, SUBJ, WALK, AVAT, CODE, TMPL, CLIP in this order",
+            ));
+        }
+        if u32_at(bytes, entry + 4) as usize != end {
+            return Err(FormatError::new(
+                entry + 4,
+                "a section that begins where the one before it ends",
+            ));
+        }
+        let length = u32_at(bytes, entry + 8) as usize;
+        let section = end.checked_add(length).and_then(|to| bytes.get(end..to));
+        let Some(section) = section else {
+            return Err(FormatError::new(entry + 8, "a section within the pack"));
+        };
+        sections[index] = section;
+        starts[index] = end;
+        end += length;
+    }
+    if end != bytes.len() {
+        return Err(FormatError::new(end, "the end of the pack"));
+    }
+    Ok((sections, starts))
 }
 
 /// Magic, version, number of sections, length and checksum.
