@@ -9,7 +9,7 @@ use super::layout::{LayoutArgs, refuse_without_tree};
 use super::progress::Progress;
 use super::source::{SelectionArgs, SourceArgs};
 use crate::confound::Condition;
-use crate::dataset::{Dataset, Header, InputFile, Partition};
+use crate::dataset::{Dataset, Header, InputFile, Partition, TREE_PARTITION};
 use crate::error::{Error, Result};
 use crate::evaluate::contest::{Contest, Drawn, Entrant, Stored, Wish, usual};
 use crate::evaluate::protocol::{PARTITION, Protocol};
@@ -56,9 +56,6 @@ pub(super) struct ContestArgs {
     #[arg(skip)]
     pub held: Option<PackSource>,
 }
-
-/// What a tree's own partition is called, where `generate` has written one.
-const PARTITION_FILE: &str = "partition.json";
 
 /// How recognizers are shown people: as flags say, drawn with a seed, or as templates are stored.
 pub(super) type Setup<'a> = (&'a DrawArgs, u64, Option<Stored>);
@@ -353,7 +350,7 @@ impl ContestArgs {
             let skipped =
                 skipped.map(|name| format!("{name}: no views named by an angle: left out"));
             header.warnings.extend(skipped);
-            let partition = path.join(PARTITION_FILE);
+            let partition = path.join(TREE_PARTITION);
             if self.partition.is_none() && partition.is_file() {
                 header.warnings.push(format!(
                     "{} says who trains and who is tested: all are judged without --partition {0}",

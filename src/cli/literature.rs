@@ -4,8 +4,9 @@ use super::args::{Common, Files};
 use super::progress::Progress;
 use crate::dataset::Header;
 use crate::error::Result;
-use crate::literature::{COLUMNS, Known, Plan, Row, Subspaces, run as judged, speeds_kmh, steps};
+use crate::literature::{COLUMNS, Column, Known, Plan, Row, Subspaces, run as judged, steps};
 use crate::report::literature_table;
+use crate::scene::cohort::SPEEDS_KMH;
 use edgegait_core::pack::Pack;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -48,15 +49,8 @@ pub(super) struct Args {
 struct Results {
     #[serde(flatten)]
     header: Header,
-    classes: Vec<Class>,
+    classes: &'static [Column],
     recognizers: Vec<Row>,
-}
-
-/// A class of confounders.
-#[derive(Serialize)]
-struct Class {
-    name: &'static str,
-    what: &'static str,
 }
 
 impl Args {
@@ -82,11 +76,10 @@ pub(super) fn run(args: &Args) -> Result<()> {
         discriminants: args.discriminants.into(),
         seed,
     };
-    let speeds = speeds_kmh();
-    let progress = Progress::new("walks", (people + training) * speeds.len());
+    let progress = Progress::new("walks", (people + training) * SPEEDS_KMH.len());
     let step = || progress.step();
-    let trained = plan.pack(&plan.training, &speeds, &step)?;
-    let looked_for = plan.pack(&plan.people, &speeds, &step)?;
+    let trained = plan.pack(&plan.training, &step)?;
+    let looked_for = plan.pack(&plan.people, &step)?;
     drop(progress);
     let progress = Progress::new("contests", steps());
     let step = || progress.step();
@@ -109,13 +102,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     }
     args.common.write_json(&Results {
         header,
-        classes: COLUMNS
-            .iter()
-            .map(|column| Class {
-                name: column.name,
-                what: column.what,
-            })
-            .collect(),
+        classes: &COLUMNS,
         recognizers,
     })
 }

@@ -43,6 +43,7 @@ pub use npy::write_npy;
 pub use order::Order;
 pub use partition::Partition;
 pub use reader::Dataset;
+pub(crate) use sequences::PARTITION as TREE_PARTITION;
 pub use sequences::check_folder_name;
 pub use staging::{Staging, remove_unfinished};
 pub use tree::{Layout, Modality, Silhouettes, Tree, TreeSequence, check_view_name, framed};

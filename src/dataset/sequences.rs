@@ -19,7 +19,7 @@ use sha2::{Digest as _, Sha256};
 /// The table of what was written.
 pub(super) const SEQUENCES: &str = "sequences.csv";
 /// Who trains and who is tested, as OpenGait reads it.
-pub(super) const PARTITION: &str = "partition.json";
+pub(crate) const PARTITION: &str = "partition.json";
 const COLUMNS: [&str; 3] = ["path", "frames", "sha256"];
 
 /// A row of [`SEQUENCES`].

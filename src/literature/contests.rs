@@ -11,6 +11,7 @@ use crate::evaluate::protocol::Protocol;
 use crate::evaluate::rank::Tally;
 use crate::evaluate::results::{PersonResult, ProbeSetResult};
 use crate::scene::cohort::{self, CohortOptions};
+use crate::source::BUILT_IN_WALK;
 use crate::sweep::Views;
 use edgegait_core::pack::Pack;
 use serde::Serialize;
@@ -30,10 +31,12 @@ pub(crate) struct Plan {
 }
 
 /// A class of confounders.
+#[derive(Serialize)]
 pub(crate) struct Column {
     pub name: &'static str,
     /// What acts on probes, in words.
     pub what: &'static str,
+    #[serde(skip)]
     of: Of,
 }
 
@@ -47,13 +50,8 @@ enum Of {
     Speeds(&'static [f64]),
 }
 
-/// The speed at which people are known, km/h.
-const KNOWN_KMH: f64 = 5.0;
-/// Walks of that speed.
-const KNOWN_WALK: &str = "walk-5kmh";
-
 /// Classes of confounders, in the order of a table. Confounders are those of the catalogue at
-/// strength 1; camera and footwear, of which the papers say little, are left out.
+/// strength 1; those of the camera and of the body itself are left out.
 pub(crate) const COLUMNS: [Column; 8] = [
     Column {
         name: "normal",
@@ -130,21 +128,19 @@ made = [{ take = "enrolled", variation = 0 }, { take = "probe", variation = 1000
 "#;
 
 impl Plan {
-    /// People of these numbers at these speeds, as a pack.
+    /// People of these numbers at the ten built-in speeds, as a pack.
     ///
     /// # Errors
     /// As [`encode_population`].
     pub(crate) fn pack(
         &self,
         people: &Range<usize>,
-        speeds_kmh: &[f64],
         progress: &(dyn Fn() + Sync),
     ) -> Result<Vec<u8>> {
         let options = CohortOptions {
             seed: self.seed,
             first: people.start,
             people: people.len(),
-            speeds_kmh: speeds_kmh.to_vec(),
             ..CohortOptions::default()
         };
         let make = |number| cohort::subject(&options, number);
@@ -177,7 +173,7 @@ pub(crate) fn run(
     let at_known: Vec<usize> = all
         .iter()
         .copied()
-        .filter(|&walk| walks[walk].name == KNOWN_WALK)
+        .filter(|&walk| walks[walk].name == BUILT_IN_WALK)
         .collect();
     let conditions = conditions()?;
     let side = Views::side()?;
@@ -198,7 +194,7 @@ pub(crate) fn run(
     let mut names: Vec<&str> = walks.iter().map(|walk| walk.name).collect();
     names.sort_unstable();
     names.dedup();
-    names.retain(|name| *name != KNOWN_WALK);
+    names.retain(|name| *name != BUILT_IN_WALK);
     let sets: String = names
         .iter()
         .map(|name| format!("[[probes]]\nname = {name:?}\ntakes = [{name:?}]\n"))
@@ -208,7 +204,7 @@ pub(crate) fn run(
         entrants,
         Wish {
             protocol: Some(protocol(&format!(
-                "[gallery]\ntakes = [{KNOWN_WALK:?}]\n{sets}"
+                "[gallery]\ntakes = [{BUILT_IN_WALK:?}]\n{sets}"
             ))?),
             views: Some(side),
             ..Wish::default()
@@ -306,16 +302,4 @@ fn probe_sets(
         .run(entrants, seed, &mut |_| (), &mut |_| ())?;
     let sets = outcome.results.into_iter().map(|result| result.probe_sets);
     Ok(sets.flatten().collect())
-}
-
-/// The speeds of the norms at which people are looked for, and the one at which they are known.
-pub(crate) fn speeds_kmh() -> Vec<f64> {
-    let mut speeds = vec![KNOWN_KMH];
-    for column in &COLUMNS {
-        if let Of::Speeds(more) = column.of {
-            speeds.extend(more);
-        }
-    }
-    speeds.sort_by(f64::total_cmp);
-    speeds
 }

@@ -16,8 +16,8 @@ use rayon::prelude::*;
 use std::f64::consts::{PI, SQRT_2};
 
 /// Scales and orientations of the kernels.
-pub(crate) const SCALES: usize = 5;
-pub(crate) const ORIENTATIONS: usize = 8;
+const SCALES: usize = 5;
+const ORIENTATIONS: usize = 8;
 /// Every so many rows and columns a response is kept. Ours.
 const STEP: usize = 4;
 /// Images of which responses are computed at once by each thread: 2 MB of them.

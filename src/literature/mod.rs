@@ -7,6 +7,6 @@ mod gabor;
 mod recognizers;
 mod subspaces;
 
-pub(crate) use contests::{COLUMNS, Plan, run, speeds_kmh};
+pub(crate) use contests::{COLUMNS, Column, Plan, run};
 pub(crate) use recognizers::{Known, Row, steps};
 pub(crate) use subspaces::Subspaces;

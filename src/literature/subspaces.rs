@@ -9,9 +9,9 @@
 use super::gabor::Gabor;
 use crate::error::{Result, TrainError};
 use crate::score::{Contract, Distance, Outputs, Recognizer, RuntimeName};
-use crate::train::Samples;
-use crate::train::algebra::{add_products_of_columns, eigen, multiply};
+use crate::train::algebra::{add_products_of_columns, eigen, fix_sign, multiply};
 use crate::train::lda::{Classes, Scatter, discriminants};
+use crate::train::{RIDGE, Samples};
 use ndarray::{Array1, Array2, Array3, ArrayView1, ArrayView2, ArrayView3, Axis, s};
 use rand::SeedableRng;
 use rand::seq::index::sample;
@@ -30,9 +30,6 @@ pub(crate) struct Subspaces {
     /// Of the drawing.
     pub seed: u64,
 }
-
-/// Share of the mean variance that is added to the variance within classes. As LDA has it. Ours.
-const RIDGE: f64 = 1e-3;
 
 /// Features that vary less than this, as a share of the first eigenvector's, are no directions.
 const LEAST_VARIANCE: f64 = 1e-9;
@@ -227,9 +224,7 @@ fn eigenvectors(features: ArrayView3<'_, f32>, mean: &Array2<f32>) -> Result<Arr
         return Err(TrainError::Constant.into());
     }
     let mut vectors = found.vectors.slice(s![..kept, ..]).to_owned();
-    vectors
-        .outer_iter_mut()
-        .for_each(crate::train::algebra::fix_sign);
+    vectors.outer_iter_mut().for_each(fix_sign);
     Ok(vectors.mapv(|number| number as f32))
 }
 

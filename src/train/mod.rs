@@ -41,6 +41,9 @@ pub enum Components {
     Count(usize),
 }
 
+/// The ridge of [`Method::LDA`].
+pub(crate) const RIDGE: f64 = 1e-3;
+
 /// How classes are told apart among the principal components.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Method {
@@ -64,7 +67,7 @@ pub enum Method {
 
 impl Method {
     /// LDA with a ridge of 1e-3 (ours, not tuned on real people).
-    pub const LDA: Self = Self::Lda { ridge: 1e-3 };
+    pub const LDA: Self = Self::Lda { ridge: RIDGE };
 }
 
 impl fmt::Display for Method {
