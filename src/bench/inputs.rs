@@ -51,7 +51,7 @@ impl Scene<'_> {
                     pixels.extend_from_slice(frame.to_coverage().pixels());
                 }
                 contract.feed(&pixels, input);
-                Ok(())
+                contract.feed_view(Some(views[0].angles_deg()), input)
             }
             _ => {
                 let made = |_: Job, swept: Swept| Ok(swept.templates);
@@ -59,7 +59,7 @@ impl Scene<'_> {
                     for bytes in made {
                         contract.feed(&bytes, input);
                     }
-                    Ok(())
+                    contract.feed_view(Some(views[0].angles_deg()), input)
                 })
             }
         }
@@ -95,6 +95,7 @@ impl Scene<'_> {
         pixels.truncate(numbers);
         let mut input = Vec::new();
         contract.feed(&pixels, &mut input);
+        contract.feed_view(Some(views[0].angles_deg()), &mut input)?;
         Ok(input)
     }
 

@@ -2,9 +2,10 @@
 
 use super::args::{Common, Files};
 use super::progress::Progress;
+use super::subspaces::SubspaceArgs;
 use crate::dataset::Header;
 use crate::error::Result;
-use crate::literature::{COLUMNS, Column, Known, Plan, Row, Subspaces, run as judged, steps};
+use crate::literature::{COLUMNS, Column, Known, Plan, Row, run as judged, steps};
 use crate::report::literature_table;
 use crate::scene::cohort::SPEEDS_KMH;
 use edgegait_core::pack::Pack;
@@ -31,15 +32,8 @@ pub(super) struct Args {
     /// Cycles of each condition that are looked for
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=100))]
     cycles: u32,
-    /// Random subspaces that vote
-    #[arg(long, value_name = "N", default_value_t = 300, value_parser = clap::value_parser!(u16).range(1..=2000))]
-    subspaces: u16,
-    /// Eigenvectors that each of them draws
-    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u16).range(1..=60))]
-    eigenvectors: u16,
-    /// Discriminants that each of them keeps, at most
-    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=56))]
-    discriminants: u16,
+    #[command(flatten)]
+    subspaces: SubspaceArgs,
     #[command(flatten)]
     pub common: Common,
 }
@@ -70,12 +64,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         cycles: args.cycles,
         seed,
     };
-    let subspaces = Subspaces {
-        classifiers: args.subspaces.into(),
-        eigenvectors: args.eigenvectors.into(),
-        discriminants: args.discriminants.into(),
-        seed,
-    };
+    let subspaces = args.subspaces.subspaces(seed);
     let progress = Progress::new("walks", (people + training) * SPEEDS_KMH.len());
     let step = || progress.step();
     let trained = plan.pack(&plan.training, &step)?;
@@ -92,9 +81,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
         .with("people", people)
         .with("training_people", training)
         .with("cycles", args.cycles)
-        .with("subspaces", args.subspaces)
-        .with("eigenvectors", args.eigenvectors)
-        .with("discriminants", args.discriminants);
+        .with("subspaces", subspaces.classifiers)
+        .with("eigenvectors", subspaces.eigenvectors)
+        .with("discriminants", subspaces.discriminants);
     args.common.say(literature_table(&recognizers, people));
     for column in &COLUMNS {
         args.common

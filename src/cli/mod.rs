@@ -46,6 +46,8 @@ mod shared_warnings;
 mod source;
 #[cfg(all(feature = "import", feature = "train", feature = "plots"))]
 mod study;
+#[cfg(feature = "train")]
+mod subspaces;
 mod sweep;
 #[cfg(feature = "train")]
 mod train;

@@ -287,10 +287,11 @@ fn compared(
 ) -> Result<ParityResults> {
     let sequences = contest.source().sequences();
     let progress = Progress::new("sequences", sequences.list.len());
-    let mut first = Vec::new();
+    let (mut first, mut seen_from) = (Vec::new(), None);
     let mut seen = |picture: Picture<'_>| {
         if first.is_empty() {
             first = picture.bytes.to_vec();
+            seen_from = sequences.view_label(picture.sequence).angles_deg();
         }
         progress.step();
     };
@@ -303,6 +304,7 @@ fn compared(
         if side.is_worth_profiling() {
             let mut input = Vec::new();
             one.model.contract().feed(&first, &mut input);
+            one.model.contract().feed_view(seen_from, &mut input)?;
             match one.runtime.profile(&one.model, &input) {
                 Ok(ran) => side = side.with_operators(ran),
                 Err(error) => header

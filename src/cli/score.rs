@@ -172,7 +172,7 @@ fn judged(
 ) -> Result<(ScoreResults, Vec<Sample>)> {
     let sequences = contest.source().sequences();
     let (mut samples, mut others) = (Vec::new(), Vec::new());
-    let mut inputs: Vec<Vec<Vec<u8>>> = vec![Vec::new(); entrants.len()];
+    let mut inputs: Vec<Vec<Vec<f32>>> = vec![Vec::new(); entrants.len()];
     let is_first = |&at: &usize| !(0..at).any(|other| entrants[at].is_shown_as(&entrants[other]));
     let times_shown = (0..entrants.len()).filter(is_first).count();
     let progress = Progress::new("sequences", times_shown * sequences.list.len()).advising(LESS);
@@ -190,10 +190,15 @@ fn judged(
             bytes,
         } = picture;
         progress.step();
-        if inputs[entrant].len() < SHOWN_PEOPLE * SHOWN.len() {
-            inputs[entrant].push(bytes.to_vec());
-        }
         let contract = entrants[entrant].recognizer.contract();
+        if inputs[entrant].len() < SHOWN_PEOPLE * SHOWN.len() {
+            let mut input = Vec::new();
+            contract.feed(bytes, &mut input);
+            let seen_from = sequences.view_label(sequence).angles_deg();
+            if contract.feed_view(seen_from, &mut input).is_ok() {
+                inputs[entrant].push(input);
+            }
+        }
         let Shape::Image { planes, .. } = contract.shape() else {
             return;
         };
@@ -263,17 +268,11 @@ fn judged(
 }
 
 /// How long one input takes, one at a time, after a warm-up.
-fn latency(recognizer: &dyn Recognizer, pictures: &[Vec<u8>]) -> Result<Option<Latency>> {
-    let fed = |bytes: &Vec<u8>| {
-        let mut input = Vec::new();
-        recognizer.contract().feed(bytes, &mut input);
-        input
-    };
-    let inputs: Vec<Vec<f32>> = pictures.iter().map(fed).collect();
+fn latency(recognizer: &dyn Recognizer, inputs: &[Vec<f32>]) -> Result<Option<Latency>> {
     let mut times = Vec::with_capacity(TIMED);
     let mut failed = Ok(());
     recognizer.beside(&mut || {
-        failed = timed(recognizer, &inputs, &mut times);
+        failed = timed(recognizer, inputs, &mut times);
     });
     failed.map(|()| Latency::of(&times))
 }

@@ -12,6 +12,7 @@ use super::drawing::DrawArgs;
 use super::layout::LayoutArgs;
 use super::outputs::{Kind, Output};
 use super::source::SelectionArgs;
+use super::subspaces::SubspaceArgs;
 use crate::dataset::{Header, InputFile, sha256_of_bytes, write_bytes};
 use crate::error::{Error, Result};
 use crate::evaluate::rank::{Outcome, closed_set};
@@ -19,16 +20,23 @@ use crate::score::Contract;
 use crate::table::Column::{Left, Right};
 use crate::table::Table;
 use crate::template::augment::Augmentation;
-use crate::train::{Analysed, Components, LinearRecognizer, Method, Options, Real, Samples, onnx};
+use crate::train::subspaces::{RandomSubspaces, Subspaces};
+use crate::train::views::ViewTransformation;
+use crate::train::{
+    Analysed, Components, LinearRecognizer, Method, Options, Real, Samples, choice, onnx,
+};
 use mix::MixArgs;
 use serde::Serialize;
 use sources::{Gathered, SourceResult, gathered};
 use std::path::{Path, PathBuf};
 
-/// Train PCA + LDA or PCA + SVM recognizers and export each as one ONNX graph of plain operators
+/// Principal components that are kept where nothing is said.
+const USUAL_COMPONENTS: u16 = 100;
+
+/// Train recognizers and export each as one ONNX graph of plain operators
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait train --out side.onnx                      # built-in cohort, side view\n  edgegait train --azimuth-deg 0,45,90,135,180 --elevation-deg 0,30,60 --out spread.onnx\n  edgegait train dataset --out mine.onnx              # a dataset that `sweep` wrote\n  edgegait train tree --fps 30 --partition p.json     # silhouettes, cut into gait cycles\n  edgegait train real synthetic.egp --mix real:0.7    # several sources, of one all, of the other a share\n  edgegait train --template geni --augment flip,crop --out geni.onnx\n  edgegait train --method svm --components 5,10,20,50 # recognizer-5.onnx, recognizer-10.onnx ..."
+    after_help = "Examples:\n  edgegait train --out side.onnx                      # built-in cohort, side view\n  edgegait train --azimuth-deg 0,45,90,135,180 --elevation-deg 0,30,60 --out spread.onnx\n  edgegait train dataset --out mine.onnx              # a dataset that `sweep` wrote\n  edgegait train tree --fps 30 --partition p.json     # silhouettes, cut into gait cycles\n  edgegait train real synthetic.egp --mix real:0.7    # several sources, of one all, of the other a share\n  edgegait train --template geni --augment flip,crop --out geni.onnx\n  edgegait train --method svm --components 5,10,20,50 # recognizer-5.onnx, recognizer-10.onnx ...\n  edgegait train --method gabor-subspaces --out gabor.onnx\n  edgegait train --method view-transformation --template frequency --azimuth-deg 0,45,90,135,180 --out vtm.onnx"
 )]
 pub(super) struct Args {
     /// Packs, datasets and trees of silhouettes (<person>/<take>/<view>/): of several, people of one
@@ -48,20 +56,20 @@ pub(super) struct Args {
     /// [default: 8]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     cycles: Option<u32>,
-    /// What tells people apart in the principal components: the nearest mean along linear
-    /// discriminants; the same of templates and of their crops (--crop-steps, --crop-rows), in two
-    /// parts (Han & Bhanu's real and synthetic templates); or linear support vector machines, one for
-    /// each person against the rest
+    /// How people are told apart
     #[arg(long, value_name = "METHOD", default_value = "lda")]
     method: MethodArg,
-    /// Principal components that are kept; several counts write NAME-N.onnx for each
-    #[arg(long, value_name = "N[,N..]", default_value = "100", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=4096))]
+    /// Principal components that are kept, where a method has them; several counts write NAME-N.onnx for
+    /// each
+    #[arg(long, value_name = "N[,N..]", default_values_t = [USUAL_COMPONENTS], value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=4096))]
     components: Vec<u16>,
     /// Weight of the errors of `--method svm`
     /// [default: 1]
     #[arg(long, value_name = "C")]
     svm_c: Option<f64>,
-    /// Floating-point type that training computes in; models are f32
+    #[command(flatten)]
+    subspaces: SubspaceArgs,
+    /// Floating-point type that lda, real-synthetic and svm compute in; models are f32
     #[arg(long, value_name = "TYPE", default_value = "f64")]
     precision: Precision,
     /// Only people whom a partition trains with, of a tree, as OpenGait has them: a JSON file with
@@ -84,9 +92,18 @@ pub(super) struct Args {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum MethodArg {
+    /// The nearest mean along linear discriminants of the principal components
     Lda,
+    /// The same of templates and of their crops (--crop-steps, --crop-rows), in two parts (Han & Bhanu)
     RealSynthetic,
+    /// Linear support vector machines on the principal components, one for each person against the rest
     Svm,
+    /// Numbers of a template that vary more between people than within them (after Nandy et al.: row-width)
+    FeatureChoice,
+    /// Votes of discriminants in random subspaces of Gabor features of GEIs (Guan & Li)
+    GaborSubspaces,
+    /// Templates brought from the gallery's viewpoint to the probe's (Makihara et al.: frequency)
+    ViewTransformation,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -112,15 +129,36 @@ struct Results {
 struct ModelResult {
     #[serde(flatten)]
     file: InputFile,
-    components: u16,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    components: Option<u16>,
     dims: usize,
     bytes: usize,
-    training_rank1: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    training_rank1: Option<f64>,
+}
+
+/// How a model is made.
+#[derive(Clone, Copy, Debug)]
+enum How {
+    /// On principal components.
+    Linear(Method),
+    FeatureChoice,
+    GaborSubspaces(Subspaces),
+    ViewTransformation,
+}
+
+/// A model that is to be written.
+struct Made {
+    bytes: Vec<u8>,
+    contract: Contract,
+    components: Option<u16>,
+    dims: usize,
+    training_rank1: Option<f64>,
 }
 
 /// Runs the subcommand.
 pub(super) fn run(args: &Args) -> Result<()> {
-    let method = args.method()?;
+    let how = args.how()?;
     let outs = args.outs()?;
     let Gathered {
         samples,
@@ -133,15 +171,36 @@ pub(super) fn run(args: &Args) -> Result<()> {
     for warning in &header.warnings {
         args.common.say(format_args!("warning: {warning}"));
     }
-    let counts: Vec<String> = args.components.iter().map(u16::to_string).collect();
-    let header = header
-        .with("components", counts.join(","))
-        .with("method", method.to_string())
-        .with("precision", args.precision.name());
-    let models = match args.precision {
-        Precision::F64 => train::<f64>(args, method, &outs, &samples)?,
-        Precision::F32 => train::<f32>(args, method, &outs, &samples)?,
+    let header = header.with("method", how.said());
+    let header = if how.has_components() {
+        let counts: Vec<String> = args.components.iter().map(u16::to_string).collect();
+        header.with("components", counts.join(","))
+    } else {
+        header
     };
+    let header = match how {
+        How::Linear(_) => header.with("precision", args.precision.name()),
+        _ => header,
+    };
+    let models = match (how, args.precision) {
+        (How::Linear(method), Precision::F64) => linear::<f64>(args, method, &outs, &samples)?,
+        (How::Linear(method), Precision::F32) => linear::<f32>(args, method, &outs, &samples)?,
+        (How::FeatureChoice, _) => vec![feature_choice(args, &outs[0], &samples)?],
+        (How::GaborSubspaces(subspaces), _) => {
+            vec![gabor_subspaces(args, &outs[0], &samples, subspaces)?]
+        }
+        (How::ViewTransformation, _) => view_transformation(args, &outs, &samples)?,
+    };
+    if models.len() > 1 {
+        args.common.say(format_args!(
+            "trained on {} {} of {} people: {}\n\n{}",
+            samples.labels.len(),
+            samples.template.plural(),
+            samples.names.len(),
+            how.said(),
+            table(&models).to_string().trim_end()
+        ));
+    }
     args.common.write_json(&Results {
         header,
         samples: samples.labels.len(),
@@ -173,26 +232,53 @@ impl Args {
     fn augmentation(&self) -> Result<Augmentation> {
         match self.method {
             MethodArg::RealSynthetic => self.augment.without_crops(),
-            MethodArg::Lda | MethodArg::Svm => self.augment.augmentation(),
+            _ => self.augment.augmentation(),
         }
     }
 
-    fn method(&self) -> Result<Method> {
-        match (self.method, self.svm_c) {
-            (MethodArg::Lda, None) => Ok(Method::LDA),
-            (MethodArg::RealSynthetic, None) => Ok(Method::RealSynthetic {
+    fn how(&self) -> Result<How> {
+        let usage = |text: String| Err(Error::Usage(text));
+        let method = self.method;
+        if self.svm_c.is_some() && method != MethodArg::Svm {
+            return usage(
+                "--svm-c is the weight of errors of --method svm: no other method has one".into(),
+            );
+        }
+        if self.subspaces.is_given() && method != MethodArg::GaborSubspaces {
+            return usage(
+                "--subspaces, --eigenvectors and --discriminants are of --method gabor-subspaces"
+                    .into(),
+            );
+        }
+        let how = match method {
+            MethodArg::Lda => How::Linear(Method::LDA),
+            MethodArg::RealSynthetic => How::Linear(Method::RealSynthetic {
                 crops: self.augment.crops(),
             }),
-            (MethodArg::Lda | MethodArg::RealSynthetic, Some(_)) => Err(Error::Usage(
-                "--svm-c is the weight of errors of --method svm: LDA has none".into(),
-            )),
-            (MethodArg::Svm, c) => match c.unwrap_or(1.0) {
-                c if c > 0.0 && c.is_finite() => Ok(Method::Svm { c }),
-                c => Err(Error::Usage(format!(
-                    "--svm-c: expected a C above 0, found {c}"
-                ))),
+            MethodArg::Svm => match self.svm_c.unwrap_or(1.0) {
+                c if c > 0.0 && c.is_finite() => How::Linear(Method::Svm { c }),
+                c => return usage(format!("--svm-c: expected a C above 0, found {c}")),
             },
+            MethodArg::FeatureChoice => How::FeatureChoice,
+            MethodArg::GaborSubspaces => {
+                How::GaborSubspaces(self.subspaces.subspaces(self.common.seed))
+            }
+            MethodArg::ViewTransformation => How::ViewTransformation,
+        };
+        let is_linear = matches!(how, How::Linear(_));
+        if !how.has_components() && self.components != [USUAL_COMPONENTS] {
+            return usage("--components: this method has no principal components".into());
         }
+        if !is_linear && self.precision != Precision::F64 {
+            return usage("--precision is of lda, real-synthetic and svm".into());
+        }
+        if matches!(how, How::ViewTransformation) && self.augmentation()?.flip {
+            return usage(
+                "--augment flip: a mirrored template is one of another viewpoint, and --method view-transformation learns of viewpoints"
+                    .into(),
+            );
+        }
+        Ok(how)
     }
 
     /// Where the model with each number of components goes.
@@ -219,6 +305,21 @@ impl Args {
     }
 }
 
+impl How {
+    const fn has_components(self) -> bool {
+        matches!(self, Self::Linear(_) | Self::ViewTransformation)
+    }
+
+    fn said(self) -> String {
+        match self {
+            Self::Linear(method) => method.to_string(),
+            Self::FeatureChoice => choice::METHOD.to_owned(),
+            Self::GaborSubspaces(subspaces) => subspaces.to_string(),
+            Self::ViewTransformation => "view transformation".to_owned(),
+        }
+    }
+}
+
 impl Precision {
     const fn name(self) -> &'static str {
         match self {
@@ -234,7 +335,7 @@ fn stem(path: &Path) -> String {
 }
 
 /// Fits and writes a model for each number of components.
-fn train<F: Real>(
+fn linear<F: Real>(
     args: &Args,
     method: Method,
     outs: &[PathBuf],
@@ -243,59 +344,126 @@ fn train<F: Real>(
     let (labels, classes) = (&samples.labels, samples.names.len());
     let form = (samples.template, samples.size);
     let analysed = Analysed::<F>::of(form, samples.numbers.view(), labels, classes)?;
-    let mut models = Vec::new();
-    for (&components, out) in args.components.iter().zip(outs) {
+    let each = args.components.iter().zip(outs);
+    let model = |(&components, out): (&u16, &PathBuf)| {
         let kept = usize::from(components).min(labels.len().saturating_sub(1));
         let recognizer = analysed.fit(Options {
             components: Components::Count(kept),
             method,
         })?;
-        let training_rank1 = rank1(&recognizer, samples);
-        let name = stem(out);
-        let model = onnx::write(&recognizer, &name, &[]);
         let precision = match args.precision {
             Precision::F64 => "",
             Precision::F32 => " trained in f32",
         };
-        let contract = samples.contract(name, (components, method), precision);
-        let toml = contract.to_toml()?;
-        let (dims, bytes, percent) = (recognizer.dims(), model.len(), 100.0 * training_rank1);
-        if outs.len() == 1 {
-            args.common.say(format_args!(
-                "{}: {bytes} bytes, {classes} people, {dims} dimensions, trained on {} {}, of which it recognizes {percent:.2} %",
-                out.display(),
-                labels.len(),
-                samples.template.plural(),
-            ));
+        let how = format!("PCA ({components}) + {method}{precision}");
+        let made = Made::linear(&recognizer, samples, (stem(out), &how));
+        write(args, out, samples, made.with(components))
+    };
+    each.map(model).collect()
+}
+
+fn feature_choice(args: &Args, out: &Path, samples: &Samples) -> Result<ModelResult> {
+    let recognizer = choice::fit(samples)?;
+    let made = Made::linear(&recognizer, samples, (stem(out), choice::METHOD));
+    write(args, out, samples, made)
+}
+
+fn gabor_subspaces(
+    args: &Args,
+    out: &Path,
+    samples: &Samples,
+    subspaces: Subspaces,
+) -> Result<ModelResult> {
+    let fitted = RandomSubspaces::fit(samples, subspaces)?;
+    let name = stem(out);
+    let made = Made {
+        bytes: fitted.write(&name),
+        contract: fitted.contract(samples, name),
+        components: None,
+        dims: fitted.dims(),
+        training_rank1: None,
+    };
+    write(args, out, samples, made)
+}
+
+fn view_transformation(
+    args: &Args,
+    outs: &[PathBuf],
+    samples: &Samples,
+) -> Result<Vec<ModelResult>> {
+    let each = args.components.iter().zip(outs);
+    let model = |(&components, out): (&u16, &PathBuf)| {
+        let fitted = ViewTransformation::fit(samples, Components::Count(components.into()))?;
+        let name = stem(out);
+        let made = Made {
+            bytes: fitted.write(&name),
+            contract: fitted.contract(samples, name),
+            components: None,
+            dims: fitted.dims(),
+            training_rank1: None,
+        };
+        write(args, out, samples, made.with(components))
+    };
+    each.map(model).collect()
+}
+
+impl Made {
+    fn linear(
+        recognizer: &LinearRecognizer,
+        samples: &Samples,
+        (name, how): (String, &str),
+    ) -> Self {
+        Self {
+            bytes: onnx::write(recognizer, &name, &[]),
+            contract: samples.contract(name, how),
+            components: None,
+            dims: recognizer.dims(),
+            training_rank1: Some(rank1(recognizer, samples)),
         }
-        let contract_at = Contract::path_beside(out);
-        write_bytes(out, &model)?;
-        write_bytes(&contract_at, toml.as_bytes())?;
+    }
+
+    fn with(self, components: u16) -> Self {
+        Self {
+            components: Some(components),
+            ..self
+        }
+    }
+}
+
+/// Writes a model and its contract.
+fn write(args: &Args, out: &Path, samples: &Samples, made: Made) -> Result<ModelResult> {
+    let (bytes, people) = (made.bytes.len(), samples.names.len());
+    let recognized = made.training_rank1.map_or(String::new(), |rank1| {
+        format!(", of which it recognizes {:.2} %", 100.0 * rank1)
+    });
+    if args.components.len() == 1 {
         args.common.say(format_args!(
-            "wrote {} and {}",
+            "{}: {bytes} bytes, {people} people, {} dimensions, trained on {} {}{recognized}",
             out.display(),
-            contract_at.display()
-        ));
-        models.push(ModelResult {
-            file: InputFile {
-                path: out.display().to_string(),
-                sha256: sha256_of_bytes(&model),
-            },
-            components,
-            dims,
-            bytes,
-            training_rank1,
-        });
-    }
-    if outs.len() > 1 {
-        args.common.say(format_args!(
-            "trained on {} {} of {classes} people: {method}\n\n{}",
-            labels.len(),
+            made.dims,
+            samples.labels.len(),
             samples.template.plural(),
-            table(&models).to_string().trim_end()
         ));
     }
-    Ok(models)
+    let contract_at = Contract::path_beside(out);
+    let toml = made.contract.to_toml()?;
+    write_bytes(out, &made.bytes)?;
+    write_bytes(&contract_at, toml.as_bytes())?;
+    args.common.say(format_args!(
+        "wrote {} and {}",
+        out.display(),
+        contract_at.display()
+    ));
+    Ok(ModelResult {
+        file: InputFile {
+            path: out.display().to_string(),
+            sha256: sha256_of_bytes(&made.bytes),
+        },
+        components: made.components,
+        dims: made.dims,
+        bytes,
+        training_rank1: made.training_rank1,
+    })
 }
 
 fn table(models: &[ModelResult]) -> Table<'static> {
@@ -303,10 +471,14 @@ fn table(models: &[ModelResult]) -> Table<'static> {
     table.row("components|dims|bytes|training rank-1 %|model".split('|'));
     for model in models {
         table.row([
-            model.components.to_string(),
+            model
+                .components
+                .map_or_else(String::new, |count| count.to_string()),
             model.dims.to_string(),
             model.bytes.to_string(),
-            format!("{:.2}", 100.0 * model.training_rank1),
+            model
+                .training_rank1
+                .map_or_else(String::new, |rank1| format!("{:.2}", 100.0 * rank1)),
             model.file.path.clone(),
         ]);
     }

@@ -88,6 +88,26 @@ pub enum ScoreError {
         /// Numbers of a later one.
         found: usize,
     },
+    /// A model takes the viewpoint, and that is not known.
+    #[error(
+        "{model} takes the viewpoint of each input, and the angles of one are not known: score what is seen from stated azimuths and elevations"
+    )]
+    ViewUnknown {
+        /// The model.
+        model: String,
+    },
+    /// A model takes the viewpoint, and was not trained on that of an input.
+    #[error(
+        "{model} has not been trained on viewpoint {found}: expected one of {known} (azimuth,elevation)"
+    )]
+    ViewUntrained {
+        /// The model.
+        model: String,
+        /// The viewpoint of the input.
+        found: String,
+        /// Those that it was trained on.
+        known: String,
+    },
     /// There are more embeddings than are kept.
     #[error(
         "{model}: more than {most} numbers in all embeddings: choose fewer viewpoints or walks"

@@ -64,6 +64,34 @@ pub enum TrainError {
     /// Samples are all the same.
     #[error("all samples have the same features: there is nothing to learn from")]
     Constant,
+    /// No feature can be chosen.
+    #[error(
+        "no number of the templates varies more between people than within them: there is nothing to choose"
+    )]
+    NothingChosen,
+    /// A person is not seen from each viewpoint.
+    #[error(
+        "view transformation needs each person from each viewpoint, and {person} is not seen from {view}"
+    )]
+    ViewMissing {
+        /// The person's name.
+        person: String,
+        /// The viewpoint.
+        view: String,
+    },
+    /// There are too few viewpoints.
+    #[error("view transformation needs at least 2 viewpoints whose angles are known, found {0}")]
+    TooFewViews(usize),
+    /// A method learns of another template.
+    #[error("{method} learns of {expected}, found {found}")]
+    OtherTemplate {
+        /// The method.
+        method: &'static str,
+        /// The template that it learns of.
+        expected: &'static str,
+        /// The template that is there.
+        found: &'static str,
+    },
     /// A random subspace is larger than the space.
     #[error("expected 1 to {found} eigenvectors of a random subspace, found {each}")]
     Subspace {

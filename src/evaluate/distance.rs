@@ -6,7 +6,8 @@
 //! Euclidean is the mean over the parts of `|x - y|` (OpenGait's `euc`), 0 or more. Cosine is 1 less the
 //! mean over the parts of `x . y / (|x| |y|)` (OpenGait's `cos`), 0..2; a part that is zero in one of
 //! the two has no direction: its cosine counts as 0, as `F.normalize` makes it. Votes are distances
-//! within a gallery alone: the share of the parts whose nearest entry is another person's, 0..1.
+//! within a gallery alone: the share of the parts whose nearest entry is another person's, 0..1. View is
+//! `|x - y|` in the part of the probe's viewpoint; where no probe is known, the mean over the parts.
 
 use crate::score::Distance;
 use std::collections::HashMap;
@@ -42,34 +43,41 @@ impl Distance {
             _ => (0..parts).map(&mut of_part).sum::<f64>() / parts as f64,
         };
         match self {
-            Self::Euclidean | Self::Votes => mean,
+            Self::Euclidean | Self::Votes | Self::View => mean,
             Self::Cosine => 1.0 - mean,
         }
     }
 
-    /// The distance of a probe from each of a gallery's embeddings; `person` says whose each is.
+    /// The distance of a probe from each of a gallery's embeddings; `person` says whose each is, `view`
+    /// which part belongs to the probe's viewpoint, if there is one.
     ///
     /// # Panics
     /// As [`Self::between`].
     #[must_use]
     pub(crate) fn over_gallery(
         self,
-        probe: &[f32],
+        (probe, view): (&[f32], Option<usize>),
         gallery: &[&[f32]],
         person: &dyn Fn(usize) -> usize,
         parts: usize,
     ) -> Vec<f64> {
-        if self != Self::Votes {
-            let of = |other: &&[f32]| self.between(probe, other, parts);
-            return gallery.iter().map(of).collect();
-        }
-        votes(probe, gallery, person, parts)
+        let of: &dyn Fn(&&[f32]) -> f64 = match (self, view) {
+            (Self::Votes, _) => return votes(probe, gallery, person, parts),
+            (Self::View, Some(view)) => &move |other| {
+                let part = |of: &[f32]| -> Vec<f32> {
+                    of.iter().skip(view).step_by(parts).copied().collect()
+                };
+                self.of_vectors(&part(probe), &part(other))
+            },
+            _ => &|other| self.between(probe, other, parts),
+        };
+        gallery.iter().map(of).collect()
     }
 
     /// The distance of two vectors, or their cosine.
     fn of_vectors(self, x: &[f32], y: &[f32]) -> f64 {
         match self {
-            Self::Euclidean | Self::Votes => {
+            Self::Euclidean | Self::Votes | Self::View => {
                 let [squares] = sums(x, y, |x, y| [(x - y) * (x - y)]);
                 squares.sqrt()
             }
@@ -176,17 +184,31 @@ mod tests {
         let gallery: [&[f32]; 3] = [&[1.0, 5.0, 2.0], &[3.0, 1.0, 2.0], &[2.0, 2.0, 3.0]];
         let person = |entry: usize| [0, 1, 0][entry];
         // Part 0: entry 0; part 1: entry 1; part 2: entries 0 and 1, of which the first counts.
-        let found = Distance::Votes.over_gallery(&probe, &gallery, &person, 3);
+        let found = Distance::Votes.over_gallery((&probe, None), &gallery, &person, 3);
         let third = 1.0 / 3.0;
         assert_eq!(found, [1.0 - 2.0 * third, 1.0 - third, 1.0 - 2.0 * third]);
         // An entry that is not finite gets no vote, and no distance.
         let broken: [&[f32]; 2] = [&[f32::NAN, 0.0, 0.0], &[9.0, 9.0, 9.0]];
-        let found = Distance::Votes.over_gallery(&probe, &broken, &|entry| entry, 3);
+        let found = Distance::Votes.over_gallery((&probe, None), &broken, &|entry| entry, 3);
         assert!(found[0].is_nan());
         assert_eq!(found[1], 1.0 - third);
         // Of other distances each entry is for itself.
-        let found = Distance::Euclidean.over_gallery(&probe, &gallery, &person, 1);
+        let found = Distance::Euclidean.over_gallery((&probe, None), &gallery, &person, 1);
         assert_eq!(found[0], 30.0_f64.sqrt());
+    }
+
+    #[test]
+    fn only_the_part_of_the_probes_viewpoint_is_compared() {
+        // Two numbers of two parts: part 0 is (0, 0), part 1 is (1, 1).
+        let probe = [0.0, 1.0, 0.0, 1.0];
+        let gallery: [&[f32]; 2] = [&[3.0, 1.0, 4.0, 1.0], &[0.0, 1.0, 0.0, 3.0]];
+        let found = |view| {
+            let person = |entry: usize| entry;
+            Distance::View.over_gallery((&probe, view), &gallery, &person, 2)
+        };
+        assert_eq!(found(Some(0)), [5.0, 0.0]);
+        assert_eq!(found(Some(1)), [0.0, 2.0]);
+        assert_eq!(found(None), [2.5, 1.0]);
     }
 
     #[test]

@@ -202,13 +202,15 @@ impl<'a> Trial<'a> {
             let right = classes[person];
             return vec![meeting(None, distances.collect(), &|class| class, right)];
         }
-        let distance = recognizer.contract().distance;
-        let found = answers.embedding(probe);
+        let contract = recognizer.contract();
+        let seen_from = self.sequences.view_label(probe).angles_deg();
+        let found = (answers.embedding(probe), contract.view_number(seen_from));
         let of = |(view, gallery): (Option<usize>, Vec<usize>)| {
             let label = |at: usize| self.sequences.subject(gallery[at]);
             let others = gallery.iter().map(|&other| answers.embedding(other));
             let others: Vec<&[f32]> = others.collect();
-            let distances = distance.over_gallery(found, &others, &label, answers.parts);
+            let distances =
+                { contract.distance }.over_gallery(found, &others, &label, answers.parts);
             meeting(view, distances, &label, person)
         };
         self.galleries(probe).into_iter().map(of).collect()

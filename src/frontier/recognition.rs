@@ -93,7 +93,10 @@ impl Recognition {
                 let person = subjects[walks[job.walk].subject];
                 let class = contract.classes.iter().position(|class| class == person);
                 let mut input = Vec::new();
-                geis.iter().for_each(|gei| contract.feed(gei, &mut input));
+                for gei in geis {
+                    contract.feed(gei, &mut input);
+                    contract.feed_view(None, &mut input)?;
+                }
                 let outputs = recognizer.run(&input, geis.len())?;
                 let scores = outputs.scores.unwrap_or_default();
                 for scores in scores.chunks_exact(outputs.classes.max(1)) {

@@ -175,7 +175,7 @@ pub(crate) fn run(
         .copied()
         .filter(|&walk| walks[walk].name == BUILT_IN_WALK)
         .collect();
-    let conditions = conditions()?;
+    let conditions = conditions(&COLUMNS.each_ref().map(|column| column.name))?;
     let side = Views::side()?;
     let of_conditions = probe_sets(
         (pack, &at_known),
@@ -273,11 +273,29 @@ fn people(sets: &[ProbeSetResult], is_of: impl Fn(&str) -> bool) -> Vec<PersonRe
     of.flat_map(|set| set.by_person.clone()).collect()
 }
 
-/// The confounders of all classes, each by itself.
-fn conditions() -> Result<Vec<Condition>> {
+/// The viewpoints of the class "view".
+///
+/// # Errors
+/// Never.
+pub(super) fn cross_views() -> Result<Views> {
+    let protocol = Protocol::named("cross-view")?;
+    let grid = protocol
+        .views
+        .ok_or(Error::Missing("viewpoints of a protocol"))?;
+    Views::grid("cross-view", grid.azimuth_deg, grid.elevation_deg)
+}
+
+/// The confounders of the classes of these names, each by itself.
+///
+/// # Errors
+/// Never.
+pub(super) fn conditions(classes: &[&str]) -> Result<Vec<Condition>> {
     let each = Conditions::named("each")?;
     let is_of = |condition: &Condition| {
-        COLUMNS.iter().any(|column| match column.of {
+        let mut columns = COLUMNS
+            .iter()
+            .filter(|column| classes.contains(&column.name));
+        columns.any(|column| match column.of {
             Of::Conditions(names) => names.contains(&condition.name.as_str()),
             Of::Views | Of::Speeds(_) => false,
         })

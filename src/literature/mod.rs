@@ -3,10 +3,7 @@
 //! All are trained with some people, and judged on others under each class of confounder.
 
 mod contests;
-mod gabor;
 mod recognizers;
-mod subspaces;
 
 pub(crate) use contests::{COLUMNS, Column, Plan, run};
 pub(crate) use recognizers::{Known, Row, steps};
-pub(crate) use subspaces::Subspaces;

@@ -1,17 +1,20 @@
 //! The recognizers, each with who published it.
 
-use super::contests::{CONTESTS, Cell};
-use super::subspaces::{Subspaces, Votes};
+use super::contests::{CONTESTS, Cell, conditions, cross_views};
 use crate::error::Result;
 use crate::evaluate::contest::Entrant;
 use crate::score::baseline::{Baseline, RANDOM};
-use crate::score::{Contract, Layout, Model, Recognizer, Runtime};
-use crate::sweep::{Raster, Settings, Views};
+use crate::score::{Contract, Layout, Model, Recognizer, Runtime, Training};
+use crate::source::BUILT_IN_WALK;
+use crate::sweep::{Job, Raster, Settings, Views, jobs, sweep};
 use crate::template::Template;
 use crate::template::augment::{Augmentation, Crops};
-use crate::train::{Analysed, Components, Method, Options, Recipe, Samples, Share, onnx};
+use crate::train::subspaces::{RandomSubspaces, Subspaces};
+use crate::train::views::ViewTransformation;
+use crate::train::{Analysed, Components, Method, Options, Recipe, Samples, Share, choice, onnx};
 use edgegait_core::pack::Pack;
 use edgegait_core::raster::Rasterizer;
+use ndarray::Array2;
 use serde::Serialize;
 
 /// A recognizer, and where it comes from.
@@ -68,8 +71,10 @@ const RANDOM_DIMS: usize = 25;
 /// Azimuths of training, degrees: from the front to the back.
 const TRAINED_DEG: std::ops::RangeInclusive<u16> = 0..=180;
 const TRAINED_STEP_DEG: usize = 9;
+/// Cycles of each garment from which rows are chosen.
+const CYCLES: u32 = 4;
 /// How many recognizers are fitted.
-const FITTED: usize = 3;
+const FITTED: usize = 5;
 
 /// How many steps of progress there are: recognizers that are fitted, and contests of all.
 pub(crate) const fn steps() -> usize {
@@ -103,7 +108,7 @@ impl Known {
         };
         let mut all: Vec<Self> = NEAREST.map(nearest).into();
         let random = Baseline::like(contract(Template::Gei, RANDOM)).projected(RANDOM_DIMS, seed);
-        let mut add = |recognizer: Box<dyn Recognizer>, publication| {
+        let mut add = |recognizer, publication, settings| {
             all.push(Self {
                 entrant: Entrant {
                     recognizer,
@@ -115,19 +120,11 @@ impl Known {
         add(
             Box::new(random),
             "no training: a random projection of the GEI",
+            settings,
         );
 
-        let walks: Vec<usize> = (0..training.walks().len()).collect();
-        let azimuths = TRAINED_DEG.step_by(TRAINED_STEP_DEG).map(f32::from);
-        let views = Views::grid("around", azimuths, [0.0])?;
-        let recipe = Recipe {
-            views: &views,
-            settings,
-            cycles: 1,
-            share: Share::ALL,
-            augmentation: Augmentation::default(),
-        };
-        let samples = Samples::drawn((training, &walks, "other people"), recipe, &|| ())?;
+        let around = TRAINED_DEG.step_by(TRAINED_STEP_DEG).map(f32::from);
+        let samples = drawn(training, settings, Views::grid("around", around, [0.0])?)?;
         let classes = samples.names.len();
         let form = (samples.template, samples.size);
         let analysed = Analysed::<f64>::of(form, samples.numbers.view(), &samples.labels, classes)?;
@@ -144,25 +141,117 @@ impl Known {
                 components: Components::Count(COMPONENTS),
                 method,
             })?;
-            let contract = samples.contract(name.into(), (COMPONENTS as u16, method), "");
+            let contract = samples.contract(name.into(), &method.to_string());
             let bytes = onnx::write(&fitted, name, &[]);
-            let model = Model::from_bytes(format!("{name}.onnx"), bytes, contract)?;
-            add(Runtime::rten().load(&model)?, publication);
+            add(loaded(bytes, contract)?, publication, settings);
             progress();
         }
-        let contract = Contract {
-            name: "gabor-subspaces".into(),
-            classes: Vec::new(),
-            ..samples.contract(String::new(), (0, Method::LDA), "")
-        };
-        let votes = Votes::fit(&samples, subspaces, contract)?;
+        let fitted = RandomSubspaces::fit(&samples, subspaces)?;
+        let name = "gabor-subspaces";
+        let contract = fitted.contract(&samples, name.into());
         add(
-            Box::new(votes),
+            loaded(fitted.write(name), contract)?,
             "Guan & Li 2013: Gabor, random subspaces, 2DLDA",
+            settings,
+        );
+        progress();
+
+        let frequency = Settings {
+            template: Template::Frequency,
+            ..settings
+        };
+        let samples = drawn(training, frequency, cross_views()?)?;
+        let fitted = ViewTransformation::fit(&samples, Components::Count(COMPONENTS))?;
+        let name = "view-transformation";
+        let contract = fitted.contract(&samples, name.into());
+        add(
+            loaded(fitted.write(name), contract)?,
+            "Makihara et al. 2006: frequency, to the probe's viewpoint",
+            frequency,
+        );
+        progress();
+
+        let widths = Settings {
+            template: Template::RowWidth,
+            ..settings
+        };
+        let samples = dressed(training, widths)?;
+        let name = "row-width-chosen";
+        let contract = samples.contract(name.into(), choice::METHOD);
+        let bytes = onnx::write(&choice::fit(&samples)?, name, &[]);
+        add(
+            loaded(bytes, contract)?,
+            "after Nandy et al.: rows chosen by what clothes change",
+            widths,
         );
         progress();
         Ok(all)
     }
+}
+
+/// A recognizer of a model file.
+fn loaded(bytes: Vec<u8>, contract: Contract) -> Result<Box<dyn Recognizer>> {
+    // People are enrolled, and known by their embeddings.
+    let contract = Contract {
+        classes: Vec::new(),
+        ..contract
+    };
+    let model = Model::from_bytes(format!("{}.onnx", contract.name), bytes, contract)?;
+    Runtime::rten().load(&model)
+}
+
+/// Templates of all walks of a pack, seen from these viewpoints.
+fn drawn(training: &Pack<'_>, settings: Settings, views: Views) -> Result<Samples> {
+    let walks: Vec<usize> = (0..training.walks().len()).collect();
+    let recipe = Recipe {
+        views: &views,
+        settings,
+        cycles: 1,
+        share: Share::ALL,
+        augmentation: Augmentation::default(),
+    };
+    Samples::drawn((training, &walks, "other people"), recipe, &|| ())
+}
+
+/// Templates of people in all clothes of the catalogue, from the side.
+fn dressed(training: &Pack<'_>, settings: Settings) -> Result<Samples> {
+    let walks: Vec<_> = training.walks().collect();
+    let at_known = (0..walks.len()).filter(|&walk| walks[walk].name == BUILT_IN_WALK);
+    let cycles = jobs(training, &at_known.collect::<Vec<_>>(), 0..CYCLES)?;
+    let conditions = conditions(&["normal", "clothes"])?;
+    let (mut numbers, mut labels) = (Vec::new(), Vec::new());
+    sweep(
+        training,
+        &Job::under(&cycles, &conditions),
+        &Views::side()?.list,
+        settings,
+        |_, swept| Ok(swept),
+        |job, swept| {
+            let bytes = swept.templates.concat();
+            numbers.extend(bytes.iter().map(|&byte| f32::from(byte) / 255.0));
+            labels.push(walks[job.walk].subject);
+            Ok(())
+        },
+    )?;
+    let names = training.subjects().map(|subject| subject.name.to_owned());
+    let shape = (
+        labels.len(),
+        settings.template.shape(settings.size).numbers(),
+    );
+    Ok(Samples {
+        numbers: Array2::from_shape_vec(shape, numbers)?,
+        template: settings.template,
+        size: settings.size,
+        framing: Some(settings.framing),
+        views: vec![Some(0); labels.len()],
+        found: labels.len(),
+        labels,
+        names: names.collect(),
+        training: Training {
+            viewpoints: vec![[90.0, 0.0]],
+            ..Training::default()
+        },
+    })
 }
 
 /// What a recognizer of a template expects that has learnt nothing.

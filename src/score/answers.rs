@@ -61,7 +61,7 @@ struct Listener<'a> {
 }
 
 impl Listener<'_> {
-    fn take(&mut self, sequence: usize, bytes: &[u8]) -> Result<()> {
+    fn take(&mut self, sequence: usize, bytes: &[u8], seen_from: Option<(f64, f64)>) -> Result<()> {
         let most = match self.recognizer.contract().template {
             Template::Silhouettes => 1,
             _ => self.recognizer.at_once().clamp(1, MAX_BATCH),
@@ -69,7 +69,9 @@ impl Listener<'_> {
         if self.waiting.len() == most || self.input.len() + bytes.len() > MAX_NUMBERS {
             self.answer()?;
         }
-        self.recognizer.contract().feed(bytes, &mut self.input);
+        let contract = self.recognizer.contract();
+        contract.feed(bytes, &mut self.input);
+        contract.feed_view(seen_from, &mut self.input)?;
         self.waiting.push(sequence);
         Ok(())
     }
@@ -146,9 +148,10 @@ pub(crate) fn ask(
         .collect();
     let shown = source.show(wanted, form, &mut |sequence, bytes| {
         seen(sequence, bytes);
+        let seen_from = source.sequences().view_label(sequence).angles_deg();
         listeners
             .iter_mut()
-            .try_for_each(|listener| listener.take(sequence, bytes))
+            .try_for_each(|listener| listener.take(sequence, bytes, seen_from))
     })?;
     let done = |mut listener: Listener<'_>| listener.answer().map(|()| listener.answers);
     let answers = listeners.into_iter().map(done).collect::<Result<_>>()?;

@@ -4,6 +4,7 @@
 //! white is 1 or 255, nor how the figure was framed. Fed wrongly, a model gives
 //! plausible numbers and a poor Rank-1, so that is written down.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -20,6 +21,8 @@ const MAX_BYTES: u64 = 1 << 20;
 const MAX_SIDE: usize = 4096;
 /// Most equal channels of an input.
 const MAX_CHANNELS: usize = 16;
+/// Viewpoints that are nearer than this in both angles are one, degrees.
+const SAME_VIEW_DEG: f64 = 0.05;
 
 /// Input and output conventions of a recognizer. Every key may be left out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -64,7 +67,11 @@ pub struct Contract {
     /// number if it leaves them free.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frames: Option<usize>,
-    /// How embeddings are compared: `"euclidean"` (default), `"cosine"` or `"votes"`.
+    /// Name of a second input, f32 `[N, 2]`: azimuth and elevation, in degrees, from which each input is
+    /// seen. Only viewpoints of [`Training::viewpoints`] are given, if it has any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub view_input: Option<String>,
+    /// How embeddings are compared: `"euclidean"` (default), `"cosine"`, `"votes"` or `"view"`.
     #[serde(skip_serializing_if = "Distance::is_default")]
     pub distance: Distance,
     /// Names of the people that the scores stand for, in their order; empty if unknown.
@@ -125,6 +132,7 @@ impl Default for Contract {
             framing: Framing::Height,
             template: Template::Gei,
             frames: None,
+            view_input: None,
             distance: Distance::Euclidean,
             classes: Vec::new(),
             outputs: OutputNames::default(),
@@ -259,16 +267,80 @@ impl Contract {
         }
     }
 
-    /// How many frames each of `batch` inputs has that are so many numbers together; 1 for
-    /// templates.
+    /// Appends the viewpoint (azimuth and elevation, degrees) of an input that has been fed, if the
+    /// recognizer takes it.
+    ///
+    /// # Errors
+    /// If it takes the viewpoint, and that is not known or none that it was trained on.
+    pub fn feed_view(&self, seen_from: Option<(f64, f64)>, into: &mut Vec<f32>) -> Result<()> {
+        if self.view_input.is_none() {
+            return Ok(());
+        }
+        let model = || self.name.clone();
+        let Some((azimuth, elevation)) = seen_from else {
+            return Err(ScoreError::ViewUnknown { model: model() }.into());
+        };
+        if !self.training.viewpoints.is_empty() && self.view_number(seen_from).is_none() {
+            let known = { self.training.viewpoints.iter() }
+                .map(|[azimuth, elevation]| format!("{azimuth},{elevation}"));
+            return Err(ScoreError::ViewUntrained {
+                model: model(),
+                found: format!("{azimuth},{elevation}"),
+                known: known.collect::<Vec<_>>().join(" "),
+            }
+            .into());
+        }
+        into.extend([azimuth as f32, elevation as f32]);
+        Ok(())
+    }
+
+    /// The number of a viewpoint among those of training.
+    pub(crate) fn view_number(&self, seen_from: Option<(f64, f64)>) -> Option<usize> {
+        let (azimuth, elevation) = seen_from?;
+        let is_near = |known: &[f64; 2]| {
+            (known[0] - azimuth).abs() < SAME_VIEW_DEG
+                && (known[1] - elevation).abs() < SAME_VIEW_DEG
+        };
+        self.training.viewpoints.iter().position(is_near)
+    }
+
+    /// Inputs that lie one after another without their viewpoints, and these.
+    #[must_use]
+    pub fn apart<'a>(&self, input: &'a [f32], batch: usize) -> (Cow<'a, [f32]>, Vec<f32>) {
+        if self.view_input.is_none() || batch == 0 {
+            return (Cow::Borrowed(input), Vec::new());
+        }
+        let each = input.len() / batch;
+        let (mut numbers, mut views) = (Vec::with_capacity(input.len()), Vec::new());
+        for one in input.chunks_exact(each.max(self.view_numbers())) {
+            let (own, view) = one.split_at(one.len() - self.view_numbers());
+            numbers.extend_from_slice(own);
+            views.extend_from_slice(view);
+        }
+        (Cow::Owned(numbers), views)
+    }
+
+    /// Numbers of the viewpoint in an input: 2, or 0 for a recognizer that is not given it.
+    pub(crate) fn view_numbers(&self) -> usize {
+        match self.view_input {
+            Some(_) => 2,
+            None => 0,
+        }
+    }
+
+    /// How many frames each of `batch` inputs has that are so many numbers together, those of the
+    /// viewpoint among them; 1 for templates.
     ///
     /// # Errors
     /// If that is no whole number, none, or another than the contract states.
     pub fn frames_in(&self, numbers: usize, batch: usize) -> Result<usize> {
-        let frames = batch
-            .checked_mul(self.input_numbers())
-            .filter(|step| *step > 0 && numbers.is_multiple_of(*step))
-            .map_or(0, |step| numbers / step);
+        let pixels = { batch.checked_mul(self.view_numbers()) }
+            .and_then(|of_views| numbers.checked_sub(of_views));
+        let step = batch.checked_mul(self.input_numbers());
+        let frames = match (pixels, step) {
+            (Some(pixels), Some(step)) if step > 0 && pixels.is_multiple_of(step) => pixels / step,
+            _ => 0,
+        };
         let expected = match self.template {
             Template::Silhouettes => self.frames,
             _ => Some(1),
@@ -289,7 +361,7 @@ impl Contract {
                 1 => self.shape().to_string(),
                 channels => format!("{} in {channels} channels", self.shape()),
             },
-            numbers: self.input_numbers(),
+            numbers: self.input_numbers() + self.view_numbers(),
             found: numbers,
         }
         .into())
@@ -418,6 +490,14 @@ impl Contract {
             return Err(Error::input(
                 path,
                 format!("viewpoints: expected degrees, found {angle}"),
+            ));
+        }
+        if self.distance == Distance::View
+            && (self.view_input.is_none() || self.training.viewpoints.is_empty())
+        {
+            return Err(Error::input(
+                path,
+                "distance: \"view\" compares the part of the probe's viewpoint: expected view_input and training.viewpoints, in the order of the parts",
             ));
         }
         if let Some(twice) = first_repeated(&self.classes) {

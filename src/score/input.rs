@@ -157,6 +157,8 @@ pub enum Distance {
     /// Of each part the nearest by the length of the difference is voted for: the share of the parts that
     /// do not vote for the person.
     Votes,
+    /// The length of the difference in the part that belongs to the probe's viewpoint.
+    View,
 }
 
 impl Distance {
@@ -167,6 +169,7 @@ impl Distance {
             Self::Euclidean => "euclidean",
             Self::Cosine => "cosine",
             Self::Votes => "votes",
+            Self::View => "view",
         }
     }
 
@@ -206,7 +209,12 @@ mod tests {
     #[test]
     fn contracts_state_names() {
         let json = |value: &dyn Fn() -> serde_json::Result<serde_json::Value>| value().ok();
-        for distance in [Distance::Euclidean, Distance::Cosine] {
+        for distance in [
+            Distance::Euclidean,
+            Distance::Cosine,
+            Distance::Votes,
+            Distance::View,
+        ] {
             assert_eq!(
                 json(&|| serde_json::to_value(distance)),
                 Some(distance.name().into())

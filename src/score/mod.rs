@@ -121,20 +121,42 @@ struct Tensor {
     numbers: Vec<f32>,
 }
 
-/// Runs a batch through `run_once`, which takes numbers and their shape and gives the embedding
-/// and the scores: all at once, or one at a time if the model must not get more.
+/// What a runtime is given at once.
+#[derive(Clone, Copy)]
+struct Given<'a> {
+    numbers: &'a [f32],
+    shape: &'a [usize],
+    /// Azimuth and elevation of each input, degrees; empty for a model that does not take them.
+    views: &'a [f32],
+}
+
+impl Given<'_> {
+    /// The shape of the viewpoints.
+    fn views_shape(&self) -> [usize; 2] {
+        [self.views.len() / 2, 2]
+    }
+}
+
+/// Runs a batch through `run_once`, which gives the embedding and the scores: all at once, or one
+/// at a time if the model must not get more.
 fn run_batch(
     contract: &Contract,
     ports: &Ports,
     (input, batch): (&[f32], usize),
-    mut run_once: impl FnMut(&[f32], &[usize]) -> Result<(Tensor, Option<Tensor>)>,
+    mut run_once: impl FnMut(Given<'_>) -> Result<(Tensor, Option<Tensor>)>,
 ) -> Result<Outputs> {
     let frames = contract.frames_in(input.len(), batch)?;
     let step = if ports.batching.is_one() { 1 } else { batch };
     let shape = contract.input_shape(step, frames);
     let mut outputs = Outputs::default();
-    for input in input.chunks_exact(step * frames * contract.input_numbers()) {
-        let (embedding, scores) = run_once(input, &shape)?;
+    let each = frames * contract.input_numbers() + contract.view_numbers();
+    for input in input.chunks_exact(step * each) {
+        let (numbers, views) = contract.apart(input, step);
+        let (embedding, scores) = run_once(Given {
+            numbers: &numbers,
+            shape: &shape,
+            views: &views,
+        })?;
         let refuse = |name: &str, expected: String, found: &Tensor| ScoreError::Output {
             model: contract.name.clone(),
             output: name.to_owned(),
@@ -149,6 +171,12 @@ fn run_batch(
                 return Err(refuse(&ports.embedding, expected, &embedding).into());
             }
         };
+        let viewpoints = contract.training.viewpoints.len();
+        if contract.distance == Distance::View && parts != viewpoints {
+            let expected =
+                format!("[{step}, numbers, {viewpoints}], a part for each of training.viewpoints");
+            return Err(refuse(&ports.embedding, expected, &embedding).into());
+        }
         (outputs.embedding_dims, outputs.embedding_parts) = (dims, parts);
         join(&mut outputs.embedding, embedding.numbers);
         if let (Some(scores), Some(name)) = (scores, &ports.scores) {

@@ -19,8 +19,8 @@ use super::model::Model;
 use super::ports::{Element, Ports, byte_of};
 use super::profile;
 use super::{
-    Bare, BareOutputs, Contract, OperatorTime, Outputs, Provider, Ran, Recognizer, RuntimeName,
-    Tensor, run_batch,
+    Bare, BareOutputs, Contract, Given, OperatorTime, Outputs, Provider, Ran, Recognizer,
+    RuntimeName, Tensor, run_batch,
 };
 use crate::dataset::Staging;
 use crate::error::{Cause, ChoiceError, Error, Result, ScoreError};
@@ -190,23 +190,29 @@ struct Ready {
     options: RunOptions<HasSelectedOutputs>,
 }
 
-/// A model's input in the numbers that it takes.
-fn given<'a>(
-    element: Element,
-    input: &'a [f32],
-    shape: &'a [usize],
-) -> ort::Result<SessionInputValue<'a>> {
-    Ok(match element {
-        Element::F32 => TensorRef::from_array_view((shape, input))?.into(),
+/// A model's inputs by name, in the numbers that it takes.
+fn inputs<'a>(
+    ports: &'a Ports,
+    given: Given<'a>,
+) -> ort::Result<Vec<(&'a str, SessionInputValue<'a>)>> {
+    let Given { numbers, shape, .. } = given;
+    let input = match ports.element {
+        Element::F32 => TensorRef::from_array_view((shape, numbers))?.into(),
         Element::F64 => {
-            let numbers: Vec<f64> = input.iter().copied().map(f64::from).collect();
+            let numbers: Vec<f64> = numbers.iter().copied().map(f64::from).collect();
             OrtTensor::from_array((shape.to_vec(), numbers))?.into()
         }
         Element::U8 => {
-            let bytes: Vec<u8> = input.iter().copied().map(byte_of).collect();
+            let bytes: Vec<u8> = numbers.iter().copied().map(byte_of).collect();
             OrtTensor::from_array((shape.to_vec(), bytes))?.into()
         }
-    })
+    };
+    let mut all = vec![(ports.input.as_str(), input)];
+    if let Some(view) = &ports.view {
+        let views = TensorRef::from_array_view((given.views_shape(), given.views))?;
+        all.push((view, views.into()));
+    }
+    Ok(all)
 }
 
 /// What a model gives: embedding and scores.
@@ -245,12 +251,16 @@ impl OrtRecognizer {
         let shape = self
             .contract
             .input_shape(1, self.contract.frames_in(input.len(), 1)?);
-        if self.ports.element != Element::F32 {
+        if self.ports.element != Element::F32 || self.ports.view.is_some() {
             return Err(self
-                .failed("expected a model that takes f32 for a loop around the runtime alone")
+                .failed("expected a model that takes f32, and no viewpoints, for a loop around the runtime alone")
                 .into());
         }
-        let found = self.run_once(input, &shape)?;
+        let found = self.run_once(Given {
+            numbers: input,
+            shape: &shape,
+            views: &[],
+        })?;
         let ready = self
             .ready(&shape, &found)
             .map_err(|error| self.failed(error))?;
@@ -281,7 +291,12 @@ impl OrtRecognizer {
         }))
     }
 
-    fn run_once(&self, input: &[f32], shape: &[usize]) -> Result<Found> {
+    fn run_once(&self, given: Given<'_>) -> Result<Found> {
+        let Given {
+            numbers: input,
+            shape,
+            ..
+        } = given;
         let failed = |error: ort::Error| self.failed(error);
         let mut guard = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
         let Loaded {
@@ -298,10 +313,8 @@ impl OrtRecognizer {
         }
         // Outputs whose shape depends on the numbers do not fit the tensors of the last ones.
         *ready = None;
-        let given = given(self.ports.element, input, shape).map_err(failed)?;
-        let outputs = session
-            .run_with_options(ort::inputs![given], options)
-            .map_err(failed)?;
+        let inputs = inputs(&self.ports, given).map_err(failed)?;
+        let outputs = session.run_with_options(inputs, options).map_err(failed)?;
         let found = self.found(&outputs)?;
         if input.len() <= SMALL && self.is_plain(&outputs) {
             *ready = Some(self.ready(shape, &found).map_err(failed)?);
@@ -332,7 +345,7 @@ impl OrtRecognizer {
             output.is_some_and(|output| output.try_extract_tensor::<f32>().is_ok())
         };
         let used = std::iter::once(&self.ports.embedding).chain(&self.ports.scores);
-        self.ports.element == Element::F32 && { used }.all(is_f32)
+        self.ports.element == Element::F32 && self.ports.view.is_none() && { used }.all(is_f32)
     }
 
     fn failed(&self, cause: impl Into<Cause>) -> ScoreError {
@@ -403,14 +416,19 @@ pub(super) fn operator_times(
         cause,
     };
     let shape = contract.input_shape(1, contract.frames_in(input.len(), 1)?);
+    let (numbers, views) = input.split_at(input.len() - contract.view_numbers());
+    let given = Given {
+        numbers,
+        shape: &shape,
+        views,
+    };
     let folder = Staging::temporary()?;
     let written = || -> ort::Result<String> {
         let mut session = builder(ort, how)?
             .with_profiling(folder.path().join("profile"))?
             .commit_from_memory(model.bytes())?;
         for _ in 0..runs {
-            let given = given(model.ports().element, input, &shape)?;
-            session.run(ort::inputs![given])?;
+            session.run(inputs(model.ports(), given)?)?;
         }
         session.end_profiling()
     };
@@ -457,11 +475,8 @@ impl Recognizer for OrtRecognizer {
     }
 
     fn run(&self, input: &[f32], batch: usize) -> Result<Outputs> {
-        run_batch(
-            &self.contract,
-            &self.ports,
-            (input, batch),
-            |input, shape| self.run_once(input, shape),
-        )
+        run_batch(&self.contract, &self.ports, (input, batch), |given| {
+            self.run_once(given)
+        })
     }
 }

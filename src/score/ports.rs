@@ -15,6 +15,8 @@ pub const SCORES: &str = "scores";
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Ports {
     pub input: String,
+    /// The input of viewpoints, f32 `[N, 2]`, if there is one.
+    pub view: Option<String>,
     pub embedding: String,
     pub scores: Option<String>,
     pub batching: Batching,
@@ -86,13 +88,7 @@ impl Ports {
         contract: &Contract,
     ) -> Result<(Self, Option<usize>), String> {
         let expected = |element: Option<Element>| expected_input(element, contract);
-        let [input] = graph.inputs.as_slice() else {
-            return Err(format!(
-                "expected one input of {}, found {} (export a graph that takes pictures alone)",
-                expected(None),
-                list_of(&graph.inputs)
-            ));
-        };
+        let (input, view) = inputs(graph, contract)?;
         let axes = contract.layout.axes();
         let element = Element::of(input.element);
         let (element, shape) = match (&input.shape, element) {
@@ -137,12 +133,51 @@ impl Ports {
         let (embedding, scores) = outputs(graph, contract)?;
         let ports = Self {
             input: input.name.clone(),
+            view: view.map(|port| port.name.clone()),
             embedding: embedding.name.clone(),
             scores: scores.map(|port| port.name.clone()),
             batching,
             element,
         };
         Ok((ports, fixed(Axis::Frame)))
+    }
+}
+
+/// The inputs: the one of templates or silhouettes, and that of viewpoints.
+fn inputs<'a>(
+    graph: &'a Graph,
+    contract: &Contract,
+) -> Result<(&'a Port, Option<&'a Port>), String> {
+    let expected = expected_input(None, contract);
+    let found = list_of(&graph.inputs);
+    let is_view = |port: &&Port| Some(&port.name) == contract.view_input.as_ref();
+    let view = graph.inputs.iter().find(is_view);
+    let others: Vec<&Port> = graph.inputs.iter().filter(|port| !is_view(port)).collect();
+    if let (Some(name), None) = (&contract.view_input, view) {
+        return Err(format!(
+            "expected an input {name:?} of viewpoints as the contract says, found {found}"
+        ));
+    }
+    if let Some(view) = view {
+        let fits = view
+            .shape
+            .as_deref()
+            .is_none_or(|shape| shape.len() == 2 && may_be(&shape[1], 2));
+        if view.element != FLOAT || !fits {
+            return Err(format!(
+                "expected the viewpoints as f32 [N, 2], found {view}"
+            ));
+        }
+    }
+    match (others.as_slice(), view) {
+        ([input], view) => Ok((input, view)),
+        (_, Some(view)) => Err(format!(
+            "expected one input of {expected} beside {view}, found {found}"
+        )),
+        (_, None) => Err(format!(
+            "expected one input of {expected}, found {found} (export a graph that takes pictures alone; one that \
+             takes viewpoints, too, names that input in its .toml: view_input = \"NAME\")"
+        )),
     }
 }
 

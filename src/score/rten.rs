@@ -11,7 +11,7 @@ use rten::{ModelOptions, NodeId, RunOptions, ThreadPool, Value, ValueOrView, Val
 use super::graph::Window;
 use super::model::Model;
 use super::ports::{Element, Ports, byte_of};
-use super::{Contract, Outputs, Provider, Recognizer, RuntimeName, Tensor, run_batch};
+use super::{Contract, Given, Outputs, Provider, Recognizer, RuntimeName, Tensor, run_batch};
 use crate::error::{Cause, Error, Remedy, Result, ScoreError};
 
 /// The version in `Cargo.lock`, which a test compares.
@@ -26,6 +26,7 @@ pub(super) struct RtenRecognizer {
     at_once: usize,
     ports: Ports,
     input: NodeId,
+    view: Option<NodeId>,
     outputs: Vec<NodeId>,
 }
 
@@ -112,6 +113,7 @@ impl RtenRecognizer {
             })
         };
         let input = node(&ports.input)?;
+        let view = ports.view.as_deref().map(node).transpose()?;
         let mut outputs = vec![node(&ports.embedding)?];
         if let Some(scores) = ports
             .scores
@@ -128,11 +130,12 @@ impl RtenRecognizer {
             at_once: model.at_once(),
             ports,
             input,
+            view,
             outputs,
         })
     }
 
-    fn run_once(&self, input: &[f32], shape: &[usize]) -> Result<(Tensor, Option<Tensor>)> {
+    fn run_once(&self, given: Given<'_>) -> Result<(Tensor, Option<Tensor>)> {
         let failed = |cause: Cause| ScoreError::Embedded {
             model: self.contract.name.clone(),
             cause,
@@ -140,19 +143,24 @@ impl RtenRecognizer {
         let bytes: Vec<u8>;
         let input: ValueOrView<'_> = match self.ports.element {
             Element::U8 => {
-                bytes = input.iter().copied().map(byte_of).collect();
-                let view = ValueView::from_shape(shape, &bytes[..]);
+                bytes = given.numbers.iter().copied().map(byte_of).collect();
+                let view = ValueView::from_shape(given.shape, &bytes[..]);
                 view.map_err(|error| failed(error.into()))?.into()
             }
             _ => {
-                let view = ValueView::from_shape(shape, input);
+                let view = ValueView::from_shape(given.shape, given.numbers);
                 view.map_err(|error| failed(error.into()))?.into()
             }
         };
+        let mut inputs = vec![(self.input, input)];
+        if let Some(view) = self.view {
+            let views = ValueView::from_shape(&given.views_shape(), given.views);
+            inputs.push((view, views.map_err(|error| failed(error.into()))?.into()));
+        }
         let options = RunOptions::default().with_thread_pool(Some(Arc::clone(&self.pool)));
         let mut values = self
             .model
-            .run(vec![(self.input, input)], &self.outputs, Some(options))
+            .run(inputs, &self.outputs, Some(options))
             .map_err(|error| failed(error.into()))?
             .into_iter();
         let embedding = values
@@ -203,12 +211,9 @@ impl Recognizer for RtenRecognizer {
     }
 
     fn run(&self, input: &[f32], batch: usize) -> Result<Outputs> {
-        run_batch(
-            &self.contract,
-            &self.ports,
-            (input, batch),
-            |input, shape| self.run_once(input, shape),
-        )
+        run_batch(&self.contract, &self.ports, (input, batch), |given| {
+            self.run_once(given)
+        })
     }
 
     fn beside(&self, work: &mut (dyn FnMut() + Send)) {

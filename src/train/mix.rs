@@ -84,6 +84,8 @@ pub fn joined(parts: Vec<Part>) -> Result<Samples> {
     require_one_form(&forms)?;
     let framing = forms.iter().find_map(|(_, form)| form.2);
     let training = training(&parts);
+    let views = { parts.iter() }.flat_map(|part| views_among(&part.samples, &training.viewpoints));
+    let views = views.collect();
     let rows: usize = parts.iter().map(|part| part.samples.labels.len()).sum();
     let mut rest = parts.into_iter().map(|part| part.samples);
     let first = rest.next().ok_or(Error::Missing("a source"))?;
@@ -93,6 +95,7 @@ pub fn joined(parts: Vec<Part>) -> Result<Samples> {
     let mut joined = Samples {
         numbers: Array2::zeros((0, columns)),
         framing,
+        views,
         training,
         ..first
     };
@@ -113,6 +116,15 @@ pub fn joined(parts: Vec<Part>) -> Result<Samples> {
     }
     joined.numbers = Array2::from_shape_vec((rows, columns), numbers)?;
     Ok(joined)
+}
+
+/// The viewpoint of each sample, numbered as in a list of all of them.
+fn views_among(samples: &Samples, all: &[[f64; 2]]) -> Vec<Option<usize>> {
+    let own =
+        { samples.training.viewpoints.iter() }.map(|own| all.iter().position(|other| other == own));
+    let own: Vec<Option<usize>> = own.collect();
+    let of_sample = |view: &Option<usize>| own.get((*view)?).copied().flatten();
+    samples.views.iter().map(of_sample).collect()
 }
 
 const fn form(samples: &Samples) -> SampleForm {
@@ -200,6 +212,7 @@ mod tests {
             size: Size::S50x30,
             framing: None,
             labels: (0..people.len()).collect(),
+            views: vec![Some(1); people.len()],
             names: people.iter().map(|&name| name.to_owned()).collect(),
             found: people.len(),
             training,
@@ -240,6 +253,7 @@ mod tests {
         let all = joined(parts).expect("one form");
         assert_eq!(all.names, ["bob", "ann", "cy", "dan"]);
         assert_eq!(all.labels, [0, 1, 2, 1, 0, 2, 3]);
+        assert_eq!(all.views, [None; 7]);
         assert_eq!((all.numbers.dim(), all.found), ((7, 1_500), 7));
         let greys: Vec<f32> = all.numbers.column(1_499).to_vec();
         assert_eq!(greys, [0.1, 0.1, 0.2, 0.2, 0.3, 0.3, 0.3]);
@@ -273,7 +287,9 @@ mod tests {
             vec![part("a", Share::ALL, one), part("b", half, other)]
         };
         let training = |other| joined(parts(other)).expect("one form").training;
-        let both = training(of(&["w3", "w1"], &[0, 4], &[5, 6], 8));
+        let both = joined(parts(of(&["w3", "w1"], &[0, 4], &[5, 6], 8))).expect("one form");
+        assert_eq!(both.views, [Some(1), Some(2), Some(2)]);
+        let both = both.training;
         assert_eq!(
             both.description,
             "a (1 people): seed 7; b (2 people, a share of 0.5 of each person's cycles, 2 of 4 samples): seed 8"

@@ -6,14 +6,19 @@
 //! products instead of a stack of operators.
 
 pub(crate) mod algebra;
+pub(crate) mod choice;
+pub(crate) mod gabor;
 pub(crate) mod lda;
 mod mix;
 pub mod onnx;
+mod onnx_file;
 pub(crate) mod pca;
 mod samples;
 mod share;
+pub mod subspaces;
 pub(crate) mod svm;
 mod synthetic;
+pub mod views;
 
 pub use algebra::Real;
 pub use mix::{Part, SampleForm, joined, require_one_form, strangers};
@@ -266,7 +271,7 @@ impl<'a, F: Real> Analysed<'a, F> {
 
     /// The first principal components, and the samples along them.
     fn projected(&self, components: Components) -> Result<(ArrayView2<'_, F>, Array2<F>)> {
-        let kept = self.kept(components)?;
+        let kept = self.pca.kept(components)?;
         let points = self.pca.project(self.samples, kept);
         Ok((self.pca.components.slice(s![..kept, ..]), points))
     }
@@ -288,20 +293,6 @@ impl<'a, F: Real> Analysed<'a, F> {
             bias: svm.bias.mapv(F::exported),
         };
         Ok(self.recognizer(components.to_owned(), Classifier::Svm(functions)))
-    }
-
-    fn kept(&self, components: Components) -> Result<usize> {
-        let (expected, found) = match components {
-            Components::Variance(share) if share > 0.0 && share <= 1.0 => {
-                return Ok(self.pca.components_for(share));
-            }
-            Components::Count(count) if count > 0 => {
-                return Ok(count.min(self.pca.components.nrows()));
-            }
-            Components::Variance(share) => ("a share of variance above 0 and at most 1", share),
-            Components::Count(_) => ("at least 1 principal component", 0.0),
-        };
-        Err(TrainError::OutOfRange { expected, found }.into())
     }
 
     /// The recognizer whose embedding is `weights` times what differs from the mean.

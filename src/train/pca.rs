@@ -6,6 +6,7 @@
 
 use ndarray::{Array1, Array2, ArrayView2, Axis, s};
 
+use super::Components;
 use super::algebra::{Real, add_products_of_columns, eigen, finite, fix_sign, multiply};
 use crate::error::{Result, TrainError};
 
@@ -86,6 +87,24 @@ impl<F: Real> Pca<F> {
             }
         }
         rank
+    }
+
+    /// How many components are kept.
+    ///
+    /// # Errors
+    /// If a share is not above 0 and at most 1, or a count is 0.
+    pub(crate) fn kept(&self, components: Components) -> Result<usize> {
+        let (expected, found) = match components {
+            Components::Variance(share) if share > 0.0 && share <= 1.0 => {
+                return Ok(self.components_for(share));
+            }
+            Components::Count(count) if count > 0 => {
+                return Ok(count.min(self.components.nrows()));
+            }
+            Components::Variance(share) => ("a share of variance above 0 and at most 1", share),
+            Components::Count(_) => ("at least 1 principal component", 0.0),
+        };
+        Err(TrainError::OutOfRange { expected, found }.into())
     }
 
     /// The coordinates of `samples` along the first `count` components, one sample a row.

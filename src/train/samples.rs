@@ -1,6 +1,6 @@
 //! What is trained on: templates of walks that are drawn, of a dataset, or of a tree.
 
-use super::{Method, Share};
+use super::Share;
 use crate::dataset::{Dataset, IndexRow};
 use crate::error::{ChoiceError, Result};
 use crate::score::{Contract, EMBEDDING, Layout, OutputNames, SCORES, Training};
@@ -27,6 +27,9 @@ pub struct Samples {
     pub framing: Option<Framing>,
     /// The number of each row's person.
     pub labels: Vec<usize>,
+    /// The number of each row's viewpoint, in the order of [`Training::viewpoints`]; none where its
+    /// angles are not known.
+    pub views: Vec<Option<usize>>,
     /// The people's names, in the order of their first appearance.
     pub names: Vec<String>,
     /// How many there were before a share of them was drawn.
@@ -99,8 +102,8 @@ impl Samples {
             |job, swept| {
                 let person = all[job.walk].subject;
                 let label = people.iter().position(|&p| p == person).unwrap_or(0);
-                for bytes in &swept.templates {
-                    rows.push(bytes, label);
+                for (view, bytes) in swept.templates.iter().enumerate() {
+                    rows.push(bytes, label, Some(view));
                 }
                 Ok(())
             },
@@ -179,10 +182,12 @@ impl Samples {
                 names.len() - 1
             });
             let viewpoint = [row.azimuth_deg, row.elevation_deg];
-            if !viewpoints.contains(&viewpoint) {
+            let known = viewpoints.iter().position(|known| *known == viewpoint);
+            let view = known.unwrap_or_else(|| {
                 viewpoints.push(viewpoint);
-            }
-            rows.push(dataset.bytes(at), label);
+                viewpoints.len() - 1
+            });
+            rows.push(dataset.bytes(at), label, Some(view));
         }
         let shown = || kept.iter().map(|&at| &index[at]);
         let training = Training {
@@ -228,14 +233,21 @@ impl Samples {
             settings,
             frames: None,
         };
+        let shown = || kept.iter().map(|&at| &sequences.list[at]);
+        let angles = |view: &usize| sequences.views[*view].angles_deg();
+        let seen = each_once(shown().map(|sequence| sequence.view));
+        let viewpoints: Vec<usize> = seen
+            .into_iter()
+            .filter(|view| angles(view).is_some())
+            .collect();
         let mut rows = Rows::new(size, augmentation);
         source.show(&kept, &form, &mut |number, bytes| {
-            rows.push(bytes, sequences.subject(number));
+            let view = sequences.list[number].view;
+            let view = viewpoints.iter().position(|&known| known == view);
+            rows.push(bytes, sequences.subject(number), view);
             Ok(())
         })?;
-        let shown = || kept.iter().map(|&at| &sequences.list[at]);
-        let viewpoints = each_once(shown().map(|sequence| sequence.view)).into_iter();
-        let angles = viewpoints.filter_map(|view| sequences.views[view].angles_deg());
+        let angles = viewpoints.iter().filter_map(angles);
         let origins = shown().map(|sequence| &sequences.origins[sequence.origin]);
         let training = Training {
             description: format!(
@@ -257,15 +269,10 @@ impl Samples {
         rows.samples(form, people, training)
     }
 
-    /// The contract of a model called `name` that was fitted to these with so many principal
-    /// components; `precision` is what is said of it besides, such as ` trained in f32`.
+    /// The contract of a model called `name` that was fitted to these; `how` is by which method, in
+    /// words.
     #[must_use]
-    pub fn contract(
-        &self,
-        name: String,
-        (components, method): (u16, Method),
-        precision: &str,
-    ) -> Contract {
+    pub fn contract(&self, name: String, how: &str) -> Contract {
         let description = &self.training.description;
         Contract {
             name,
@@ -280,10 +287,30 @@ impl Samples {
                 scores: Some(SCORES.into()),
             },
             training: Training {
-                description: format!("PCA ({components}) + {method}{precision} on {description}"),
+                description: format!("{how} on {description}"),
                 ..self.training.clone()
             },
             ..Contract::default()
+        }
+    }
+}
+
+impl Samples {
+    /// The same of a model that gives embeddings alone, so that these people are not its classes.
+    #[must_use]
+    pub(super) fn contract_of_embeddings(&self, name: String, how: &str) -> Contract {
+        let contract = self.contract(name, how);
+        Contract {
+            classes: Vec::new(),
+            outputs: OutputNames {
+                scores: None,
+                ..contract.outputs
+            },
+            training: Training {
+                subjects: contract.classes,
+                ..contract.training
+            },
+            ..contract
         }
     }
 }
@@ -294,6 +321,7 @@ struct Rows {
     augmentation: Augmentation,
     numbers: Vec<f32>,
     labels: Vec<usize>,
+    views: Vec<Option<usize>>,
 }
 
 impl Rows {
@@ -303,11 +331,12 @@ impl Rows {
             augmentation,
             numbers: Vec::new(),
             labels: Vec::new(),
+            views: Vec::new(),
         }
     }
 
-    /// Appends a template of this person, and its variants.
-    fn push(&mut self, bytes: &[u8], label: usize) {
+    /// Appends a template of this person from this viewpoint, and its variants.
+    fn push(&mut self, bytes: &[u8], label: usize, view: Option<usize>) {
         let mut append = |bytes: &[u8]| {
             let unit = bytes.iter().map(|&byte| f32::from(byte) / 255.0);
             self.numbers.extend(unit);
@@ -319,6 +348,7 @@ impl Rows {
         }
         self.labels
             .extend(std::iter::repeat_n(label, variants.len()));
+        self.views.extend(std::iter::repeat_n(view, variants.len()));
     }
 
     /// The samples of these people, and of how many templates there were.
@@ -336,6 +366,7 @@ impl Rows {
             size: self.size,
             framing,
             labels: self.labels,
+            views: self.views,
             names,
             found: found * self.augmentation.variants().len(),
             training,

@@ -16,10 +16,16 @@ fn the_table_is_what_score_finds_confounder_by_confounder() {
     let table: Value = serde_json::from_str(&done(at, &words(table))).expect("JSON");
     let rows = table["recognizers"].as_array().expect("rows");
     let names: Vec<&str> = rows.iter().filter_map(|row| row["name"].as_str()).collect();
-    assert_eq!(names.len(), 13);
+    assert_eq!(names.len(), 14);
     assert_eq!(
         names[9..],
-        ["random", "gei-lda", "gei-real-synthetic", "gabor-subspaces"]
+        [
+            "random",
+            "gei-lda",
+            "gei-real-synthetic",
+            "gabor-subspaces",
+            "row-width-chosen"
+        ]
     );
     for row in rows {
         let cells = row["cells"].as_array().expect("cells");

@@ -133,7 +133,9 @@ impl<'a> Walk<'a> {
         }
         let bytes = in_form(pixels, &self.form)?;
         self.input.clear();
-        self.recognizer.contract().feed(&bytes, &mut self.input);
+        let contract = self.recognizer.contract();
+        contract.feed(&bytes, &mut self.input);
+        contract.feed_view(None, &mut self.input)?;
         laps.lap(Stage::Template);
         let outputs = self.recognizer.run(&self.input, 1)?;
         laps.lap(Stage::Network);

@@ -28,12 +28,13 @@ class Recognizer:
         name: What results call it; its own name if it has one.
         contract: The keys of a model's `.toml` file: `template="silhouettes"`, `size="64x44"`,
             `frames=30`, `layout` ["NTHW" of silhouettes], `framing`, `input_range`, `mean`, `std`, `channels`,
-            `distance="cosine"`, `classes`, `training`.
+            `distance="cosine"`, `classes`, `training`. With `view_input="view"` the function is given a second
+            array, `[n, 2]`: azimuth and elevation, in degrees, from which each input is seen.
     """
 
     def __init__(
         self,
-        function: Callable[[Any], Any],
+        function: Callable[..., Any],
         *,
         name: str | None = None,
         size: str | tuple[int, int] | None = None,
@@ -54,9 +55,9 @@ class Recognizer:
         self.contract = {"name": self.name, **contract}
         _native.check_contract(json.dumps(self.contract, default=_plain))
 
-    def __call__(self, images: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
-        """Embeddings and, if there are any, scores of images."""
-        answer = _called(self.function, images)
+    def __call__(self, *inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+        """Embeddings and, if there are any, scores of images (and of their viewpoints)."""
+        answer = _called(self.function, inputs)
         if answer is None:
             raise TypeError(f"{self.name}: expected embeddings, found None (does it return them?)")
         if isinstance(answer, (tuple, list)) and len(answer) == 2:
@@ -66,10 +67,10 @@ class Recognizer:
         return _floats(embedding), None if scores is None else _floats(scores)
 
 
-def _called(function: Callable[[Any], Any], images: np.ndarray) -> Any:
+def _called(function: Callable[..., Any], inputs: tuple[np.ndarray, ...]) -> Any:
     """What a function returns, or a module in evaluation mode."""
     if not (hasattr(function, "parameters") and hasattr(function, "eval") and hasattr(function, "modules")):
-        return function(images)
+        return function(*inputs)
     import torch  # type: ignore[import-not-found, unused-ignore]
 
     module: Any = function
@@ -78,8 +79,8 @@ def _called(function: Callable[[Any], Any], images: np.ndarray) -> Any:
     module.eval()
     try:
         with torch.inference_mode():
-            tensor = torch.from_numpy(images)
-            return module(tensor if first is None else tensor.to(first.device))
+            tensors = [torch.from_numpy(one) for one in inputs]
+            return module(*(one if first is None else one.to(first.device) for one in tensors))
     finally:
         for one, was_training in modes:
             one.training = was_training

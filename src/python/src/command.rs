@@ -20,11 +20,12 @@ const AT_ONCE: usize = 256;
 
 /// What the thread that works says to the one that holds the interpreter.
 enum Message {
-    /// Asks for the outputs of a callable: of the input in this shape.
+    /// Asks for the outputs of a callable: of the input in this shape, and of the viewpoints of these.
     Call {
         callable: usize,
         input: Vec<f32>,
         shape: Vec<usize>,
+        views: Vec<f32>,
         answer: Sender<edgegait::Result<Outputs>>,
     },
     /// It is done.
@@ -52,10 +53,12 @@ impl Recognizer for Callable {
     fn run(&self, input: &[f32], batch: usize) -> edgegait::Result<Outputs> {
         let frames = self.contract.frames_in(input.len(), batch)?;
         let (answer, answered) = channel();
+        let (input, views) = self.contract.apart(input, batch);
         let message = Message::Call {
             callable: self.number,
-            input: input.to_vec(),
+            input: input.into_owned(),
             shape: self.contract.input_shape(batch, frames),
+            views,
             answer,
         };
         let messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
@@ -150,12 +153,13 @@ fn served(
                 callable,
                 input,
                 shape,
+                views,
                 answer,
             }) => {
                 let outputs = if raised.is_none() {
                     let called = Python::attach(|py| {
                         py.check_signals()?;
-                        call(py, &functions[callable], (input, shape))
+                        call(py, &functions[callable], (input, shape), views)
                     });
                     called.map_err(|error| {
                         raised = Some(error);
@@ -201,16 +205,24 @@ fn contract_of(json: &str) -> PyResult<Contract> {
     Ok(contract)
 }
 
-/// Calls a function with an array, and takes its embeddings and, if it gives any, scores.
+/// Calls a function with an array, and with viewpoints if there are any, and takes its embeddings and, if it gives any, scores.
 fn call(
     py: Python<'_>,
     (function, expected): &(Py<PyAny>, Option<usize>),
     (input, shape): (Vec<f32>, Vec<usize>),
+    views: Vec<f32>,
 ) -> PyResult<Outputs> {
     let batch = shape.first().copied().unwrap_or(0);
     let input = ArrayD::from_shape_vec(shape, input)
         .map_err(|error| PyValueError::new_err(error.to_string()))?;
-    let answer = function.call1(py, (input.into_pyarray(py),))?;
+    let input = input.into_pyarray(py);
+    let answer = if views.is_empty() {
+        function.call1(py, (input,))?
+    } else {
+        let views = ArrayD::from_shape_vec(vec![batch, 2], views)
+            .map_err(|error| PyValueError::new_err(error.to_string()))?;
+        function.call1(py, (input, views.into_pyarray(py)))?
+    };
     let (embedding, scores): (Py<PyAny>, Option<Py<PyAny>>) = answer.extract(py)?;
     let (sides, embedding) = numbers(py, &embedding, ("embeddings", batch))?;
     let (embedding_dims, embedding_parts) = match sides[..] {

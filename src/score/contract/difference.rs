@@ -9,7 +9,7 @@ impl Contract {
     #[must_use]
     pub(crate) fn difference(&self, other: &Self) -> Option<(&'static str, [String; 2])> {
         type Value = fn(&Contract) -> String;
-        let settings: [(&'static str, Value); 12] = [
+        let settings: [(&'static str, Value); 13] = [
             ("template", |one| one.template.name().into()),
             ("size", |one| format!("{}x{}", one.rows, one.columns)),
             ("layout", |one| one.layout.name().into()),
@@ -21,6 +21,9 @@ impl Contract {
             ("frames", |one| match one.frames {
                 Some(frames) => frames.to_string(),
                 None => "any number".into(),
+            }),
+            ("view_input", |one| {
+                one.view_input.clone().unwrap_or_else(|| "none".into())
             }),
             ("distance", |one| one.distance.name().into()),
             ("number of classes", |one| one.classes.len().to_string()),

@@ -8,7 +8,7 @@ use crate::error::{Result, ScoreError};
 /// A key, what it means, and its line where the contract leaves it out.
 type Key = (&'static str, &'static str, &'static str);
 
-const KEYS: [Key; 15] = [
+const KEYS: [Key; 16] = [
     (
         "name",
         "What to call the recognizer in results; empty: the name of the model's file.",
@@ -64,8 +64,14 @@ const KEYS: [Key; 15] = [
         "# channels = 3",
     ),
     (
+        "view_input",
+        "Name of a second input, f32 [N, 2]: azimuth and elevation, in degrees, from which each input is seen.",
+        "# view_input = \"view\"",
+    ),
+    (
         "distance",
-        "How embeddings are compared: \"euclidean\" or \"cosine\"; in parts, the mean over these. CHECK THIS.",
+        "How embeddings are compared: \"euclidean\" or \"cosine\"; in parts, the mean over these. \"votes\": each part\n\
+         votes for the nearest. \"view\": the part of the probe's viewpoint, in the order of training.viewpoints. CHECK THIS.",
         "distance = \"euclidean\"",
     ),
     (
@@ -170,6 +176,7 @@ mod tests {
             layout: Layout::Ntchw,
             template: Template::Silhouettes,
             frames: Some(30),
+            view_input: Some("seen".into()),
             distance: Distance::Cosine,
             classes: vec!["a".into(), "b\n".into()],
             outputs: OutputNames {

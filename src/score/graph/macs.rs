@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::kernels;
 use super::rules::{self, Operands};
 use super::walk::elements;
-use super::{Dimension, Graph, Node, Tensor};
+use super::{Dimension, Graph, Node, Port, Tensor};
 
 /// What is known of the tensors so far.
 #[derive(Default)]
@@ -25,11 +25,23 @@ impl Graph {
     /// Naming the first operation of an unknown kind or shape: nothing is guessed.
     pub fn macs(&self, input: &[u64]) -> Result<u64, String> {
         let mut known = Known::of_initializers(self);
-        let [port] = self.inputs.as_slice() else {
-            return Err(format!("expected one input, found {}", self.inputs.len()));
+        let rank = |port: &Port| port.shape.as_ref().map(Vec::len);
+        let (port, view) = match self.inputs.as_slice() {
+            [port] => (port, None),
+            [one, other] if rank(other) == Some(2) => (one, Some(other)),
+            [one, other] if rank(one) == Some(2) => (other, Some(one)),
+            _ => {
+                return Err(format!(
+                    "expected one input, or one and that of viewpoints, found {}",
+                    self.inputs.len()
+                ));
+            }
         };
         known.bind(port.shape.as_deref(), input, &port.name)?;
         known.learn(&port.name, input.to_vec());
+        if let Some(view) = view {
+            known.learn(&view.name, vec![input.first().copied().unwrap_or(1), 2]);
+        }
         let mut macs = 0_u64;
         for node in &self.nodes {
             macs = macs.saturating_add(known.step(self, node)?);

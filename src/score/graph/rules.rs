@@ -86,6 +86,7 @@ fn shapes(of: &Operands<'_>) -> Option<Vec<Vec<u64>>> {
         _ if is_in(KEEPING) => of.shape(0).map(<[u64]>::to_vec),
         _ if is_in(BROADCASTING) => broadcast_all(of),
         _ if operator.starts_with("Reduce") => reduce(of),
+        "ArgMin" | "ArgMax" => arg(of),
         "Conv" => conv(of),
         "MaxPool" | "AveragePool" | "LpPool" => pool(of),
         "GlobalAveragePool" | "GlobalMaxPool" | "GlobalLpPool" => global_pool(of),
@@ -349,6 +350,17 @@ fn reduce(of: &Operands<'_>) -> Option<Vec<u64>> {
         }
     });
     Some(sizes.collect())
+}
+
+fn arg(of: &Operands<'_>) -> Option<Vec<u64>> {
+    let mut shape = of.shape(0)?.to_vec();
+    let axis = normal(of.integer("axis", 0), shape.len())?;
+    if of.integer("keepdims", 1) != 0 {
+        shape[axis] = 1;
+    } else {
+        shape.remove(axis);
+    }
+    Some(shape)
 }
 
 fn constant(of: &Operands<'_>) -> Option<Tensor> {

@@ -14,6 +14,7 @@ fn our_own_model_agrees_with_the_default_contract() {
     assert_eq!(model.contract().name, "small");
     let ports = Ports {
         input: "gei".into(),
+        view: None,
         embedding: "embedding".into(),
         scores: Some("scores".into()),
         batching: Batching::Any,
@@ -228,7 +229,7 @@ fn two_inputs_are_refused_and_listed() {
     let text = of(bytes, Contract::default());
     assert_eq!(
         text,
-        "expected one input of f32 [N, 1, 50, 30], found \"gei\" f32 [N, 1, 50, 30], \"mask\" unknown of any shape (export a graph that takes pictures alone)"
+        "expected one input of f32 [N, 1, 50, 30], found \"gei\" f32 [N, 1, 50, 30], \"mask\" unknown of any shape (export a graph that takes pictures alone; one that takes viewpoints, too, names that input in its .toml: view_input = \"NAME\")"
     );
 }
 

@@ -4,23 +4,28 @@
 //! The eigenvectors of two-dimensional PCA (Yang, Zhang, Frangi & Yang 2004, IEEE Trans. Pattern Anal.
 //! 26:131) of all features are found once. Each classifier draws some of them at random, and learns
 //! two-dimensional discriminants (Li & Yuan 2005, Pattern Recognit. Lett. 26:527) along the other axis.
-//! A probe is taken for whom most classifiers take it for ([`Distance::Votes`]).
+//! A probe is taken for whom most classifiers take it for ([`crate::score::Distance::Votes`]).
 
+use super::algebra::{add_products_of_columns, eigen, fix_sign, multiply};
 use super::gabor::Gabor;
+use super::lda::{Classes, Scatter, discriminants};
+use super::onnx::add_input;
+use super::onnx_file::{Attribute, OnnxFile};
+use super::{RIDGE, Samples};
 use crate::error::{Result, TrainError};
-use crate::score::{Contract, Distance, Outputs, Recognizer, RuntimeName};
-use crate::train::algebra::{add_products_of_columns, eigen, fix_sign, multiply};
-use crate::train::lda::{Classes, Scatter, discriminants};
-use crate::train::{RIDGE, Samples};
-use ndarray::{Array1, Array2, Array3, ArrayView1, ArrayView2, ArrayView3, Axis, s};
+use crate::score::{Contract, Distance, EMBEDDING};
+use crate::template::Template;
+use edgegait_core::silhouette::Size;
+use ndarray::{Array2, Array3, ArrayView2, ArrayView3, Axis, s};
 use rand::SeedableRng;
 use rand::seq::index::sample;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
+use std::fmt;
 
 /// How classifiers are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Subspaces {
+pub struct Subspaces {
     /// How many there are.
     pub classifiers: usize,
     /// Eigenvectors that each draws.
@@ -34,10 +39,32 @@ pub(crate) struct Subspaces {
 /// Features that vary less than this, as a share of the first eigenvector's, are no directions.
 const LEAST_VARIANCE: f64 = 1e-9;
 
-/// The votes of classifiers in random subspaces.
-pub(crate) struct Votes {
-    contract: Contract,
-    runtime: RuntimeName,
+impl Default for Subspaces {
+    /// 300 classifiers of 2 eigenvectors and at most 10 discriminants.
+    fn default() -> Self {
+        Self {
+            classifiers: 300,
+            eigenvectors: 2,
+            discriminants: 10,
+            seed: 1,
+        }
+    }
+}
+
+impl fmt::Display for Subspaces {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "Gabor features, {} random subspaces of {} eigenvectors, at most {} discriminants of each (seed {})",
+            self.classifiers, self.eigenvectors, self.discriminants, self.seed
+        )
+    }
+}
+
+/// Classifiers in random subspaces of Gabor features: a part of the embedding each.
+pub struct RandomSubspaces {
+    subspaces: Subspaces,
+    size: Size,
     gabor: Gabor,
     learnt: Learnt,
 }
@@ -60,63 +87,60 @@ struct Classifier {
     directions: Array2<f32>,
 }
 
-impl Votes {
+impl RandomSubspaces {
     /// Learns of GEIs.
     ///
     /// # Errors
-    /// For features that are all the same, fewer than two people, and more eigenvectors than there are.
-    pub(crate) fn fit(samples: &Samples, subspaces: Subspaces, contract: Contract) -> Result<Self> {
+    /// For other templates, features that are all the same, fewer than two people, and more
+    /// eigenvectors than there are.
+    pub fn fit(samples: &Samples, subspaces: Subspaces) -> Result<Self> {
+        if samples.template != Template::Gei {
+            return Err(TrainError::OtherTemplate {
+                method: "gabor-subspaces",
+                expected: Template::Gei.plural(),
+                found: samples.template.plural(),
+            }
+            .into());
+        }
         let gabor = Gabor::new(samples.size);
         let features = gabor.features(samples.numbers.view());
         let (rows, columns) = gabor.shape;
-        let shape = (features.nrows(), rows, columns);
-        let features = features.into_shape_with_order(shape);
-        let features = features.expect("a feature has as many numbers");
+        let features = features.into_shape_with_order((samples.labels.len(), rows, columns))?;
         let classes = samples.names.len();
         Ok(Self {
-            contract: Contract {
-                distance: Distance::Votes,
-                ..contract
-            },
-            runtime: RuntimeName {
-                name: "rust".into(),
-                ..RuntimeName::default()
-            },
+            subspaces,
+            size: samples.size,
             gabor,
             learnt: Learnt::fit(features.view(), &samples.labels, classes, subspaces)?,
         })
     }
-}
 
-impl Recognizer for Votes {
-    fn runtime(&self) -> &RuntimeName {
-        &self.runtime
+    /// Numbers in an embedding, all parts together.
+    #[must_use]
+    pub fn dims(&self) -> usize {
+        self.learnt.dims()
     }
 
-    fn contract(&self) -> &Contract {
-        &self.contract
+    /// The contract of a model called `name` that was learnt of these samples.
+    #[must_use]
+    pub fn contract(&self, samples: &Samples, name: String) -> Contract {
+        Contract {
+            distance: Distance::Votes,
+            ..samples.contract_of_embeddings(name, &self.subspaces.to_string())
+        }
     }
 
-    fn run(&self, input: &[f32], batch: usize) -> Result<Outputs> {
-        self.contract.frames_in(input.len(), batch)?;
-        let images = ArrayView2::from_shape((batch, self.contract.numbers()), input);
-        let images = images.expect("the contract's numbers, as checked");
-        let (rows, columns) = self.gabor.shape;
-        let features = self.gabor.features(images);
-        let each: Vec<_> = features.outer_iter().collect();
-        let embed = |feature: &ArrayView1<'_, f32>| {
-            let feature = feature.into_shape_with_order((rows, columns));
-            self.learnt.embed(feature.expect("a feature"))
-        };
-        let embeddings: Vec<Vec<f32>> = each.par_iter().map(embed).collect();
-        let mut outputs = Outputs {
-            embedding: embeddings.concat(),
-            embedding_dims: self.learnt.dims(),
-            embedding_parts: self.learnt.classifiers.len(),
-            ..Outputs::default()
-        };
-        outputs.count_non_finite();
-        Ok(outputs)
+    /// A model file: an embedding `[N, numbers, parts]`, compared by votes.
+    ///
+    /// # Guarantees
+    /// Equal arguments give equal bytes.
+    #[must_use]
+    pub fn write(&self, name: &str) -> Vec<u8> {
+        let mut file = OnnxFile::default();
+        let input = add_input(&mut file, Template::Gei, self.size);
+        self.gabor.write(&mut file, input, "features");
+        self.learnt.write(&mut file, "features");
+        file.bytes(name, &[])
     }
 }
 
@@ -186,22 +210,46 @@ impl Learnt {
         self.classifiers.len() * self.discriminants * each
     }
 
-    /// The embedding of a feature: number i of classifier j at `i * classifiers + j`.
-    fn embed(&self, feature: ArrayView2<'_, f32>) -> Vec<f32> {
-        let offset = &feature - &self.mean;
-        let along = multiply(self.eigenvectors.view(), offset.t());
+    /// Adds what makes embeddings of an input of features: number i of classifier j is at
+    /// `i * classifiers + j`.
+    fn write(&self, file: &mut OnnxFile, input: &str) {
+        let (rows, columns) = self.mean.dim();
         let parts = self.classifiers.len();
-        let mut embedding = vec![0.0; self.dims()];
-        for (part, one) in self.classifiers.iter().enumerate() {
-            for (number, &at) in one.chosen.iter().enumerate() {
-                let found: Array1<f32> = one.directions.dot(&along.row(at));
-                for (direction, value) in found.into_iter().enumerate() {
-                    let number = number * self.discriminants + direction;
-                    embedding[number * parts + part] = value;
-                }
-            }
+        let each = self.classifiers.first().map_or(0, |one| one.chosen.len());
+        file.numbers("mean", &[rows, columns], &self.mean);
+        file.node("Sub", &[input, "mean"], "offsets");
+        let eigenvectors = self.eigenvectors.t();
+        let found = eigenvectors.ncols();
+        file.numbers("eigenvectors", &[columns, found], &eigenvectors);
+        file.node("MatMul", &["offsets", "eigenvectors"], "along_all");
+        let chosen = self.classifiers.iter().flat_map(|one| &one.chosen);
+        let chosen: Vec<i64> = chosen.map(|&at| at as i64).collect();
+        file.integers("chosen", &chosen);
+        let axis = [("axis", Attribute::Integer(2))];
+        file.node_with("Gather", &["along_all", "chosen"], "along", &axis);
+        let order = [("perm", Attribute::Integers(&[0, 2, 1]))];
+        file.node_with("Transpose", &["along"], "by_eigenvector", &order);
+        let shape = [0, parts, each, rows].map(|size| size as i64);
+        file.integers("subspaces_shape", &shape);
+        file.node(
+            "Reshape",
+            &["by_eigenvector", "subspaces_shape"],
+            "subspaces",
+        );
+        let mut directions = Array3::zeros((parts, rows, self.discriminants));
+        for (mut of_part, one) in directions.outer_iter_mut().zip(&self.classifiers) {
+            let own = one.directions.nrows();
+            of_part.slice_mut(s![.., ..own]).assign(&one.directions.t());
         }
-        embedding
+        let sizes = [parts, rows, self.discriminants];
+        file.numbers("discriminants", &sizes, &directions);
+        file.node("MatMul", &["subspaces", "discriminants"], "numbers");
+        let order = [("perm", Attribute::Integers(&[0, 2, 3, 1]))];
+        file.node_with("Transpose", &["numbers"], "by_number", &order);
+        let numbers = each * self.discriminants;
+        file.integers("embedding_shape", &[0, numbers as i64, parts as i64]);
+        file.node("Reshape", &["by_number", "embedding_shape"], EMBEDDING);
+        file.output(EMBEDDING, &[numbers, parts]);
     }
 }
 
@@ -262,7 +310,29 @@ fn together<'a>(columns: impl Iterator<Item = &'a Scatter<f64>>) -> Scatter<f64>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::train::testing::noise;
+    use crate::score::{Model, Runtime};
+    use crate::train::testing::{noise, people};
+    use ndarray::Array1;
+
+    impl Learnt {
+        /// The embedding of a feature: number i of classifier j at `i * classifiers + j`.
+        fn embed(&self, feature: ArrayView2<'_, f32>) -> Vec<f32> {
+            let offset = &feature - &self.mean;
+            let along = multiply(self.eigenvectors.view(), offset.t());
+            let parts = self.classifiers.len();
+            let mut embedding = vec![0.0; self.dims()];
+            for (part, one) in self.classifiers.iter().enumerate() {
+                for (number, &at) in one.chosen.iter().enumerate() {
+                    let found: Array1<f32> = one.directions.dot(&along.row(at));
+                    for (direction, value) in found.into_iter().enumerate() {
+                        let number = number * self.discriminants + direction;
+                        embedding[number * parts + part] = value;
+                    }
+                }
+            }
+            embedding
+        }
+    }
 
     const ONE: Subspaces = Subspaces {
         classifiers: 1,
@@ -380,6 +450,70 @@ mod tests {
         let all = embedded(&fit(1), &features);
         let part: Vec<f32> = all[9].iter().skip(3).step_by(5).copied().collect();
         assert_eq!(embedded(&alone, &features)[9], part);
+    }
+
+    /// Samples of GEI-like images of these people.
+    fn samples(count: usize, classes: usize) -> Samples {
+        let (numbers, labels) = people(count, classes, 3);
+        Samples {
+            numbers,
+            template: Template::Gei,
+            size: Size::S50x30,
+            framing: None,
+            labels,
+            views: vec![Some(0); count],
+            names: (0..classes).map(|class| class.to_string()).collect(),
+            found: count,
+            training: crate::score::Training::default(),
+        }
+    }
+
+    #[test]
+    fn the_model_file_computes_the_votes_that_were_learnt() {
+        let samples = samples(60, 6);
+        let fitted = RandomSubspaces::fit(&samples, Subspaces::default()).expect("six people");
+        let bytes = fitted.write("subspaces");
+        // The kernels, and of 300 subspaces 56 by at most 10 discriminants.
+        assert!((400_000..2_000_000).contains(&bytes.len()), "{}", bytes.len());
+        assert_eq!(bytes, fitted.write("subspaces"));
+        let contract = Contract {
+            distance: Distance::Votes,
+            ..Contract::default()
+        };
+        let model = Model::from_bytes("subspaces.onnx", bytes, contract).expect("a model");
+        let recognizer = Runtime::rten().load(&model).expect("rten");
+        let input: Vec<f32> = samples.numbers.slice(s![..5, ..]).iter().copied().collect();
+        let outputs = recognizer.run(&input, 5).expect("an answer");
+        assert_eq!(outputs.embedding_parts, 300);
+        assert_eq!(outputs.embedding_dims, fitted.dims());
+        let features = fitted.gabor.features(samples.numbers.slice(s![..5, ..]));
+        for (at, feature) in features.outer_iter().enumerate() {
+            let feature = feature.into_shape_with_order(fitted.gabor.shape);
+            let expected = fitted.learnt.embed(feature.expect("a matrix"));
+            let found = &outputs.embedding[at * fitted.dims()..][..fitted.dims()];
+            let scale = expected
+                .iter()
+                .fold(0.0_f32, |most, one| most.max(one.abs()));
+            for (found, expected) in found.iter().zip(&expected) {
+                assert!(
+                    (found - expected).abs() < 1e-4 * scale,
+                    "{found} {expected}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn other_templates_are_refused() {
+        let other = Samples {
+            template: Template::Mhi,
+            ..samples(12, 2)
+        };
+        let refused = RandomSubspaces::fit(&other, Subspaces::default());
+        assert_eq!(
+            refused.err().expect("a refusal").to_string(),
+            "gabor-subspaces learns of GEIs, found MHIs"
+        );
     }
 
     #[test]

@@ -1,0 +1,40 @@
+//! How many random subspaces there are, and how large they are.
+
+use crate::train::subspaces::Subspaces;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct SubspaceArgs {
+    /// Random subspaces that vote
+    /// [default: 300]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=2000))]
+    subspaces: Option<u16>,
+    /// Eigenvectors that each of them draws
+    /// [default: 2]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=60))]
+    eigenvectors: Option<u16>,
+    /// Discriminants that each of them keeps, at most
+    /// [default: 10]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=56))]
+    discriminants: Option<u16>,
+}
+
+impl SubspaceArgs {
+    /// Whether anything is said.
+    pub(super) fn is_given(&self) -> bool {
+        [self.subspaces, self.eigenvectors, self.discriminants]
+            .iter()
+            .any(Option::is_some)
+    }
+
+    /// What is said, or the defaults.
+    pub(super) fn subspaces(&self, seed: u64) -> Subspaces {
+        let usual = Subspaces::default();
+        let or = |given: Option<u16>, usual| given.map_or(usual, usize::from);
+        Subspaces {
+            classifiers: or(self.subspaces, usual.classifiers),
+            eigenvectors: or(self.eigenvectors, usual.eigenvectors),
+            discriminants: or(self.discriminants, usual.discriminants),
+            seed,
+        }
+    }
+}

@@ -1,0 +1,164 @@
+//! Features that tell people apart whatever they wear, after Nandy et al.: of the widths of the GEnI's rows
+//! those are chosen in which people differ more from each other than from themselves in other clothes.
+//!
+//! The publication compares the variance within a person's clothes row by row; by how much a row has to
+//! be better it leaves open. Here the variance between people's means has to be greater than that within
+//! people, and each number is measured in units of the latter's root. It is done with the numbers of any
+//! template, and whatever people's samples differ in is what the chosen ones withstand.
+
+use super::lda::Classes;
+use super::{Classifier, LinearRecognizer, Samples};
+use crate::error::{Result, TrainError};
+use crate::score::Affine;
+use ndarray::{Array1, Array2};
+
+/// What the method is called in contracts.
+pub(crate) const METHOD: &str = "choice of features";
+
+/// How a number varies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Variances {
+    /// Within people, between their samples.
+    pub within: f64,
+    /// Between the means of people.
+    pub between: f64,
+}
+
+impl Variances {
+    /// Those of each number of samples.
+    ///
+    /// # Errors
+    /// As [`Classes::averaged`].
+    pub(crate) fn of(samples: &Samples) -> Result<Vec<Self>> {
+        let classes = samples.names.len();
+        let Classes { means, .. } =
+            Classes::<f64>::averaged(samples.numbers.view(), &samples.labels, classes)?;
+        let spare = samples.labels.len().saturating_sub(classes).max(1) as f64;
+        let of_number = |number: usize| {
+            let column = samples.numbers.column(number);
+            let squares = { column.iter().zip(&samples.labels) }
+                .map(|(&value, &label)| (f64::from(value) - means[[label, number]]).powi(2));
+            let of_people = means.column(number);
+            let mean = of_people.mean().unwrap_or_default();
+            let of_means = of_people.iter().map(|of_one| (of_one - mean).powi(2));
+            Self {
+                within: squares.sum::<f64>() / spare,
+                between: of_means.sum::<f64>() / (classes - 1) as f64,
+            }
+        };
+        Ok((0..samples.numbers.ncols()).map(of_number).collect())
+    }
+
+    /// Whether the number tells more of people than of what their samples differ in.
+    #[must_use]
+    pub(crate) fn is_chosen(self) -> bool {
+        self.between > self.within && self.within > 0.0
+    }
+}
+
+/// A recognizer by the numbers that tell most of people.
+///
+/// # Errors
+/// If no number tells more of people than of what their samples differ in, and as
+/// [`Classes::averaged`].
+pub(crate) fn fit(samples: &Samples) -> Result<LinearRecognizer> {
+    let variances = Variances::of(samples)?;
+    let chosen: Vec<usize> = (0..variances.len())
+        .filter(|&number| variances[number].is_chosen())
+        .collect();
+    if chosen.is_empty() {
+        return Err(TrainError::NothingChosen.into());
+    }
+    let mut weights = Array2::zeros((chosen.len(), variances.len()));
+    for (row, &number) in chosen.iter().enumerate() {
+        weights[[row, number]] = (1.0 / variances[number].within.sqrt()) as f32;
+    }
+    let classes = samples.names.len();
+    let of = Classes::<f32>::averaged(samples.numbers.view(), &samples.labels, classes)?;
+    Ok(LinearRecognizer {
+        template: samples.template,
+        size: samples.size,
+        parts: 1,
+        classifier: Classifier::Centroids(of.means.dot(&weights.t())),
+        embedding: Affine {
+            bias: Array1::zeros(chosen.len()),
+            weights,
+        },
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::score::Training;
+    use crate::template::Template;
+    use edgegait_core::silhouette::Size;
+
+    /// Two people in three garments each, twice: row 0 is the person's, row 1 the garment's, row 2 both,
+    /// more the person's; all others are empty.
+    fn samples() -> Samples {
+        let numbers = Array2::from_shape_fn((12, 50), |(at, row)| {
+            let (person, garment, again) = ((at / 6) as f32, (at % 3) as f32, (at / 3 % 2) as f32);
+            match row {
+                0 => 0.5 * person + 0.01 * again,
+                1 => 0.3 * garment,
+                2 => 0.5 * person + 0.1 * garment,
+                _ => 0.0,
+            }
+        });
+        Samples {
+            numbers,
+            template: Template::RowWidth,
+            size: Size::S50x30,
+            framing: None,
+            labels: (0..12).map(|at| at / 6).collect(),
+            views: vec![Some(0); 12],
+            names: vec!["ann".into(), "bob".into()],
+            found: 12,
+            training: Training::default(),
+        }
+    }
+
+    #[test]
+    fn rows_that_tell_more_of_people_than_of_clothes_are_chosen() {
+        let samples = samples();
+        let fitted = fit(&samples).expect("two people");
+        let first = |row: usize| {
+            let weights = fitted.embedding.weights.row(row);
+            let found = weights.iter().position(|&weight| weight != 0.0);
+            found.expect("a number")
+        };
+        assert_eq!((fitted.dims(), first(0), first(1)), (2, 0, 2));
+        // Within a person six values of 0 and 0.01: 12 squares of 0.005, by 10 degrees of freedom.
+        let scale = 1.0 / (12.0_f64 * 0.005 * 0.005 / 10.0).sqrt();
+        let found = fitted.embed(&samples.numbers.row(8).to_vec());
+        assert!((f64::from(found[0]) - 0.5 * scale).abs() < 1e-3 * scale);
+        let scores = fitted.scores(found.view());
+        assert!(scores[1] > scores[0]);
+    }
+
+    #[test]
+    fn numbers_that_tell_of_nobody_are_refused() {
+        let samples = samples();
+        let refused = |samples: Samples| {
+            let refused = fit(&samples);
+            refused.err().expect("a refusal").to_string()
+        };
+        let garments = Samples {
+            numbers: Array2::from_shape_fn((12, 50), |(at, row)| {
+                samples.numbers[[at, 1]] * (row % 2) as f32
+            }),
+            ..samples.clone()
+        };
+        assert_eq!(
+            refused(garments),
+            "no number of the templates varies more between people than within them: there is nothing to choose"
+        );
+        let alone = Samples {
+            names: vec!["ann".into()],
+            labels: vec![0; 12],
+            ..samples
+        };
+        assert!(refused(alone).contains("at least 2"));
+    }
+}
