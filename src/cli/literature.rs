@@ -1,37 +1,56 @@
 //! `edgegait literature`: recognizers of the literature beside each other.
 
 use super::args::{Common, Files};
+use super::cutting::CuttingArgs;
 use super::progress::Progress;
 use super::subspaces::SubspaceArgs;
-use crate::dataset::Header;
-use crate::error::Result;
-use crate::literature::{COLUMNS, Column, Known, Plan, Row, run as judged, steps};
-use crate::report::literature_table;
+use crate::dataset::{Header, Layout};
+use crate::error::{Error, Result};
+use crate::evaluate::contest::Entrant;
+use crate::literature::{
+    COLUMNS, Column, Garments, Judged, Known, Plan, Row, judge, judge_recorded, steps,
+    steps_of_fits,
+};
+use crate::report::{garments_table, literature_table};
 use crate::scene::cohort::SPEEDS_KMH;
+use crate::source::{Recordings, Source};
+use crate::sweep::{View, Views};
 use edgegait_core::pack::Pack;
 use rayon::prelude::*;
 use serde::Serialize;
+use std::path::{Path, PathBuf};
 
 /// The number of the first person whom recognizers learn from, so that nobody of the built-in cohort is
 /// among them.
 const FIRST_TRAINED: usize = 1000;
+/// People who are looked for, and cycles of each condition, where nothing is said.
+const USUAL_PEOPLE: u16 = 26;
+const USUAL_CYCLES: u32 = 2;
 
 /// Judge recognizers of the literature by class of confounder: view, speed, clothes, carrying,
 /// occlusion, segmentation
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait literature                  # 26 people, trained on 26 others\n  edgegait literature --people 100 --training-people 100 --json literature.json"
+    after_help = "Examples:\n  edgegait literature                  # 26 people, trained on 26 others\n  edgegait literature --people 100 --training-people 100 --json literature.json\n  edgegait literature tree --fps 30    # recorded people: other cycles, other viewpoints"
 )]
 pub(super) struct Args {
-    /// People who are looked for among each other, the built-in cohort first
-    #[arg(long, value_name = "N", default_value_t = 26, value_parser = clap::value_parser!(u16).range(2..=500))]
-    people: u16,
+    /// A tree of silhouettes (<person>/<take>/<view>/) whose people are looked for among each other, by
+    /// gait cycle, in place of made ones
+    #[arg(value_name = "TREE")]
+    tree: Option<PathBuf>,
+    #[command(flatten)]
+    cutting: CuttingArgs,
+    /// Made people who are looked for among each other, the built-in cohort first
+    /// [default: 26]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(2..=500))]
+    people: Option<u16>,
     /// Other people, whom recognizers learn from
     #[arg(long, value_name = "N", default_value_t = 26, value_parser = clap::value_parser!(u16).range(2..=500))]
     training_people: u16,
     /// Cycles of each condition that are looked for
-    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=100))]
-    cycles: u32,
+    /// [default: 2]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
+    cycles: Option<u32>,
     #[command(flatten)]
     subspaces: SubspaceArgs,
     #[command(flatten)]
@@ -43,55 +62,167 @@ pub(super) struct Args {
 struct Results {
     #[serde(flatten)]
     header: Header,
+    #[serde(skip_serializing_if = "<[Column]>::is_empty")]
     classes: &'static [Column],
     recognizers: Vec<Row>,
+    garments: Garments,
 }
 
 impl Args {
     /// What it reads and writes.
     pub(super) fn files(&self) -> Files {
-        Files::default()
+        Files {
+            inputs: self.tree.iter().cloned().collect(),
+            ..Files::default()
+        }
+    }
+
+    /// Refuses flags that say nothing of what is asked for.
+    fn check(&self) -> Result<()> {
+        let usage = |text: &str| Err(Error::Usage(text.into()));
+        let [fps, whole] = self.cutting.given();
+        if whole.1 {
+            return usage("--whole-recordings: people are looked for by gait cycle");
+        }
+        if self.tree.is_none() && fps.1 {
+            return usage("--fps is of a tree's recordings: no tree is named");
+        }
+        if self.tree.is_some() && (self.people.is_some() || self.cycles.is_some()) {
+            return usage("--people and --cycles are of made people: a tree has its own");
+        }
+        Ok(())
     }
 }
 
 /// Runs the subcommand.
 pub(super) fn run(args: &Args) -> Result<()> {
-    let (people, training) = (usize::from(args.people), usize::from(args.training_people));
+    args.check()?;
+    let (people, training) = (
+        usize::from(args.people.unwrap_or(USUAL_PEOPLE)),
+        usize::from(args.training_people),
+    );
     let seed = args.common.seed;
-    let plan = Plan {
-        training: FIRST_TRAINED..FIRST_TRAINED + training,
-        people: 0..people,
-        cycles: args.cycles,
-        seed,
-    };
     let subspaces = args.subspaces.subspaces(seed);
-    let progress = Progress::new("walks", (people + training) * SPEEDS_KMH.len());
-    let step = || progress.step();
-    let trained = plan.pack(&plan.training, &step)?;
-    let looked_for = plan.pack(&plan.people, &step)?;
-    drop(progress);
-    let progress = Progress::new("contests", steps());
-    let step = || progress.step();
-    let known = Known::all(&Pack::parse(&trained)?, (subspaces, seed), &step)?;
-    let pack = Pack::parse(&looked_for)?;
-    let row = |one: &Known| -> Result<Row> { Ok(Row::of(one, judged(&pack, one, &plan, &step)?)) };
-    let recognizers: Vec<Row> = known.par_iter().map(row).collect::<Result<_>>()?;
-    drop(progress);
-    let header = Header::new("literature", seed)
-        .with("people", people)
+    let mut header = Header::new("literature", seed)
         .with("training_people", training)
-        .with("cycles", args.cycles)
         .with("subspaces", subspaces.classifiers)
         .with("eigenvectors", subspaces.eigenvectors)
         .with("discriminants", subspaces.discriminants);
-    args.common.say(literature_table(&recognizers, people));
-    for column in &COLUMNS {
+    let recorded = match &args.tree {
+        Some(path) => Some(recordings(path, &args.cutting, &mut header)?),
+        None => {
+            header = header.with("people", people);
+            None
+        }
+    };
+    let plan = Plan {
+        training: FIRST_TRAINED..FIRST_TRAINED + training,
+        people: 0..people,
+        cycles: args.cycles.unwrap_or(USUAL_CYCLES),
+        seed,
+    };
+    let drawn = if recorded.is_some() { 0 } else { people };
+    let progress = Progress::new("walks", (drawn + training) * SPEEDS_KMH.len());
+    let step = || progress.step();
+    let trained = plan.pack(&plan.training, &step)?;
+    let looked_for = match recorded {
+        Some(_) => None,
+        None => Some(plan.pack(&plan.people, &step)?),
+    };
+    drop(progress);
+
+    let (seen_from, contests) = match &recorded {
+        Some((_, views)) => (Some(views.clone()), 0),
+        None => (None, steps()),
+    };
+    let progress = Progress::new("contests", steps_of_fits() + contests);
+    let step = || progress.step();
+    let trained = Pack::parse(&trained)?;
+    let (known, garments) = Known::all(&trained, seen_from, (subspaces, seed), &step)?;
+    let (entrants, publications): (Vec<Entrant>, Vec<&'static str>) = { known.into_iter() }
+        .map(|one| (one.entrant, one.publication))
+        .unzip();
+    let (judged, people): (Vec<Judged>, usize) = match (&looked_for, recorded) {
+        (Some(pack), _) => {
+            header = header.with("cycles", plan.cycles);
+            let pack = Pack::parse(pack)?;
+            let each = entrants
+                .par_iter()
+                .map(|one| judge(&pack, one, &plan, &step));
+            (each.collect::<Result<_>>()?, people)
+        }
+        (None, Some((recordings, _))) => {
+            let people = recordings.people();
+            let judged = judge_recorded(recordings, &entrants, seed)?;
+            (judged, people)
+        }
+        (None, None) => (Vec::new(), people),
+    };
+    drop(progress);
+    let rows = entrants.iter().zip(publications).zip(judged);
+    let recognizers: Vec<Row> = rows
+        .map(|((entrant, publication), judged)| Row::of(entrant, publication, judged))
+        .collect();
+    args.common
+        .say(literature_table(&recognizers, people, |row| {
+            &row.judged.cells
+        }));
+    if args.tree.is_some() {
+        args.common.say("normal: other cycles, from the same viewpoint\nview: other cycles, from each other viewpoint");
+    } else {
+        for column in &COLUMNS {
+            args.common
+                .say(format_args!("{}: {}", column.name, column.what));
+        }
         args.common
-            .say(format_args!("{}: {}", column.name, column.what));
+            .say("\nconfigurations of TUM-IITKGP, without colour and depth");
+        args.common
+            .say(literature_table(&recognizers, people, |row| {
+                &row.judged.configurations
+            }));
+        args.common.say(garments_table(&garments));
     }
     args.common.write_json(&Results {
         header,
-        classes: &COLUMNS,
+        classes: if args.tree.is_some() { &[] } else { &COLUMNS },
         recognizers,
+        garments,
     })
+}
+
+/// A tree's gait cycles, and from where people are seen.
+///
+/// # Errors
+/// For what is no tree of silhouettes, views whose angles are not known, and what cannot be read.
+fn recordings(
+    path: &Path,
+    cutting: &CuttingArgs,
+    header: &mut Header,
+) -> Result<(Recordings, Views)> {
+    let Source::Tree(tree) = Source::open(path, &[], &Layout::default())? else {
+        return Err(Error::input(
+            path,
+            "expected a tree of silhouettes (<person>/<take>/<view>/), found templates: cycles of a dataset are not looked for here",
+        ));
+    };
+    *header = header.clone().with("tree", path.display().to_string());
+    let cut = cutting.cut(*tree, header)?;
+    let angles = cut.viewpoints().ok_or_else(|| {
+        Error::input(
+            path,
+            "expected views that are named by their angles (090), found names of cameras: a view transformation needs the viewpoints",
+        )
+    })?;
+    #[expect(clippy::cast_possible_truncation, reason = "degrees")]
+    let views = { angles.into_iter() }
+        .map(|(azimuth, elevation)| View::new(azimuth as f32, elevation as f32));
+    let list: Vec<View> = views.collect::<Result<_>>()?;
+    if list.len() < 2 {
+        return Err(Error::input(
+            path,
+            format!("expected at least 2 viewpoints, found {}", list.len()),
+        ));
+    }
+    let name = path.display().to_string();
+    Ok((cut, Views { name, list }))
 }

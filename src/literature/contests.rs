@@ -1,17 +1,16 @@
 //! What recognizers are judged by: a contest for each class of confounder.
 
-use super::recognizers::Known;
 use crate::confound::{Condition, Conditions};
 use crate::dataset::kmh;
 use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
 use crate::error::{Error, Result};
-use crate::evaluate::contest::{Drawn, Entrant, Wish};
+use crate::evaluate::contest::{Contest, Drawn, Entrant, Wish};
 use crate::evaluate::intervals::Rank1Intervals;
 use crate::evaluate::protocol::Protocol;
 use crate::evaluate::rank::Tally;
 use crate::evaluate::results::{PersonResult, ProbeSetResult};
 use crate::scene::cohort::{self, CohortOptions};
-use crate::source::BUILT_IN_WALK;
+use crate::source::{BUILT_IN_WALK, Recordings, Source};
 use crate::sweep::Views;
 use edgegait_core::pack::Pack;
 use serde::Serialize;
@@ -106,8 +105,8 @@ pub(crate) const COLUMNS: [Column; 8] = [
 /// Rank-1 of a recognizer under a class of confounders.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Cell {
-    /// The class.
-    pub class: &'static str,
+    /// The class, or the configuration.
+    pub class: String,
     /// Probes of all its confounders.
     pub probes: u64,
     /// People who are looked for.
@@ -126,6 +125,10 @@ decision = "nearest embedding"
 gallery_views = "same"
 made = [{ take = "enrolled", variation = 0 }, { take = "probe", variation = 1000 }]
 "#;
+
+/// People are known by one cycle each.
+const ONE_CYCLE: &str =
+    "[gallery]\norder = \"first\"\n[[probes]]\nname = \"all\"\norder = \"others\"";
 
 impl Plan {
     /// People of these numbers at the ten built-in speeds, as a pack.
@@ -153,21 +156,31 @@ impl Plan {
     }
 }
 
-/// The contests: of conditions, of speeds, and of viewpoints.
-pub(crate) const CONTESTS: usize = 3;
+/// The contests: of conditions, of configurations, of speeds, and of viewpoints.
+pub(crate) const CONTESTS: usize = 4;
 
-/// Judges a recognizer by all contests about the people of a pack, at all speeds: a cell for each
-/// class, in the order of [`COLUMNS`]. `progress` is called once a contest.
+/// What became of a recognizer.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub(crate) struct Judged {
+    /// A cell for each class, in the order of [`COLUMNS`].
+    pub cells: Vec<Cell>,
+    /// One for each configuration of TUM-IITKGP; none of recorded people.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub configurations: Vec<Cell>,
+}
+
+/// Judges a recognizer by all contests about the people of a pack, at all speeds. `progress` is
+/// called once a contest.
 ///
 /// # Errors
 /// If something cannot be drawn, or the recognizer fails.
-pub(crate) fn run(
+pub(crate) fn judge(
     pack: &Pack<'_>,
-    known: &Known,
+    entrant: &Entrant,
     plan: &Plan,
     progress: &(dyn Fn() + Sync),
-) -> Result<Vec<Cell>> {
-    let entrants = std::slice::from_ref(&known.entrant);
+) -> Result<Judged> {
+    let entrants = std::slice::from_ref(entrant);
     let walks: Vec<_> = pack.walks().collect();
     let all: Vec<usize> = (0..walks.len()).collect();
     let at_known: Vec<usize> = all
@@ -177,19 +190,18 @@ pub(crate) fn run(
         .collect();
     let conditions = conditions(&COLUMNS.each_ref().map(|column| column.name))?;
     let side = Views::side()?;
-    let of_conditions = probe_sets(
-        (pack, &at_known),
-        entrants,
-        Wish {
-            protocol: Some(protocol(
-                "[gallery]\norder = \"first\"\n[[probes]]\nname = \"all\"\norder = \"others\"",
-            )?),
+    let under = |conditions: &[Condition]| {
+        let wish = Wish {
+            protocol: Some(protocol(ONE_CYCLE)?),
             cycles: Some(plan.cycles),
             views: Some(side.clone()),
-            conditions: &conditions,
-        },
-        plan.seed,
-    )?;
+            conditions,
+        };
+        probe_sets((pack, &at_known), entrants, wish, plan.seed)
+    };
+    let of_conditions = under(&conditions)?;
+    progress();
+    let configurations = under(&Conditions::named("tum-iitkgp")?.list)?;
     progress();
     let mut names: Vec<&str> = walks.iter().map(|walk| walk.name).collect();
     names.sort_unstable();
@@ -206,7 +218,7 @@ pub(crate) fn run(
             protocol: Some(protocol(&format!(
                 "[gallery]\ntakes = [{BUILT_IN_WALK:?}]\n{sets}"
             ))?),
-            views: Some(side),
+            views: Some(side.clone()),
             ..Wish::default()
         },
         plan.seed,
@@ -234,7 +246,37 @@ pub(crate) fn run(
         };
         Cell::of(column.name, &found, plan.seed)
     };
-    COLUMNS.iter().map(cell).collect()
+    let of_one = |set: &ProbeSetResult| Cell::of(&set.name, &set.by_person, plan.seed);
+    Ok(Judged {
+        cells: COLUMNS.iter().map(cell).collect::<Result<_>>()?,
+        configurations: configurations.iter().map(of_one).collect::<Result<_>>()?,
+    })
+}
+
+/// Judges recognizers by the gait cycles of a tree, each of which is a take of its own: each person is
+/// known by the first, and looked for by others from the same viewpoint (class "normal") and from
+/// each other one ("view").
+///
+/// # Errors
+/// If nobody has several cycles, something cannot be read, or a recognizer fails.
+pub(crate) fn judge_recorded(
+    cycles: Recordings,
+    entrants: &[Entrant],
+    seed: u64,
+) -> Result<Vec<Judged>> {
+    let mut judged = vec![Judged::default(); entrants.len()];
+    let mut source = Source::Tree(Box::new(cycles.by_cycle()));
+    let same = protocol(ONE_CYCLE)?;
+    for (class, protocol) in [("normal", same), ("view", Protocol::named("cross-view")?)] {
+        let contest = Contest::new(source, protocol)?;
+        let outcome = contest.run(entrants, seed, &mut |_| (), &mut |_| ())?;
+        for (judged, result) in judged.iter_mut().zip(outcome.results) {
+            let found = people(&result.probe_sets, |_| true);
+            judged.cells.push(Cell::of(class, &found, seed)?);
+        }
+        source = contest.into_source();
+    }
+    Ok(judged)
 }
 
 impl Cell {
@@ -242,7 +284,7 @@ impl Cell {
     ///
     /// # Errors
     /// If nobody was looked for.
-    fn of(class: &'static str, found: &[PersonResult], seed: u64) -> Result<Self> {
+    fn of(class: &str, found: &[PersonResult], seed: u64) -> Result<Self> {
         let mut people: Vec<(&str, Tally)> = Vec::new();
         for one in found {
             let tally = Tally {
@@ -258,7 +300,7 @@ impl Cell {
         let tallies: Vec<Tally> = people.iter().map(|(_, tally)| *tally).collect();
         let all: Tally = tallies.iter().copied().sum();
         Ok(Self {
-            class,
+            class: class.to_owned(),
             probes: all.probes,
             people: people.len(),
             rank1: all.rank1().ok_or(Error::Missing("probes of a class"))?,

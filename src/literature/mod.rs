@@ -3,7 +3,9 @@
 //! All are trained with some people, and judged on others under each class of confounder.
 
 mod contests;
+mod garments;
 mod recognizers;
 
-pub(crate) use contests::{COLUMNS, Column, Plan, run};
-pub(crate) use recognizers::{Known, Row, steps};
+pub(crate) use contests::{COLUMNS, Cell, Column, Judged, Plan, judge, judge_recorded};
+pub(crate) use garments::Garments;
+pub(crate) use recognizers::{Known, Row, steps, steps_of_fits};

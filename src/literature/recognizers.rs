@@ -1,6 +1,7 @@
 //! The recognizers, each with who published it.
 
-use super::contests::{CONTESTS, Cell, conditions, cross_views};
+use super::contests::{CONTESTS, Judged, conditions, cross_views};
+use super::garments::Garments;
 use crate::error::Result;
 use crate::evaluate::contest::Entrant;
 use crate::score::baseline::{Baseline, RANDOM};
@@ -9,6 +10,7 @@ use crate::source::BUILT_IN_WALK;
 use crate::sweep::{Job, Raster, Settings, Views, jobs, sweep};
 use crate::template::Template;
 use crate::template::augment::{Augmentation, Crops};
+use crate::train::choice::Variances;
 use crate::train::subspaces::{RandomSubspaces, Subspaces};
 use crate::train::views::ViewTransformation;
 use crate::train::{Analysed, Components, Method, Options, Recipe, Samples, Share, choice, onnx};
@@ -34,19 +36,19 @@ pub(crate) struct Row {
     pub publication: &'static str,
     /// Whether it has learnt nothing.
     pub baseline: bool,
-    /// A cell for each class of confounder.
-    pub cells: Vec<Cell>,
+    #[serde(flatten)]
+    pub judged: Judged,
 }
 
 impl Row {
     /// What became of this one.
     #[must_use]
-    pub(crate) fn of(known: &Known, cells: Vec<Cell>) -> Self {
+    pub(crate) fn of(entrant: &Entrant, publication: &'static str, judged: Judged) -> Self {
         Self {
-            name: known.entrant.recognizer.name().to_owned(),
-            publication: known.publication,
-            baseline: known.entrant.recognizer.is_baseline(),
-            cells,
+            name: entrant.recognizer.name().to_owned(),
+            publication,
+            baseline: entrant.recognizer.is_baseline(),
+            judged,
         }
     }
 }
@@ -76,21 +78,29 @@ const CYCLES: u32 = 4;
 /// How many recognizers are fitted.
 const FITTED: usize = 5;
 
-/// How many steps of progress there are: recognizers that are fitted, and contests of all.
+/// How many steps of progress there are while recognizers are fitted.
+pub(crate) const fn steps_of_fits() -> usize {
+    FITTED
+}
+
+/// How many there are while all are judged: one for each contest.
 pub(crate) const fn steps() -> usize {
-    FITTED + (NEAREST.len() + 1 + FITTED) * CONTESTS
+    (NEAREST.len() + 1 + FITTED) * CONTESTS
 }
 
 impl Known {
-    /// All of them, trained on the walks of a pack; `progress` is called for each that is fitted.
+    /// All of them, trained on the walks of a pack, and how the row widths of its people change with
+    /// clothes; the view transformation learns the viewpoints of `seen_from`, or those of the class
+    /// "view". `progress` is called for each that is fitted.
     ///
     /// # Errors
     /// If there are too few people, or something cannot be drawn.
     pub(crate) fn all(
         training: &Pack<'_>,
+        seen_from: Option<Views>,
         (subspaces, seed): (Subspaces, u64),
         progress: &(dyn Fn() + Sync),
-    ) -> Result<Vec<Self>> {
+    ) -> Result<(Vec<Self>, Garments)> {
         let settings = Settings {
             rasterizer: Raster::Each(Rasterizer::Rows),
             seed,
@@ -160,8 +170,9 @@ impl Known {
             template: Template::Frequency,
             ..settings
         };
-        let samples = drawn(training, frequency, cross_views()?)?;
-        let fitted = ViewTransformation::fit(&samples, Components::Count(COMPONENTS))?;
+        let seen_from = seen_from.map_or_else(cross_views, Ok)?;
+        let samples = drawn(training, frequency, seen_from)?;
+        let fitted = ViewTransformation::fit(&samples, Components::Variance(1.0))?;
         let name = "view-transformation";
         let contract = fitted.contract(&samples, name.into());
         add(
@@ -175,7 +186,7 @@ impl Known {
             template: Template::RowWidth,
             ..settings
         };
-        let samples = dressed(training, widths)?;
+        let (samples, garments) = dressed(training, widths)?;
         let name = "row-width-chosen";
         let contract = samples.contract(name.into(), choice::METHOD);
         let bytes = onnx::write(&choice::fit(&samples)?, name, &[]);
@@ -185,7 +196,7 @@ impl Known {
             widths,
         );
         progress();
-        Ok(all)
+        Ok((all, garments))
     }
 }
 
@@ -213,13 +224,14 @@ fn drawn(training: &Pack<'_>, settings: Settings, views: Views) -> Result<Sample
     Samples::drawn((training, &walks, "other people"), recipe, &|| ())
 }
 
-/// Templates of people in all clothes of the catalogue, from the side.
-fn dressed(training: &Pack<'_>, settings: Settings) -> Result<Samples> {
+/// Templates of people in all clothes of the catalogue, from the side, and how these change them.
+fn dressed(training: &Pack<'_>, settings: Settings) -> Result<(Samples, Garments)> {
     let walks: Vec<_> = training.walks().collect();
     let at_known = (0..walks.len()).filter(|&walk| walks[walk].name == BUILT_IN_WALK);
     let cycles = jobs(training, &at_known.collect::<Vec<_>>(), 0..CYCLES)?;
     let conditions = conditions(&["normal", "clothes"])?;
-    let (mut numbers, mut labels) = (Vec::new(), Vec::new());
+    let names: Vec<String> = conditions.iter().map(|one| one.name.clone()).collect();
+    let (mut numbers, mut labels, mut worn) = (Vec::new(), Vec::new(), Vec::new());
     sweep(
         training,
         &Job::under(&cycles, &conditions),
@@ -230,15 +242,19 @@ fn dressed(training: &Pack<'_>, settings: Settings) -> Result<Samples> {
             let bytes = swept.templates.concat();
             numbers.extend(bytes.iter().map(|&byte| f32::from(byte) / 255.0));
             labels.push(walks[job.walk].subject);
+            let name = job
+                .condition
+                .map_or("", |condition| condition.name.as_str());
+            worn.push(names.iter().position(|one| one == name).unwrap_or(0));
             Ok(())
         },
     )?;
-    let names = training.subjects().map(|subject| subject.name.to_owned());
+    let people = training.subjects().map(|subject| subject.name.to_owned());
     let shape = (
         labels.len(),
         settings.template.shape(settings.size).numbers(),
     );
-    Ok(Samples {
+    let samples = Samples {
         numbers: Array2::from_shape_vec(shape, numbers)?,
         template: settings.template,
         size: settings.size,
@@ -246,12 +262,16 @@ fn dressed(training: &Pack<'_>, settings: Settings) -> Result<Samples> {
         views: vec![Some(0); labels.len()],
         found: labels.len(),
         labels,
-        names: names.collect(),
+        names: people.collect(),
         training: Training {
             viewpoints: vec![[90.0, 0.0]],
             ..Training::default()
         },
-    })
+    };
+    let variances = Variances::of(&samples)?;
+    let chosen = (0..variances.len()).filter(|&row| variances[row].is_chosen());
+    let garments = Garments::of(&samples, (names, &worn), chosen.collect());
+    Ok((samples, garments))
 }
 
 /// What a recognizer of a template expects that has learnt nothing.

@@ -1,17 +1,23 @@
 //! Recognizers of the literature by class of confounder, as a table.
 
 use super::percent;
-use crate::literature::{COLUMNS, Row};
+use crate::literature::{Cell, Garments, Row};
 use crate::table::Column::{Left, Right};
 use crate::table::Table;
 
 /// Rank-1 of each recognizer under each class, with its 95 % interval over people, percent.
-pub(crate) fn literature_table(rows: &[Row], people: usize) -> Table<'static> {
+pub(crate) fn literature_table(
+    rows: &[Row],
+    people: usize,
+    cells: fn(&Row) -> &Vec<Cell>,
+) -> Table<'static> {
     let mut table = Table::new(&[Left(0), Right(0)]).with_gap(2);
-    let headings = COLUMNS.iter().map(|column| column.name);
-    table.row(std::iter::once("rank-1 %").chain(headings));
+    let classes: Vec<&str> = { rows.iter().take(1).flat_map(cells) }
+        .map(|cell| cell.class.as_str())
+        .collect();
+    table.row(std::iter::once("rank-1 %").chain(classes.iter().copied()));
     for row in rows {
-        let cells = row.cells.iter().map(|cell| {
+        let cells = cells(row).iter().map(|cell| {
             let (low, high) = cell.intervals.shown();
             format!(
                 "{} ({:.0}-{:.0})",
@@ -23,6 +29,38 @@ pub(crate) fn literature_table(rows: &[Row], people: usize) -> Table<'static> {
         table.row(std::iter::once(row.name.clone()).chain(cells));
     }
     let chance = 1.0 / people.max(1) as f64;
-    table.row(std::iter::once("chance".to_owned()).chain(COLUMNS.iter().map(|_| percent(chance))));
+    table.row(std::iter::once("chance".to_owned()).chain(classes.iter().map(|_| percent(chance))));
+    table
+}
+
+/// How the row widths of each two garments go with each other, and how they vary within each.
+pub(crate) fn garments_table(garments: &Garments) -> Table<'static> {
+    let mut table = Table::new(&[Left(0), Right(0)]).with_gap(2);
+    let names = garments.names.iter().map(String::as_str);
+    table.row(
+        std::iter::once("row widths, r")
+            .chain(names)
+            .chain(["variance within"]),
+    );
+    let rows = garments
+        .names
+        .iter()
+        .zip(&garments.correlations)
+        .zip(&garments.within);
+    for ((name, correlations), within) in rows {
+        let correlations = correlations.iter().map(|r| format!("{r:.3}"));
+        let within = std::iter::once(format!("{within:.5}"));
+        table.row(
+            std::iter::once(name.clone())
+                .chain(correlations)
+                .chain(within),
+        );
+    }
+    let rows: Vec<String> = garments.chosen.iter().map(usize::to_string).collect();
+    table.note(format!(
+        "variance between garments {:.5}; rows chosen, 0 at the top: {}",
+        garments.between,
+        rows.join(" ")
+    ));
     table
 }

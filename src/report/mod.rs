@@ -44,7 +44,7 @@ pub(crate) use drawing::SVG_START;
 pub(crate) use galleries::{condition_gallery, template_gallery};
 pub(crate) use html::{Sample, write_page};
 #[cfg(feature = "train")]
-pub(crate) use literature::literature_table;
+pub(crate) use literature::{garments_table, literature_table};
 pub(crate) use picture::{cells, contact_sheet, is_own_png, png, write_png};
 #[cfg(all(feature = "import", feature = "train", feature = "plots"))]
 pub(crate) use study::{study_tables, write_study};

@@ -474,7 +474,11 @@ mod tests {
         let fitted = RandomSubspaces::fit(&samples, Subspaces::default()).expect("six people");
         let bytes = fitted.write("subspaces");
         // The kernels, and of 300 subspaces 56 by at most 10 discriminants.
-        assert!((400_000..2_000_000).contains(&bytes.len()), "{}", bytes.len());
+        assert!(
+            (400_000..2_000_000).contains(&bytes.len()),
+            "{}",
+            bytes.len()
+        );
         assert_eq!(bytes, fitted.write("subspaces"));
         let contract = Contract {
             distance: Distance::Votes,

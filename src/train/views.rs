@@ -420,12 +420,15 @@ mod tests {
             (
                 Some("seen"),
                 Distance::View,
-                format!("m.onnx: expected an input \"seen\" of viewpoints as the contract says, found {both}"),
+                format!(
+                    "m.onnx: expected an input \"seen\" of viewpoints as the contract says, found {both}"
+                ),
             ),
             (
                 Some("gei"),
                 Distance::View,
-                "m.onnx: expected the viewpoints as f32 [N, 2], found \"gei\" f32 [N, 1, 50, 30]".to_owned(),
+                "m.onnx: expected the viewpoints as f32 [N, 2], found \"gei\" f32 [N, 1, 50, 30]"
+                    .to_owned(),
             ),
         ] {
             let contract = Contract {
@@ -439,7 +442,9 @@ mod tests {
             view_input: None,
             ..right.clone()
         };
-        let said = without.check(std::path::Path::new("m.toml")).expect_err("no input");
+        let said = without
+            .check(std::path::Path::new("m.toml"))
+            .expect_err("no input");
         assert_eq!(
             said.to_string(),
             "m.toml: distance: \"view\" compares the part of the probe's viewpoint: expected view_input and training.viewpoints, in the order of the parts"

@@ -102,6 +102,12 @@ impl<'a> Contest<'a> {
         }
     }
 
+    /// The people, for another contest.
+    #[must_use]
+    pub(crate) fn into_source(self) -> Source<'a> {
+        self.source
+    }
+
     /// Who is looked for.
     #[must_use]
     pub const fn source(&self) -> &Source<'a> {
