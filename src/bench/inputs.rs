@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::score::Contract;
-use crate::sweep::{Job, Moments, Settings, Shot, Swept, Views, silhouettes, sweep};
+use crate::sweep::{Job, Moments, Settings, Shot, Swept, View, Views, silhouettes, sweep};
 use crate::template::Template;
 use edgegait_core::pack::Pack;
 
@@ -19,7 +19,7 @@ pub(crate) struct Scene<'a> {
 }
 
 impl Scene<'_> {
-    /// The side view of the stored cycle of the walk at this place of the list, which begins
+    /// The usual view ([`Contract::usual_views`]) of the stored cycle of the walk at this place of the list, which begins
     /// anew at its end, as one input of a model with this contract: the walk is decoded, posed,
     /// projected and drawn, and made into the model's template or kept as silhouettes, as many as the
     /// contract says (or the settings, if it leaves that free). It is appended to `input`. On
@@ -34,7 +34,7 @@ impl Scene<'_> {
         input: &mut Vec<f32>,
     ) -> Result<()> {
         let job = Job::plain(self.walks[at % self.walks.len()], 0);
-        let views = Views::side()?.list;
+        let views = usual_view(contract)?;
         let settings = Settings {
             template: contract.template,
             ..self.settings
@@ -72,7 +72,7 @@ impl Scene<'_> {
     /// # Errors
     /// When a figure cannot be drawn.
     pub(super) fn sequence(&self, contract: &Contract, frames: usize) -> Result<Vec<f32>> {
-        let views = Views::side()?.list;
+        let views = usual_view(contract)?;
         let settings = Settings {
             template: contract.template,
             ..self.settings
@@ -114,6 +114,13 @@ impl Scene<'_> {
         all.extend(inputs.iter().cycle().take(length));
         Ok(all)
     }
+}
+
+/// From where a model with this contract is shown walks.
+fn usual_view(contract: &Contract) -> Result<Vec<View>> {
+    let [azimuth, elevation] = contract.usual_views()[0];
+    #[expect(clippy::cast_possible_truncation, reason = "degrees")]
+    Ok(vec![View::new(azimuth as f32, elevation as f32)?])
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ use crate::evaluate::protocol::Protocol;
 use crate::report::percent;
 use crate::score::baseline::PIXELS;
 use crate::score::{Contract, Model, list_of, shipped};
-use crate::sweep::{Settings, Views};
+use crate::sweep::{Settings, View, Views};
 use crate::template::Template;
 use edgegait_core::pack::Pack;
 use serde::Serialize;
@@ -71,6 +71,7 @@ struct Tried {
 /// Rank-1 of people who are enrolled from the side.
 #[derive(Serialize)]
 struct FromTheSide {
+    seen_from: String,
     people: u64,
     probes: u64,
     rank1: f64,
@@ -112,7 +113,7 @@ pub(super) fn run(args: &Args) -> Result<Ending> {
         ..Settings::default()
     };
     let settings = Entrant::settings_of(contract, usual)?;
-    let views = Views::grid("60, 90 and 120 degrees", SIDES_DEG, [0.0])?;
+    let views = views(contract)?;
     let scene = Scene {
         pack: &pack,
         walks: &walks,
@@ -254,6 +255,21 @@ impl FromTheSide {
     }
 }
 
+/// From where people are looked for: of a model that takes viewpoints, from those of its training that are
+/// nearest to the side.
+fn views(contract: &Contract) -> Result<Views> {
+    if contract.view_input.is_none() {
+        return Views::grid("60, 90 and 120 degrees", SIDES_DEG, [0.0]);
+    }
+    let nearest = contract.usual_views().into_iter().take(SIDES_DEG.len());
+    #[expect(clippy::cast_possible_truncation, reason = "degrees")]
+    let views = nearest.map(|[azimuth, elevation]| View::new(azimuth as f32, elevation as f32));
+    Ok(Views {
+        name: "viewpoints of its training".into(),
+        list: views.collect::<Result<_>>()?,
+    })
+}
+
 /// Looks for everybody of the scene from the side.
 fn from_the_side(entrant: Entrant, scene: &Scene<'_>, seed: u64) -> Result<FromTheSide> {
     let template = entrant.recognizer.contract().template;
@@ -275,6 +291,7 @@ fn from_the_side(entrant: Entrant, scene: &Scene<'_>, seed: u64) -> Result<FromT
     let first = outcome.results.first();
     let first = first.ok_or(Error::Missing("the result of a recognizer"))?;
     Ok(FromTheSide {
+        seen_from: scene.views.name.clone(),
         people: first.people,
         probes: first.probes,
         rank1: first.rank1,
@@ -354,7 +371,13 @@ fn say(args: &Args, model: &Model, results: &CheckResults<'_>) {
             format!("; {PIXELS} {} %", percent(rank1))
         });
         say(format!(
-            "rank-1 of people enrolled from the side, seen from 60, 90 and 120 degrees: {} % of {} probes of {} people{pixels}",
+            "rank-1 of people enrolled from {}, seen from {}: {} % of {} probes of {} people{pixels}",
+            if contract.view_input.is_none() {
+                "the side"
+            } else {
+                "all of them"
+            },
+            found.seen_from,
             percent(found.rank1),
             found.probes,
             found.people

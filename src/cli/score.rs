@@ -172,7 +172,7 @@ fn judged(
 ) -> Result<(ScoreResults, Vec<Sample>)> {
     let sequences = contest.source().sequences();
     let (mut samples, mut others) = (Vec::new(), Vec::new());
-    let mut inputs: Vec<Vec<Vec<f32>>> = vec![Vec::new(); entrants.len()];
+    let mut pictures: Vec<Vec<Seen>> = vec![Vec::new(); entrants.len()];
     let is_first = |&at: &usize| !(0..at).any(|other| entrants[at].is_shown_as(&entrants[other]));
     let times_shown = (0..entrants.len()).filter(is_first).count();
     let progress = Progress::new("sequences", times_shown * sequences.list.len()).advising(LESS);
@@ -191,13 +191,9 @@ fn judged(
         } = picture;
         progress.step();
         let contract = entrants[entrant].recognizer.contract();
-        if inputs[entrant].len() < SHOWN_PEOPLE * SHOWN.len() {
-            let mut input = Vec::new();
-            contract.feed(bytes, &mut input);
-            let seen_from = sequences.view_label(sequence).angles_deg();
-            if contract.feed_view(seen_from, &mut input).is_ok() {
-                inputs[entrant].push(input);
-            }
+        if pictures[entrant].len() < SHOWN_PEOPLE * SHOWN.len() {
+            let from = sequences.view_label(sequence).angles_deg();
+            pictures[entrant].push((bytes.to_vec(), from));
         }
         let Shape::Image { planes, .. } = contract.shape() else {
             return;
@@ -254,11 +250,11 @@ fn judged(
     for (at, (result, entrant)) in results.recognizers.iter_mut().zip(entrants).enumerate() {
         // Those who take the same pictures were shown them with the first of them.
         let of =
-            |other: &usize| !inputs[*other].is_empty() && entrants[*other].is_shown_as(entrant);
+            |other: &usize| !pictures[*other].is_empty() && entrants[*other].is_shown_as(entrant);
         if let Some(first) = (0..=at).find(of) {
             let recognizer = entrant.recognizer.as_ref();
             let computing = recognizer.behind().unwrap_or(recognizer);
-            result.latency = latency(computing, &inputs[first])?;
+            result.latency = latency(computing, &pictures[first])?;
         }
     }
     if samples.is_empty() {
@@ -267,12 +263,23 @@ fn judged(
     Ok((results, samples))
 }
 
+/// A picture, and from where it is seen: azimuth and elevation in degrees, if they are known.
+type Seen = (Vec<u8>, Option<(f64, f64)>);
+
 /// How long one input takes, one at a time, after a warm-up.
-fn latency(recognizer: &dyn Recognizer, inputs: &[Vec<f32>]) -> Result<Option<Latency>> {
+fn latency(recognizer: &dyn Recognizer, pictures: &[Seen]) -> Result<Option<Latency>> {
+    let contract = recognizer.contract();
+    let fed = |(bytes, from): &Seen| {
+        let mut input = Vec::new();
+        contract.feed(bytes, &mut input);
+        contract.feed_view(*from, &mut input)?;
+        Ok(input)
+    };
+    let inputs: Vec<Vec<f32>> = pictures.iter().map(fed).collect::<Result<_>>()?;
     let mut times = Vec::with_capacity(TIMED);
     let mut failed = Ok(());
     recognizer.beside(&mut || {
-        failed = timed(recognizer, inputs, &mut times);
+        failed = timed(recognizer, &inputs, &mut times);
     });
     failed.map(|()| Latency::of(&times))
 }

@@ -35,7 +35,7 @@ impl Garments {
             samples.numbers.select(Axis(0), &own).mapv(f64::from)
         };
         let all: Vec<Array2<f64>> = (0..names.len()).map(in_garment).collect();
-        let means: Vec<Array1<f64>> = all.iter().map(|of_one| mean(of_one)).collect();
+        let means: Vec<Array1<f64>> = all.iter().map(mean).collect();
         let correlations = means.iter().map(|one| {
             let of = |other: &Array1<f64>| correlation(one.view(), other.view());
             means.iter().map(of).collect()

@@ -5,7 +5,7 @@
 //! of a person, before anything has been learnt; a random projection, which is a linear network
 //! that was not trained, what is left of that in as few numbers as a recognizer's embedding has.
 
-use super::{Contract, Layout, Outputs, Recognizer, RuntimeName};
+use super::{Contract, Distance, Layout, Outputs, Recognizer, RuntimeName};
 use crate::error::Result;
 use crate::sweep::Framing;
 use crate::template::Template;
@@ -56,11 +56,19 @@ impl Baseline {
     }
 
     /// Compares pixel by pixel what a recognizer of this contract is shown: its templates or, of
-    /// sequences of silhouettes, their mean.
+    /// sequences of silhouettes, their mean. It takes no viewpoint.
     #[must_use]
     pub(crate) fn like(contract: Contract) -> Self {
+        let distance = match contract.distance {
+            Distance::View => Distance::Euclidean,
+            other => other,
+        };
         Self {
-            contract,
+            contract: Contract {
+                view_input: None,
+                distance,
+                ..contract
+            },
             runtime: RuntimeName {
                 name: "none".into(),
                 ..RuntimeName::default()

@@ -21,6 +21,8 @@ const MAX_BYTES: u64 = 1 << 20;
 const MAX_SIDE: usize = 4096;
 /// Most equal channels of an input.
 const MAX_CHANNELS: usize = 16;
+/// Azimuth and elevation of the side view, degrees.
+const SIDE_DEG: [f64; 2] = [90.0, 0.0];
 /// Viewpoints that are nearer than this in both angles are one, degrees.
 const SAME_VIEW_DEG: f64 = 0.05;
 
@@ -292,6 +294,19 @@ impl Contract {
         }
         into.extend([azimuth as f32, elevation as f32]);
         Ok(())
+    }
+
+    /// From where the recognizer is shown something where any viewpoint would do: the side, or of one that
+    /// takes viewpoints those of its training, the nearest to the side first. Azimuth and elevation,
+    /// degrees.
+    pub(crate) fn usual_views(&self) -> Vec<[f64; 2]> {
+        if self.view_input.is_none() || self.training.viewpoints.is_empty() {
+            return vec![SIDE_DEG];
+        }
+        let from_side = |at: &[f64; 2]| (at[0] - SIDE_DEG[0]).hypot(at[1] - SIDE_DEG[1]);
+        let mut views = self.training.viewpoints.clone();
+        views.sort_by(|a, b| from_side(a).total_cmp(&from_side(b)));
+        views
     }
 
     /// The number of a viewpoint among those of training.

@@ -142,7 +142,7 @@ mod tests {
         let samples = samples();
         let refused = |samples: Samples| {
             let refused = fit(&samples);
-            refused.err().expect("a refusal").to_string()
+            refused.expect_err("a refusal").to_string()
         };
         let garments = Samples {
             numbers: Array2::from_shape_fn((12, 50), |(at, row)| {

@@ -220,7 +220,7 @@ impl Learnt {
         file.node("Sub", &[input, "mean"], "offsets");
         let eigenvectors = self.eigenvectors.t();
         let found = eigenvectors.ncols();
-        file.numbers("eigenvectors", &[columns, found], &eigenvectors);
+        file.numbers("eigenvectors", &[columns, found], eigenvectors);
         file.node("MatMul", &["offsets", "eigenvectors"], "along_all");
         let chosen = self.classifiers.iter().flat_map(|one| &one.chosen);
         let chosen: Vec<i64> = chosen.map(|&at| at as i64).collect();

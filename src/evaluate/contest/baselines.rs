@@ -184,7 +184,8 @@ fn embedding_dims(recognizer: &dyn Recognizer) -> Result<usize> {
         Template::Silhouettes => contract.frames.unwrap_or(FRAMES_PER_CYCLE as usize),
         _ => 1,
     };
-    let black = vec![0.0; frames * contract.input_numbers()];
+    let mut black = vec![0.0; frames * contract.input_numbers()];
+    contract.feed_view(Some(contract.usual_views()[0].into()), &mut black)?;
     Ok(recognizer.run(&black, 1)?.embedding_dims)
 }
 
