@@ -4,7 +4,6 @@
 //! white is 1 or 255, nor how the figure was framed. Fed wrongly, a model gives
 //! plausible numbers and a poor Rank-1, so that is written down.
 
-use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -17,14 +16,6 @@ use edgegait_core::silhouette::Size;
 
 /// Most bytes a contract may have.
 const MAX_BYTES: u64 = 1 << 20;
-/// Most rows, columns or frames of an input.
-const MAX_SIDE: usize = 4096;
-/// Most equal channels of an input.
-const MAX_CHANNELS: usize = 16;
-/// Azimuth and elevation of the side view, degrees.
-const SIDE_DEG: [f64; 2] = [90.0, 0.0];
-/// Viewpoints that are nearer than this in both angles are one, degrees.
-const SAME_VIEW_DEG: f64 = 0.05;
 
 /// Input and output conventions of a recognizer. Every key may be left out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -269,80 +260,6 @@ impl Contract {
         }
     }
 
-    /// Appends the viewpoint (azimuth and elevation, degrees) of an input that has been fed, if the
-    /// recognizer takes it.
-    ///
-    /// # Errors
-    /// If it takes the viewpoint, and that is not known or none that it was trained on.
-    pub fn feed_view(&self, seen_from: Option<(f64, f64)>, into: &mut Vec<f32>) -> Result<()> {
-        if self.view_input.is_none() {
-            return Ok(());
-        }
-        let model = || self.name.clone();
-        let Some((azimuth, elevation)) = seen_from else {
-            return Err(ScoreError::ViewUnknown { model: model() }.into());
-        };
-        if !self.training.viewpoints.is_empty() && self.view_number(seen_from).is_none() {
-            let known = { self.training.viewpoints.iter() }
-                .map(|[azimuth, elevation]| format!("{azimuth},{elevation}"));
-            return Err(ScoreError::ViewUntrained {
-                model: model(),
-                found: format!("{azimuth},{elevation}"),
-                known: known.collect::<Vec<_>>().join(" "),
-            }
-            .into());
-        }
-        into.extend([azimuth as f32, elevation as f32]);
-        Ok(())
-    }
-
-    /// From where the recognizer is shown something where any viewpoint would do: the side, or of one that
-    /// takes viewpoints those of its training, the nearest to the side first. Azimuth and elevation,
-    /// degrees.
-    pub(crate) fn usual_views(&self) -> Vec<[f64; 2]> {
-        if self.view_input.is_none() || self.training.viewpoints.is_empty() {
-            return vec![SIDE_DEG];
-        }
-        let from_side = |at: &[f64; 2]| (at[0] - SIDE_DEG[0]).hypot(at[1] - SIDE_DEG[1]);
-        let mut views = self.training.viewpoints.clone();
-        views.sort_by(|a, b| from_side(a).total_cmp(&from_side(b)));
-        views
-    }
-
-    /// The number of a viewpoint among those of training.
-    pub(crate) fn view_number(&self, seen_from: Option<(f64, f64)>) -> Option<usize> {
-        let (azimuth, elevation) = seen_from?;
-        let is_near = |known: &[f64; 2]| {
-            (known[0] - azimuth).abs() < SAME_VIEW_DEG
-                && (known[1] - elevation).abs() < SAME_VIEW_DEG
-        };
-        self.training.viewpoints.iter().position(is_near)
-    }
-
-    /// Inputs that lie one after another without their viewpoints, and these.
-    #[must_use]
-    pub fn apart<'a>(&self, input: &'a [f32], batch: usize) -> (Cow<'a, [f32]>, Vec<f32>) {
-        if self.view_input.is_none() || batch == 0 {
-            return (Cow::Borrowed(input), Vec::new());
-        }
-        let each = input.len() / batch;
-        let (mut numbers, mut views) = (Vec::with_capacity(input.len()), Vec::new());
-        for one in input.chunks_exact(each.max(self.view_numbers())) {
-            let (own, view) = one.split_at(one.len() - self.view_numbers());
-            numbers.extend_from_slice(own);
-            views.extend_from_slice(view);
-        }
-        (Cow::Owned(numbers), views)
-    }
-
-    /// Numbers of the viewpoint in an input: 2, or 0 for a recognizer that is not given it.
-    pub(crate) fn view_numbers(&self) -> usize {
-        match self.view_input {
-            Some(_) => 2,
-            None => 0,
-        }
-    }
-
     /// How many frames each of `batch` inputs has that are so many numbers together, those of the
     /// viewpoint among them; 1 for templates.
     ///
@@ -455,117 +372,6 @@ impl Contract {
         }
         .into())
     }
-
-    /// Refuses what no recognizer can take; `path` is only for messages.
-    ///
-    /// # Errors
-    /// If a value cannot be, or does not go with another.
-    pub fn check(&self, path: &Path) -> Result<()> {
-        for (key, side) in [("rows", self.rows), ("columns", self.columns)] {
-            if !(1..=MAX_SIDE).contains(&side) {
-                return Err(Error::input(
-                    path,
-                    format!("{key}: expected 1 to {MAX_SIDE}, found {side}"),
-                ));
-            }
-        }
-        if !self.layout.holds(self.template) {
-            let fitting = Layout::ALL
-                .iter()
-                .filter(|layout| layout.holds(self.template));
-            let names: Vec<_> = fitting.map(|layout| layout.name()).collect();
-            return Err(Error::input(
-                path,
-                format!(
-                    "layout: template {:?} comes as {}, found {} ({} unless it is given)",
-                    self.template.name(),
-                    names.join(", "),
-                    self.layout.name(),
-                    Layout::default().name()
-                ),
-            ));
-        }
-        self.check_channels()
-            .map_err(|problem| Error::input(path, problem))?;
-        if let Some(frames) = self.frames {
-            let problem = match self.template {
-                Template::Silhouettes => format!("expected 1 to {MAX_SIDE}"),
-                template => format!("template {:?} has none", template.name()),
-            };
-            let is_sequence = self.template == Template::Silhouettes;
-            if !is_sequence || !(1..=MAX_SIDE).contains(&frames) {
-                return Err(Error::input(
-                    path,
-                    format!("frames: {problem}, found {frames}"),
-                ));
-            }
-        }
-        let angles = self.training.viewpoints.iter().flatten();
-        if let Some(angle) = angles.copied().find(|angle| !angle.is_finite()) {
-            return Err(Error::input(
-                path,
-                format!("viewpoints: expected degrees, found {angle}"),
-            ));
-        }
-        if self.distance == Distance::View
-            && (self.view_input.is_none() || self.training.viewpoints.is_empty())
-        {
-            return Err(Error::input(
-                path,
-                "distance: \"view\" compares the part of the probe's viewpoint: expected view_input and training.viewpoints, in the order of the parts",
-            ));
-        }
-        if let Some(twice) = first_repeated(&self.classes) {
-            return Err(Error::input(
-                path,
-                format!("classes: {twice:?} is there twice"),
-            ));
-        }
-        Ok(())
-    }
-}
-
-impl Contract {
-    /// Equal channels, and what is done to the numbers of each.
-    pub(super) fn check_channels(&self) -> std::result::Result<(), String> {
-        let channels = self.channels;
-        if !(1..=MAX_CHANNELS).contains(&channels) {
-            return Err(format!(
-                "channels: expected 1 to {MAX_CHANNELS}, found {channels}"
-            ));
-        }
-        if channels > 1 && !self.layout.has_channels() {
-            return Err(format!(
-                "channels: layout {} has none, found {channels} (NCHW, NHWC, NTCHW and NCTHW have)",
-                self.layout.name()
-            ));
-        }
-        let is_one_image = matches!(self.shape(), Shape::Image { planes: 1, .. });
-        if channels > 1 && !is_one_image {
-            return Err(format!(
-                "channels: template {:?} has its own, found {channels}",
-                self.template.name()
-            ));
-        }
-        for (key, numbers) in [("mean", &self.mean), ("std", &self.std)] {
-            if numbers.len() > 1 && numbers.len() != channels {
-                return Err(format!(
-                    "{key}: expected one number, or one for each of {channels} channels, found {}",
-                    numbers.len()
-                ));
-            }
-            let is_bad = |number: &&f32| !number.is_finite() || key == "std" && **number <= 0.0;
-            if let Some(bad) = numbers.iter().find(is_bad) {
-                let expected = if key == "std" {
-                    "numbers above 0"
-                } else {
-                    "finite numbers"
-                };
-                return Err(format!("{key}: expected {expected}, found {bad}"));
-            }
-        }
-        Ok(())
-    }
 }
 
 /// A number, or a list of them.
@@ -592,13 +398,10 @@ fn is_one(channels: &usize) -> bool {
     *channels == 1
 }
 
-fn first_repeated(names: &[String]) -> Option<&String> {
-    let mut seen = std::collections::HashSet::new();
-    names.iter().find(|name| !seen.insert(*name))
-}
-
+mod checks;
 mod difference;
 mod explained;
+mod viewpoint;
 
 #[cfg(test)]
 mod tests;

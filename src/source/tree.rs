@@ -9,9 +9,11 @@ use crate::sweep::Views;
 use crate::template::{Builder, Template};
 use edgegait_core::silhouette::{Coverage, Frame, Size};
 use rayon::prelude::*;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::ops::Range;
 use std::path::Path;
+
+mod cycles;
 
 /// The recordings of a tree with their labels.
 pub struct Recordings {
@@ -194,56 +196,6 @@ impl Recordings {
         let kept: HashSet<usize> = numbers.into_iter().collect();
         let cut = Self { cycles, ..self };
         Ok((cut.of(|number, _| kept.contains(&number)), without))
-    }
-
-    /// How many people are in it.
-    pub(crate) fn people(&self) -> usize {
-        self.sequences.subjects.len()
-    }
-
-    /// Azimuth and elevation of each viewpoint, degrees; none if those of one are not known.
-    pub(crate) fn viewpoints(&self) -> Option<Vec<(f64, f64)>> {
-        self.sequences
-            .views
-            .iter()
-            .map(ViewLabel::angles_deg)
-            .collect()
-    }
-
-    /// The same with each gait cycle as a take of its own, without the second of each person's first
-    /// take, which is nearly a copy of the first.
-    #[must_use]
-    pub(crate) fn by_cycle(self) -> Self {
-        let Sequences {
-            subjects,
-            takes,
-            origins,
-            views,
-            list,
-        } = &self.sequences;
-        let mut labels = Labels::default();
-        let mut parts = Vec::new();
-        let mut first = HashMap::new();
-        for (sequence, part) in list.iter().zip(&self.parts) {
-            let take = &takes[sequence.take];
-            let origin = &origins[sequence.origin];
-            let cycle = origin.cycle.unwrap_or(0);
-            let is_first = *first.entry(take.subject).or_insert(sequence.take) == sequence.take;
-            if is_first && cycle == 1 {
-                continue;
-            }
-            let name = format!("{}, cycle {cycle}", take.name);
-            let own = labels.take(&subjects[take.subject], &name, &take.condition);
-            let view = labels.view(views[sequence.view].clone());
-            let origin = labels.origin(origin.clone());
-            labels.push(own, origin, view);
-            parts.push(part.clone());
-        }
-        Self {
-            parts,
-            sequences: labels.sequences,
-            ..self
-        }
     }
 
     /// Only the people whom a partition tests, and which of their sequences are looked for among
