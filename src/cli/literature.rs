@@ -182,6 +182,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
             }));
         args.common.say(garments_table(&garments));
     }
+    for warning in &header.warnings {
+        args.common.say(format_args!("warning: {warning}"));
+    }
     args.common.write_json(&Results {
         header,
         classes: if args.tree.is_some() { &[] } else { &COLUMNS },

@@ -15,10 +15,13 @@ const COLOURS: usize = 3;
 ///
 /// GEIs come before silhouettes: of `[N, 1, 50, 30]` the 1 is a channel, and of `[N, 3, 50, 30]` the 3 are.
 /// What no shape tells (the template, framing, range and distance) is as [`Contract::default`] has it,
-/// but that bytes are of 0 to 255. Classes are those that a classifier of scikit-learn's names.
+/// but that bytes are of 0 to 255. Classes are those that a classifier of scikit-learn's names. A second
+/// input of f32 `[N, 2]` is taken for viewpoints.
 pub(super) fn contract(graph: &Graph) -> Option<Contract> {
-    let [input] = graph.inputs.as_slice() else {
-        return None;
+    let (input, view) = match graph.inputs.as_slice() {
+        [input] => (input, None),
+        [input, view] | [view, input] if is_of_views(view) => (input, Some(view)),
+        _ => return None,
     };
     let input_range = match Element::of(input.element)? {
         Element::U8 => InputRange::Byte,
@@ -42,6 +45,7 @@ pub(super) fn contract(graph: &Graph) -> Option<Contract> {
         layout,
         rows: size.rows(),
         columns: size.columns(),
+        view_input: view.map(|port| port.name.clone()),
         ..Contract::default()
     };
     let mut found =
@@ -54,6 +58,12 @@ pub(super) fn contract(graph: &Graph) -> Option<Contract> {
         };
     }
     Some(found)
+}
+
+/// Whether an input may be of viewpoints: f32 `[N, 2]`.
+fn is_of_views(port: &Port) -> bool {
+    let is_pair = matches!(port.shape.as_deref(), Some([_, Dimension::Fixed(2)]));
+    is_pair && Element::of(port.element) == Some(Element::F32)
 }
 
 /// The output that has a number for each of the classes that the graph names.
@@ -93,8 +103,12 @@ pub(super) fn said(contract: &Contract) -> String {
         0 => String::new(),
         count => format!(", its {count} classes for people"),
     };
+    let view = match &contract.view_input {
+        None => String::new(),
+        Some(name) => format!(", its input {name:?} for viewpoints"),
+    };
     format!(
-        "{}: no .toml lies beside it: its shape was taken for {}{classes}, and framing \
+        "{}: no .toml lies beside it: its shape was taken for {}{classes}{view}, and framing \
          height, input range {} and {} distance were assumed (edgegait contract writes a .toml to state \
          otherwise)",
         contract.name,
@@ -202,6 +216,21 @@ mod tests {
         let mut bytes = graph(&[None, Some(1), Some(50), Some(30)]);
         bytes.inputs[0].element = 7;
         assert_eq!(contract(&bytes), None);
+    }
+
+    #[test]
+    fn a_second_input_of_pairs_is_taken_for_viewpoints() {
+        let mut two = graph(&[None, Some(1), Some(50), Some(30)]);
+        two.inputs.push(Port {
+            name: "angles".into(),
+            ..graph(&[None, Some(2)]).inputs[0].clone()
+        });
+        for _ in 0..2 {
+            let found = contract(&two).expect("a guess");
+            assert_eq!(found.view_input.as_deref(), Some("angles"));
+            assert!(said(&found).contains("its input \"angles\" for viewpoints"));
+            two.inputs.reverse();
+        }
     }
 
     #[test]

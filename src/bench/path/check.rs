@@ -36,6 +36,14 @@ pub(crate) fn check_model(model: &Model) -> Result<()> {
     let contract = model.contract();
     let size = contract.size().unwrap_or_default();
     contract.require(size, None, TemplateOrigin::Drawn)?;
+    if let Some(input) = &contract.view_input {
+        return Err(Error::input(
+            model.path(),
+            format!(
+                "expected a contract without view_input, found {input:?}: from where a video is seen is not known"
+            ),
+        ));
+    }
     match contract.framing {
         Framing::Height | Framing::Box => Ok(()),
         Framing::Cycle | Framing::Camera => Err(Error::input(

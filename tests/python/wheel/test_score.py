@@ -79,6 +79,30 @@ def test_a_callable_is_shown_what_its_contract_asks_for():
     assert {kind for _, kind, _, _ in seen} == {np.dtype(np.float32)}
 
 
+def test_a_callable_may_be_given_the_viewpoints():
+    seen = []
+
+    def look(images, views):
+        seen.append((len(images), views.shape, views.dtype))
+        # A part for each viewpoint of training: the picture in the one that it is seen from, nothing in the other.
+        pixels = flat(images)
+        is_side = views[:, :1] == 90
+        return np.stack([np.where(is_side, pixels, 0), np.where(is_side, 0, pixels)], axis=2)
+
+    trained = {"viewpoints": [[90.0, 0.0], [0.0, 0.0]]}
+    flags = {"subjects": ["F01", "M01"], "raster": "rows", "elevation_deg": [0], "no_baselines": True}
+    recognizer = edgegait.Recognizer(look, view_input="view", distance="view", training=trained)
+    results = edgegait.score([recognizer, "pixels"], azimuth_deg=[90, 0], protocol="first-take", **flags)
+    rates = {one["name"]: one["rank1"] for one in results["recognizers"]}
+    # Who is compared from one viewpoint alone is not mistaken for somebody from another.
+    assert rates["look"] == 1.0 > rates["pixels"]
+    assert all(shape == (count, 2) and kind == np.float32 for count, shape, kind in seen)
+    with pytest.raises(edgegait.Error, match="not been trained on viewpoint 45,0"):
+        edgegait.score(recognizer, azimuth_deg=[45], protocol="cross-view", **flags)
+    with pytest.raises(edgegait.Error, match="expected view_input and training.viewpoints"):
+        edgegait.Recognizer(look, distance="view")
+
+
 def test_classes_decide_where_scores_are_given():
     people = [one["name"] for one in edgegait.cohort(people=26, speeds_kmh=[5]).subjects]
 
