@@ -103,6 +103,7 @@ impl<'a> Contest<'a> {
     }
 
     /// The people, for another contest.
+    #[cfg(feature = "train")]
     #[must_use]
     pub(crate) fn into_source(self) -> Source<'a> {
         self.source
