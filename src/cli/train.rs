@@ -241,7 +241,7 @@ impl Args {
         let method = self.method;
         if self.svm_c.is_some() && method != MethodArg::Svm {
             return usage(
-                "--svm-c is the weight of errors of --method svm: no other method has one".into(),
+                "--svm-c is the weight of errors of --method svm: LDA has none, nor have the others".into(),
             );
         }
         if self.subspaces.is_given() && method != MethodArg::GaborSubspaces {
