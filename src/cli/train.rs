@@ -1,5 +1,6 @@
 //! `edgegait train`: fit a recognizer and export it as ONNX.
 
+mod how;
 mod mix;
 mod opened;
 mod part;
@@ -25,6 +26,7 @@ use crate::train::views::ViewTransformation;
 use crate::train::{
     Analysed, Components, LinearRecognizer, Method, Options, Real, Samples, choice, onnx,
 };
+use how::How;
 use mix::MixArgs;
 use serde::Serialize;
 use sources::{Gathered, SourceResult, gathered};
@@ -135,16 +137,6 @@ struct ModelResult {
     bytes: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
     training_rank1: Option<f64>,
-}
-
-/// How a model is made.
-#[derive(Clone, Copy, Debug)]
-enum How {
-    /// On principal components.
-    Linear(Method),
-    FeatureChoice,
-    GaborSubspaces(Subspaces),
-    ViewTransformation,
 }
 
 /// A model that is to be written.
@@ -305,21 +297,6 @@ impl Args {
     }
 }
 
-impl How {
-    const fn has_components(self) -> bool {
-        matches!(self, Self::Linear(_) | Self::ViewTransformation)
-    }
-
-    fn said(self) -> String {
-        match self {
-            Self::Linear(method) => method.to_string(),
-            Self::FeatureChoice => choice::METHOD.to_owned(),
-            Self::GaborSubspaces(subspaces) => subspaces.to_string(),
-            Self::ViewTransformation => "view transformation".to_owned(),
-        }
-    }
-}
-
 impl Precision {
     const fn name(self) -> &'static str {
         match self {
@@ -376,13 +353,8 @@ fn gabor_subspaces(
 ) -> Result<ModelResult> {
     let fitted = RandomSubspaces::fit(samples, subspaces)?;
     let name = stem(out);
-    let made = Made {
-        bytes: fitted.write(&name),
-        contract: fitted.contract(samples, name),
-        components: None,
-        dims: fitted.dims(),
-        training_rank1: None,
-    };
+    let (bytes, dims) = (fitted.write(&name), fitted.dims());
+    let made = Made::embeddings(bytes, fitted.contract(samples, name), dims);
     write(args, out, samples, made)
 }
 
@@ -395,13 +367,8 @@ fn view_transformation(
     let model = |(&components, out): (&u16, &PathBuf)| {
         let fitted = ViewTransformation::fit(samples, Components::Count(components.into()))?;
         let name = stem(out);
-        let made = Made {
-            bytes: fitted.write(&name),
-            contract: fitted.contract(samples, name),
-            components: None,
-            dims: fitted.dims(),
-            training_rank1: None,
-        };
+        let (bytes, dims) = (fitted.write(&name), fitted.dims());
+        let made = Made::embeddings(bytes, fitted.contract(samples, name), dims);
         write(args, out, samples, made.with(components))
     };
     each.map(model).collect()
@@ -419,6 +386,17 @@ impl Made {
             components: None,
             dims: recognizer.dims(),
             training_rank1: Some(rank1(recognizer, samples)),
+        }
+    }
+
+    /// A model without class scores.
+    const fn embeddings(bytes: Vec<u8>, contract: Contract, dims: usize) -> Self {
+        Self {
+            bytes,
+            contract,
+            components: None,
+            dims,
+            training_rank1: None,
         }
     }
 

@@ -213,6 +213,21 @@ fn a_view_transformation_is_given_the_viewpoint_and_knows_its_own_alone() {
         1,
         &["vtm has not been trained on viewpoint 45,0: expected one of 0,0 90,0"],
     );
+    // From a dataset of the same pictures comes the same model.
+    done(
+        at,
+        &words(&format!(
+            "sweep --template frequency --cycles 2 {people} --azimuth-deg 0,90 --out pictures"
+        )),
+    );
+    std::fs::create_dir(at.join("again")).expect("made");
+    done(
+        at,
+        &words("train pictures --method view-transformation --out again/vtm.onnx"),
+    );
+    let [one, again] =
+        ["vtm.onnx", "again/vtm.onnx"].map(|name| std::fs::read(at.join(name)).expect("a model"));
+    assert!(one == again);
     // Without the line that names the input the file is refused, with the way out.
     let without = contract.replace("view_input = \"view\"\ndistance = \"view\"\n", "");
     std::fs::write(at.join("vtm.toml"), without).expect("written");
