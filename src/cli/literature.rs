@@ -7,16 +7,15 @@ use super::subspaces::SubspaceArgs;
 use crate::dataset::{Header, Layout};
 use crate::error::{Error, Result};
 use crate::evaluate::contest::Entrant;
+use crate::evaluate::trial::MAX_CROSS_VIEWS;
 use crate::literature::{
-    COLUMNS, Column, Garments, Judged, Known, Plan, Row, judge, judge_recorded, steps,
-    steps_of_fits,
+    COLUMNS, CONTESTS, Column, FITTED, Garments, Judged, Known, Plan, Row, judge, judge_recorded,
 };
 use crate::report::{garments_table, literature_table};
 use crate::scene::cohort::SPEEDS_KMH;
 use crate::source::{Recordings, Source};
 use crate::sweep::{View, Views};
 use edgegait_core::pack::Pack;
-use rayon::prelude::*;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -126,39 +125,35 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let step = || progress.step();
     let trained = plan.pack(&plan.training, &step)?;
     let looked_for = match recorded {
-        Some(_) => None,
-        None => Some(plan.pack(&plan.people, &step)?),
+        Some(_) => Vec::new(),
+        None => plan.pack(&plan.people, &step)?,
     };
     drop(progress);
 
-    let (seen_from, contests) = match &recorded {
-        Some((_, views)) => (Some(views.clone()), 0),
-        None => (None, steps()),
-    };
-    let progress = Progress::new("contests", steps_of_fits() + contests);
-    let step = || progress.step();
+    let seen_from = recorded.as_ref().map(|(_, views)| views.clone());
+    let progress = Progress::new("recognizers", FITTED);
     let trained = Pack::parse(&trained)?;
+    let step = || progress.step();
     let (known, garments) = Known::all(&trained, seen_from, (subspaces, seed), &step)?;
+    drop(progress);
     let (entrants, publications): (Vec<Entrant>, Vec<&'static str>) = { known.into_iter() }
         .map(|one| (one.entrant, one.publication))
         .unzip();
-    let (judged, people): (Vec<Judged>, usize) = match (&looked_for, recorded) {
-        (Some(pack), _) => {
-            header = header.with("cycles", plan.cycles);
-            let pack = Pack::parse(pack)?;
-            let each = entrants
-                .par_iter()
-                .map(|one| judge(&pack, one, &plan, &step));
-            (each.collect::<Result<_>>()?, people)
-        }
-        (None, Some((recordings, _))) => {
+    let (judged, people): (Vec<Judged>, usize) = match recorded {
+        Some((recordings, _)) => {
             let people = recordings.people();
-            let judged = judge_recorded(recordings, &entrants, seed)?;
+            let (judged, warnings) = judge_recorded(recordings, &entrants, seed)?;
+            header.warnings.extend(warnings);
             (judged, people)
         }
-        (None, None) => (Vec::new(), people),
+        None => {
+            header = header.with("cycles", plan.cycles);
+            let progress = Progress::new("contests", CONTESTS);
+            let pack = Pack::parse(&looked_for)?;
+            let judged = judge(&pack, &entrants, &plan, &|| progress.step())?;
+            (judged, people)
+        }
     };
-    drop(progress);
     let rows = entrants.iter().zip(publications).zip(judged);
     let recognizers: Vec<Row> = rows
         .map(|((entrant, publication), judged)| Row::of(entrant, publication, judged))
@@ -209,6 +204,9 @@ fn recordings(
         ));
     };
     *header = header.clone().with("tree", path.display().to_string());
+    let progress = Progress::new("folders", tree.len());
+    tree.check_sizes(&[], &|| progress.step())?;
+    drop(progress);
     let cut = cutting.cut(*tree, header)?;
     let angles = cut.viewpoints().ok_or_else(|| {
         Error::input(
@@ -220,10 +218,13 @@ fn recordings(
     let views = { angles.into_iter() }
         .map(|(azimuth, elevation)| View::new(azimuth as f32, elevation as f32));
     let list: Vec<View> = views.collect::<Result<_>>()?;
-    if list.len() < 2 {
+    if !(2..=MAX_CROSS_VIEWS).contains(&list.len()) {
         return Err(Error::input(
             path,
-            format!("expected at least 2 viewpoints, found {}", list.len()),
+            format!(
+                "expected 2 to {MAX_CROSS_VIEWS} viewpoints, found {}",
+                list.len()
+            ),
         ));
     }
     let name = path.display().to_string();

@@ -10,11 +10,11 @@ pub(super) struct SubspaceArgs {
     subspaces: Option<u16>,
     /// Eigenvectors that each of them draws
     /// [default: 2]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=60))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=80))]
     eigenvectors: Option<u16>,
     /// Discriminants that each of them keeps, at most
     /// [default: 10]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=56))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=128))]
     discriminants: Option<u16>,
 }
 

@@ -96,6 +96,16 @@ pub enum ScoreError {
         /// The model.
         model: String,
     },
+    /// A model takes the viewpoint, where only pictures are given.
+    #[error(
+        "{model}: expected a contract without view_input, found {input:?}: only pictures are given"
+    )]
+    TakesViews {
+        /// The model.
+        model: String,
+        /// The input of viewpoints.
+        input: String,
+    },
     /// A model takes the viewpoint, and was not trained on that of an input.
     #[error(
         "{model} has not been trained on viewpoint {found}: expected one of {known} (azimuth,elevation)"

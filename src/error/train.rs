@@ -69,6 +69,31 @@ pub enum TrainError {
         "no number of the templates varies more between people than within them: there is nothing to choose"
     )]
     NothingChosen,
+    /// Everybody has one sample.
+    #[error(
+        "a choice of features needs several samples of people, to see how these vary within them: found {found} of {people} people"
+    )]
+    OneSampleEach {
+        /// People.
+        people: usize,
+        /// Their samples.
+        found: usize,
+    },
+    /// More features are chosen than a matrix can hold.
+    #[error(
+        "{chosen} of {numbers} numbers were chosen: too many for the matrix that chooses them (take a template with fewer numbers, such as row-width, or smaller silhouettes)"
+    )]
+    TooMuchChosen {
+        /// Numbers that were chosen.
+        chosen: usize,
+        /// Numbers of a template.
+        numbers: usize,
+    },
+    /// The viewpoint of a sample is not known.
+    #[error(
+        "view transformation needs the viewpoint of each sample, and the angles of {0} are not known"
+    )]
+    UnknownViews(usize),
     /// A person is not seen from each viewpoint.
     #[error(
         "view transformation needs each person from each viewpoint, and {person} is not seen from {view}"

@@ -54,7 +54,7 @@ impl Agreement {
             let scores = (0..quantized.classes()).filter_map(|class| quantized.score(class, bytes));
             found[sequence] = scores.collect();
         };
-        let (answers, _) = ask(&[recognizer], source, &all, form, &mut seen)?;
+        let (answers, _) = ask(&[(recognizer, &|_| true)], source, &all, form, &mut seen)?;
         let classes = &recognizer.contract().classes;
         let mut sums = Sums::default();
         for (&sequence, found) in all.iter().zip(&found) {

@@ -7,7 +7,7 @@
 //! mean over the parts of `x . y / (|x| |y|)` (OpenGait's `cos`), 0..2; a part that is zero in one of
 //! the two has no direction: its cosine counts as 0, as `F.normalize` makes it. Votes are distances
 //! within a gallery alone: the share of the parts whose nearest entry is another person's, 0..1. View is
-//! `|x - y|` in the part of the probe's viewpoint; where no probe is known, the mean over the parts.
+//! `|x - y|` in the part of the probe's viewpoint; where the probe's viewpoint is not known, the mean over the parts.
 
 use crate::score::Distance;
 use std::collections::HashMap;

@@ -13,7 +13,7 @@ use crate::sweep::View;
 use std::ops::Neg;
 
 /// Most viewpoints that are compared each with each.
-const MAX_CROSS_VIEWS: usize = 64;
+pub(crate) const MAX_CROSS_VIEWS: usize = 64;
 
 /// Who is compared with whom.
 #[derive(Debug)]

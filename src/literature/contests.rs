@@ -169,18 +169,17 @@ pub(crate) struct Judged {
     pub configurations: Vec<Cell>,
 }
 
-/// Judges a recognizer by all contests about the people of a pack, at all speeds. `progress` is
+/// Judges recognizers by all contests about the people of a pack, at all speeds. `progress` is
 /// called once a contest.
 ///
 /// # Errors
-/// If something cannot be drawn, or the recognizer fails.
+/// If something cannot be drawn, or a recognizer fails.
 pub(crate) fn judge(
     pack: &Pack<'_>,
-    entrant: &Entrant,
+    entrants: &[Entrant],
     plan: &Plan,
-    progress: &(dyn Fn() + Sync),
-) -> Result<Judged> {
-    let entrants = std::slice::from_ref(entrant);
+    progress: &dyn Fn(),
+) -> Result<Vec<Judged>> {
     let walks: Vec<_> = pack.walks().collect();
     let all: Vec<usize> = (0..walks.len()).collect();
     let at_known: Vec<usize> = all
@@ -234,28 +233,32 @@ pub(crate) fn judge(
         plan.seed,
     )?;
     progress();
-    let cell = |column: &Column| {
-        let found = match column.of {
-            Of::Conditions(names) => people(&of_conditions, |name| names.contains(&name)),
-            Of::Speeds(speeds) => people(&of_speeds, |name| {
-                let walk = walks.iter().find(|walk| walk.name == name);
-                let speed = walk.map_or(0.0, |walk| kmh(walk.speed_mm_per_s));
-                speeds.iter().any(|one| (one - speed).abs() < 0.05)
-            }),
-            Of::Views => people(&of_views, |_| true),
+    let judged = |at: usize| -> Result<Judged> {
+        let cell = |column: &Column| {
+            let found = match column.of {
+                Of::Conditions(names) => people(&of_conditions[at], |name| names.contains(&name)),
+                Of::Speeds(speeds) => people(&of_speeds[at], |name| {
+                    let walk = walks.iter().find(|walk| walk.name == name);
+                    let speed = walk.map_or(0.0, |walk| kmh(walk.speed_mm_per_s));
+                    speeds.iter().any(|one| (one - speed).abs() < 0.05)
+                }),
+                Of::Views => people(&of_views[at], |_| true),
+            };
+            Cell::of(column.name, &found, plan.seed)
         };
-        Cell::of(column.name, &found, plan.seed)
+        let of_one = |set: &ProbeSetResult| Cell::of(&set.name, &set.by_person, plan.seed);
+        let configurations = configurations[at].iter().map(of_one);
+        Ok(Judged {
+            cells: COLUMNS.iter().map(cell).collect::<Result<_>>()?,
+            configurations: configurations.collect::<Result<_>>()?,
+        })
     };
-    let of_one = |set: &ProbeSetResult| Cell::of(&set.name, &set.by_person, plan.seed);
-    Ok(Judged {
-        cells: COLUMNS.iter().map(cell).collect::<Result<_>>()?,
-        configurations: configurations.iter().map(of_one).collect::<Result<_>>()?,
-    })
+    (0..entrants.len()).map(judged).collect()
 }
 
 /// Judges recognizers by the gait cycles of a tree, each of which is a take of its own: each person is
 /// known by the first, and looked for by others from the same viewpoint (class "normal") and from
-/// each other one ("view").
+/// each other one ("view"). Also what to know before trusting that, in words.
 ///
 /// # Errors
 /// If nobody has several cycles, something cannot be read, or a recognizer fails.
@@ -263,20 +266,36 @@ pub(crate) fn judge_recorded(
     cycles: Recordings,
     entrants: &[Entrant],
     seed: u64,
-) -> Result<Vec<Judged>> {
+) -> Result<(Vec<Judged>, Vec<String>)> {
+    let mut warnings: Vec<String> = Vec::new();
     let mut judged = vec![Judged::default(); entrants.len()];
     let mut source = Source::Tree(Box::new(cycles.by_cycle()));
     let same = protocol(ONE_CYCLE)?;
     for (class, protocol) in [("normal", same), ("view", Protocol::named("cross-view")?)] {
         let contest = Contest::new(source, protocol)?;
         let outcome = contest.run(entrants, seed, &mut |_| (), &mut |_| ())?;
+        warnings.extend(
+            outcome
+                .warnings
+                .iter()
+                .map(|warning| format!("{class}: {warning}")),
+        );
         for (judged, result) in judged.iter_mut().zip(outcome.results) {
+            let without_mate: u64 = { result.probe_sets.iter() }
+                .map(|set| set.without_mate)
+                .sum();
+            if without_mate > 0 {
+                warnings.push(format!(
+                    "{class}: {}: {without_mate} probes without anyone of theirs among the known count as misses",
+                    result.name
+                ));
+            }
             let found = people(&result.probe_sets, |_| true);
             judged.cells.push(Cell::of(class, &found, seed)?);
         }
         source = contest.into_source();
     }
-    Ok(judged)
+    Ok((judged, warnings))
 }
 
 impl Cell {
@@ -355,11 +374,11 @@ fn probe_sets(
     entrants: &[Entrant],
     wish: Wish<'_>,
     seed: u64,
-) -> Result<Vec<ProbeSetResult>> {
+) -> Result<Vec<Vec<ProbeSetResult>>> {
     let drawn = Drawn::new(walks, entrants, wish)?;
     let outcome = drawn
         .contest
         .run(entrants, seed, &mut |_| (), &mut |_| ())?;
     let sets = outcome.results.into_iter().map(|result| result.probe_sets);
-    Ok(sets.flatten().collect())
+    Ok(sets.collect())
 }

@@ -6,6 +6,6 @@ mod contests;
 mod garments;
 mod recognizers;
 
-pub(crate) use contests::{COLUMNS, Cell, Column, Judged, Plan, judge, judge_recorded};
+pub(crate) use contests::{COLUMNS, CONTESTS, Cell, Column, Judged, Plan, judge, judge_recorded};
 pub(crate) use garments::Garments;
-pub(crate) use recognizers::{Known, Row, steps, steps_of_fits};
+pub(crate) use recognizers::{FITTED, Known, Row};

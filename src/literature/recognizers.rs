@@ -1,6 +1,6 @@
 //! The recognizers, each with who published it.
 
-use super::contests::{CONTESTS, Judged, conditions, cross_views};
+use super::contests::{Judged, conditions, cross_views};
 use super::garments::Garments;
 use crate::error::Result;
 use crate::evaluate::contest::Entrant;
@@ -76,17 +76,7 @@ const TRAINED_STEP_DEG: usize = 9;
 /// Cycles of each garment from which rows are chosen.
 const CYCLES: u32 = 4;
 /// How many recognizers are fitted.
-const FITTED: usize = 5;
-
-/// How many steps of progress there are while recognizers are fitted.
-pub(crate) const fn steps_of_fits() -> usize {
-    FITTED
-}
-
-/// How many there are while all are judged: one for each contest.
-pub(crate) const fn steps() -> usize {
-    (NEAREST.len() + 1 + FITTED) * CONTESTS
-}
+pub(crate) const FITTED: usize = 5;
 
 impl Known {
     /// All of them, trained on the walks of a pack, and how the row widths of its people change with

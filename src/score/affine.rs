@@ -67,7 +67,15 @@ impl AffineScores {
     /// If it has no scores, more than [`MAX_CLASSES`], or such as are not finite or no affine
     /// function of the pixels; if it fails.
     pub fn of(recognizer: &dyn Recognizer, seed: u64) -> Result<Self> {
-        let numbers = recognizer.contract().numbers();
+        let contract = recognizer.contract();
+        if let Some(input) = &contract.view_input {
+            return Err(ScoreError::TakesViews {
+                model: contract.name.clone(),
+                input: input.clone(),
+            }
+            .into());
+        }
+        let numbers = contract.numbers();
         let black = scores(recognizer, &[vec![0; numbers]])?;
         let classes = black.len();
         let mut weights = Array2::zeros((classes, numbers));

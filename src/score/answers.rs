@@ -1,6 +1,6 @@
 //! What recognizers answer to the sequences that they are shown.
 
-use super::{Outputs, Recognizer};
+use super::{Distance, Outputs, Recognizer};
 use crate::error::{Result, ScoreError};
 use crate::source::{Form, Shown, Source};
 use crate::template::Template;
@@ -55,6 +55,8 @@ impl Answers {
 /// One recognizer that is being shown sequences.
 struct Listener<'a> {
     recognizer: &'a dyn Recognizer,
+    /// Which sequences it has to be shown.
+    needs: &'a dyn Fn(usize) -> bool,
     answers: Answers,
     waiting: Vec<usize>,
     input: Vec<f32>,
@@ -88,6 +90,17 @@ impl Listener<'_> {
             classes,
             ..
         } = self.recognizer.run(&self.input, self.waiting.len())?;
+        let contract = self.recognizer.contract();
+        let viewpoints = contract.training.viewpoints.len();
+        if contract.distance == Distance::View && embedding_parts != viewpoints {
+            return Err(ScoreError::Output {
+                model: self.recognizer.name().to_owned(),
+                output: "embedding".into(),
+                expected: format!("{viewpoints} parts, one for each of training.viewpoints"),
+                found: format!("{embedding_parts}"),
+            }
+            .into());
+        }
         let answers = &mut self.answers;
         let answered = answers
             .embeddings
@@ -122,13 +135,13 @@ impl Listener<'_> {
     }
 }
 
-/// Shows the sequences of these numbers, which rise, to all recognizers in one form; `seen` is told
-/// of each picture.
+/// Shows the sequences of these numbers, which rise, to all recognizers in one form, each with what it
+/// has to be shown of them; `seen` is told of each picture.
 ///
 /// # Errors
 /// When a sequence cannot be shown, or a recognizer fails.
 pub(crate) fn ask(
-    recognizers: &[&dyn Recognizer],
+    recognizers: &[(&dyn Recognizer, &dyn Fn(usize) -> bool)],
     source: &Source<'_>,
     wanted: &[usize],
     form: &Form,
@@ -136,8 +149,9 @@ pub(crate) fn ask(
 ) -> Result<(Vec<Answers>, Shown)> {
     let mut listeners: Vec<Listener<'_>> = recognizers
         .iter()
-        .map(|&recognizer| Listener {
+        .map(|&(recognizer, needs)| Listener {
             recognizer,
+            needs,
             answers: Answers {
                 rows: vec![None; source.sequences().list.len()],
                 ..Answers::default()
@@ -151,6 +165,7 @@ pub(crate) fn ask(
         let seen_from = source.sequences().view_label(sequence).angles_deg();
         listeners
             .iter_mut()
+            .filter(|listener| (listener.needs)(sequence))
             .try_for_each(|listener| listener.take(sequence, bytes, seen_from))
     })?;
     let done = |mut listener: Listener<'_>| listener.answer().map(|()| listener.answers);

@@ -159,6 +159,13 @@ impl Graph {
     }
 }
 
+impl Port {
+    /// Whether it is of two numbers for each input, as viewpoints are.
+    pub(super) fn is_pair(&self) -> bool {
+        matches!(self.shape.as_deref(), Some([_, Dimension::Fixed(2)]))
+    }
+}
+
 impl std::fmt::Display for Port {
     /// `gei f32 [N, 1, 50, 30]`.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

@@ -62,8 +62,7 @@ pub(super) fn contract(graph: &Graph) -> Option<Contract> {
 
 /// Whether an input may be of viewpoints: f32 `[N, 2]`.
 fn is_of_views(port: &Port) -> bool {
-    let is_pair = matches!(port.shape.as_deref(), Some([_, Dimension::Fixed(2)]));
-    is_pair && Element::of(port.element) == Some(Element::F32)
+    port.is_pair() && Element::of(port.element) == Some(Element::F32)
 }
 
 /// The output that has a number for each of the classes that the graph names.

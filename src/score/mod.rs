@@ -57,7 +57,8 @@ pub trait Recognizer: Send + Sync {
 
     /// Recognizes `batch` GEIs that lie one after another, rows top first, in the contract's
     /// input range ([`Contract::feed`]); or `batch` sequences, each of the same number of
-    /// silhouettes one after another, which follows from `input`'s length.
+    /// silhouettes one after another, which follows from `input`'s length. Where the contract has an
+    /// input of viewpoints, each ends with its own ([`Contract::feed_view`]).
     ///
     /// Calls from several threads wait for each other under ONNX Runtime.
     ///
@@ -171,12 +172,6 @@ fn run_batch(
                 return Err(refuse(&ports.embedding, expected, &embedding).into());
             }
         };
-        let viewpoints = contract.training.viewpoints.len();
-        if contract.distance == Distance::View && parts != viewpoints {
-            let expected =
-                format!("[{step}, numbers, {viewpoints}], a part for each of training.viewpoints");
-            return Err(refuse(&ports.embedding, expected, &embedding).into());
-        }
         (outputs.embedding_dims, outputs.embedding_parts) = (dims, parts);
         join(&mut outputs.embedding, embedding.numbers);
         if let (Some(scores), Some(name)) = (scores, &ports.scores) {

@@ -3,8 +3,8 @@
 //!
 //! The publication compares the variance within a person's clothes row by row; by how much a row has to
 //! be better it leaves open. Here the variance between people's means has to be greater than that within
-//! people, and each number is measured in units of the latter's root. It is done with the numbers of any
-//! template, and whatever people's samples differ in is what the chosen ones withstand.
+//! people, and each number is measured in units of the latter's root. The numbers of any template can be
+//! chosen from. They withstand what the samples of one person differ in, be it clothes or something else.
 
 use super::lda::Classes;
 use super::{Classifier, LinearRecognizer, Samples};
@@ -14,6 +14,9 @@ use ndarray::{Array1, Array2};
 
 /// What the method is called in contracts.
 pub(crate) const METHOD: &str = "choice of features";
+
+/// Most weights of the map from a template to the chosen numbers, 16 MB: it is a plain matrix.
+const MAX_WEIGHTS: usize = 1 << 22;
 
 /// How a number varies.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,12 +65,23 @@ impl Variances {
 /// If no number tells more of people than of what their samples differ in, and as
 /// [`Classes::averaged`].
 pub(crate) fn fit(samples: &Samples) -> Result<LinearRecognizer> {
+    let (people, found) = (samples.names.len(), samples.labels.len());
+    if found <= people {
+        return Err(TrainError::OneSampleEach { people, found }.into());
+    }
     let variances = Variances::of(samples)?;
     let chosen: Vec<usize> = (0..variances.len())
         .filter(|&number| variances[number].is_chosen())
         .collect();
     if chosen.is_empty() {
         return Err(TrainError::NothingChosen.into());
+    }
+    if chosen.len() * variances.len() > MAX_WEIGHTS {
+        return Err(TrainError::TooMuchChosen {
+            chosen: chosen.len(),
+            numbers: variances.len(),
+        }
+        .into());
     }
     let mut weights = Array2::zeros((chosen.len(), variances.len()));
     for (row, &number) in chosen.iter().enumerate() {
@@ -153,6 +167,15 @@ mod tests {
         assert_eq!(
             refused(garments),
             "no number of the templates varies more between people than within them: there is nothing to choose"
+        );
+        let once = Samples {
+            numbers: samples.numbers.select(ndarray::Axis(0), &[0, 6]),
+            labels: vec![0, 1],
+            ..samples.clone()
+        };
+        assert_eq!(
+            refused(once),
+            "a choice of features needs several samples of people, to see how these vary within them: found 2 of 2 people"
         );
         let alone = Samples {
             names: vec!["ann".into()],

@@ -10,12 +10,14 @@
 //! that no person of that viewpoint has is equally far from all of the gallery; the rest is at the
 //! distance `|R_i (v - w)|` with `R_i^T R_i = P_i^T P_i`, where `v` is of the probe and `w` of the gallery.
 //! So an embedding has a part `R_i v` for each viewpoint `i`, of which the probe's is compared
-//! ([`crate::score::Distance::View`]). Where both are seen from one viewpoint the publication compares
-//! them as they are, and this as far as people differ there.
+//! ([`crate::score::Distance::View`]). That part of the probe is left out of the distance: this changes no
+//! rank, but makes distances of different probes less alike. Where both are seen from one viewpoint the
+//! publication compares the templates themselves; here only the part in which people of that viewpoint
+//! differ is compared.
 //!
-//! What the publication leaves open: templates are put along the principal components of all people's means
-//! from all viewpoints first, which makes a model small; directions with less than 1e-10 of the variance
-//! of the first are none.
+//! Two things are not as published. Templates are measured from the mean of all people and viewpoints, along
+//! the principal components of people's means, which makes a model small. Directions with less than
+//! 1e-10 of the variance of the first are none.
 
 use super::algebra::{Real, add_products_of_columns, eigen, multiply};
 use super::lda::Classes;
@@ -44,9 +46,9 @@ pub struct ViewTransformation {
 
 /// What is known of a viewpoint.
 struct Block {
-    /// `P^+`: from principal components to what a person is from anywhere.
+    /// `P^+`: from principal components to a person's `v`.
     inverse: Array2<f64>,
-    /// `R`: from that to where a person is from this viewpoint, up to a rotation.
+    /// `R`: from `v` to an embedding in which distances are those of this viewpoint.
     root: Array2<f64>,
 }
 
@@ -60,6 +62,10 @@ impl ViewTransformation {
         let viewpoints = &samples.training.viewpoints;
         if viewpoints.len() < 2 {
             return Err(TrainError::TooFewViews(viewpoints.len()).into());
+        }
+        let unknown = samples.views.iter().filter(|view| view.is_none()).count();
+        if unknown > 0 {
+            return Err(TrainError::UnknownViews(unknown).into());
         }
         let means: Vec<Array2<f64>> = { 0..viewpoints.len() }
             .map(|view| of_people(samples, view))
@@ -100,7 +106,8 @@ impl ViewTransformation {
         }
     }
 
-    /// A model file: of templates and their viewpoints an embedding `[N, numbers, viewpoints]`, of which
+    /// A model file, which takes any viewpoint for the nearest that it was trained on: what runs it has to
+    /// refuse others ([`Contract::feed_view`]). Of templates and their viewpoints it gives an embedding `[N, numbers, viewpoints]`, of which
     /// the probe's part is compared.
     ///
     /// # Guarantees

@@ -85,7 +85,7 @@ impl<'a> Drawn<'a> {
                 let (azimuths, elevations) = (grid.azimuth_deg.clone(), grid.elevation_deg.clone());
                 Views::grid(protocol.name.as_str(), azimuths, elevations)?
             }
-            (None, None) => Views::paper()?,
+            (None, None) => usual_views(entrants)?,
         };
         let mut roles = protocol.roles(&cycles.sequences().takes)?;
         if protocol.conditions.is_none() && !wish.conditions.is_empty() {
@@ -123,6 +123,20 @@ impl<'a> Drawn<'a> {
             probes,
             warnings,
         })
+    }
+}
+
+/// From where people are seen if nobody says: the paper's viewpoints, or those that the first recognizer
+/// which takes viewpoints was trained on.
+fn usual_views(entrants: &[Entrant]) -> Result<Views> {
+    let contracts = entrants.iter().map(|entrant| entrant.recognizer.contract());
+    let mut taking = contracts.filter(|contract| contract.view_input.is_some());
+    match taking.next() {
+        Some(contract) if !contract.training.viewpoints.is_empty() => Ok(Views {
+            name: format!("viewpoints of {}", contract.name),
+            list: training_views(contract)?,
+        }),
+        _ => Views::paper(),
     }
 }
 

@@ -208,9 +208,14 @@ impl<'a> Contest<'a> {
                 .filter(|&sequence| group.iter().any(|&at| trials[at].needs(sequence)))
                 .collect();
             wanted.iter().for_each(|&sequence| all[sequence] = true);
-            let recognizers: Vec<&dyn Recognizer> = group
-                .iter()
-                .map(|&at| entrants[at].recognizer.as_ref())
+            let needs = |at: usize| {
+                let trial = &trials[at];
+                move |sequence: usize| trial.needs(sequence)
+            };
+            let needs: Vec<_> = group.iter().map(|&at| needs(at)).collect();
+            let recognizers: Vec<(&dyn Recognizer, &dyn Fn(usize) -> bool)> = { group.iter() }
+                .zip(&needs)
+                .map(|(&at, needs)| (entrants[at].recognizer.as_ref(), needs as _))
                 .collect();
             let mut tell = |sequence: usize, bytes: &[u8]| {
                 seen(Picture {

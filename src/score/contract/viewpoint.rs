@@ -38,9 +38,8 @@ impl Contract {
         Ok(())
     }
 
-    /// From where the recognizer is shown something where any viewpoint would do: the side, or of one that
-    /// takes viewpoints those of its training, the nearest to the side first. Azimuth and elevation,
-    /// degrees.
+    /// Viewpoints from which the recognizer can be shown something, azimuth and elevation in degrees: the
+    /// side view, or, if it takes viewpoints, those of its training, the nearest to the side first.
     pub(crate) fn usual_views(&self) -> Vec<[f64; 2]> {
         if self.view_input.is_none() || self.training.viewpoints.is_empty() {
             return vec![SIDE_DEG];
@@ -94,7 +93,17 @@ impl Contract {
                     .into(),
             );
         }
-        Ok(())
+        let viewpoints = &self.training.viewpoints;
+        let twice = { viewpoints.iter().enumerate() }.find_map(|(at, &[azimuth, elevation])| {
+            let first = self.view_number(Some((azimuth, elevation)))?;
+            (first != at).then(|| (viewpoints[first], viewpoints[at]))
+        });
+        match twice {
+            Some((one, other)) if self.view_input.is_some() => Err(format!(
+                "viewpoints: expected those of a model that takes them to be {SAME_VIEW_DEG} degrees apart at least, found {one:?} and {other:?}"
+            )),
+            _ => Ok(()),
+        }
     }
 }
 
@@ -163,6 +172,14 @@ mod tests {
         any.feed_view(Some((33.0, 7.0)), &mut input).expect("any");
         assert_eq!(input, [33.0, 7.0]);
         assert_eq!(any.usual_views(), [[90.0, 0.0]]);
+        let mut near = contract.clone();
+        assert!(near.check_view_distance().is_ok());
+        near.training.viewpoints.push([75.03, 0.0]);
+        let said = near.check_view_distance().expect_err("two of one");
+        assert!(
+            said.ends_with("found [75.0, 0.0] and [75.03, 0.0]"),
+            "{said}"
+        );
         // The nearest to the side comes first.
         assert_eq!(
             contract.usual_views(),

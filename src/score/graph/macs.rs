@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::kernels;
 use super::rules::{self, Operands};
 use super::walk::elements;
-use super::{Dimension, Graph, Node, Port, Tensor};
+use super::{Dimension, Graph, Node, Tensor};
 
 /// What is known of the tensors so far.
 #[derive(Default)]
@@ -25,11 +25,9 @@ impl Graph {
     /// Naming the first operation of an unknown kind or shape: nothing is guessed.
     pub fn macs(&self, input: &[u64]) -> Result<u64, String> {
         let mut known = Known::of_initializers(self);
-        let rank = |port: &Port| port.shape.as_ref().map(Vec::len);
         let (port, view) = match self.inputs.as_slice() {
             [port] => (port, None),
-            [one, other] if rank(other) == Some(2) => (one, Some(other)),
-            [one, other] if rank(one) == Some(2) => (other, Some(one)),
+            [port, view] | [view, port] if view.is_pair() => (port, Some(view)),
             _ => {
                 return Err(format!(
                     "expected one input, or one and that of viewpoints, found {}",
