@@ -68,7 +68,7 @@ struct Tried {
     error: Option<String>,
 }
 
-/// Rank-1 of people who are enrolled from the side.
+/// Rank-1 of people who are enrolled from the side, or from each other viewpoint.
 #[derive(Serialize)]
 struct FromTheSide {
     seen_from: String,
@@ -255,17 +255,23 @@ impl FromTheSide {
     }
 }
 
+/// Whether people are looked for from other viewpoints than those from which they are enrolled: what a
+/// model that takes viewpoints is for. It has to know several.
+fn is_across(contract: &Contract) -> bool {
+    contract.view_input.is_some() && contract.training.viewpoints.len() != 1
+}
+
 /// From where people are looked for: of a model that takes viewpoints, from those of its training that are
 /// nearest to the side.
 fn views(contract: &Contract) -> Result<Views> {
-    if contract.view_input.is_none() {
+    if contract.view_input.is_none() || contract.training.viewpoints.is_empty() {
         return Views::grid("60, 90 and 120 degrees", SIDES_DEG, [0.0]);
     }
     let nearest = contract.usual_views().into_iter().take(SIDES_DEG.len());
     #[expect(clippy::cast_possible_truncation, reason = "degrees")]
     let views = nearest.map(|[azimuth, elevation]| View::new(azimuth as f32, elevation as f32));
     Ok(Views {
-        name: "viewpoints of its training".into(),
+        name: "the viewpoints of its training nearest to the side".into(),
         list: views.collect::<Result<_>>()?,
     })
 }
@@ -278,7 +284,11 @@ fn from_the_side(entrant: Entrant, scene: &Scene<'_>, seed: u64) -> Result<FromT
         entrants.push(Entrant::pixels(None, entrants[0].form().settings));
     }
     // Classes are of other people as a rule: everybody is enrolled.
-    let protocol = Protocol::named("first-take")?;
+    let protocol = Protocol::named(if is_across(entrants[0].recognizer.contract()) {
+        "cross-view"
+    } else {
+        "first-take"
+    })?;
     let wish = Wish {
         views: Some(scene.views.clone()),
         protocol: Some(protocol),
@@ -372,10 +382,10 @@ fn say(args: &Args, model: &Model, results: &CheckResults<'_>) {
         });
         say(format!(
             "rank-1 of people enrolled from {}, seen from {}: {} % of {} probes of {} people{pixels}",
-            if contract.view_input.is_none() {
-                "the side"
+            if is_across(contract) {
+                "each other viewpoint"
             } else {
-                "all of them"
+                "the side"
             },
             found.seen_from,
             percent(found.rank1),

@@ -143,6 +143,9 @@ fn asked(error: &ScoreError) -> Option<String> {
             Some(format!("{what} --{setting} {asked}"))
         }
         ScoreError::Embedded { .. } => Some(format!("if the model is right, {OTHER_RUNTIME}")),
+        ScoreError::ViewUntrained { .. } => {
+            Some("choose its viewpoints with --azimuth-deg and --elevation-deg".into())
+        }
         _ => None,
     }
 }

@@ -163,7 +163,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
             &row.judged.cells
         }));
     if args.tree.is_some() {
-        args.common.say("normal: other cycles, from the same viewpoint\nview: other cycles, from each other viewpoint");
+        args.common.say("normal: other cycles, also of the same recording, from the same viewpoint\nview: other cycles, from each other viewpoint");
     } else {
         for column in &COLUMNS {
             args.common
@@ -207,7 +207,16 @@ fn recordings(
     let progress = Progress::new("folders", tree.len());
     tree.check_sizes(&[], &|| progress.step())?;
     drop(progress);
-    let cut = cutting.cut(*tree, header)?;
+    let cut = cutting.cut(*tree, header)?.by_cycle();
+    if cut.people() < 2 || !cut.has_others() {
+        return Err(Error::input(
+            path,
+            format!(
+                "expected at least 2 people, one of them with more than two gait cycles, of which one is known and another is looked for; found {} people",
+                cut.people()
+            ),
+        ));
+    }
     let angles = cut.viewpoints().ok_or_else(|| {
         Error::input(
             path,

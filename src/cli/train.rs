@@ -341,7 +341,8 @@ fn linear<F: Real>(
 
 fn feature_choice(args: &Args, out: &Path, samples: &Samples) -> Result<ModelResult> {
     let recognizer = choice::fit(samples)?;
-    let made = Made::linear(&recognizer, samples, (stem(out), choice::METHOD));
+    let how = choice::described(&recognizer);
+    let made = Made::linear(&recognizer, samples, (stem(out), &how));
     write(args, out, samples, made)
 }
 

@@ -89,6 +89,9 @@ pub enum TrainError {
         /// Numbers of a template.
         numbers: usize,
     },
+    /// Two viewpoints are one.
+    #[error("view transformation needs different viewpoints, and {0} (azimuth, elevation) are one")]
+    SameViews(String),
     /// The viewpoint of a sample is not known.
     #[error(
         "view transformation needs the viewpoint of each sample, and the angles of {0} are not known"

@@ -256,7 +256,8 @@ pub(crate) fn judge(
     (0..entrants.len()).map(judged).collect()
 }
 
-/// Judges recognizers by the gait cycles of a tree, each of which is a take of its own: each person is
+/// Judges recognizers by the gait cycles of a tree, each of which is a take of its own
+/// ([`Recordings::by_cycle`]): each person is
 /// known by the first, and looked for by others from the same viewpoint (class "normal") and from
 /// each other one ("view"). Also what to know before trusting that, in words.
 ///
@@ -269,7 +270,7 @@ pub(crate) fn judge_recorded(
 ) -> Result<(Vec<Judged>, Vec<String>)> {
     let mut warnings: Vec<String> = Vec::new();
     let mut judged = vec![Judged::default(); entrants.len()];
-    let mut source = Source::Tree(Box::new(cycles.by_cycle()));
+    let mut source = Source::Tree(Box::new(cycles));
     let same = protocol(ONE_CYCLE)?;
     for (class, protocol) in [("normal", same), ("view", Protocol::named("cross-view")?)] {
         let contest = Contest::new(source, protocol)?;

@@ -52,6 +52,9 @@ impl Answers {
     }
 }
 
+/// A recognizer, and which sequences it has to be shown.
+pub(crate) type Asked<'a> = (&'a dyn Recognizer, &'a dyn Fn(usize) -> bool);
+
 /// One recognizer that is being shown sequences.
 struct Listener<'a> {
     recognizer: &'a dyn Recognizer,
@@ -141,7 +144,7 @@ impl Listener<'_> {
 /// # Errors
 /// When a sequence cannot be shown, or a recognizer fails.
 pub(crate) fn ask(
-    recognizers: &[(&dyn Recognizer, &dyn Fn(usize) -> bool)],
+    recognizers: &[Asked<'_>],
     source: &Source<'_>,
     wanted: &[usize],
     form: &Form,

@@ -94,6 +94,7 @@ pub struct Training {
     /// Free text: data, recipe, seed.
     pub description: String,
     /// Viewpoints as `[azimuth_deg, elevation_deg]`.
+    #[serde(deserialize_with = "pairs")]
     pub viewpoints: Vec<[f64; 2]>,
     /// Names of the people; empty if they are the classes.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -390,6 +391,22 @@ fn one_or_many<'de, D: serde::Deserializer<'de>>(
     })
 }
 
+/// A list of pairs: of a longer list serde would leave out the rest without a word.
+fn pairs<'de, D: serde::Deserializer<'de>>(
+    from: D,
+) -> std::result::Result<Vec<[f64; 2]>, D::Error> {
+    let lists = Vec::<Vec<f64>>::deserialize(from)?;
+    let pair = |list: Vec<f64>| {
+        let found = list.len();
+        list.try_into().map_err(|_| {
+            serde::de::Error::custom(format!(
+                "expected viewpoints of two numbers, [azimuth, elevation], found {found}"
+            ))
+        })
+    };
+    lists.into_iter().map(pair).collect()
+}
+
 #[expect(
     clippy::trivially_copy_pass_by_ref,
     reason = "serde passes a reference"
@@ -402,6 +419,9 @@ mod checks;
 mod difference;
 mod explained;
 mod viewpoint;
+
+#[cfg(feature = "train")]
+pub(crate) use viewpoint::SAME_VIEW_DEG;
 
 #[cfg(test)]
 mod tests;

@@ -13,7 +13,7 @@ const COLOURS: usize = 3;
 /// The contract of a model whose only input has the shape of GEIs or silhouettes of a size that
 /// can be drawn; none where its shape leaves that open.
 ///
-/// GEIs come before silhouettes: of `[N, 1, 50, 30]` the 1 is a channel, and of `[N, 3, 50, 30]` the 3 are.
+/// An input that is called as a template is of it. GEIs come before silhouettes: of `[N, 1, 50, 30]` the 1 is a channel, and of `[N, 3, 50, 30]` the 3 are.
 /// What no shape tells (the template, framing, range and distance) is as [`Contract::default`] has it,
 /// but that bytes are of 0 to 255. Classes are those that a classifier of scikit-learn's names. A second
 /// input of f32 `[N, 2]` is taken for viewpoints.
@@ -27,7 +27,10 @@ pub(super) fn contract(graph: &Graph) -> Option<Contract> {
         Element::U8 => InputRange::Byte,
         Element::F32 | Element::F64 => InputRange::Unit,
     };
+    // Files that were written here call their input as its template.
+    let named = { Template::ALL.into_iter() }.find(|template| template.name() == input.name);
     let templates = [
+        (named.unwrap_or(Template::Gei), 1),
         (Template::Gei, 1),
         (Template::Gei, COLOURS),
         (Template::Silhouettes, 1),
@@ -230,6 +233,16 @@ mod tests {
             assert!(said(&found).contains("its input \"angles\" for viewpoints"));
             two.inputs.reverse();
         }
+    }
+
+    #[test]
+    fn an_input_that_is_called_as_a_template_is_of_it() {
+        let mut three = graph(&[None, Some(3), Some(50), Some(30)]);
+        let found = contract(&three).expect("a guess");
+        assert_eq!((found.template, found.channels), (Template::Gei, 3));
+        three.inputs[0].name = "frequency".into();
+        let found = contract(&three).expect("a guess");
+        assert_eq!((found.template, found.channels), (Template::Frequency, 1));
     }
 
     #[test]

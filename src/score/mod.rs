@@ -26,6 +26,8 @@ mod search;
 pub mod shipped;
 
 pub use affine::{Affine, AffineScores};
+#[cfg(feature = "train")]
+pub(crate) use contract::SAME_VIEW_DEG;
 pub use contract::{Contract, OutputNames, Training};
 pub use firmware::Firmware;
 pub use graph::{Dimension, Graph, Port};

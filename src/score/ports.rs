@@ -174,10 +174,14 @@ fn inputs<'a>(
         (_, Some(view)) => Err(format!(
             "expected one input of {expected} beside {view}, found {found}"
         )),
-        (_, None) => Err(format!(
-            "expected one input of {expected}, found {found} (export a graph that takes pictures alone; one that \
-             takes viewpoints, too, names that input in its .toml: view_input = \"NAME\")"
-        )),
+        (_, None) => {
+            let pair = graph.inputs.iter().find(|port| port.is_pair());
+            let name = pair.map_or("NAME", |port| &port.name);
+            Err(format!(
+                "expected one input of {expected}, found {found} (export a graph that takes pictures alone; one that \
+                 takes viewpoints, too, names that input in its .toml: view_input = {name:?})"
+            ))
+        }
     }
 }
 

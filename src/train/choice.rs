@@ -14,6 +14,19 @@ use ndarray::{Array1, Array2};
 
 /// What the method is called in contracts.
 pub(crate) const METHOD: &str = "choice of features";
+/// Most numbers that contracts list.
+const LISTED: usize = 64;
+
+/// The method, with the numbers that it chose, from 0, unless these are many.
+pub(crate) fn described(recognizer: &LinearRecognizer) -> String {
+    let rows = recognizer.embedding.weights.outer_iter();
+    let chosen = rows.filter_map(|row| row.iter().position(|&weight| weight != 0.0));
+    let chosen: Vec<String> = chosen.map(|number| number.to_string()).collect();
+    if chosen.len() > LISTED {
+        return format!("{METHOD} ({} of a template)", chosen.len());
+    }
+    format!("{METHOD} ({})", chosen.join(" "))
+}
 
 /// Most weights of the map from a template to the chosen numbers, 16 MB: it is a plain matrix.
 const MAX_WEIGHTS: usize = 1 << 22;
@@ -144,6 +157,7 @@ mod tests {
         };
         assert_eq!((fitted.dims(), first(0), first(1)), (2, 0, 2));
         // Within a person six values of 0 and 0.01: 12 squares of 0.005, by 10 degrees of freedom.
+        assert_eq!(described(&fitted), "choice of features (0 2)");
         let scale = 1.0 / (12.0_f64 * 0.005 * 0.005 / 10.0).sqrt();
         let found = fitted.embed(&samples.numbers.row(8).to_vec());
         assert!((f64::from(found[0]) - 0.5 * scale).abs() < 1e-3 * scale);

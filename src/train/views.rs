@@ -26,7 +26,7 @@ use super::onnx_file::{Attribute, OnnxFile};
 use super::pca::Pca;
 use super::{Components, Samples};
 use crate::error::{Result, TrainError};
-use crate::score::{Affine, Contract, Distance, EMBEDDING};
+use crate::score::{Affine, Contract, Distance, EMBEDDING, SAME_VIEW_DEG};
 use crate::template::Template;
 use edgegait_core::silhouette::Size;
 use ndarray::{Array1, Array2, Array3, Axis, s};
@@ -62,6 +62,11 @@ impl ViewTransformation {
         let viewpoints = &samples.training.viewpoints;
         if viewpoints.len() < 2 {
             return Err(TrainError::TooFewViews(viewpoints.len()).into());
+        }
+        for (at, one) in viewpoints.iter().enumerate() {
+            if let Some(other) = viewpoints[..at].iter().find(|other| is_same(one, other)) {
+                return Err(TrainError::SameViews(format!("{other:?} and {one:?}")).into());
+            }
         }
         let unknown = samples.views.iter().filter(|view| view.is_none()).count();
         if unknown > 0 {
@@ -169,6 +174,12 @@ impl ViewTransformation {
         file.output(EMBEDDING, &[kept, views]);
         file.bytes(name, &[])
     }
+}
+
+/// Whether two viewpoints are one, whole turns aside.
+fn is_same(one: &[f64; 2], other: &[f64; 2]) -> bool {
+    let turn = (one[0] - other[0]).rem_euclid(360.0);
+    turn.min(360.0 - turn) < SAME_VIEW_DEG && (one[1] - other[1]).abs() < SAME_VIEW_DEG
 }
 
 /// The mean of each person's samples from a viewpoint, one a row.

@@ -81,7 +81,7 @@ fn the_files_that_the_guide_shows_can_be_read() {
             }
         }
     }
-    assert_eq!(read, [1, 2, 1, 1]);
+    assert_eq!(read, [2, 2, 1, 1]);
 }
 
 /// Judges good results by limits.

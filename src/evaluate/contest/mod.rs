@@ -16,8 +16,8 @@ use super::protocol::{Decision, GalleryViews, Protocol, Roles};
 use super::results::{Answered, PairedResult, RecognizerResult};
 use super::trial::Trial;
 use crate::error::{EvaluateError, Result};
-use crate::score::answers::{Answers, ask};
-use crate::score::{Contract, Recognizer};
+use crate::score::Contract;
+use crate::score::answers::{self, Answers, ask};
 use crate::source::{Shown, Source};
 use crate::sweep::{View, Views};
 
@@ -213,7 +213,7 @@ impl<'a> Contest<'a> {
                 move |sequence: usize| trial.needs(sequence)
             };
             let needs: Vec<_> = group.iter().map(|&at| needs(at)).collect();
-            let recognizers: Vec<(&dyn Recognizer, &dyn Fn(usize) -> bool)> = { group.iter() }
+            let recognizers: Vec<answers::Asked<'_>> = { group.iter() }
                 .zip(&needs)
                 .map(|(&at, needs)| (entrants[at].recognizer.as_ref(), needs as _))
                 .collect();

@@ -1,6 +1,7 @@
 use super::*;
 use crate::dataset::Layout;
 use crate::evaluate::testing::{Gei, write_geis};
+use crate::score::Recognizer;
 use crate::score::{InputRange, Outputs, RuntimeName};
 use crate::sweep::Settings;
 

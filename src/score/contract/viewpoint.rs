@@ -8,7 +8,7 @@ use std::borrow::Cow;
 /// Azimuth and elevation of the side view, degrees.
 const SIDE_DEG: [f64; 2] = [90.0, 0.0];
 /// Viewpoints that are nearer than this in both angles are one, degrees.
-const SAME_VIEW_DEG: f64 = 0.05;
+pub(crate) const SAME_VIEW_DEG: f64 = 0.05;
 
 impl Contract {
     /// Appends the viewpoint (azimuth and elevation, degrees) of an input that has been fed, if the

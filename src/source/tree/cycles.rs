@@ -10,6 +10,12 @@ impl Recordings {
         self.sequences.subjects.len()
     }
 
+    /// Whether anybody has several takes.
+    pub(crate) fn has_others(&self) -> bool {
+        let takes = &self.sequences.takes;
+        takes.len() > self.people()
+    }
+
     /// Azimuth and elevation of each viewpoint, degrees; none if those of one are not known.
     pub(crate) fn viewpoints(&self) -> Option<Vec<(f64, f64)>> {
         self.sequences

@@ -170,7 +170,7 @@ fn a_contract_and_a_file_have_to_agree_about_the_viewpoint() {
             None,
             Distance::Euclidean,
             format!(
-                "m.onnx: expected one input of {input}, found {both} (export a graph that takes pictures alone; one that takes viewpoints, too, names that input in its .toml: view_input = \"NAME\")"
+                "m.onnx: expected one input of {input}, found {both} (export a graph that takes pictures alone; one that takes viewpoints, too, names that input in its .toml: view_input = \"view\")"
             ),
         ),
         (
@@ -233,6 +233,12 @@ fn what_cannot_be_learnt_is_refused() {
     let mut nowhere = samples();
     nowhere.views[3] = None;
     assert!(refused(&nowhere).contains("the angles of 1 are not known"));
+    let mut twice = samples();
+    twice.training.viewpoints[1] = [450.0, 0.01];
+    assert_eq!(
+        refused(&twice),
+        "view transformation needs different viewpoints, and [90.0, 0.0] and [450.0, 0.01] (azimuth, elevation) are one"
+    );
     let mut one = samples();
     one.training.viewpoints.truncate(1);
     assert_eq!(
