@@ -257,9 +257,9 @@ pub(crate) fn judge(
 }
 
 /// Judges recognizers by the gait cycles of a tree, each of which is a take of its own
-/// ([`Recordings::by_cycle`]): each person is
-/// known by the first, and looked for by others from the same viewpoint (class "normal") and from
-/// each other one ("view"). Also what to know before trusting that, in words.
+/// ([`Recordings::by_cycle`]): each person is known by the first, and looked for by others from the same
+/// viewpoint (class "normal") and from each other one ("view"). Also what to know before trusting that,
+/// in words.
 ///
 /// # Errors
 /// If nobody has several cycles, something cannot be read, or a recognizer fails.
@@ -281,16 +281,15 @@ pub(crate) fn judge_recorded(
                 .iter()
                 .map(|warning| format!("{class}: {warning}")),
         );
+        // The same of all recognizers.
+        let sets = outcome.results.first().map(|first| &first.probe_sets);
+        let without_mate: u64 = sets.into_iter().flatten().map(|set| set.without_mate).sum();
+        if without_mate > 0 {
+            warnings.push(format!(
+                "{class}: {without_mate} probes without anyone of theirs among the known count as misses"
+            ));
+        }
         for (judged, result) in judged.iter_mut().zip(outcome.results) {
-            let without_mate: u64 = { result.probe_sets.iter() }
-                .map(|set| set.without_mate)
-                .sum();
-            if without_mate > 0 {
-                warnings.push(format!(
-                    "{class}: {}: {without_mate} probes without anyone of theirs among the known count as misses",
-                    result.name
-                ));
-            }
             let found = people(&result.probe_sets, |_| true);
             judged.cells.push(Cell::of(class, &found, seed)?);
         }
