@@ -118,9 +118,7 @@ impl Scene<'_> {
 
 /// From where a model with this contract is shown walks.
 fn usual_view(contract: &Contract) -> Result<Vec<View>> {
-    let [azimuth, elevation] = contract.usual_views()[0];
-    #[expect(clippy::cast_possible_truncation, reason = "degrees")]
-    Ok(vec![View::new(azimuth as f32, elevation as f32)?])
+    Ok(vec![View::at(contract.usual_views()[0].into())?])
 }
 
 #[cfg(test)]

@@ -268,8 +268,7 @@ fn views(contract: &Contract) -> Result<Views> {
         return Views::grid("60, 90 and 120 degrees", SIDES_DEG, [0.0]);
     }
     let nearest = contract.usual_views().into_iter().take(SIDES_DEG.len());
-    #[expect(clippy::cast_possible_truncation, reason = "degrees")]
-    let views = nearest.map(|[azimuth, elevation]| View::new(azimuth as f32, elevation as f32));
+    let views = nearest.map(|angles| View::at(angles.into()));
     Ok(Views {
         name: "the viewpoints of its training nearest to the side".into(),
         list: views.collect::<Result<_>>()?,

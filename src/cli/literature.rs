@@ -223,10 +223,7 @@ fn recordings(
             "expected views that are named by their angles (090), found names of cameras: a view transformation needs the viewpoints",
         )
     })?;
-    #[expect(clippy::cast_possible_truncation, reason = "degrees")]
-    let views = { angles.into_iter() }
-        .map(|(azimuth, elevation)| View::new(azimuth as f32, elevation as f32));
-    let list: Vec<View> = views.collect::<Result<_>>()?;
+    let list: Vec<View> = angles.into_iter().map(View::at).collect::<Result<_>>()?;
     if !(2..=MAX_CROSS_VIEWS).contains(&list.len()) {
         return Err(Error::input(
             path,

@@ -2,7 +2,7 @@
 
 use super::contests::{Judged, conditions, cross_views};
 use super::garments::Garments;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::evaluate::contest::Entrant;
 use crate::score::baseline::{Baseline, RANDOM};
 use crate::score::{Contract, Layout, Model, Recognizer, Runtime, Training};
@@ -10,7 +10,6 @@ use crate::source::BUILT_IN_WALK;
 use crate::sweep::{Job, Raster, Settings, Views, jobs, sweep};
 use crate::template::Template;
 use crate::template::augment::{Augmentation, Crops};
-use crate::train::choice::Variances;
 use crate::train::subspaces::{RandomSubspaces, Subspaces};
 use crate::train::views::ViewTransformation;
 use crate::train::{Analysed, Components, Method, Options, Recipe, Samples, Share, choice, onnx};
@@ -176,10 +175,12 @@ impl Known {
             template: Template::RowWidth,
             ..settings
         };
-        let (samples, garments) = dressed(training, widths)?;
+        let (samples, names, worn) = dressed(training, widths)?;
+        let fitted = choice::fit(&samples)?;
+        let garments = Garments::of(&samples, (names, &worn), choice::chosen(&fitted));
         let name = "row-width-chosen";
         let contract = samples.contract(name.into(), choice::METHOD);
-        let bytes = onnx::write(&choice::fit(&samples)?, name, &[]);
+        let bytes = onnx::write(&fitted, name, &[]);
         add(
             loaded(bytes, contract)?,
             "after Nandy et al.: rows chosen by what clothes change",
@@ -214,8 +215,9 @@ fn drawn(training: &Pack<'_>, settings: Settings, views: Views) -> Result<Sample
     Samples::drawn((training, &walks, "other people"), recipe, &|| ())
 }
 
-/// Templates of people in all clothes of the catalogue, from the side, and how these change them.
-fn dressed(training: &Pack<'_>, settings: Settings) -> Result<(Samples, Garments)> {
+/// Templates of people in all clothes of the catalogue, from the side; the garments, and the number of
+/// that in each sample.
+fn dressed(training: &Pack<'_>, settings: Settings) -> Result<(Samples, Vec<String>, Vec<usize>)> {
     let walks: Vec<_> = training.walks().collect();
     let at_known = (0..walks.len()).filter(|&walk| walks[walk].name == BUILT_IN_WALK);
     let cycles = jobs(training, &at_known.collect::<Vec<_>>(), 0..CYCLES)?;
@@ -235,7 +237,8 @@ fn dressed(training: &Pack<'_>, settings: Settings) -> Result<(Samples, Garments
             let name = job
                 .condition
                 .map_or("", |condition| condition.name.as_str());
-            worn.push(names.iter().position(|one| one == name).unwrap_or(0));
+            let garment = names.iter().position(|one| one == name);
+            worn.push(garment.ok_or(Error::Missing("the garment of a walk"))?);
             Ok(())
         },
     )?;
@@ -258,10 +261,7 @@ fn dressed(training: &Pack<'_>, settings: Settings) -> Result<(Samples, Garments
             ..Training::default()
         },
     };
-    let variances = Variances::of(&samples)?;
-    let chosen = (0..variances.len()).filter(|&row| variances[row].is_chosen());
-    let garments = Garments::of(&samples, (names, &worn), chosen.collect());
-    Ok((samples, garments))
+    Ok((samples, names, worn))
 }
 
 /// What a recognizer of a template expects that has learnt nothing.

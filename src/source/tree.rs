@@ -13,7 +13,6 @@ use std::collections::HashSet;
 use std::ops::Range;
 use std::path::Path;
 
-#[cfg(feature = "train")]
 mod cycles;
 
 /// The recordings of a tree with their labels.

@@ -36,6 +36,15 @@ impl View {
         })
     }
 
+    /// A view from the angles that [`Self::angles_deg`] gives.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    #[expect(clippy::cast_possible_truncation, reason = "degrees")]
+    pub fn at((azimuth_deg, elevation_deg): (f64, f64)) -> Result<Self> {
+        Self::new(azimuth_deg as f32, elevation_deg as f32)
+    }
+
     /// (Azimuth, elevation), degrees.
     #[must_use]
     pub fn angles_deg(&self) -> (f64, f64) {

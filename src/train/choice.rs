@@ -19,13 +19,19 @@ const LISTED: usize = 64;
 
 /// The method, with the numbers that it chose, from 0, unless these are many.
 pub(crate) fn described(recognizer: &LinearRecognizer) -> String {
-    let rows = recognizer.embedding.weights.outer_iter();
-    let chosen = rows.filter_map(|row| row.iter().position(|&weight| weight != 0.0));
-    let chosen: Vec<String> = chosen.map(|number| number.to_string()).collect();
+    let chosen = chosen(recognizer);
     if chosen.len() > LISTED {
         return format!("{METHOD} ({} of a template)", chosen.len());
     }
+    let chosen: Vec<String> = chosen.iter().map(usize::to_string).collect();
     format!("{METHOD} ({})", chosen.join(" "))
+}
+
+/// The numbers that it chose, from 0.
+pub(crate) fn chosen(recognizer: &LinearRecognizer) -> Vec<usize> {
+    let rows = recognizer.embedding.weights.outer_iter();
+    rows.filter_map(|row| row.iter().position(|&weight| weight != 0.0))
+        .collect()
 }
 
 /// Most weights of the map from a template to the chosen numbers, 16 MB: it is a plain matrix.
@@ -33,11 +39,11 @@ const MAX_WEIGHTS: usize = 1 << 22;
 
 /// How a number varies.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Variances {
+struct Variances {
     /// Within people, between their samples.
-    pub within: f64,
+    within: f64,
     /// Between the means of people.
-    pub between: f64,
+    between: f64,
 }
 
 impl Variances {
@@ -45,7 +51,7 @@ impl Variances {
     ///
     /// # Errors
     /// As [`Classes::averaged`].
-    pub(crate) fn of(samples: &Samples) -> Result<Vec<Self>> {
+    fn of(samples: &Samples) -> Result<Vec<Self>> {
         let classes = samples.names.len();
         let Classes { means, .. } =
             Classes::<f64>::averaged(samples.numbers.view(), &samples.labels, classes)?;
@@ -67,7 +73,7 @@ impl Variances {
 
     /// Whether the number tells more of people than of what their samples differ in.
     #[must_use]
-    pub(crate) fn is_chosen(self) -> bool {
+    fn is_chosen(self) -> bool {
         self.between > self.within && self.within > 0.0
     }
 }

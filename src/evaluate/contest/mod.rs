@@ -77,10 +77,7 @@ pub fn training_views(contract: &Contract) -> Result<Vec<View>> {
         return Ok(Views::side()?.list);
     }
     let views = contract.training.viewpoints.iter();
-    #[expect(clippy::cast_possible_truncation, reason = "degrees")]
-    views
-        .map(|&[azimuth, elevation]| View::new(azimuth as f32, elevation as f32))
-        .collect()
+    views.map(|&angles| View::at(angles.into())).collect()
 }
 
 impl<'a> Contest<'a> {

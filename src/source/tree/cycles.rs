@@ -1,5 +1,7 @@
 //! A tree whose takes are gait cycles.
 
+#![cfg(feature = "train")]
+
 use super::Recordings;
 use crate::source::{Labels, Sequences, ViewLabel};
 use std::collections::HashMap;
