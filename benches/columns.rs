@@ -7,11 +7,11 @@
 mod common;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use edgegait_core::body::{Body, Figure};
+use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::ModelPose;
-use edgegait_core::raster::columns::{Azimuth, Place, Renderer as Columns};
+use edgegait_core::raster::columns::{Azimuth, ColumnRenderer as Columns, FigurePlace};
 use edgegait_core::raster::{Rasterizer, Renderer, Simd};
 use edgegait_core::silhouette::Size;
 use edgegait_core::template::{GeiBuilder, GeiTally};
@@ -109,12 +109,12 @@ fn azimuth(step: u8) -> Vec<Viewpoint> {
 }
 
 /// A scale that the whole cycle shares.
-fn place(figures: &[Figure<'_>]) -> Place {
+fn place(figures: &[Figure<'_>]) -> FigurePlace {
     let heights = figures.iter().flat_map(Figure::points).map(|point| point.y);
     let (low, high) = heights.fold((f32::MAX, f32::MIN), |(low, high), y| {
         (low.min(y), high.max(y))
     });
-    Place {
+    FigurePlace {
         centre: Vec3::Y * (0.5 * (low + high)),
         pixels_per_metre: HEIGHT_PX / (high - low),
         jitter: Vec2::ZERO,
@@ -122,8 +122,8 @@ fn place(figures: &[Figure<'_>]) -> Place {
 }
 
 /// The first person with at most so many points a hull: those that are farthest from each other.
-fn body(pack: &Pack<'_>, most: usize) -> Body {
-    let mut body = Body::default();
+fn body(pack: &Pack<'_>, most: usize) -> UnpackedBody {
+    let mut body = UnpackedBody::default();
     for hull in pack.avatar(0).expect("a first avatar").hulls() {
         let points: Vec<Vec3> = hull.points().collect();
         let mut kept = vec![0];
@@ -142,7 +142,7 @@ fn body(pack: &Pack<'_>, most: usize) -> Body {
 }
 
 /// The 32 frames of the first person's gait cycle.
-fn figures<'a>(pack: &Pack<'_>, body: &'a Body) -> Vec<Figure<'a>> {
+fn figures<'a>(pack: &Pack<'_>, body: &'a UnpackedBody) -> Vec<Figure<'a>> {
     let skeleton = pack.avatar(0).expect("a first avatar").skeleton();
     let clip = pack.clip(0).and_then(|clip| clip.as_loop());
     let clip = clip.expect("a first loop");

@@ -3,7 +3,7 @@
 mod common;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use edgegait_core::body::{Body, Figure};
+use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::cycle::{CycleDetector, LowerBody};
 use edgegait_core::pack::Pack;
@@ -58,7 +58,7 @@ fn cycle(criterion: &mut Criterion) {
 /// Silhouettes of the first walk of a pack.
 fn walk(pack: &Pack<'_>, azimuth_deg: f32, rate_hz: u16) -> Vec<Silhouette> {
     let avatar = pack.avatar(0).expect("a first avatar");
-    let (body, skeleton) = (Body::new(&avatar), avatar.skeleton());
+    let (body, skeleton) = (UnpackedBody::new(&avatar), avatar.skeleton());
     let clip = pack.clip(0).and_then(|clip| clip.as_loop());
     let clip = clip.expect("a first loop");
     let viewpoint = Viewpoint::from_degrees(azimuth_deg, 0.0).expect("angles within range");

@@ -3,7 +3,7 @@
 mod common;
 
 use criterion::{BenchmarkId, Criterion};
-use edgegait_core::body::{Body, Figure};
+use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::clip::Loop;
 use edgegait_core::pack::Pack;
@@ -27,7 +27,7 @@ fn gei(criterion: &mut Criterion) {
     let bytes = common::pack();
     let pack = Pack::parse(&bytes).expect("our own pack");
     let avatar = pack.avatar(0).expect("a first avatar");
-    let (body, skeleton) = (Body::new(&avatar), avatar.skeleton());
+    let (body, skeleton) = (UnpackedBody::new(&avatar), avatar.skeleton());
     let clip = pack.clip(0).and_then(|clip| clip.as_loop());
     let clip = clip.expect("a first loop");
     let side = Viewpoint::from_degrees(90.0, 0.0).expect("angles within range");
@@ -48,7 +48,7 @@ fn gei(criterion: &mut Criterion) {
 }
 
 fn gei_of(
-    (body, skeleton, clip): (&Body, &Skeleton, &Loop<'_>),
+    (body, skeleton, clip): (&UnpackedBody, &Skeleton, &Loop<'_>),
     camera: &Camera,
     renderer: &mut Renderer,
 ) -> Gei {

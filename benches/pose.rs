@@ -3,7 +3,7 @@
 mod common;
 
 use criterion::{BenchmarkId, Criterion};
-use edgegait_core::body::{Body, Figure};
+use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::ModelPose;
 use edgegait_core::skeleton::JOINTS;
@@ -22,7 +22,7 @@ fn pose(criterion: &mut Criterion) {
     let skeleton = avatar.skeleton();
     let pose = pack.clip(0).expect("a first clip").sample(0.3);
     let model = ModelPose::new(&skeleton, &pose);
-    let body = Body::new(&avatar);
+    let body = UnpackedBody::new(&avatar);
     let mut figure = Figure::new(&body, &model);
     let points = figure.len();
 

@@ -11,7 +11,7 @@ mod common;
 
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, BenchmarkId, Criterion};
-use edgegait_core::body::{Body, Figure};
+use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::ModelPose;
@@ -89,11 +89,11 @@ fn camera(azimuth_deg: f32, elevation_deg: f32) -> Camera {
 }
 
 /// The first person; of hulls that have more than `most` points so many, evenly spaced.
-fn body(most: usize) -> Body {
+fn body(most: usize) -> UnpackedBody {
     let bytes = common::pack();
     let pack = Pack::parse(&bytes).expect("our own pack");
     let avatar = pack.avatar(0).expect("a first avatar");
-    let mut body = Body::default();
+    let mut body = UnpackedBody::default();
     for hull in avatar.hulls() {
         let (len, most) = (hull.len(), most.min(hull.len()));
         let points = hull.points().enumerate();
@@ -105,7 +105,7 @@ fn body(most: usize) -> Body {
 }
 
 /// The 32 frames of the first person's gait cycle.
-fn figures(body: &Body) -> Vec<Figure<'_>> {
+fn figures(body: &UnpackedBody) -> Vec<Figure<'_>> {
     let bytes = common::pack();
     let pack = Pack::parse(&bytes).expect("our own pack");
     let avatar = pack.avatar(0).expect("a first avatar");

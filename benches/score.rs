@@ -7,7 +7,7 @@ use criterion::{BenchmarkId, Criterion, Throughput};
 use edgegait::Template;
 use edgegait::score::{Contract, Model, Recognizer, Runtime, shipped};
 use edgegait::sweep::{Job, Settings, Views, sweep};
-use edgegait::train::{Options, fit, onnx};
+use edgegait::train::{TrainOptions, fit, onnx};
 use edgegait_core::budget::PIXELS;
 use edgegait_core::pack::Pack;
 use ndarray::ArrayView2;
@@ -85,7 +85,7 @@ fn geis() -> (Vec<f32>, Vec<usize>) {
 fn recognizer(geis: &[f32], people: &[usize]) -> Box<dyn Recognizer> {
     let samples = ArrayView2::from_shape((people.len(), PIXELS), geis).expect("whole GEIs");
     let classes = people.iter().max().map_or(0, |last| last + 1);
-    let fitted = fit(samples, people, classes, Options::default()).expect("different people");
+    let fitted = fit(samples, people, classes, TrainOptions::default()).expect("different people");
     let bytes = onnx::write(&fitted, "bench", &[]);
     let model = Model::from_bytes("bench.onnx", bytes, Contract::default()).expect("our own model");
     Runtime::rten().load(&model).expect("plain operators")

@@ -3,7 +3,7 @@
 //! (`/usr/bin/time -v edgegait segment frames --threads 1 ...`, 2026-11-24).
 
 use criterion::{Criterion, Throughput};
-use edgegait::segment::{Segmenter, Settings};
+use edgegait::segment::{SegmentSettings, Segmenter};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder as _, ImageFormat, Rgb, RgbImage};
 use std::hint::black_box;
@@ -36,7 +36,7 @@ fn picture(seed: u32, has_figure: bool) -> RgbImage {
 }
 
 fn segment(criterion: &mut Criterion) {
-    let segmenter = Segmenter::new(picture(1, false), Settings::default());
+    let segmenter = Segmenter::new(picture(1, false), SegmentSettings::default());
     let frame = picture(2, true);
     let mut jpeg = Cursor::new(Vec::new());
     frame

@@ -7,7 +7,7 @@
 mod common;
 
 use criterion::{BenchmarkId, Criterion, SamplingMode, Throughput};
-use edgegait::sweep::{FRAMES_PER_CYCLE, Framing, Job, Raster, Settings, View, Views, sweep};
+use edgegait::sweep::{FRAMES_PER_CYCLE, FramingMode, Job, Raster, Settings, View, Views, sweep};
 use edgegait::{Condition, Doses, dose};
 use edgegait_core::pack::Pack;
 use edgegait_core::raster::Rasterizer;
@@ -75,7 +75,7 @@ fn sweeps(criterion: &mut Criterion) {
         );
         let settings = Settings {
             rasterizer,
-            framing: Framing::Cycle,
+            framing: FramingMode::Cycle,
             ..Settings::default()
         };
         group.bench_function(case, |b| {

@@ -49,13 +49,13 @@ impl Cache {
     }
 
     /// Where a thing of this kind is or will be, if things are kept.
-    pub(crate) fn path(&self, kind: &str, key: &Key) -> Option<PathBuf> {
+    pub(crate) fn path(&self, kind: &str, key: &CacheKey) -> Option<PathBuf> {
         Some(self.folder.as_ref()?.join(kind).join(&key.0))
     }
 
     /// The bytes of a thing, if they are kept.
     #[cfg(feature = "import")]
-    pub(crate) fn read(&self, kind: &str, key: &Key) -> Option<Vec<u8>> {
+    pub(crate) fn read(&self, kind: &str, key: &CacheKey) -> Option<Vec<u8>> {
         let path = self.path(kind, key)?;
         let bytes = fs::read(&path).ok()?;
         touch(&path);
@@ -67,7 +67,7 @@ impl Cache {
     /// # Errors
     /// The system's; then nothing is kept.
     #[cfg(feature = "import")]
-    pub(crate) fn keep(&self, kind: &str, key: &Key, bytes: &[u8]) -> Result<()> {
+    pub(crate) fn keep(&self, kind: &str, key: &CacheKey, bytes: &[u8]) -> Result<()> {
         let Some(path) = self.path(kind, key) else {
             return Ok(());
         };
@@ -126,9 +126,9 @@ fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
 
 /// The hash of all that a thing follows from.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Key(String);
+pub(crate) struct CacheKey(String);
 
-impl Key {
+impl CacheKey {
     /// Of these parts, each whole, and of the version of this program.
     pub(crate) fn of(parts: &[&[u8]]) -> Self {
         let mut digest = Sha256::new();
@@ -155,7 +155,7 @@ mod tests {
     #[test]
     fn what_is_kept_is_found_by_all_that_it_follows_from() {
         let (folder, cache) = cache();
-        let key = Key::of(&[b"mesh", b"384"]);
+        let key = CacheKey::of(&[b"mesh", b"384"]);
         assert_eq!(cache.read("hulls", &key), None);
         assert!(!folder.path().join("cache").exists());
         cache.keep("hulls", &key, b"points").unwrap();
@@ -166,7 +166,7 @@ mod tests {
             &[b"mesh3", b"84"],
             &[b"mesh384"],
         ] {
-            assert_eq!(cache.read("hulls", &Key::of(other)), None);
+            assert_eq!(cache.read("hulls", &CacheKey::of(other)), None);
         }
     }
 
@@ -174,7 +174,7 @@ mod tests {
     fn nothing_is_kept_where_none_was_asked_for() {
         let cache = Cache::named(Some(Path::new("none")));
         assert_eq!(cache, Cache::default());
-        let key = Key::of(&[b"a"]);
+        let key = CacheKey::of(&[b"a"]);
         cache.keep("hulls", &key, b"points").unwrap();
         assert_eq!(cache.read("hulls", &key), None);
         assert!(!Path::new("none").exists());
@@ -183,7 +183,7 @@ mod tests {
     #[test]
     fn what_was_used_longest_ago_goes_first() {
         let (_folder, cache) = cache();
-        let keys = [b"a", b"b", b"c"].map(|name| Key::of(&[name]));
+        let keys = [b"a", b"b", b"c"].map(|name| CacheKey::of(&[name]));
         for (age, key) in [3, 2, 1].into_iter().zip(&keys) {
             cache.keep("hulls", key, &[0; 100]).unwrap();
             let path = cache.path("hulls", key).unwrap();

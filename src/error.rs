@@ -43,7 +43,7 @@ pub enum Error {
         /// The file.
         path: PathBuf,
         /// Where in it.
-        place: Place,
+        place: FilePlace,
         /// What was expected, what was found, what to do.
         problem: String,
         /// What else may help.
@@ -71,7 +71,7 @@ pub enum Error {
     FrameRate(#[from] FrameRateError),
     /// Walks cannot be encoded, or people have no plausible body; what is left can do without them.
     #[error("{}", lines(.0))]
-    Refused(Vec<Refused>),
+    Refused(Vec<RefusedWalk>),
     /// Bytes are no pack.
     #[error(transparent)]
     Pack(#[from] FormatError),
@@ -124,7 +124,7 @@ pub enum Error {
 
 /// A walk that cannot be encoded, or a person with all walks.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Refused {
+pub struct RefusedWalk {
     /// Who walks.
     pub subject: String,
     /// Name of the take and number of its cycle; `None` for all of the subject's.
@@ -133,7 +133,7 @@ pub struct Refused {
     pub problem: String,
 }
 
-impl fmt::Display for Refused {
+impl fmt::Display for RefusedWalk {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.walk {
             Some((name, _)) => write!(f, "{} {name}: {}", self.subject, self.problem),
@@ -152,7 +152,7 @@ fn listed(names: &[String]) -> String {
 }
 
 /// Each in a line.
-fn lines(refused: &[Refused]) -> String {
+fn lines(refused: &[RefusedWalk]) -> String {
     let lines: Vec<String> = refused.iter().map(ToString::to_string).collect();
     lines.join("\n")
 }
@@ -181,7 +181,7 @@ pub enum Remedy {
 
 /// A place in an input file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum FilePlace {
     /// The file as a whole.
     File,
     /// A line, counted from 1.
@@ -190,7 +190,7 @@ pub enum Place {
     Byte(usize),
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for FilePlace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::File => Ok(()),
@@ -203,11 +203,11 @@ impl fmt::Display for Place {
 impl Error {
     /// A file as a whole cannot be used.
     pub fn input(path: impl AsRef<Path>, problem: impl Into<String>) -> Self {
-        Self::at(path, Place::File, problem)
+        Self::at(path, FilePlace::File, problem)
     }
 
     /// Something at a known place of a file cannot be used.
-    pub fn at(path: impl AsRef<Path>, place: Place, problem: impl Into<String>) -> Self {
+    pub fn at(path: impl AsRef<Path>, place: FilePlace, problem: impl Into<String>) -> Self {
         Self::Input {
             path: path.as_ref().to_path_buf(),
             place,
@@ -231,7 +231,7 @@ impl Error {
             let before = text.as_bytes().iter().take(span.start);
             1 + before.filter(|byte| **byte == b'\n').count()
         });
-        let place = line.map_or(Place::File, Place::Line);
+        let place = line.map_or(FilePlace::File, FilePlace::Line);
         Self::at(path, place, error.message().trim())
     }
 

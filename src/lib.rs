@@ -42,7 +42,7 @@
 //! ```
 //! # use edgegait::scene::cohort;
 //! # use edgegait::{CohortOptions, MAX_ERROR_MM, Pack, Settings, Views, encode_subjects};
-//! use edgegait::{Drawn, Entrant, Model, Runtime, Wish};
+//! use edgegait::{DrawnContest, Entrant, Model, Runtime, Wish};
 //!
 //! # fn main() -> edgegait::Result<()> {
 //! # let options = CohortOptions { people: 2, speeds_kmh: vec![5.0], ..CohortOptions::default() };
@@ -52,7 +52,7 @@
 //! let model = Model::open("models/side.onnx")?;
 //! let entrants = [Entrant::drawn(&model, &Runtime::rten(), Settings::default())?];
 //! let wish = Wish { views: Some(Views::side()?), ..Wish::default() };
-//! let drawn = Drawn::new((&pack, &[0, 1]), &entrants, wish)?;
+//! let drawn = DrawnContest::new((&pack, &[0, 1]), &entrants, wish)?;
 //! let outcome = drawn.contest.run(&entrants, 1, &mut |_| (), &mut |_| ())?;
 //! assert_eq!(outcome.results[0].rank1, 1.0);
 //! # Ok(())
@@ -64,7 +64,7 @@
 //! ```
 //! # use edgegait::scene::cohort;
 //! # use edgegait::{CohortOptions, MAX_ERROR_MM, Pack, Settings, Views, encode_subjects};
-//! # use edgegait::{Drawn, Entrant, Model, Runtime, Wish};
+//! # use edgegait::{DrawnContest, Entrant, Model, Runtime, Wish};
 //! use edgegait::{Condition, Doses, dose};
 //!
 //! # fn main() -> edgegait::Result<()> {
@@ -78,7 +78,7 @@
 //!     .map(|text| Condition::of(Doses::new(dose(text).ok())));
 //! let wish = Wish { views: Some(Views::side()?), conditions: &rolled, ..Wish::default() };
 //! let walks: Vec<usize> = (0..8).collect();
-//! let drawn = Drawn::new((&pack, &walks), &entrants, wish)?;
+//! let drawn = DrawnContest::new((&pack, &walks), &entrants, wish)?;
 //! let outcome = drawn.contest.run(&entrants, 1, &mut |_| (), &mut |_| ())?;
 //! let [level, askew] = &outcome.results[0].probe_sets[..] else {
 //!     panic!("a set of probes for each condition");
@@ -142,12 +142,12 @@ pub mod train;
 mod two_means;
 
 pub use confound::{Condition, Conditions, Doses, dose};
-pub use cycle::{CycleFinder, Cycles};
+pub use cycle::{CycleFinder, FoundCycles};
 pub use dataset::{Dataset, Tree};
 pub use edgegait_core::pack::Pack;
 pub use encode::{Effort, MAX_ERROR_MM, encode_population, encode_subjects};
 pub use error::{Error, Result};
-pub use evaluate::contest::{Contest, Drawn, Entrant, Outcome, Wish};
+pub use evaluate::contest::{Contest, ContestOutcome, DrawnContest, Entrant, Wish};
 pub use evaluate::protocol::Protocol;
 #[cfg(feature = "import")]
 pub use import::Motion;
@@ -157,7 +157,7 @@ pub use scene::cohort::CohortOptions;
 pub use scene::recorded::{ReadOptions, Recording};
 pub use score::{Contract, Model, Runtime};
 pub use source::{PackSource, Selection};
-pub use sweep::{Framing, Jitter, Job, Lens, Raster, Settings, View, Views, jobs, sweep};
+pub use sweep::{FramingMode, Jitter, Job, Lens, Raster, Settings, View, Views, jobs, sweep};
 pub use template::Template;
 #[cfg(feature = "train")]
-pub use train::{LinearRecognizer, Samples};
+pub use train::{LinearModel, Samples};

@@ -13,10 +13,10 @@ pub(crate) enum Column {
 pub(crate) struct Table<'a> {
     columns: &'a [Column],
     gap: usize,
-    lines: Vec<Line>,
+    lines: Vec<TableLine>,
 }
 
-enum Line {
+enum TableLine {
     Row(Vec<String>),
     Note(String),
 }
@@ -39,12 +39,12 @@ impl<'a> Table<'a> {
 
     pub(crate) fn row<T: Into<String>>(&mut self, cells: impl IntoIterator<Item = T>) {
         let cells = cells.into_iter().map(Into::into);
-        self.lines.push(Line::Row(cells.collect()));
+        self.lines.push(TableLine::Row(cells.collect()));
     }
 
     /// Adds text that stands in no column.
     pub(crate) fn note(&mut self, text: impl Into<String>) {
-        self.lines.push(Line::Note(text.into()));
+        self.lines.push(TableLine::Note(text.into()));
     }
 
     fn column(&self, at: usize) -> Column {
@@ -55,7 +55,9 @@ impl<'a> Table<'a> {
     fn widths(&self) -> Vec<usize> {
         let mut widths: Vec<usize> = Vec::new();
         for line in &self.lines {
-            let Line::Row(cells) = line else { continue };
+            let TableLine::Row(cells) = line else {
+                continue;
+            };
             for (at, cell) in cells.iter().enumerate() {
                 if at == widths.len() {
                     let (Column::Left(least) | Column::Right(least)) = self.column(at);
@@ -72,8 +74,8 @@ impl<'a> Table<'a> {
         let mut text = String::new();
         for (at, line) in self.lines.iter().enumerate() {
             match line {
-                Line::Note(note) => text += note,
-                Line::Row(cells) => {
+                TableLine::Note(note) => text += note,
+                TableLine::Row(cells) => {
                     let cells: Vec<String> =
                         cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
                     text += &format!("| {} |", cells.join(" | "));
@@ -98,9 +100,9 @@ impl fmt::Display for Table<'_> {
         let widths = self.widths();
         for line in &self.lines {
             let text = match line {
-                Line::Note(note) => note.clone(),
-                Line::Row(cells) if cells.iter().all(String::is_empty) => continue,
-                Line::Row(cells) => {
+                TableLine::Note(note) => note.clone(),
+                TableLine::Row(cells) if cells.iter().all(String::is_empty) => continue,
+                TableLine::Row(cells) => {
                     let aligned = cells.iter().zip(&widths).enumerate();
                     let aligned = aligned.map(|(at, (cell, width))| match self.column(at) {
                         Column::Left(_) => format!("{cell:<width$}"),

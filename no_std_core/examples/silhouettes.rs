@@ -8,11 +8,11 @@
 #[expect(dead_code, unused_imports, reason = "firmware needs more of it")]
 mod study;
 
-use edgegait_core::body::{Body, Figure};
+use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::ModelPose;
-use edgegait_core::raster::{Rasterizer, Renderer, Simd, View};
+use edgegait_core::raster::{Rasterizer, RenderView, Renderer, Simd};
 use edgegait_core::silhouette::Size;
 use glam::Vec2;
 use std::convert::Infallible;
@@ -38,12 +38,12 @@ fn main() {
 
     let pack = Pack::parse(study::BARE.pack).expect("the cohort");
     let job = study::BARE.job(&pack, 0);
-    let (body, skeleton) = (Body::new(&job.avatar), job.avatar.skeleton());
+    let (body, skeleton) = (UnpackedBody::new(&job.avatar), job.avatar.skeleton());
     let viewpoints = AZIMUTHS_DEG.iter().flat_map(|&azimuth| {
         ELEVATIONS_DEG.map(|elevation| Viewpoint::from_degrees(azimuth, elevation))
     });
-    let views: Vec<View> = viewpoints
-        .map(|viewpoint| View {
+    let views: Vec<RenderView> = viewpoints
+        .map(|viewpoint| RenderView {
             camera: Camera::orthographic(viewpoint.expect("a viewpoint")),
             framing: Framing::Height,
             jitter: Vec2::ZERO,

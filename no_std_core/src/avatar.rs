@@ -196,8 +196,8 @@ impl<'a> Avatar<'a> {
         rigid + draped.map_or(0, |last| last + 1)
     }
 
-    fn stored(&self, bits: BitReader<'a>) -> Stored<'a> {
-        Stored {
+    fn stored(&self, bits: BitReader<'a>) -> StoredHulls<'a> {
+        StoredHulls {
             bits,
             step_um: self.step_um(),
             left: self.stored_hulls(),
@@ -284,7 +284,7 @@ fn read_clothes(bits: &mut BitReader<'_>) -> Option<u8> {
 }
 
 /// The hulls as they are stored.
-struct Stored<'a> {
+struct StoredHulls<'a> {
     bits: BitReader<'a>,
     step_um: u16,
     /// How many are still to be read.
@@ -295,7 +295,7 @@ struct Stored<'a> {
     parts: u8,
 }
 
-impl<'a> Iterator for Stored<'a> {
+impl<'a> Iterator for StoredHulls<'a> {
     type Item = Result<Hull<'a>, FormatError>;
 
     fn next(&mut self) -> Option<Self::Item> {

@@ -19,19 +19,19 @@ use core::fmt;
 use core::ops::Range;
 use drape::Drape;
 pub use figure::Figure;
-pub(crate) use figure::{FigureHull, Place, Places};
+pub(crate) use figure::{FigureHull, JointPlace, JointPlaces};
 use glam::{Mat3, Vec3};
 use plane::{Facets16, edges_of, radiate, set_facets};
 
 /// Vectors by axis.
 #[derive(Clone, Debug)]
-pub(crate) struct Lanes<const N: usize> {
+pub(crate) struct VectorLanes<const N: usize> {
     pub x: [f32; N],
     pub y: [f32; N],
     pub z: [f32; N],
 }
 
-impl<const N: usize> Lanes<N> {
+impl<const N: usize> VectorLanes<N> {
     const ZERO: Self = Self {
         x: [0.0; N],
         y: [0.0; N],
@@ -77,7 +77,7 @@ impl<const N: usize> Lanes<N> {
 
 /// What carries the points of a hull.
 #[derive(Clone, Copy, Debug)]
-enum Carrier {
+enum HullCarrier {
     /// One joint carries all of them.
     Joint(usize),
     /// A joint for each: those of the body's drape of this number.
@@ -86,18 +86,18 @@ enum Carrier {
 
 /// One hull of a body.
 #[derive(Clone, Debug)]
-struct BodyHull {
-    carrier: Carrier,
+struct UnpackedHull {
+    carrier: HullCarrier,
     /// Behind its last point, facets and edges in the body's arrays.
     points_end: usize,
     facets_end: usize,
     edges_end: usize,
 }
 
-impl BodyHull {
+impl UnpackedHull {
     /// Nothing, before the first hull.
     const NONE: Self = Self {
-        carrier: Carrier::Joint(0),
+        carrier: HullCarrier::Joint(0),
         points_end: 0,
         facets_end: 0,
         edges_end: 0,
@@ -107,10 +107,10 @@ impl BodyHull {
 /// The hulls of an avatar, unpacked, with their facets. 81 kB: for a host, where it is made once for
 /// all frames and viewpoints.
 #[derive(Clone, Debug)]
-pub struct Body {
-    hulls: heapless::Vec<BodyHull, MAX_HULLS>,
+pub struct UnpackedBody {
+    hulls: heapless::Vec<UnpackedHull, MAX_HULLS>,
     drapes: heapless::Vec<Drape, MAX_DRAPED_HULLS>,
-    points: Lanes<MAX_POINTS>,
+    points: VectorLanes<MAX_POINTS>,
     /// Of hulls that joints carry, in the frames of these.
     facets: [Facets16; MAX_FACETS / LANES],
     edges: heapless::Vec<Edges, { 2 * MAX_HULLS }>,
@@ -118,12 +118,12 @@ pub struct Body {
     spokes: [[u64; 2]; MAX_POINTS],
 }
 
-impl Default for Body {
+impl Default for UnpackedBody {
     fn default() -> Self {
         Self {
             hulls: heapless::Vec::new(),
             drapes: heapless::Vec::new(),
-            points: Lanes::ZERO,
+            points: VectorLanes::ZERO,
             facets: [const { Facets16::NONE }; _],
             edges: heapless::Vec::new(),
             spokes: [[0; 2]; MAX_POINTS],
@@ -131,7 +131,7 @@ impl Default for Body {
     }
 }
 
-impl Body {
+impl UnpackedBody {
     /// Unpacks an avatar. Most of the time goes into facets: about 4 us a hull (one core of a
     /// shared AMD EPYC).
     #[must_use]
@@ -171,7 +171,7 @@ impl Body {
             hull.push(point).map_err(|_| OverBudget)?;
         }
         let surface = Facets::of(&hull);
-        let before = self.add(&hull, Carrier::Joint(joint.index()), &surface)?;
+        let before = self.add(&hull, HullCarrier::Joint(joint.index()), &surface)?;
         let facets = self.facets.get_mut(before.facets_end..).unwrap_or_default();
         set_facets(&surface, &hull, facets);
         let spokes = self.spokes.get_mut(before.points_end..).unwrap_or_default();
@@ -203,7 +203,7 @@ impl Body {
         if self.drapes.is_full() {
             return Err(OverBudget);
         }
-        let carrier = Carrier::Drape(self.drapes.len());
+        let carrier = HullCarrier::Drape(self.drapes.len());
         self.add(&hull, carrier, &Facets::default())?;
         self.drapes.push(drape).map_err(|_| OverBudget)
     }
@@ -212,16 +212,16 @@ impl Body {
     fn add(
         &mut self,
         points: &[Vec3],
-        carrier: Carrier,
+        carrier: HullCarrier,
         surface: &Facets,
-    ) -> Result<BodyHull, OverBudget> {
-        let before = self.hulls.last().cloned().unwrap_or(BodyHull::NONE);
+    ) -> Result<UnpackedHull, OverBudget> {
+        let before = self.hulls.last().cloned().unwrap_or(UnpackedHull::NONE);
         let points_end = before.points_end + points.len();
         let facets_end = before.facets_end + surface.facets.len().div_ceil(LANES);
         if points_end > MAX_POINTS || facets_end > MAX_FACETS / LANES {
             return Err(OverBudget);
         }
-        let hull = BodyHull {
+        let hull = UnpackedHull {
             carrier,
             points_end,
             facets_end,

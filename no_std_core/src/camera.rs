@@ -129,7 +129,7 @@ pub const NEAR_M: f32 = 0.1;
 
 /// How rays run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Lens {
+enum Rays {
     /// In parallel.
     Orthographic,
     /// From an eye this far from the point that it aims at.
@@ -140,7 +140,7 @@ enum Lens {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     viewpoint: Viewpoint,
-    lens: Lens,
+    lens: Rays,
 }
 
 /// Why there is no such camera.
@@ -175,7 +175,7 @@ impl Camera {
     pub const fn orthographic(viewpoint: Viewpoint) -> Self {
         Self {
             viewpoint,
-            lens: Lens::Orthographic,
+            lens: Rays::Orthographic,
         }
     }
 
@@ -198,7 +198,7 @@ impl Camera {
         }
         Ok(Self {
             viewpoint,
-            lens: Lens::Perspective { aim, distance_m },
+            lens: Rays::Perspective { aim, distance_m },
         })
     }
 
@@ -211,8 +211,8 @@ impl Camera {
     /// What it aims at and how far from there its eye stands, metres; none with parallel rays.
     pub(crate) const fn eye(&self) -> Option<(Vec3, f32)> {
         match self.lens {
-            Lens::Orthographic => None,
-            Lens::Perspective { aim, distance_m } => Some((aim, distance_m)),
+            Rays::Orthographic => None,
+            Rays::Perspective { aim, distance_m } => Some((aim, distance_m)),
         }
     }
 
@@ -220,8 +220,8 @@ impl Camera {
     #[must_use]
     pub fn depth_m(&self, point: Vec3) -> f32 {
         match self.lens {
-            Lens::Orthographic => f32::INFINITY,
-            Lens::Perspective { aim, distance_m } => {
+            Rays::Orthographic => f32::INFINITY,
+            Rays::Perspective { aim, distance_m } => {
                 distance_m - self.viewpoint.toward.dot(point - aim)
             }
         }
@@ -237,8 +237,8 @@ impl Camera {
     pub fn project(&self, point: Vec3) -> Vec2 {
         let Viewpoint { right, up, .. } = self.viewpoint;
         match self.lens {
-            Lens::Orthographic => Vec2::new(right.dot(point), up.dot(point)),
-            Lens::Perspective { aim, distance_m } => {
+            Rays::Orthographic => Vec2::new(right.dot(point), up.dot(point)),
+            Rays::Perspective { aim, distance_m } => {
                 let from_aim = point - aim;
                 let growth = distance_m / self.depth_m(point);
                 Vec2::new(right.dot(from_aim) * growth, up.dot(from_aim) * growth)

@@ -6,7 +6,7 @@ use core::fmt;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Clothes {
     /// How far clothes stand away from the body.
-    pub fit: Fit,
+    pub fit: ClothesFit,
     /// What is around the legs.
     pub legs: Legs,
     /// Whether a coat hangs over the rest.
@@ -19,7 +19,7 @@ pub struct Clothes {
 
 /// How far clothes stand away from the body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Fit {
+pub enum ClothesFit {
     /// A few millimetres.
     Tight,
     /// About a centimetre.
@@ -47,9 +47,9 @@ impl Clothes {
     #[must_use]
     pub const fn of_bits(bits: u8) -> Option<Self> {
         let fit = match bits & 3 {
-            0 => Fit::Tight,
-            1 => Fit::Normal,
-            2 => Fit::Loose,
+            0 => ClothesFit::Tight,
+            1 => ClothesFit::Normal,
+            2 => ClothesFit::Loose,
             _ => return None,
         };
         let legs = match bits >> 2 & 3 {
@@ -85,9 +85,9 @@ impl fmt::Display for Clothes {
     /// In one word, such as `loose+shorts+long-hair`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self.fit {
-            Fit::Tight => "tight",
-            Fit::Normal => "normal",
-            Fit::Loose => "loose",
+            ClothesFit::Tight => "tight",
+            ClothesFit::Normal => "normal",
+            ClothesFit::Loose => "loose",
         })?;
         f.write_str(match self.legs {
             Legs::Trousers => "+trousers",
@@ -118,7 +118,7 @@ mod tests {
         });
         assert_eq!(known.count(), 3 * 3 * 2 * 2 * 2);
         let summer = Clothes::of_bits(0b110_0110).expect("known clothes");
-        assert_eq!((summer.fit, summer.legs), (Fit::Loose, Legs::Shorts));
+        assert_eq!((summer.fit, summer.legs), (ClothesFit::Loose, Legs::Shorts));
         assert!(!summer.has_coat && summer.has_long_hair && summer.has_short_sleeves);
     }
 }

@@ -14,7 +14,7 @@ use crate::format::{
 };
 use crate::rotation::{product, quaternion};
 use crate::skeleton::Joint;
-use crate::table::Table;
+use crate::table::EntryTable;
 use glam::{Quat, Vec3};
 
 /// A pack's codebook, read in place.
@@ -22,19 +22,19 @@ use glam::{Quat, Vec3};
 pub struct Codebook<'a> {
     fixed: &'a [u8],
     parameters: &'a [u8],
-    templates: Table<'a>,
+    templates: EntryTable<'a>,
 }
 
 /// The two rotations around a joint's own one.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Frame {
+pub(crate) struct JointFrame {
     /// Reference times basis.
     pub left: [f32; 4],
     /// The basis's inverse.
     pub right: [f32; 4],
 }
 
-impl Frame {
+impl JointFrame {
     /// The joint's rotation for a vector in its basis.
     #[inline]
     pub(crate) fn turn(&self, vector: [f32; 3]) -> [f32; 4] {
@@ -56,14 +56,14 @@ impl<'a> Codebook<'a> {
         let codebook = Self {
             fixed,
             parameters,
-            templates: Table::EMPTY,
+            templates: EntryTable::EMPTY,
         };
         let mut bits = BitReader::new(parameters);
         let error = |bits: &BitReader<'_>, expected| {
             FormatError::new(CODEBOOK_BYTES + bits.position() / 8, expected)
         };
         for _ in 0..CHANNELS {
-            let Some(channel) = Parameters::read(&mut bits) else {
+            let Some(channel) = ChannelParameters::read(&mut bits) else {
                 return Err(error(&bits, "at most 32 groups in a channel"));
             };
             let mut last = 0;
@@ -93,19 +93,19 @@ impl<'a> Codebook<'a> {
         section: &'a [u8],
         codes: &CodeTable,
     ) -> Result<Self, FormatError> {
-        self.templates = Table::parse(section)?;
+        self.templates = EntryTable::parse(section)?;
         if self.templates.len() > usize::from(u8::MAX) {
             return Err(FormatError::new(0, "at most 255 templates"));
         }
         for (at, entry) in self.templates.entries() {
-            Template::check(entry, codes).map_err(|e| e.behind(at))?;
+            MeanWalk::check(entry, codes).map_err(|e| e.behind(at))?;
         }
         Ok(self)
     }
 
     /// The same over a section of templates that have been checked already.
     pub(crate) fn over(mut self, section: &'a [u8]) -> Result<Self, FormatError> {
-        self.templates = Table::parse(section)?;
+        self.templates = EntryTable::parse(section)?;
         Ok(self)
     }
 
@@ -116,10 +116,10 @@ impl<'a> Codebook<'a> {
     }
 
     /// The template that a clip names: 0 is none.
-    pub(crate) fn template(&self, number: u8) -> Option<Template<'a>> {
+    pub(crate) fn template(&self, number: u8) -> Option<MeanWalk<'a>> {
         let index = usize::from(number).checked_sub(1)?;
         // Cannot fail for an entry: `with_templates` has been through all of them.
-        Template::new(self.templates.entry(index)?.1)
+        MeanWalk::new(self.templates.entry(index)?.1)
     }
 
     /// Greatest and mean error of one joint over all clips of the pack, mm: virtual points
@@ -141,18 +141,18 @@ impl<'a> Codebook<'a> {
     /// [`crate::rotation::rotation`] of its vector times the second.
     #[must_use]
     pub fn frame_rotations(&self, joint: Joint) -> (Quat, Quat) {
-        let Frame { left, right } = self.frame(joint);
+        let JointFrame { left, right } = self.frame(joint);
         (Quat::from_array(left), Quat::from_array(right))
     }
 
     /// The rotations around a joint's own one.
-    pub(crate) fn frame(&self, joint: Joint) -> Frame {
+    pub(crate) fn frame(&self, joint: Joint) -> JointFrame {
         let at = FRAME_BYTES * joint.index();
         let component = |at| f32::from(i16_at(self.fixed, at)) * FRAME_STEP;
         let vector = |at| [component(at), component(at + 2), component(at + 4)];
         let basis = quaternion(vector(at + FRAME_BYTES / 2));
         let [x, y, z, w] = basis;
-        Frame {
+        JointFrame {
             left: product(quaternion(vector(at)), basis),
             right: [-x, -y, -z, w],
         }
@@ -189,7 +189,7 @@ impl<'a> Codebook<'a> {
 
 /// What the codebook states of one channel's numbers.
 #[derive(Clone, Copy)]
-pub(crate) struct Parameters {
+pub(crate) struct ChannelParameters {
     /// Most groups that a clip has in this channel.
     pub groups: u8,
     usual_groups: u8,
@@ -200,7 +200,7 @@ pub(crate) struct Parameters {
 /// The Rice parameter of each group of one channel.
 pub(crate) type Codes = [u8; MAX_GROUPS];
 
-impl Parameters {
+impl ChannelParameters {
     /// No groups.
     pub(crate) const NONE: Self = Self {
         groups: 0,
@@ -271,7 +271,7 @@ fn next_code(bits: &mut BitReader<'_>, group: usize, last: u32) -> u32 {
 
 /// What the codebook states of all channels, read once to check many clips. 2 kB.
 pub(crate) struct CodeTable {
-    channels: [Parameters; CHANNELS],
+    channels: [ChannelParameters; CHANNELS],
     /// Those of all channels one after another.
     codes: heapless::Vec<u8, { CHANNELS * MAX_GROUPS }>,
 }
@@ -280,7 +280,7 @@ impl CodeTable {
     #[inline]
     pub(crate) fn of(codebook: &Codebook<'_>) -> Self {
         let mut table = Self {
-            channels: [Parameters::NONE; CHANNELS],
+            channels: [ChannelParameters::NONE; CHANNELS],
             codes: heapless::Vec::new(),
         };
         table.read(BitReader::new(codebook.parameters));
@@ -293,7 +293,7 @@ impl CodeTable {
         let mut codes = [0; MAX_GROUPS];
         for channel in &mut self.channels {
             // A codebook's channels have been checked.
-            *channel = Parameters::read(&mut bits).unwrap_or(Parameters::NONE);
+            *channel = ChannelParameters::read(&mut bits).unwrap_or(ChannelParameters::NONE);
             let codes = channel.read_codes(&mut bits, &mut codes);
             // As many as there are channels and groups, which the capacity allows.
             let _ = self.codes.extend_from_slice(codes);
@@ -301,7 +301,7 @@ impl CodeTable {
     }
 
     /// The channels from the first, each with its codes.
-    pub(crate) fn channels(&self) -> impl Iterator<Item = (&Parameters, &[u8])> {
+    pub(crate) fn channels(&self) -> impl Iterator<Item = (&ChannelParameters, &[u8])> {
         let mut rest = self.codes.as_slice();
         self.channels.iter().map(move |channel| {
             let (codes, behind) = rest
@@ -315,14 +315,14 @@ impl CodeTable {
 
 /// A mean walk that clips state their differences from, read in place.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Template<'a> {
+pub(crate) struct MeanWalk<'a> {
     /// Scale of its steps.
     pub scale: u8,
     /// Its numbers.
     pub bits: BitReader<'a>,
 }
 
-impl<'a> Template<'a> {
+impl<'a> MeanWalk<'a> {
     /// The template of these bytes, unchecked but for their length.
     fn new(bytes: &'a [u8]) -> Option<Self> {
         Some(Self {
@@ -364,7 +364,7 @@ pub(crate) struct TemplateChannel {
 impl TemplateChannel {
     /// The channel's head; `None` where it has more groups than the codebook.
     #[inline]
-    pub(crate) fn read(bits: &mut BitReader<'_>, channel: &Parameters) -> Option<Self> {
+    pub(crate) fn read(bits: &mut BitReader<'_>, channel: &ChannelParameters) -> Option<Self> {
         if channel.groups == 0 {
             return Some(Self::default());
         }
@@ -385,14 +385,14 @@ impl TemplateChannel {
 
 /// The numbers of a channel's groups: of the constant one and a 0, then of each harmonic the
 /// cosine's and the sine's.
-pub(crate) type Numbers = [[i32; 2]; MAX_GROUPS];
+pub(crate) type ChannelNumbers = [[i32; 2]; MAX_GROUPS];
 
 /// Reads the numbers of as many groups as `codes` are given.
 #[inline]
 pub(crate) fn read_numbers<'n>(
     bits: &mut BitReader<'_>,
     mut codes: impl ExactSizeIterator<Item = u32>,
-    numbers: &'n mut Numbers,
+    numbers: &'n mut ChannelNumbers,
 ) -> &'n [[i32; 2]] {
     let len = codes.len();
     let [constant, harmonics @ ..] = numbers;

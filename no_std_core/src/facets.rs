@@ -30,7 +30,7 @@ pub struct Facets {
 }
 
 /// A point on a grid of [`GRID`] cells along each axis.
-type Cell = [i32; 3];
+type GridCell = [i32; 3];
 
 /// Cells along the box of a hull: 2^20, so that halves and quarters of it are not rounded. Six
 /// times a tetrahedron's volume then stays below 2^63, so that every decision about the
@@ -53,8 +53,8 @@ impl Facets {
         let cells = cells(points);
         let mut facets = Self::default();
         let triangles = match surface(&cells) {
-            Surface::Closed(triangles) => triangles,
-            Surface::Flat(triangle) => {
+            HullSurface::Closed(triangles) => triangles,
+            HullSurface::Flat(triangle) => {
                 facets.edges = border(&cells, triangle);
                 return facets;
             }
@@ -96,43 +96,43 @@ pub(crate) fn each_triangle<E>(
 ) -> Result<(), E> {
     let cells = cells(points);
     match surface(&cells) {
-        Surface::Closed(triangles) => triangles.into_iter().try_for_each(take),
-        Surface::Flat(triangle) => border(&cells, triangle)
+        HullSurface::Closed(triangles) => triangles.into_iter().try_for_each(take),
+        HullSurface::Flat(triangle) => border(&cells, triangle)
             .into_iter()
             .try_for_each(|[a, b]| take([a, b, b])),
     }
 }
 
 /// What points span.
-enum Surface {
+enum HullSurface {
     /// These triangles; none if all points are on one line.
     Closed(Triangles),
     /// A part of the plane of this triangle.
     Flat(Triangle),
 }
 
-fn surface(cells: &[Cell]) -> Surface {
+fn surface(cells: &[GridCell]) -> HullSurface {
     let mut surface = Triangles::new();
     let Some(triangle) = first_triangle(cells) else {
-        return Surface::Closed(surface);
+        return HullSurface::Closed(surface);
     };
     let outside = (0..).zip(cells);
     let apex = outside
         .map(|(apex, cell)| (apex, volume(cells, triangle, *cell)))
         .find(|&(_, volume)| volume != 0);
     let Some((apex, side)) = apex else {
-        return Surface::Flat(triangle);
+        return HullSurface::Flat(triangle);
     };
     let [a, b, c] = if side > 0 { turned(triangle) } else { triangle };
     surface.extend([[a, b, c], [b, a, apex], [c, b, apex], [a, c, apex]]);
     for (point, cell) in (0..).zip(cells) {
         grow(cells, &mut surface, (point, *cell));
     }
-    Surface::Closed(surface)
+    HullSurface::Closed(surface)
 }
 
 /// The points on their grid; none if one is not finite.
-fn cells(points: &[Vec3]) -> heapless::Vec<Cell, MAX_HULL_POINTS> {
+fn cells(points: &[Vec3]) -> heapless::Vec<GridCell, MAX_HULL_POINTS> {
     let points = points.get(..MAX_HULL_POINTS).unwrap_or(points);
     let mut cells = heapless::Vec::new();
     let Some(&first) = points.first() else {
@@ -158,7 +158,7 @@ fn cells(points: &[Vec3]) -> heapless::Vec<Cell, MAX_HULL_POINTS> {
 }
 
 /// The first three points that are not on one line.
-fn first_triangle(cells: &[Cell]) -> Option<Triangle> {
+fn first_triangle(cells: &[GridCell]) -> Option<Triangle> {
     let first = cells.first()?;
     let (b, second) = (0..).zip(cells).find(|(_, cell)| *cell != first)?;
     let along = difference(*second, *first);
@@ -170,7 +170,7 @@ fn first_triangle(cells: &[Cell]) -> Option<Triangle> {
 
 /// Adds a point to the surface: triangles that it sees go, and it is joined to the border of
 /// what is left. A triangle in whose plane the point lies stays.
-fn grow(cells: &[Cell], surface: &mut Triangles, (point, cell): (u8, Cell)) {
+fn grow(cells: &[GridCell], surface: &mut Triangles, (point, cell): (u8, GridCell)) {
     let mut seen = Triangles::new();
     surface.retain(|&triangle| {
         let is_seen = volume(cells, triangle, cell) > 0;
@@ -199,7 +199,7 @@ fn grow(cells: &[Cell], surface: &mut Triangles, (point, cell): (u8, Cell)) {
 
 /// The border of points in one plane, of which `triangle` is a part: their convex hull seen
 /// along the axis that is nearest to the plane's normal (Andrew 1979).
-fn border(cells: &[Cell], [a, b, c]: Triangle) -> heapless::Vec<[u8; 2], MAX_HULL_EDGES> {
+fn border(cells: &[GridCell], [a, b, c]: Triangle) -> heapless::Vec<[u8; 2], MAX_HULL_EDGES> {
     let [a, b, c] = [a, b, c].map(|corner| cell_of(cells, corner));
     let normal = cross(difference(b, a), difference(c, a)).map(i64::abs);
     let [u, v] = match normal {
@@ -237,7 +237,7 @@ fn border(cells: &[Cell], [a, b, c]: Triangle) -> heapless::Vec<[u8; 2], MAX_HUL
 }
 
 /// Six times the volume of the tetrahedron on a triangle; positive if `apex` sees it.
-fn volume(cells: &[Cell], [a, b, c]: Triangle, apex: Cell) -> i64 {
+fn volume(cells: &[GridCell], [a, b, c]: Triangle, apex: GridCell) -> i64 {
     let [a, b, c] = [a, b, c].map(|corner| cell_of(cells, corner));
     let [x, y, z] = cross(difference(b, a), difference(c, a));
     let [u, v, w] = difference(apex, a);
@@ -248,15 +248,15 @@ fn turned([a, b, c]: Triangle) -> Triangle {
     [a, c, b]
 }
 
-fn cell_of(cells: &[Cell], point: u8) -> Cell {
+fn cell_of(cells: &[GridCell], point: u8) -> GridCell {
     cells.get(usize::from(point)).copied().unwrap_or_default()
 }
 
-fn difference(a: Cell, b: Cell) -> Cell {
+fn difference(a: GridCell, b: GridCell) -> GridCell {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-fn cross(a: Cell, b: Cell) -> [i64; 3] {
+fn cross(a: GridCell, b: GridCell) -> [i64; 3] {
     [
         product(a[1], b[2]) - product(a[2], b[1]),
         product(a[2], b[0]) - product(a[0], b[2]),

@@ -24,7 +24,7 @@ pub struct Hull<'a> {
     parts: u8,
     len: u8,
     rows: u8,
-    layout: Layout,
+    layout: PointLayout,
     step: Vec3,
     bits: BitReader<'a>,
 }
@@ -34,7 +34,7 @@ pub(crate) type HullPoints = heapless::Vec<Vec3, MAX_HULL_POINTS>;
 
 /// How the points of a hull's rows are packed.
 #[derive(Clone, Copy, Debug)]
-struct Layout {
+struct PointLayout {
     is_symmetric: bool,
     /// The axis on which the points of a row are the same: 1 x, 2 y, 3 z.
     shared_axis: u8,
@@ -47,7 +47,7 @@ struct Layout {
 /// Points that follow each other in the stream: first those that stand alone, then, in a
 /// symmetric hull, those that stand for two.
 #[derive(Clone, Copy, Debug)]
-struct Row {
+struct PointRow {
     alone: u8,
     pairs: u8,
     shared: Vec3,
@@ -112,7 +112,7 @@ impl<'a> Hull<'a> {
             parts,
             len: 0,
             rows,
-            layout: Layout {
+            layout: PointLayout {
                 is_symmetric,
                 shared_axis,
                 shared,
@@ -213,10 +213,10 @@ impl<'a> Hull<'a> {
     }
 }
 
-impl Layout {
+impl PointLayout {
     /// Reads what a row's points share; `None` if more of them are said to be in the middle
     /// than there are.
-    fn read_row(self, bits: &mut BitReader<'_>) -> Option<Row> {
+    fn read_row(self, bits: &mut BitReader<'_>) -> Option<PointRow> {
         let middle_bits = if self.is_symmetric {
             ROW_MIDDLE_BITS
         } else {
@@ -238,7 +238,7 @@ impl Layout {
             3 => Vec3::new(0.0, 0.0, signed(word, width)),
             _ => Vec3::ZERO,
         };
-        Some(Row {
+        Some(PointRow {
             alone,
             pairs: points.checked_sub(alone)?,
             shared,
@@ -246,7 +246,7 @@ impl Layout {
     }
 
     /// Passes over a row's points.
-    fn skip_points(self, bits: &mut BitReader<'_>, row: Row) {
+    fn skip_points(self, bits: &mut BitReader<'_>, row: PointRow) {
         let bits_of = |widths: [u8; 3]| widths.map(usize::from).iter().sum::<usize>();
         bits.skip(usize::from(row.alone) * bits_of(self.alone()));
         bits.skip(usize::from(row.pairs) * bits_of(self.own));
@@ -256,7 +256,7 @@ impl Layout {
     fn read_points(
         self,
         bits: &mut BitReader<'_>,
-        row: Row,
+        row: PointRow,
         points: &mut HullPoints,
     ) -> Option<()> {
         let mut shared = row.shared;

@@ -44,7 +44,7 @@
 //! Beside it [`cycle`] finds gait cycles in silhouettes, those of a camera too.
 //!
 //! That takes 170 kB, as a host has them. A microcontroller draws the same bytes in 10 kB: its
-//! body is a [`lean::Body`], what it draws into a [`lean::Rows`] (`Renderer::of`), and its GEI
+//! body is a [`lean::LeanBody`], what it draws into a [`lean::LeanRows`] (`Renderer::of`), and its GEI
 //! lies in bytes of its own ([`template::GeiInPlace`]). All else is the same.
 //!
 //! # Conventions

@@ -23,7 +23,7 @@ pub struct LinearRecognizer<'a> {
     classes: &'a [u8],
     /// Class after class, rows from the top.
     weights: &'a [u8],
-    names: Names<'a>,
+    names: PackedNames<'a>,
 }
 
 impl<'a> LinearRecognizer<'a> {
@@ -90,7 +90,7 @@ impl<'a> LinearRecognizer<'a> {
             ));
         };
         check_classes(classes).map_err(|error| error.behind(RECOGNIZER_HEADER_BYTES))?;
-        let names = Names { rest: names };
+        let names = PackedNames { rest: names };
         names.check(count).map_err(|error| error.behind(names_at))?;
         Ok(Self {
             size,
@@ -202,11 +202,11 @@ fn check_classes(classes: &[u8]) -> Result<(), FormatError> {
 
 /// Names one after another, each behind a byte with its length.
 #[derive(Clone, Copy, Debug)]
-struct Names<'a> {
+struct PackedNames<'a> {
     rest: &'a [u8],
 }
 
-impl Names<'_> {
+impl PackedNames<'_> {
     /// Refuses more or fewer than `count` names, and what is no UTF-8.
     fn check(mut self, count: usize) -> Result<(), FormatError> {
         let all = self.rest.len();
@@ -229,7 +229,7 @@ impl Names<'_> {
     }
 }
 
-impl<'a> Iterator for Names<'a> {
+impl<'a> Iterator for PackedNames<'a> {
     type Item = &'a str;
 
     fn next(&mut self) -> Option<&'a str> {

@@ -12,7 +12,7 @@ use crate::format::{
     SECTIONS_AT, SEX_BITS, SUBJECT_BYTES, UNDER_AGE_YEARS, VERSION, VERSION_AT, WALK_BYTES, crc32,
     u16_at, u32_at,
 };
-use crate::table::Table;
+use crate::table::EntryTable;
 
 /// A parsed pack.
 #[derive(Clone, Copy, Debug)]
@@ -20,16 +20,16 @@ pub struct Pack<'a> {
     names: &'a [u8],
     subjects: &'a [u8],
     walks: &'a [u8],
-    avatars: Table<'a>,
+    avatars: EntryTable<'a>,
     codebook: Codebook<'a>,
-    clips: Table<'a>,
+    clips: EntryTable<'a>,
     section_bytes: [usize; SECTION_ORDER.len()],
     bytes: usize,
 }
 
 /// A person.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Subject<'a> {
+pub struct SubjectEntry<'a> {
     /// Name. The writer keeps names unique; the reader does not check it.
     pub name: &'a str,
     /// Sex, where it is stated.
@@ -55,7 +55,7 @@ pub enum Sex {
 
 /// One recorded or made gait cycle of a person.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Walk<'a> {
+pub struct WalkEntry<'a> {
     /// Name of the take, for example `walk-5kmh` or `07_01`.
     pub name: &'a str,
     /// Which subject walks.
@@ -109,9 +109,9 @@ impl<'a> Pack<'a> {
             names,
             subjects,
             walks,
-            avatars: Table::parse(avatars).map_err(|e| e.behind(avatars_at))?,
+            avatars: EntryTable::parse(avatars).map_err(|e| e.behind(avatars_at))?,
             codebook,
-            clips: Table::parse(clips).map_err(|e| e.behind(clips_at))?,
+            clips: EntryTable::parse(clips).map_err(|e| e.behind(clips_at))?,
             section_bytes: sections.map(<[u8]>::len),
             bytes: bytes.len(),
         };
@@ -141,11 +141,11 @@ impl<'a> Pack<'a> {
             names,
             subjects,
             walks,
-            avatars: Table::parse(avatars).map_err(|e| e.behind(avatars_at))?,
+            avatars: EntryTable::parse(avatars).map_err(|e| e.behind(avatars_at))?,
             codebook: codebook
                 .over(templates)
                 .map_err(|e| e.behind(templates_at))?,
-            clips: Table::parse(clips).map_err(|e| e.behind(clips_at))?,
+            clips: EntryTable::parse(clips).map_err(|e| e.behind(clips_at))?,
             section_bytes: sections.map(<[u8]>::len),
             bytes: bytes.len(),
         })
@@ -216,7 +216,7 @@ impl<'a> Pack<'a> {
     }
 
     /// The subjects, in file order.
-    pub fn subjects(&self) -> impl ExactSizeIterator<Item = Subject<'a>> + use<'a> {
+    pub fn subjects(&self) -> impl ExactSizeIterator<Item = SubjectEntry<'a>> + use<'a> {
         let pack = *self;
         let records = self.subjects.chunks_exact(SUBJECT_BYTES);
         records.map(move |record| pack.subject_of(record))
@@ -224,15 +224,15 @@ impl<'a> Pack<'a> {
 
     /// The subject with this number, wherever it stands.
     #[must_use]
-    pub fn subject(&self, index: usize) -> Option<Subject<'a>> {
+    pub fn subject(&self, index: usize) -> Option<SubjectEntry<'a>> {
         let mut records = self.subjects.chunks_exact(SUBJECT_BYTES);
         records.nth(index).map(|record| self.subject_of(record))
     }
 
-    fn subject_of(&self, record: &[u8]) -> Subject<'a> {
+    fn subject_of(&self, record: &[u8]) -> SubjectEntry<'a> {
         let person = record.get(5).copied().unwrap_or(0);
         let age = person >> SEX_BITS.count_ones();
-        Subject {
+        SubjectEntry {
             name: self.name(record).unwrap_or_default(),
             sex: match person & SEX_BITS {
                 1 => Some(Sex::Female),
@@ -247,7 +247,7 @@ impl<'a> Pack<'a> {
     }
 
     /// The walks, in file order.
-    pub fn walks(&self) -> impl ExactSizeIterator<Item = Walk<'a>> + use<'a> {
+    pub fn walks(&self) -> impl ExactSizeIterator<Item = WalkEntry<'a>> + use<'a> {
         let pack = *self;
         let records = self.walks.chunks_exact(WALK_BYTES);
         records.map(move |record| pack.walk_of(record))
@@ -255,14 +255,14 @@ impl<'a> Pack<'a> {
 
     /// The walk with this number, wherever it stands.
     #[must_use]
-    pub fn walk(&self, index: usize) -> Option<Walk<'a>> {
+    pub fn walk(&self, index: usize) -> Option<WalkEntry<'a>> {
         let mut records = self.walks.chunks_exact(WALK_BYTES);
         records.nth(index).map(|record| self.walk_of(record))
     }
 
-    fn walk_of(&self, record: &[u8]) -> Walk<'a> {
+    fn walk_of(&self, record: &[u8]) -> WalkEntry<'a> {
         let subject = usize::from(u16_at(record, 6));
-        Walk {
+        WalkEntry {
             name: self.name(record).unwrap_or_default(),
             subject,
             cycle: u16_at(record, 8),

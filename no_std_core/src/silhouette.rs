@@ -339,7 +339,7 @@ impl Ninths {
     clippy::large_enum_variant,
     reason = "4 kB on the stack for one frame; a box would need a heap"
 )]
-pub enum Frame {
+pub enum AnySilhouette {
     /// One sample a pixel.
     Binary(Silhouette),
     /// Nine samples a pixel.
@@ -348,7 +348,7 @@ pub enum Frame {
     Grey(Coverage),
 }
 
-impl Frame {
+impl AnySilhouette {
     /// Rows and columns.
     #[must_use]
     pub const fn size(&self) -> Size {

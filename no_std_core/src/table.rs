@@ -5,12 +5,12 @@ use crate::format::{END_BYTES, FormatError, u32_at};
 
 /// Entries of different lengths behind a table of their ends.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Table<'a> {
+pub(crate) struct EntryTable<'a> {
     ends: &'a [u8],
     body: &'a [u8],
 }
 
-impl<'a> Table<'a> {
+impl<'a> EntryTable<'a> {
     /// No entries.
     pub(crate) const EMPTY: Self = Self {
         ends: &[],

@@ -9,12 +9,12 @@ mod random;
 mod small_pack;
 
 use edgegait_core::avatar::Avatar;
-use edgegait_core::body::{Body, Figure};
+use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::budget::{MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::clip::Clip;
 use edgegait_core::codebook::Codebook;
-use edgegait_core::lean::{self, Rows};
+use edgegait_core::lean::{self, LeanRows};
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::{ModelPose, Pose};
 #[cfg(feature = "skia")]
@@ -100,8 +100,8 @@ const NOTHING: Taken = Taken {
 
 /// As many hulls of as many points as the budget allows, or fewer; every point of a
 /// hull is a corner of its outline from somewhere: they lie on an ellipsoid.
-fn body(random: &mut Random) -> Body {
-    let mut body = Body::default();
+fn body(random: &mut Random) -> UnpackedBody {
+    let mut body = UnpackedBody::default();
     let spread = 10f64.powf(random.between(-2.0, 1.6));
     let size = 10f64.powf(random.between(-2.0, 0.5));
     let most = 1 + random.below(MAX_HULL_POINTS);
@@ -130,8 +130,8 @@ fn body(random: &mut Random) -> Body {
 /// A ring of 32 points in the plane of the front view: 32 corners.
 ///
 /// It takes as many columns where it fills the rows of `size`.
-fn ring(columns: f32, size: Size) -> Body {
-    let mut body = Body::default();
+fn ring(columns: f32, size: Size) -> UnpackedBody {
+    let mut body = UnpackedBody::default();
     let width = columns / size.rows() as f32;
     for _ in 0..MAX_POINTS / MAX_HULL_POINTS {
         let ring = (0..32u8).map(|i| {
@@ -273,12 +273,12 @@ fn rings(width_m: f64) -> Vec<u8> {
 /// What drawing bodies hull by hull from everywhere takes, and adding the silhouettes up.
 fn taken_lean<W>(size: Size, window: impl Fn(Size) -> W) -> Taken
 where
-    W: for<'a> Window<lean::Posed<'a>, Image = Silhouette>,
+    W: for<'a> Window<lean::LeanFigure<'a>, Image = Silhouette>,
 {
     let mut random = Random(5);
     let mut avatars = vec![rings(0.5), rings(2.0), rings(6.0)];
     avatars.extend((0..9).map(|round| small_pack::avatar(&mut random, 8 + round)));
-    let mut body = lean::Body::<768, 1536>::EMPTY;
+    let mut body = lean::LeanBody::<768, 1536>::EMPTY;
     let mut counts = [0; 4_096];
     let (drawn, used) = taken(|| {
         let mut renderer = Renderer::of(window(size));
@@ -305,7 +305,7 @@ where
 #[test]
 fn drawing_hull_by_hull_with_rows_never_touches_the_heap() {
     for size in Size::ALL {
-        assert_eq!(taken_lean(size, Rows::new), NOTHING);
+        assert_eq!(taken_lean(size, LeanRows::new), NOTHING);
     }
 }
 
@@ -338,7 +338,7 @@ fn everything_before_the_rasteriser_takes_nothing() {
         for walk in pack.walks() {
             let avatar: Avatar<'_> = pack.avatar(walk.avatar).expect("an avatar");
             let clip = pack.clip(walk.clip).expect("a clip");
-            let mut body = Body::new(&avatar);
+            let mut body = UnpackedBody::new(&avatar);
             let corners = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];
             let joints = [
                 Joint::LeftShank,
@@ -382,7 +382,7 @@ fn building_a_gei_takes_nothing() {
 
 #[test]
 fn a_figure_that_cannot_be_drawn_takes_nothing() {
-    let mut point = Body::default();
+    let mut point = UnpackedBody::default();
     point
         .push(Joint::Pelvis, [Vec3::ONE; 4])
         .expect("within the budget");

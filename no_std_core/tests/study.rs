@@ -6,7 +6,7 @@
 #[path = "golden/study.rs"]
 mod study;
 
-use edgegait_core::body::{Body, Figure};
+use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::clothes::Legs;
 use edgegait_core::lean::Room;
 use edgegait_core::linear::LinearRecognizer;
@@ -20,7 +20,7 @@ use std::fmt::Write as _;
 use study::{BARE, DRESSED, FRAMES, Fnv, Job, RECOGNIZER, Study};
 
 fn gei(job: &Job<'_>, rasterizer: Rasterizer, recognizer: &LinearRecognizer<'_>) -> Gei {
-    let (body, skeleton) = (Body::new(&job.avatar), job.avatar.skeleton());
+    let (body, skeleton) = (UnpackedBody::new(&job.avatar), job.avatar.skeleton());
     let mut figure = Figure::at_rest(&body);
     let mut renderer = Renderer::new(rasterizer, Size::S50x30);
     let mut gei = GeiBuilder::new(Size::S50x30);

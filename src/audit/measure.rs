@@ -1,6 +1,6 @@
 //! What a ruler and a stopwatch say of a gait cycle, as it is decoded and drawn.
 
-use crate::scene::stance::Steps;
+use crate::scene::stance::FeetMotion;
 use crate::scene::{Body, BodyHull, Cycle, forward_kinematics};
 use edgegait_core::avatar::Avatar;
 use edgegait_core::clip::Loop;
@@ -160,16 +160,16 @@ impl Decoded {
     #[must_use]
     pub(super) fn measures(&self) -> Measures {
         let cycle = &self.cycle;
-        let steps = Steps::of_cycle(cycle, &self.body.offsets);
+        let steps = FeetMotion::of_cycle(cycle, &self.body.offsets);
         let stands = steps.stances();
-        let moments: Vec<Moment> = (0..FRAMES).map(|frame| self.moment(frame)).collect();
+        let moments: Vec<MeasuredMoment> = (0..FRAMES).map(|frame| self.moment(frame)).collect();
         let sides = [LEFT, RIGHT];
         let by_frame = &stands;
         let standing = |side: usize| (0..FRAMES).filter(move |&frame| by_frame[frame][side]);
-        let mean_of = |side: usize, of: &dyn Fn(&Moment) -> f64| {
+        let mean_of = |side: usize, of: &dyn Fn(&MeasuredMoment) -> f64| {
             mean(standing(side).map(|frame| of(&moments[frame])))
         };
-        let range = |of: &dyn Fn(&Moment) -> f64| {
+        let range = |of: &dyn Fn(&MeasuredMoment) -> f64| {
             let (low, high) = extent(moments.iter().map(of));
             high - low
         };
@@ -236,7 +236,7 @@ impl Decoded {
 
     /// Where a foot stands along the way, metres, in the ground's frame of the cycle's first
     /// moment.
-    fn footprint(&self, moments: &[Moment], stands: &[[bool; 2]], side: usize) -> f64 {
+    fn footprint(&self, moments: &[MeasuredMoment], stands: &[[bool; 2]], side: usize) -> f64 {
         let travelled = |frame: usize| self.cycle.drift_m * frame as f64 / FRAMES as f64;
         // From the last frame in the air on, so that a stance over the end is in one piece.
         let start = (0..FRAMES)
@@ -250,7 +250,7 @@ impl Decoded {
     }
 
     /// What is measured of one moment.
-    fn moment(&self, frame: usize) -> Moment {
+    fn moment(&self, frame: usize) -> MeasuredMoment {
         let (root, pose) = (self.cycle.root[frame], &self.cycle.rotations[frame]);
         let (positions, turns) = forward_kinematics(&self.body.offsets, root, pose);
         let legs = [
@@ -266,7 +266,7 @@ impl Decoded {
             libm::atan2(down.z, -down.y).to_degrees()
         };
         let trunk = turns[Joint::Thorax.index()] * DVec3::Y;
-        Moment {
+        MeasuredMoment {
             pelvis: root,
             ankles: legs.map(|[_, _, foot]| positions[foot.index()]),
             soles: legs.map(|[_, _, foot]| {
@@ -298,7 +298,7 @@ const LEFT: usize = 0;
 const RIGHT: usize = 1;
 
 /// What is measured of one moment; of pairs the left one first.
-struct Moment {
+struct MeasuredMoment {
     pelvis: DVec3,
     ankles: [DVec3; 2],
     /// Height of the lowest point of each foot, metres.
@@ -314,7 +314,7 @@ struct Moment {
 
 /// Least height of a sole between a third and nine tenths of its swing, metres, above its median
 /// while it stands.
-fn clearance(moments: &[Moment], stands: &[[bool; 2]], side: usize) -> f64 {
+fn clearance(moments: &[MeasuredMoment], stands: &[[bool; 2]], side: usize) -> f64 {
     let lands = (0..FRAMES)
         .find(|&frame| stands[(frame + 1) % FRAMES][side] && !stands[frame][side])
         .unwrap_or_default();

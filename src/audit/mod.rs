@@ -7,7 +7,7 @@ mod norms;
 mod tests;
 
 pub use measure::{Measure, Measures};
-pub use norms::{Norm, norm};
+pub use norms::{PublishedNorm, norm};
 
 use edgegait_core::pack::{Gait, Pack, Sex};
 use measure::Decoded;
@@ -18,7 +18,7 @@ use std::fmt;
 
 /// One measure of the people of one sex at one speed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Line {
+pub struct AuditLine {
     /// Walking or running.
     #[serde(serialize_with = "write_gait")]
     pub gait: Gait,
@@ -37,7 +37,7 @@ pub struct Line {
     /// Standard deviation between people.
     pub sd: f64,
     /// What is published of such people; of either sex where theirs is not known.
-    pub norm: Option<Norm>,
+    pub norm: Option<PublishedNorm>,
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde asks for it")]
@@ -68,7 +68,7 @@ const fn gait_name(gait: Gait) -> &'static str {
 /// How far a published spread may be missed.
 const SPREAD: f64 = 0.25;
 
-impl Line {
+impl AuditLine {
     /// Whether the mean lies where healthy people's do; true where nothing is known.
     #[must_use]
     pub fn mean_holds(&self) -> bool {
@@ -91,7 +91,7 @@ impl Line {
 #[serde(transparent)]
 pub struct Audit {
     /// Line by line: by gait, speed, sex and measure.
-    pub lines: Vec<Line>,
+    pub lines: Vec<AuditLine>,
 }
 
 impl Audit {
@@ -132,7 +132,7 @@ impl Audit {
                 .map(move |(index, measure)| {
                     let values: Vec<f64> = people.iter().map(|person| person[index]).collect();
                     let (mean, sd) = mean_and_sd(&values);
-                    Line {
+                    AuditLine {
                         gait,
                         speed_kmh: kmh,
                         sex,

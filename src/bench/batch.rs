@@ -1,6 +1,6 @@
 //! How large the batches are that are measured.
 
-use super::cap::{Share, batch_within, largest};
+use super::cap::{TimeShare, batch_within, largest};
 use super::measure::Task;
 use super::memory;
 use super::timed::First;
@@ -36,7 +36,7 @@ const MEMORY: &str = "others would take more memory than there is";
 /// memory one more takes, before one of many ends the process.
 pub(super) fn batch(
     (recognizer, draw): (&dyn Recognizer, &dyn Fn(usize) -> Result<Vec<f32>>),
-    (asked, task, share): (usize, &Task<'_>, &Share),
+    (asked, task, share): (usize, &Task<'_>, &TimeShare),
     (first, call_s): (&First, f64),
 ) -> Result<Sized> {
     let all_s = task.plan.takes_s(asked as f64 * call_s, asked);

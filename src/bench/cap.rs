@@ -4,12 +4,12 @@
 //! What is to be done is known ahead, from the first inference on: what would take longer than there
 //! is time for is cut, and each result states it.
 
-use super::process::Told;
+use super::process::MeasuringProgress;
 use std::time::{Duration, Instant};
 
 /// A kind of work that is still to come.
 #[derive(Clone, Debug)]
-pub(super) struct Kind {
+pub(super) struct WorkKind {
     /// What progress calls it.
     pub what: String,
     /// How long all of it would take, seconds, as far as that is known.
@@ -20,14 +20,14 @@ pub(super) struct Kind {
 
 /// What one kind of work may take.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Share {
+pub(super) struct TimeShare {
     /// Seconds, without end if there is no cap.
     pub most_s: f64,
     /// When they are over.
     pub until: Option<Instant>,
 }
 
-impl Share {
+impl TimeShare {
     /// Seconds that are left of it.
     #[must_use]
     pub(super) fn left_s(&self) -> f64 {
@@ -43,8 +43,8 @@ impl Share {
 pub(super) struct Cap<'a> {
     started: Instant,
     until: Option<Instant>,
-    to_come: Vec<Kind>,
-    tell: &'a (dyn Fn(&Told) + Sync),
+    to_come: Vec<WorkKind>,
+    tell: &'a (dyn Fn(&MeasuringProgress) + Sync),
     /// What is being done, and when all will be over.
     now: (String, Instant),
     /// How long all of what has begun would have taken in full, seconds.
@@ -57,8 +57,8 @@ impl<'a> Cap<'a> {
     #[must_use]
     pub(super) fn new(
         most: Option<Duration>,
-        to_come: Vec<Kind>,
-        tell: &'a (dyn Fn(&Told) + Sync),
+        to_come: Vec<WorkKind>,
+        tell: &'a (dyn Fn(&MeasuringProgress) + Sync),
     ) -> Self {
         let started = Instant::now();
         Self {
@@ -73,8 +73,8 @@ impl<'a> Cap<'a> {
 
     /// Begins the next kind of work, of which all would take `full_s`: it may take what the others do
     /// not need, or what its weight gives it of the time that is left, whichever is more.
-    pub(super) fn begin(&mut self, full_s: f64) -> Share {
-        let kind = Kind {
+    pub(super) fn begin(&mut self, full_s: f64) -> TimeShare {
+        let kind = WorkKind {
             full_s,
             ..self.to_come.remove(0)
         };
@@ -87,7 +87,7 @@ impl<'a> Cap<'a> {
         let over = Duration::try_from_secs_f64((full_s + later_s).min(left_s));
         self.now = (kind.what, now + over.unwrap_or_default());
         self.tell();
-        Share {
+        TimeShare {
             most_s,
             until: self
                 .until
@@ -105,7 +105,7 @@ impl<'a> Cap<'a> {
     /// Says what is being done, and how long the rest takes.
     pub(super) fn tell(&self) {
         let (what, over) = &self.now;
-        (self.tell)(&Told {
+        (self.tell)(&MeasuringProgress {
             what: what.clone(),
             left_s: over.saturating_duration_since(Instant::now()).as_secs_f64(),
         });
@@ -162,8 +162,8 @@ pub(super) fn largest(asked: usize, fits: impl Fn(usize) -> bool) -> Option<usiz
 mod tests {
     use super::*;
 
-    fn kinds(of: &[(f64, f64)]) -> Vec<Kind> {
-        let kind = |&(full_s, weight)| Kind {
+    fn kinds(of: &[(f64, f64)]) -> Vec<WorkKind> {
+        let kind = |&(full_s, weight)| WorkKind {
             what: "work".to_owned(),
             full_s,
             weight,
@@ -180,7 +180,7 @@ mod tests {
         assert_eq!(most_of(0.0, 0.5, 30.0), 0.0);
         assert_eq!(most_of(f64::INFINITY, 0.1, 30.0), f64::INFINITY);
 
-        let quiet = |_: &Told| {};
+        let quiet = |_: &MeasuringProgress| {};
         let most = Some(Duration::from_secs(100));
         let mut cap = Cap::new(most, kinds(&[(1.0, 3.0), (1.0, 1.0), (1.0, 1.0)]), &quiet);
         cap.expect(&[0.0, 500.0, 500.0]);
@@ -201,7 +201,8 @@ mod tests {
     #[test]
     fn what_is_told_is_how_long_the_rest_takes_within_the_cap() {
         let told = std::sync::Mutex::new(Vec::new());
-        let tell = |one: &Told| told.lock().expect("no panic").push(one.left_s.round());
+        let tell =
+            |one: &MeasuringProgress| told.lock().expect("no panic").push(one.left_s.round());
         let to_come = kinds(&[(1.0, 1.0), (200.0, 1.0)]);
         let _ = Cap::new(Some(Duration::from_secs(90)), to_come.clone(), &tell).begin(100.0);
         let _ = Cap::new(None, to_come, &tell).begin(100.0);

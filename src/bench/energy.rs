@@ -1,6 +1,6 @@
 //! Energy, where the machine has a counter of it.
 
-use super::board::Files;
+use super::board::SystemFiles;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
@@ -13,13 +13,13 @@ const SAMPLED_EVERY: Duration = Duration::from_millis(50);
 /// work included.
 #[derive(Debug)]
 pub(crate) struct Meter {
-    files: Files,
+    files: SystemFiles,
     source: String,
-    kind: Kind,
+    kind: EnergyKind,
 }
 
 #[derive(Debug)]
-enum Kind {
+enum EnergyKind {
     /// Counters in microjoules, with the range at which each begins anew, if it says.
     Counters(Vec<(PathBuf, Option<u64>)>),
     /// Sensors in microwatts, sampled by a thread.
@@ -31,7 +31,7 @@ impl Meter {
     /// power sensors of hwmon (`Documentation/hwmon/sysfs-interface`); none if nothing can be read.
     #[must_use]
     pub(crate) fn find(root: &Path) -> Option<Self> {
-        let files = Files::new(root);
+        let files = SystemFiles::new(root);
         let is_read = |path: &PathBuf| files.number::<u64>(path).is_some();
         let zones: Vec<PathBuf> = files
             .entries("sys/class/powercap", "intel-rapl:")
@@ -49,7 +49,7 @@ impl Meter {
                 let range = files.number(zone.join("max_energy_range_uj"));
                 (zone.join("energy_uj"), range)
             });
-            let kind = Kind::Counters(counters.collect());
+            let kind = EnergyKind::Counters(counters.collect());
             return Some(Self {
                 files,
                 source,
@@ -80,9 +80,9 @@ impl Meter {
                 let source = format!("hwmon {name} {labels}");
                 let kind = match prefix {
                     "energy" => {
-                        Kind::Counters(inputs.into_iter().map(|path| (path, None)).collect())
+                        EnergyKind::Counters(inputs.into_iter().map(|path| (path, None)).collect())
                     }
-                    _ => Kind::Sensors(inputs),
+                    _ => EnergyKind::Sensors(inputs),
                 };
                 return Some(Self {
                     files,
@@ -102,10 +102,10 @@ impl Meter {
 
     /// Begins to count.
     #[must_use]
-    pub(crate) fn start(&self) -> Count {
+    pub(crate) fn start(&self) -> EnergyCount {
         match &self.kind {
-            Kind::Counters(counters) => Count::Counters(self.read(counters)),
-            Kind::Sensors(sensors) => {
+            EnergyKind::Counters(counters) => EnergyCount::Counters(self.read(counters)),
+            EnergyKind::Sensors(sensors) => {
                 let (stop, stopped) = channel();
                 let (files, sensors) = (self.files.clone(), sensors.clone());
                 let started = Instant::now();
@@ -122,20 +122,20 @@ impl Meter {
                     let mean = watts.iter().sum::<f64>() / watts.len() as f64;
                     Some(mean * started.elapsed().as_secs_f64())
                 });
-                Count::Sensors { stop, sampler }
+                EnergyCount::Sensors { stop, sampler }
             }
         }
     }
 
     /// Joules since `count` began; none if the machine stopped telling.
     #[must_use]
-    pub(crate) fn stop(&self, count: Count) -> Option<f64> {
+    pub(crate) fn stop(&self, count: EnergyCount) -> Option<f64> {
         match (count, &self.kind) {
-            (Count::Sensors { stop, sampler }, _) => {
+            (EnergyCount::Sensors { stop, sampler }, _) => {
                 drop(stop);
                 sampler.join().ok().flatten()
             }
-            (Count::Counters(before), Kind::Counters(counters)) => {
+            (EnergyCount::Counters(before), EnergyKind::Counters(counters)) => {
                 let (before, after) = (before?, self.read(counters)?);
                 let microjoules = before.iter().zip(&after).zip(counters);
                 microjoules
@@ -151,7 +151,7 @@ impl Meter {
                     )
                     .sum()
             }
-            (Count::Counters(_), Kind::Sensors(_)) => None,
+            (EnergyCount::Counters(_), EnergyKind::Sensors(_)) => None,
         }
     }
 
@@ -165,7 +165,7 @@ impl Meter {
 
 /// Energy that is being counted.
 #[derive(Debug)]
-pub(crate) enum Count {
+pub(crate) enum EnergyCount {
     /// What counters said at the beginning.
     Counters(Option<Vec<u64>>),
     /// What samples sensors until it is told to stop.

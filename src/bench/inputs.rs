@@ -7,7 +7,7 @@ use crate::template::Template;
 use edgegait_core::pack::Pack;
 
 /// What is drawn for a model.
-pub(crate) struct Scene<'a> {
+pub(crate) struct DrawnInputs<'a> {
     /// The pack.
     pub pack: &'a Pack<'a>,
     /// Walks that are shown, by number; at least one.
@@ -18,7 +18,7 @@ pub(crate) struct Scene<'a> {
     pub settings: Settings,
 }
 
-impl Scene<'_> {
+impl DrawnInputs<'_> {
     /// The usual view ([`Contract::usual_views`]) of the stored cycle of the walk at this place of the list, which begins
     /// anew at its end, as one input of a model with this contract: the walk is decoded, posed,
     /// projected and drawn, and made into the model's template or kept as silhouettes, as many as the
@@ -126,7 +126,7 @@ mod tests {
     use super::*;
     use crate::encode::encode_subjects;
     use crate::scene::cohort::{self, CohortOptions};
-    use crate::score::Layout;
+    use crate::score::InputLayout;
     use crate::sweep::jobs;
 
     #[test]
@@ -140,7 +140,7 @@ mod tests {
         let bytes = encode_subjects(&people, 5.0, &|| {}).expect("a pack");
         let pack = Pack::parse(&bytes).expect("it was just encoded");
         let views = Views::side().expect("the side");
-        let scene = Scene {
+        let scene = DrawnInputs {
             pack: &pack,
             walks: &[0, 1],
             views: &views,
@@ -172,7 +172,7 @@ mod tests {
 
         let sequences = Contract {
             template: Template::Silhouettes,
-            layout: Layout::Nthw,
+            layout: InputLayout::Nthw,
             ..Contract::default()
         };
         let frames = scene.inputs(&sequences, 1).expect("drawn");

@@ -1,11 +1,11 @@
 //! What sequences of several lengths cost a model that takes any.
 
-use super::board::{LoadWatch, State};
-use super::cap::{Cap, Kind};
+use super::board::{LoadWatch, MachineState};
+use super::cap::{Cap, WorkKind};
 use super::measure::{Task, shape_and_macs};
 use super::memory;
-use super::results::{Cut, Timing};
-use super::timed::{First, Loaded, Watched, beside};
+use super::results::{LeftOut, Timing};
+use super::timed::{First, LoadedModel, Watched, beside};
 use crate::error::{Error, Result};
 use crate::score::Model;
 use crate::template::Template;
@@ -63,19 +63,19 @@ pub(crate) fn require_any_length(model: &Model) -> Result<()> {
 pub(crate) fn measure_lengths(
     task: &Task<'_>,
     lengths: &[usize],
-) -> Result<(Vec<Length>, Option<Cut>)> {
+) -> Result<(Vec<Length>, Option<LeftOut>)> {
     let plan = &task.plan;
-    let start = State::read(task.root);
-    let Loaded {
+    let start = MachineState::read(task.root);
+    let LoadedModel {
         runtime,
         model,
         recognizer,
         baseline,
         ..
-    } = Loaded::of(task)?;
+    } = LoadedModel::of(task)?;
     let contract = model.contract();
     let mut ready = Some(recognizer);
-    let to_come = lengths.iter().map(|&frames| Kind {
+    let to_come = lengths.iter().map(|&frames| WorkKind {
         what: format!("{}: length {frames}", contract.name),
         full_s: 0.0,
         weight: frames as f64,
@@ -118,7 +118,7 @@ pub(crate) fn measure_lengths(
             others_busy: others.and_then(|others| others.share(task.root)),
         });
     }
-    let cut = (!cut.is_empty()).then(|| Cut {
+    let cut = (!cut.is_empty()).then(|| LeftOut {
         what: cut,
         full_seconds: watched.cap.full_s(),
     });

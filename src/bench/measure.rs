@@ -6,14 +6,16 @@
 
 use super::accuracy::Accuracy;
 use super::batch::{Sized, batch};
-use super::board::{Board, LOAD_WARNED_OF, LoadWatch, State, warnings};
-use super::cap::{Cap, Kind};
-use super::inputs::Scene;
+use super::board::{Board, LOAD_WARNED_OF, LoadWatch, MachineState, warnings};
+use super::cap::{Cap, WorkKind};
+use super::inputs::DrawnInputs;
 use super::memory;
-use super::process::Told;
-use super::results::{Bare, Conditions, Cut, Energy, ModelResult, Offline, Parts, millijoules};
-use super::timed::{First, Loaded, Watched, beside, seconds_of, timed};
-use super::windows::Plan;
+use super::process::MeasuringProgress;
+use super::results::{
+    AnswerParts, BareLoops, Energy, LeftOut, MachineConditions, ModelResult, Offline, millijoules,
+};
+use super::timed::{First, LoadedModel, Watched, beside, seconds_of, timed};
+use super::windows::TimingPlan;
 use crate::error::Result;
 use crate::evaluate::contest::Entrant;
 use crate::score::{BareOutputs, Contract, Model, Recognizer, Runtime};
@@ -59,15 +61,15 @@ pub(crate) struct Task<'a> {
     /// Whether to measure what each operator takes, where the runtime tells.
     pub with_operators: bool,
     /// How long.
-    pub plan: Plan,
+    pub plan: TimingPlan,
     /// How long all of it may take from the first inference on; no end if none.
     pub most: Option<Duration>,
     /// Is told how far it is.
-    pub tell: &'a (dyn Fn(&Told) + Sync),
+    pub tell: &'a (dyn Fn(&MeasuringProgress) + Sync),
     /// Whether to compare with a loop around nothing but the runtime.
     pub bare: bool,
     /// What is drawn.
-    pub scene: Scene<'a>,
+    pub scene: DrawnInputs<'a>,
     /// Seed of the intervals of accuracy.
     pub seed: u64,
     /// Where the machine's files are.
@@ -91,10 +93,10 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
         })
     })?;
 
-    let start = State::read(task.root);
+    let start = MachineState::read(task.root);
     let others = LoadWatch::start(task.root);
-    let loaded = Loaded::of(task)?;
-    let to_come = kinds(task).into_iter().map(|(what, weight)| Kind {
+    let loaded = LoadedModel::of(task)?;
+    let to_come = kinds(task).into_iter().map(|(what, weight)| WorkKind {
         what: format!("{}: {what}", contract.name),
         full_s: 0.0,
         weight,
@@ -148,7 +150,7 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
                 reusing().map(drop)
             }];
         let [ours, plain, reusing] = timed((plan, &share), (first.call_s, 1), works, &mut watched)?;
-        let compared = Bare::of(&ours.windows, &plain.windows, &reusing.windows);
+        let compared = BareLoops::of(&ours.windows, &plain.windows, &reusing.windows);
         (ours, compared)
     } else {
         let call = (&single[..], first.call_s, 1);
@@ -330,11 +332,11 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
         lengths: Vec::new(),
         max_seconds: task.most.map(|most| most.as_secs_f64()),
         seconds: Some(cap.taken_s()),
-        cut: (!cut.is_empty()).then(|| Cut {
+        cut: (!cut.is_empty()).then(|| LeftOut {
             what: cut,
             full_seconds: cap.full_s(),
         }),
-        conditions: Conditions::of(&states),
+        conditions: MachineConditions::of(&states),
         others_busy,
         warnings: found,
     })
@@ -364,11 +366,11 @@ fn share_of(pictures: usize, share: f64) -> usize {
 
 /// Drawing alone, and with the inference; people take turns.
 fn parts(
-    (scene, plan): (&Scene<'_>, &Plan),
+    (scene, plan): (&DrawnInputs<'_>, &TimingPlan),
     recognizer: &dyn Recognizer,
     call_s: f64,
     watch: &mut Watched<'_>,
-) -> Result<Parts> {
+) -> Result<AnswerParts> {
     let contract = recognizer.contract();
     let mut at = 0;
     let mut input = Vec::new();
@@ -389,7 +391,7 @@ fn parts(
     let both_s = draw_s + call_s;
     let share = watch.cap.begin(plan.takes_s(both_s, 1));
     let [end_to_end] = timed((plan, &share), (both_s, 1), [&mut both], watch)?;
-    Ok(Parts {
+    Ok(AnswerParts {
         preprocessing: preprocessing.timing,
         end_to_end: end_to_end.timing,
     })

@@ -32,14 +32,14 @@ pub(crate) use affinity::pin;
 pub(crate) use compare::{Compared, chart};
 pub(crate) use csv::csv;
 pub(crate) use date::utc_now;
-pub(crate) use inputs::Scene;
+pub(crate) use inputs::DrawnInputs;
 pub(crate) use lengths::{measure_lengths, require_any_length};
 pub(crate) use measure::{Task, measure};
 pub(crate) use memory::peak_rss_bytes;
 pub(crate) use path::{
-    Checked, MADE_FPS, MADE_SIZE, PathResult, PathTask, check, check_model, measure_path,
+    CheckedVideo, MADE_FPS, MADE_SIZE, PathResult, PathTask, check, check_model, measure_path,
     write_made,
 };
-pub(crate) use process::{Told, end_with_parent, measured_by};
+pub(crate) use process::{MeasuringProgress, end_with_parent, measured_by};
 pub(crate) use results::{BenchResults, ModelResult};
-pub(crate) use table::{Column, Format, render};
+pub(crate) use table::{ResultColumn, TableFormat, render};

@@ -16,14 +16,14 @@ const PROGRESS: &str = "progress: ";
 
 /// How far a measurement is.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Told {
+pub(crate) struct MeasuringProgress {
     /// What is being measured.
     pub what: String,
     /// How long all that is left takes, seconds, estimated.
     pub left_s: f64,
 }
 
-impl Told {
+impl MeasuringProgress {
     /// Says it to the process that started this one.
     pub(crate) fn say(&self) {
         // If nobody reads it, this process is about to end too.
@@ -54,7 +54,7 @@ impl Told {
 pub(crate) fn measured_by<R: DeserializeOwned>(
     mut command: Command,
     model: &Path,
-    told: &(dyn Fn(&Told) + Sync),
+    told: &(dyn Fn(&MeasuringProgress) + Sync),
 ) -> Result<R> {
     let spawned = command
         .stdin(Stdio::piped())
@@ -75,7 +75,7 @@ pub(crate) fn measured_by<R: DeserializeOwned>(
                 .flat_map(|it| BufReader::new(it).split(b'\n'))
             {
                 let line = String::from_utf8_lossy(&line?).into_owned();
-                match Told::heard(&line) {
+                match MeasuringProgress::heard(&line) {
                     Some(one) => told(&one),
                     None => rest += &format!("{line}\n"),
                 }
@@ -187,13 +187,13 @@ mod tests {
         let script = "echo 'progress: 12.5 m: one at a time' >&2; echo 'progress: soon' >&2; \
                       echo 'odd: words' >&2; echo '{\"a\":1}'";
         let heard = std::sync::Mutex::new(Vec::new());
-        let told = |one: &Told| heard.lock().expect("no panic").push(one.clone());
+        let told = |one: &MeasuringProgress| heard.lock().expect("no panic").push(one.clone());
         let mut command = Command::new("sh");
         command.args(["-c", script]);
         let found: serde_json::Value =
             measured_by(command, Path::new("m.onnx"), &told).expect("a result");
         assert_eq!(found["a"], 1);
-        let expected = Told {
+        let expected = MeasuringProgress {
             what: "m: one at a time".into(),
             left_s: 12.5,
         };

@@ -1,12 +1,12 @@
 //! What `edgegait bench` finds, as the JSON that it writes.
 
 use super::accuracy::Accuracy;
-use super::board::{Board, State};
+use super::board::{Board, MachineState};
 use super::lengths::Length;
 use super::path::PathResult;
 use super::statistics::{Times, median_index};
-use super::windows::{Plan, Window};
-use crate::dataset::Header;
+use super::windows::{MeasuredWindow, TimingPlan};
+use crate::dataset::ResultHeader;
 use crate::error::{Error, Result};
 use crate::score::{OperatorTime, RuntimeName};
 use serde::{Deserialize, Serialize};
@@ -17,7 +17,7 @@ use std::path::Path;
 pub(crate) struct BenchResults {
     /// What made them.
     #[serde(flatten)]
-    pub header: Header,
+    pub header: ResultHeader,
     /// When: universal time, `2026-11-21T20:38:00Z`.
     pub date: String,
     /// The machine.
@@ -79,10 +79,10 @@ pub(crate) struct ModelResult {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub operators: Vec<OperatorTime>,
     /// What comes before an inference, and both together.
-    pub parts: Parts,
+    pub parts: AnswerParts,
     /// Loops around nothing but ONNX Runtime, in the same run.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub bare: Option<Bare>,
+    pub bare: Option<BareLoops>,
     /// Energy, where the machine meters it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub energy: Option<Energy>,
@@ -100,9 +100,9 @@ pub(crate) struct ModelResult {
     pub seconds: Option<f64>,
     /// What was cut to end in that time, if anything was.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub cut: Option<Cut>,
+    pub cut: Option<LeftOut>,
     /// The machine while this was measured.
-    pub conditions: Conditions,
+    pub conditions: MachineConditions,
     /// The share of its processors that others kept busy meanwhile, 0..1, if the machine tells.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub others_busy: Option<f64>,
@@ -112,7 +112,7 @@ pub(crate) struct ModelResult {
 
 /// What was left out, because all of it would have taken longer than it might.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Cut {
+pub(crate) struct LeftOut {
     /// Each thing, in words.
     pub what: Vec<String>,
     /// How long all of it would take, seconds, estimated.
@@ -121,7 +121,7 @@ pub(crate) struct Cut {
 
 /// How much was planned, and how much was made of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Extent {
+pub(crate) struct WorkExtent {
     /// Windows that were planned.
     pub windows_planned: u32,
     /// Windows that were made.
@@ -138,10 +138,14 @@ pub(crate) struct Extent {
     pub window_s_planned: f64,
 }
 
-impl Extent {
+impl WorkExtent {
     /// Of windows with `batch` inferences a call.
     #[must_use]
-    pub(super) fn of((planned, made): (&Plan, &Plan), windows: &[Window], batch: usize) -> Self {
+    pub(super) fn of(
+        (planned, made): (&TimingPlan, &TimingPlan),
+        windows: &[MeasuredWindow],
+        batch: usize,
+    ) -> Self {
         Self {
             windows_planned: planned.windows,
             windows: u32::try_from(windows.len()).unwrap_or(u32::MAX),
@@ -207,13 +211,13 @@ pub(crate) struct Timing {
     pub spread: f64,
     /// How much was planned, and made; none in results of versions that do not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub extent: Option<Extent>,
+    pub extent: Option<WorkExtent>,
 }
 
 impl Timing {
     /// Of windows whose calls make `batch` inferences each; none of no windows.
     #[must_use]
-    pub(crate) fn of(windows: &[Window], batch: usize) -> Option<Self> {
+    pub(crate) fn of(windows: &[MeasuredWindow], batch: usize) -> Option<Self> {
         let window_mean_us: Vec<f64> = windows.iter().map(|w| w.times.mean_us).collect();
         let times = windows[median_index(&window_mean_us)?].times;
         let most = window_mean_us.iter().copied().fold(0.0, f64::max);
@@ -257,7 +261,7 @@ pub(crate) struct Offline {
 
 /// From silhouettes to an answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Parts {
+pub(crate) struct AnswerParts {
     /// One input from the pack: decode, pose, project, draw and average, on one thread.
     pub preprocessing: Timing,
     /// The same and the inference.
@@ -266,7 +270,7 @@ pub(crate) struct Parts {
 
 /// Loops around nothing but the runtime, window by window in turn with ours.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Bare {
+pub(crate) struct BareLoops {
     /// Times of the usual loop: the input lies ready, the runtime makes outputs in each call.
     #[serde(flatten)]
     pub timing: Timing,
@@ -278,11 +282,15 @@ pub(crate) struct Bare {
     pub overhead_reusing: f64,
 }
 
-impl Bare {
+impl BareLoops {
     /// Of windows that took turns; none of no windows.
     #[must_use]
-    pub(crate) fn of(ours: &[Window], bare: &[Window], reusing: &[Window]) -> Option<Self> {
-        let overhead = |bare: &[Window]| -> Option<f64> {
+    pub(crate) fn of(
+        ours: &[MeasuredWindow],
+        bare: &[MeasuredWindow],
+        reusing: &[MeasuredWindow],
+    ) -> Option<Self> {
+        let overhead = |bare: &[MeasuredWindow]| -> Option<f64> {
             let pairs = ours.iter().zip(bare);
             let ratios: Vec<f64> = pairs
                 .map(|(a, b)| a.times.p50_us / b.times.p50_us)
@@ -311,7 +319,7 @@ pub(crate) struct Energy {
 }
 
 /// Millijoules of an inference over all windows; none if one was not metered.
-pub(super) fn millijoules(windows: &[Window], batch: usize) -> Option<f64> {
+pub(super) fn millijoules(windows: &[MeasuredWindow], batch: usize) -> Option<f64> {
     let joules = windows
         .iter()
         .map(|window| window.energy_j)
@@ -322,20 +330,20 @@ pub(super) fn millijoules(windows: &[Window], batch: usize) -> Option<f64> {
 
 /// The machine while a model was measured.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Conditions {
+pub(crate) struct MachineConditions {
     /// Before it was loaded.
-    pub start: State,
+    pub start: MachineState,
     /// After the last window.
-    pub end: State,
+    pub end: MachineState,
     /// Highest temperature between windows, degrees Celsius.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hottest_c: Option<f64>,
 }
 
-impl Conditions {
+impl MachineConditions {
     /// Of states in their order, the first before and the last after what was measured.
     #[must_use]
-    pub(super) fn of(states: &[State]) -> Self {
+    pub(super) fn of(states: &[MachineState]) -> Self {
         let temperatures = states.iter().filter_map(|state| state.temperature_c);
         Self {
             hottest_c: temperatures.reduce(f64::max),
@@ -347,7 +355,7 @@ impl Conditions {
 
 impl ModelResult {
     /// More of it was cut.
-    pub(crate) fn add(&mut self, cut: Option<Cut>) {
+    pub(crate) fn add(&mut self, cut: Option<LeftOut>) {
         if let Some(more) = cut {
             let all = self.cut.get_or_insert_default();
             all.what.extend(more.what);
@@ -380,9 +388,9 @@ impl BenchResults {
 mod tests {
     use super::*;
 
-    fn window(ns: &[u64], energy_j: Option<f64>) -> Window {
+    fn window(ns: &[u64], energy_j: Option<f64>) -> MeasuredWindow {
         let times = Times::of(&mut ns.to_vec()).expect("times");
-        Window { times, energy_j }
+        MeasuredWindow { times, energy_j }
     }
 
     #[test]
@@ -403,15 +411,15 @@ mod tests {
     #[test]
     fn what_is_less_than_was_planned_is_said_and_nothing_else() {
         let second = 1_000_000_000;
-        let said = |planned: Plan, made: Plan, windows: &[Window], batch| {
+        let said = |planned: TimingPlan, made: TimingPlan, windows: &[MeasuredWindow], batch| {
             let mut timing = Timing::of(windows, batch).expect("windows");
-            timing.extent = Some(Extent::of((&planned, &made), windows, batch));
+            timing.extent = Some(WorkExtent::of((&planned, &made), windows, batch));
             timing.cut()
         };
-        let full = Plan::DEFAULT;
+        let full = TimingPlan::DEFAULT;
         let whole = vec![window(&[second / 100; 100], None); 5];
         assert_eq!(said(full, full, &whole, 1), None);
-        let fewer = Plan {
+        let fewer = TimingPlan {
             warm_up: 1,
             windows: 2,
             inferences: 3,
@@ -421,7 +429,7 @@ mod tests {
         let expected = "2 of 5 windows, 3 to 4 of 100 inferences in each, 1 of 10 calls to warm up";
         assert_eq!(said(full, fewer, &windows, 1).as_deref(), Some(expected));
         // Three batches of 8; nobody asked for more windows or a warm-up.
-        let one = Plan {
+        let one = TimingPlan {
             warm_up: 0,
             windows: 1,
             ..full
@@ -446,7 +454,7 @@ mod tests {
             windows([1_000, 20_000, 1_000]),
         );
         let reusing = windows([500, 500, 500]);
-        let found = Bare::of(&ours, &bare, &reusing).expect("pairs");
+        let found = BareLoops::of(&ours, &bare, &reusing).expect("pairs");
         assert!((found.overhead - 0.03).abs() < 1e-12, "{}", found.overhead);
         // Of 2.04, 44 and 2.06 times as much.
         assert!((found.overhead_reusing - 1.06).abs() < 1e-12);

@@ -1,15 +1,15 @@
 //! Results for people: boards, then models, a column each, as plain text or as Markdown.
 
-use super::board::{Clock, State};
+use super::board::{Clock, MachineState};
 use super::path;
-use super::results::{BenchResults, Conditions, ModelResult, Timing};
+use super::results::{BenchResults, MachineConditions, ModelResult, Timing};
 use crate::report::{grouped, microseconds, percent};
 use crate::table::Column::{Left, Right};
 use crate::table::Table;
 
 /// How a table is written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum Format {
+pub(crate) enum TableFormat {
     /// Aligned columns.
     #[default]
     Text,
@@ -17,7 +17,7 @@ pub(crate) enum Format {
     Markdown,
 }
 
-impl Format {
+impl TableFormat {
     /// The name under which flags state it.
     #[must_use]
     pub(crate) const fn name(self) -> &'static str {
@@ -29,7 +29,7 @@ impl Format {
 }
 
 /// Results and what to call them; with a name, its models are headed by it too.
-pub(crate) struct Column<'a> {
+pub(crate) struct ResultColumn<'a> {
     /// Such as the name of the results' file.
     pub name: &'a str,
     /// The results.
@@ -41,7 +41,7 @@ const ABSENT: &str = "-";
 
 /// All results side by side. Rows that no column has anything for are left out.
 #[must_use]
-pub(crate) fn render(columns: &[Column<'_>], format: Format) -> String {
+pub(crate) fn render(columns: &[ResultColumn<'_>], format: TableFormat) -> String {
     let boards = columns
         .iter()
         .map(|column| (column.name.to_owned(), column.results));
@@ -49,7 +49,7 @@ pub(crate) fn render(columns: &[Column<'_>], format: Format) -> String {
         "" => model.to_owned(),
         name => format!("{model} {name}"),
     };
-    let models = columns.iter().flat_map(|Column { name, results }| {
+    let models = columns.iter().flat_map(|ResultColumn { name, results }| {
         let models = results.models.iter();
         models.map(|model| (heading(&named(model, results), name), model))
     });
@@ -61,7 +61,7 @@ pub(crate) fn render(columns: &[Column<'_>], format: Format) -> String {
         ]
     };
     let more: Vec<String> = models.clone().flat_map(of_model).flatten().collect();
-    let paths = columns.iter().flat_map(|Column { name, results }| {
+    let paths = columns.iter().flat_map(|ResultColumn { name, results }| {
         let paths = results.paths.iter();
         paths.map(|path| (heading(&path.name, name), path))
     });
@@ -96,7 +96,7 @@ pub(super) fn named(model: &ModelResult, results: &BenchResults) -> String {
 }
 
 /// What batches of several sizes cost a model, a row each.
-fn by_batch(name: &str, model: &ModelResult, format: Format) -> String {
+fn by_batch(name: &str, model: &ModelResult, format: TableFormat) -> String {
     let mut table = Table::new(&[Left(0), Right(0)]).with_gap(2);
     let headings = [
         name,
@@ -123,7 +123,7 @@ fn by_batch(name: &str, model: &ModelResult, format: Format) -> String {
 }
 
 /// What operators take of an inference, the longest first.
-fn by_operator(name: &str, model: &ModelResult, format: Format) -> String {
+fn by_operator(name: &str, model: &ModelResult, format: TableFormat) -> String {
     let mut table = Table::new(&[Left(0), Left(0), Left(0), Right(0)]).with_gap(2);
     table.row([name, "by", "in", "operators", "us", "share"]);
     let all: f64 = model.operators.iter().map(|one| one.mean_us).sum();
@@ -142,15 +142,15 @@ fn by_operator(name: &str, model: &ModelResult, format: Format) -> String {
     written(&table, format)
 }
 
-fn written(table: &Table<'_>, format: Format) -> String {
+fn written(table: &Table<'_>, format: TableFormat) -> String {
     match format {
-        Format::Text => table.to_string(),
-        Format::Markdown => table.markdown(),
+        TableFormat::Text => table.to_string(),
+        TableFormat::Markdown => table.markdown(),
     }
 }
 
 /// What inputs of several lengths cost a model, a row each.
-fn by_length(name: &str, model: &ModelResult, format: Format) -> String {
+fn by_length(name: &str, model: &ModelResult, format: TableFormat) -> String {
     let mut table = Table::new(&[Left(0), Right(0)]).with_gap(2);
     let headings = [
         name,
@@ -187,13 +187,13 @@ fn by_length(name: &str, model: &ModelResult, format: Format) -> String {
 /// A row of headings, and one for each label.
 pub(super) fn side_by_side<'a, T: 'a>(
     columns: impl Iterator<Item = (String, &'a T)>,
-    rows: &[Row<T>],
-    format: Format,
+    rows: &[ResultRow<T>],
+    format: TableFormat,
 ) -> String {
     let (mut headings, columns): (Vec<String>, Vec<&T>) = columns.unzip();
     // A single column of text reads better from the left.
     let aligned = match (format, columns.len()) {
-        (Format::Text, 1) => [Left(0); 2],
+        (TableFormat::Text, 1) => [Left(0); 2],
         _ => [Left(0), Right(0)],
     };
     let mut table = Table::new(&aligned).with_gap(2);
@@ -210,9 +210,9 @@ pub(super) fn side_by_side<'a, T: 'a>(
 }
 
 /// A row: its label, and what it says of one column.
-pub(super) type Row<T> = (&'static str, fn(&T) -> Option<String>);
+pub(super) type ResultRow<T> = (&'static str, fn(&T) -> Option<String>);
 
-const BOARD_ROWS: [Row<BenchResults>; 10] = [
+const BOARD_ROWS: [ResultRow<BenchResults>; 10] = [
     ("date", |r| Some(r.date.clone())),
     ("board", |r| r.board.model.clone()),
     ("SoC", |r| r.board.soc.clone()),
@@ -254,7 +254,7 @@ const BOARD_ROWS: [Row<BenchResults>; 10] = [
     }),
 ];
 
-const MODEL_ROWS: [Row<ModelResult>; 43] = [
+const MODEL_ROWS: [ResultRow<ModelResult>; 43] = [
     ("runtime", |m| Some(m.runtime.to_string())),
     ("threads", |m| Some(m.threads.to_string())),
     ("input", |m| {
@@ -364,13 +364,13 @@ const MODEL_ROWS: [Row<ModelResult>; 43] = [
 ];
 
 /// The clocks at start and end.
-pub(super) fn of_clocks(conditions: &Conditions) -> Option<String> {
+pub(super) fn of_clocks(conditions: &MachineConditions) -> Option<String> {
     let both = [&conditions.start, &conditions.end].into_iter();
     some_of(both.filter_map(clock))
 }
 
 /// Temperatures at start, hottest, and end.
-pub(super) fn degrees(conditions: &Conditions) -> Option<String> {
+pub(super) fn degrees(conditions: &MachineConditions) -> Option<String> {
     let (start, end) = (&conditions.start, &conditions.end);
     let all = [start.temperature_c, conditions.hottest_c, end.temperature_c];
     let all = all.into_iter().flatten();
@@ -404,7 +404,7 @@ pub(super) fn megabytes(bytes: u64) -> String {
 }
 
 /// Governor and frequencies, each that differs once.
-fn clock(state: &State) -> Option<String> {
+fn clock(state: &MachineState) -> Option<String> {
     let of = |clock: &Clock| {
         let mhz = clock.current_khz.map(|khz| format!("{} MHz", khz / 1000));
         let parts = [clock.governor.clone(), mhz].into_iter().flatten();
@@ -427,7 +427,7 @@ mod tests {
 
     #[test]
     fn columns_are_aligned_and_empty_rows_are_left_out() {
-        let rows: [Row<[Option<&str>; 3]>; 3] = [
+        let rows: [ResultRow<[Option<&str>; 3]>; 3] = [
             ("time", |of| of[0].map(str::to_owned)),
             ("energy", |of| of[1].map(str::to_owned)),
             ("heat", |of| of[2].map(str::to_owned)),
@@ -436,12 +436,12 @@ mod tests {
             ("a".to_owned(), &[Some("1.25"), None, None]),
             ("b".to_owned(), &[Some("10"), None, Some("45.0")]),
         ];
-        let text = side_by_side(columns.clone().into_iter(), &rows, Format::Text);
+        let text = side_by_side(columns.clone().into_iter(), &rows, TableFormat::Text);
         assert_eq!(
             text,
             "         a     b\ntime  1.25    10\nheat     -  45.0\n"
         );
-        let alone = side_by_side(columns.into_iter().take(1), &rows, Format::Text);
+        let alone = side_by_side(columns.into_iter().take(1), &rows, TableFormat::Text);
         assert_eq!(alone, "      a\ntime  1.25\n");
     }
 }

@@ -1,31 +1,31 @@
 //! What is timed of a loaded model, as far as there is time for it.
 
-use super::board::State;
-use super::cap::{Cap, Share};
-use super::energy::{Count, Meter};
+use super::board::MachineState;
+use super::cap::{Cap, TimeShare};
+use super::energy::{EnergyCount, Meter};
 use super::measure::Task;
 use super::memory;
-use super::results::{Extent, Timing};
-use super::windows::{Plan, Watch, Window, Work, measure as measure_windows};
+use super::results::{Timing, WorkExtent};
+use super::windows::{MeasuredWindow, TimedCall, TimingPlan, Watch, measure as measure_windows};
 use crate::error::{Error, Result};
 use crate::score::{Model, Recognizer, Runtime};
 use std::path::Path;
 use std::time::Instant;
 
 /// A model that is loaded.
-pub(super) struct Loaded {
+pub(super) struct LoadedModel {
     pub runtime: Runtime,
     pub model: Model,
     pub recognizer: Box<dyn Recognizer>,
     pub runtime_load_ms: f64,
     pub load_ms: f64,
-    pub baseline: Baseline,
+    pub baseline: MemoryBaseline,
 }
 
-impl Loaded {
+impl LoadedModel {
     /// Loads a task's model.
     pub(super) fn of(task: &Task<'_>) -> Result<Self> {
-        let baseline = Baseline(memory::rss_bytes());
+        let baseline = MemoryBaseline(memory::rss_bytes());
         memory::forget_peak();
         let started = Instant::now();
         let runtime = (task.start)()?.with_threads(task.threads);
@@ -46,9 +46,9 @@ impl Loaded {
 
 /// The memory that the process had before the runtime was started, bytes.
 #[derive(Clone, Copy)]
-pub(super) struct Baseline(Option<u64>);
+pub(super) struct MemoryBaseline(Option<u64>);
 
-impl Baseline {
+impl MemoryBaseline {
     /// How much more a peak is.
     pub(super) fn below(self, peak: Option<u64>) -> Option<u64> {
         let both = peak.zip(self.0);
@@ -69,7 +69,7 @@ impl First {
     pub(super) fn of(
         recognizer: &dyn Recognizer,
         input: &[f32],
-        (plan, most_s): (&Plan, f64),
+        (plan, most_s): (&TimingPlan, f64),
     ) -> Result<Self> {
         let started = Instant::now();
         let outputs = recognizer.run(input, 1)?;
@@ -88,27 +88,27 @@ impl First {
 }
 
 /// Windows, and what they come to.
-pub(super) struct Measured {
-    pub windows: Vec<Window>,
+pub(super) struct MeasuredWindows {
+    pub windows: Vec<MeasuredWindow>,
     pub timing: Timing,
 }
 
 /// Measures as much of a plan as its share of the time has room for; `call_s` is how long a call of
 /// `batch` inferences takes.
 pub(super) fn timed<const N: usize>(
-    (plan, share): (&Plan, &Share),
+    (plan, share): (&TimingPlan, &TimeShare),
     (call_s, batch): (f64, usize),
-    works: [Work<'_>; N],
+    works: [TimedCall<'_>; N],
     watch: &mut Watched<'_>,
-) -> Result<[Measured; N]> {
+) -> Result<[MeasuredWindows; N]> {
     let made = plan.within(share.left_s() / N as f64, (call_s, batch));
     let all = measure_windows((&made, share.until), batch, works, watch)?;
     let mut found = Vec::with_capacity(N);
     for windows in all {
         let mut timing =
             Timing::of(&windows, batch).ok_or(Error::Missing("at least one window"))?;
-        timing.extent = Some(Extent::of((plan, &made), &windows, batch));
-        found.push(Measured { windows, timing });
+        timing.extent = Some(WorkExtent::of((plan, &made), &windows, batch));
+        found.push(MeasuredWindows { windows, timing });
     }
     found
         .try_into()
@@ -119,9 +119,9 @@ pub(super) fn timed<const N: usize>(
 pub(super) fn beside(
     recognizer: &dyn Recognizer,
     (input, call_s, batch): (&[f32], f64, usize),
-    within: (&Plan, &Share),
+    within: (&TimingPlan, &TimeShare),
     watch: &mut Watched<'_>,
-) -> Result<Measured> {
+) -> Result<MeasuredWindows> {
     let mut found = None;
     recognizer.beside(&mut || {
         let mut ours = || recognizer.run(input, batch).map(drop);
@@ -136,7 +136,7 @@ fn ms_since(started: Instant) -> f64 {
 }
 
 /// How long one call takes, seconds.
-pub(super) fn seconds_of(work: Work<'_>) -> Result<f64> {
+pub(super) fn seconds_of(work: TimedCall<'_>) -> Result<f64> {
     let started = Instant::now();
     work()?;
     Ok(started.elapsed().as_secs_f64())
@@ -145,14 +145,14 @@ pub(super) fn seconds_of(work: Work<'_>) -> Result<f64> {
 /// The machine between windows, and the time that is left.
 pub(super) struct Watched<'a> {
     root: &'a Path,
-    pub(super) states: Vec<State>,
+    pub(super) states: Vec<MachineState>,
     pub(super) meter: Option<Meter>,
-    count: Option<Count>,
+    count: Option<EnergyCount>,
     pub(super) cap: Cap<'a>,
 }
 
 impl<'a> Watched<'a> {
-    pub(super) fn new(root: &'a Path, start: State, cap: Cap<'a>) -> Self {
+    pub(super) fn new(root: &'a Path, start: MachineState, cap: Cap<'a>) -> Self {
         Self {
             root,
             states: vec![start],
@@ -173,7 +173,7 @@ impl Watch for Watched<'_> {
             (Some(meter), Some(count)) => meter.stop(count),
             _ => None,
         };
-        self.states.push(State::read(self.root));
+        self.states.push(MachineState::read(self.root));
         self.cap.tell();
         energy_j
     }

@@ -10,7 +10,7 @@ pub(crate) const LEAST_INFERENCES: u64 = 100;
 
 /// How long is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Plan {
+pub(crate) struct TimingPlan {
     /// Calls before each window that are not timed.
     pub warm_up: u32,
     /// Shortest window; one also has at least so many inferences.
@@ -21,7 +21,7 @@ pub(crate) struct Plan {
     pub windows: u32,
 }
 
-impl Plan {
+impl TimingPlan {
     /// Ten calls to warm up, five windows of 1 s.
     pub(crate) const DEFAULT: Self = Self {
         warm_up: 10,
@@ -82,11 +82,11 @@ impl Plan {
 const CALLS_FOR_P90: u64 = 10;
 
 /// What is timed: one call.
-pub(crate) type Work<'w> = &'w mut dyn FnMut() -> Result<()>;
+pub(crate) type TimedCall<'w> = &'w mut dyn FnMut() -> Result<()>;
 
 /// What was measured in one window.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Window {
+pub(crate) struct MeasuredWindow {
     /// Times of the calls.
     pub times: Times,
     /// Energy in joules, where it was metered.
@@ -114,11 +114,11 @@ pub(crate) trait Watch {
 /// # Errors
 /// When a call fails.
 pub(crate) fn measure<const N: usize>(
-    (plan, until): (&Plan, Option<Instant>),
+    (plan, until): (&TimingPlan, Option<Instant>),
     batch: usize,
-    works: [Work<'_>; N],
+    works: [TimedCall<'_>; N],
     watch: &mut dyn Watch,
-) -> Result<[Vec<Window>; N]> {
+) -> Result<[Vec<MeasuredWindow>; N]> {
     let mut all = [const { Vec::new() }; N];
     let mut times = Vec::new();
     let is_over = || until.is_some_and(|until| Instant::now() >= until);
@@ -138,16 +138,16 @@ pub(crate) fn measure<const N: usize>(
             window((plan, until), batch as u64, works[at], &mut times)?;
             let energy_j = watch.end();
             let times = Times::of(&mut times).ok_or(Error::Missing("a call in each window"))?;
-            all[at].push(Window { times, energy_j });
+            all[at].push(MeasuredWindow { times, energy_j });
         }
     }
     Ok(all)
 }
 
 fn window(
-    (plan, until): (&Plan, Option<Instant>),
+    (plan, until): (&TimingPlan, Option<Instant>),
     batch: u64,
-    work: Work<'_>,
+    work: TimedCall<'_>,
     times: &mut Vec<u64>,
 ) -> Result<()> {
     times.clear();
@@ -182,8 +182,8 @@ mod tests {
         }
     }
 
-    fn plan(window_ms: u64) -> Plan {
-        Plan {
+    fn plan(window_ms: u64) -> TimingPlan {
+        TimingPlan {
             warm_up: 3,
             window: Duration::from_millis(window_ms),
             inferences: LEAST_INFERENCES,
@@ -221,7 +221,7 @@ mod tests {
         };
         let [windows] =
             measure((&plan(30), None), 1, [&mut work], &mut Counted::default()).expect("ok");
-        for Window { times, .. } in windows {
+        for MeasuredWindow { times, .. } in windows {
             let sum_us = times.mean_us * times.calls as f64;
             assert!(sum_us >= 30_000.0, "{sum_us}");
             assert!(times.min_us >= 50.0, "{}", times.min_us);
@@ -255,21 +255,27 @@ mod tests {
     #[test]
     fn a_plan_takes_its_windows_or_its_inferences_whichever_is_longer() {
         // Five windows of 1 s, each after 10 calls of 1 ms.
-        assert!((Plan::DEFAULT.takes_s(1e-3, 1) - 5.05).abs() < 1e-9);
+        assert!((TimingPlan::DEFAULT.takes_s(1e-3, 1) - 5.05).abs() < 1e-9);
         // Five of 100 inferences of 2 s, each after 10.
-        assert!((Plan::DEFAULT.takes_s(2.0, 1) - 5.0 * 110.0 * 2.0).abs() < 1e-9);
+        assert!((TimingPlan::DEFAULT.takes_s(2.0, 1) - 5.0 * 110.0 * 2.0).abs() < 1e-9);
         // Five of two batches of 64 that take 128 s, each after 10.
-        assert!((Plan::DEFAULT.takes_s(128.0, 64) - 5.0 * 12.0 * 128.0).abs() < 1e-9);
+        assert!((TimingPlan::DEFAULT.takes_s(128.0, 64) - 5.0 * 12.0 * 128.0).abs() < 1e-9);
     }
 
     #[test]
     fn a_plan_that_takes_too_long_is_cut_and_others_are_not() {
         let cut = |most_s, call_s, batch| {
-            let plan = Plan::DEFAULT.within(most_s, (call_s, batch));
+            let plan = TimingPlan::DEFAULT.within(most_s, (call_s, batch));
             (plan.windows, plan.inferences, plan.warm_up)
         };
-        assert_eq!(Plan::DEFAULT.within(5.06, (1e-3, 1)), Plan::DEFAULT);
-        assert_eq!(Plan::DEFAULT.within(f64::INFINITY, (2.0, 1)), Plan::DEFAULT);
+        assert_eq!(
+            TimingPlan::DEFAULT.within(5.06, (1e-3, 1)),
+            TimingPlan::DEFAULT
+        );
+        assert_eq!(
+            TimingPlan::DEFAULT.within(f64::INFINITY, (2.0, 1)),
+            TimingPlan::DEFAULT
+        );
         // 7 calls: one window, none to spare for a warm-up.
         assert_eq!(cut(15.0, 2.0, 1), (1, 7, 0));
         // 35 calls: three windows of 11, of which one warms up.
@@ -282,7 +288,7 @@ mod tests {
         assert_eq!(cut(1.0, 2.0, 1), (1, 1, 0));
         assert_eq!(cut(0.0, 2.0, 4), (1, 4, 0));
         // Short calls have shorter windows, with as many inferences.
-        let short = Plan::DEFAULT.within(3.0, (1e-3, 1));
+        let short = TimingPlan::DEFAULT.within(3.0, (1e-3, 1));
         assert_eq!(
             (short.windows, short.inferences, short.warm_up),
             (5, 100, 10)
@@ -291,11 +297,11 @@ mod tests {
         // What is cut takes no longer than it may.
         for call_s in [1e-3, 0.01, 0.1, 0.3, 1.0, 3.0] {
             for most_s in [3.0_f64, 10.0, 33.0, 150.0] {
-                let plan = Plan::DEFAULT.within(most_s, (call_s, 1));
+                let plan = TimingPlan::DEFAULT.within(most_s, (call_s, 1));
                 let takes_s = plan.takes_s(call_s, 1);
                 assert!(takes_s <= most_s.max(call_s) + 1e-6, "{call_s} {most_s}");
                 assert!(
-                    takes_s > 0.5 * most_s || plan == Plan::DEFAULT,
+                    takes_s > 0.5 * most_s || plan == TimingPlan::DEFAULT,
                     "{call_s} {most_s}"
                 );
             }
@@ -311,7 +317,7 @@ mod tests {
         };
         let mut b = || Ok(());
         let over = Some(Instant::now());
-        let works: [Work<'_>; 2] = [&mut a, &mut b];
+        let works: [TimedCall<'_>; 2] = [&mut a, &mut b];
         let both = measure((&plan(1000), over), 1, works, &mut Counted::default());
         // Each kind of work has one window of one call, and no warm-up.
         for windows in both.expect("never fails") {

@@ -1,9 +1,9 @@
 //! Flags that mean the same thing everywhere.
 
-use super::outputs::{Kind, Output, check};
-use crate::dataset::{Header, write_bytes};
+use super::outputs::{Output, OutputKind, check};
+use crate::dataset::{ResultHeader, write_bytes};
 use crate::error::{Error, Result};
-use crate::frontier::choose::Choice;
+use crate::frontier::choose::FrontierChoice;
 use crate::sweep::Views;
 use serde::Serialize;
 use std::fmt::Display;
@@ -32,7 +32,7 @@ pub(super) struct Common {
 
 /// The files that a command reads and writes.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Files {
+pub(super) struct FileArgs {
     /// Files and folders that it reads; some of them may not be there.
     pub inputs: Vec<PathBuf>,
     /// What it writes besides the JSON results.
@@ -58,10 +58,10 @@ impl Common {
     ///
     /// # Errors
     /// Naming the first of them.
-    pub(super) fn check(&self, command: &'static str, files: &Files) -> Result<()> {
+    pub(super) fn check(&self, command: &'static str, files: &FileArgs) -> Result<()> {
         let mut outputs = files.outputs.clone();
         if let Some(path) = self.json.as_deref().filter(|_| !self.json_on_stdout()) {
-            outputs.push(Output::new("--json", path, Kind::Json(command)));
+            outputs.push(Output::new("--json", path, OutputKind::Json(command)));
         }
         check(&outputs, &files.inputs, self.overwrite)
     }
@@ -134,10 +134,10 @@ pub(super) fn gei_rmse(text: &str) -> std::result::Result<f64, String> {
 
 /// A result's header with what `--max-gei-rmse` chose, and why.
 pub(super) fn stated_choice<T: Display>(
-    header: Header,
+    header: ResultHeader,
     most: Option<f64>,
-    choice: &Choice<T>,
-) -> Header {
+    choice: &FrontierChoice<T>,
+) -> ResultHeader {
     header
         .with("max_gei_rmse", most)
         .with("gei_rmse", choice.gei_rmse)

@@ -4,20 +4,21 @@ mod compare;
 mod doubts;
 mod path;
 
-use super::args::{Common, Files, ViewArgs};
+use super::args::{Common, FileArgs, ViewArgs};
 use super::drawing::DrawArgs;
-use super::outputs::{Kind, Output};
+use super::outputs::{Output, OutputKind};
 use super::progress::{self, Doing};
 use super::recognizers::{is_baseline, models, sort_inputs, with_contracts};
 use super::runtime::RuntimeArgs;
 use super::source::{SelectionArgs, SourceArgs};
 use crate::bench::board::{Board, CpuList, load_of_others};
-use crate::bench::windows::Plan;
+use crate::bench::windows::TimingPlan;
 use crate::bench::{
-    BenchResults, Column, Format, ModelResult, Scene, Task, Told, csv, end_with_parent, measure,
-    measure_lengths, measured_by, pin, render, require_any_length, utc_now,
+    BenchResults, DrawnInputs, MeasuringProgress, ModelResult, ResultColumn, TableFormat, Task,
+    csv, end_with_parent, measure, measure_lengths, measured_by, pin, render, require_any_length,
+    utc_now,
 };
-use crate::dataset::{Header, Staging, write_bytes};
+use crate::dataset::{ResultHeader, Staging, write_bytes};
 use crate::error::{Error, Result};
 use crate::score::{Model, shipped};
 use crate::source::PackSource;
@@ -43,7 +44,7 @@ const USUAL_S: f64 = 300.0;
     mut_arg("views", |views| views.visible_alias("accuracy").help("From where rank-1 is measured: \"paper\" (703 viewpoints), \"side\", or a CSV file with azimuth_deg and elevation_deg [default: paper]")),
     after_help = "Examples:\n  edgegait bench                               # the shipped models, the embedded runtime\n  edgegait bench mine.onnx --runtime ort --ort-lib /path/to/libonnxruntime.so --cpus 2,3 --threads 2\n  edgegait bench gaitbase.onnx --max-seconds 60 --frames 1,8,16,32,64\n  edgegait bench mine.onnx --mlperf --json pi4.json\n  edgegait bench mine.onnx --video made        # from video to answer\n  edgegait bench mine.onnx --video walk --background empty.png --minutes 10 --json path.json\n  edgegait bench mine.onnx --no-accuracy --threads 1,2,4 --batch 1,8,64 --csv mine.csv\n  edgegait bench --compare pi4.json pi5.json --format markdown --chart boards.svg\n\nEach model is measured in a process of its own: one input at a time, then batches, then drawing\nits input and both together; after that its rank-1, with the same runtime and settings. The\nfigures are those of the median window. What a machine does not expose is left out."
 )]
-pub(super) struct Args {
+pub(super) struct BenchArgs {
     /// ONNX models, and a pack whose walks they are shown [default: the shipped models, the
     /// built-in cohort]
     #[arg(value_name = "MODEL|PACK")]
@@ -54,13 +55,13 @@ pub(super) struct Args {
     #[arg(long, value_name = "N[,N..]", value_delimiter = ',', default_value = "64", value_parser = clap::value_parser!(u16).range(1..=4096))]
     batch: Vec<u16>,
     /// Calls before each window that are not timed
-    #[arg(long, value_name = "N", default_value_t = Plan::DEFAULT.warm_up, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = TimingPlan::DEFAULT.warm_up, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
     warm_up: u32,
     /// Shortest window in seconds; one has at least 100 inferences
-    #[arg(long, value_name = "S", default_value_t = Plan::DEFAULT.window.as_secs_f64(), value_parser = seconds)]
+    #[arg(long, value_name = "S", default_value_t = TimingPlan::DEFAULT.window.as_secs_f64(), value_parser = seconds)]
     window_s: f64,
     /// Windows
-    #[arg(long, value_name = "N", default_value_t = Plan::DEFAULT.windows, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    #[arg(long, value_name = "N", default_value_t = TimingPlan::DEFAULT.windows, value_parser = clap::value_parser!(u32).range(1..=1000))]
     windows: u32,
     /// Most seconds that measuring a model takes from its first inference on. Where all of it would
     /// take longer there are fewer windows of fewer inferences, smaller batches, fewer viewpoints;
@@ -94,7 +95,7 @@ pub(super) struct Args {
     chart: Option<PathBuf>,
     /// How the tables are written
     #[arg(long, value_name = "NAME", default_value = "text")]
-    format: Format,
+    format: TableFormat,
     /// Put the JSON results of several boards side by side, instead of measuring, with how many times as
     /// long a model takes as on the first board that has it
     #[arg(long, value_name = "FILE", num_args = 2.., conflicts_with_all = ["inputs", "json", "frames"])]
@@ -159,10 +160,10 @@ fn cpus(text: &str) -> std::result::Result<CpuList, String> {
     CpuList::parse(text).ok_or_else(|| "expected processors as in 0,2-3".to_owned())
 }
 
-impl Args {
-    fn files(&self) -> Files {
+impl BenchArgs {
+    fn files(&self) -> FileArgs {
         let inputs = [&self.inputs[..], &self.compare].concat();
-        Files {
+        FileArgs {
             inputs: with_contracts(&inputs)
                 .into_iter()
                 .chain(self.views.file())
@@ -171,10 +172,10 @@ impl Args {
             outputs: [
                 self.csv
                     .as_ref()
-                    .map(|path| Output::new("--csv", path, Kind::Csv("model"))),
+                    .map(|path| Output::new("--csv", path, OutputKind::Csv("model"))),
                 self.chart
                     .as_ref()
-                    .map(|path| Output::new("--chart", path, Kind::Svg)),
+                    .map(|path| Output::new("--chart", path, OutputKind::Svg)),
             ]
             .into_iter()
             .flatten()
@@ -182,15 +183,15 @@ impl Args {
         }
     }
 
-    fn plan(&self) -> Plan {
+    fn plan(&self) -> TimingPlan {
         if self.mlperf {
-            return Plan::MLPERF;
+            return TimingPlan::MLPERF;
         }
-        Plan {
+        TimingPlan {
             warm_up: self.warm_up,
             window: Duration::from_secs_f64(self.window_s),
             windows: self.windows,
-            ..Plan::DEFAULT
+            ..TimingPlan::DEFAULT
         }
     }
 
@@ -213,7 +214,7 @@ impl Args {
 
     /// Prints results, and writes them where that was asked for.
     fn show(&self, results: &BenchResults) -> Result<()> {
-        let columns = [Column { name: "", results }];
+        let columns = [ResultColumn { name: "", results }];
         self.common.say(render(&columns, self.format).trim_end());
         for warning in &results.header.warnings {
             self.common.say(format_args!("warning: {warning}"));
@@ -261,7 +262,7 @@ impl Args {
 }
 
 /// Runs the subcommand.
-pub(super) fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &BenchArgs) -> Result<()> {
     progress::silence(args.common.quiet);
     if args.alone.is_none() {
         args.common.check("bench", &args.files())?;
@@ -333,7 +334,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         each.map(move |threads| (index, model, threads.to_string()))
     });
     for (index, model, threads) in cases {
-        let told = |told: &Told| progress.now(&told.what, told.left_s);
+        let told = |told: &MeasuringProgress| progress.now(&told.what, told.left_s);
         let with: [&OsStr; 2] = ["--alone-threads".as_ref(), threads.as_ref()];
         let here = [&here[..], &with].concat();
         let mut result: ModelResult = elsewhere(args, (model, index), &here, &told)?;
@@ -354,14 +355,14 @@ pub(super) fn run(args: &Args) -> Result<()> {
 }
 
 /// What was asked for.
-fn header(args: &Args, models: &[Model]) -> Result<Header> {
+fn header(args: &BenchArgs, models: &[Model]) -> Result<ResultHeader> {
     let plan = args.plan();
     let views = args.views.views("paper")?;
     let seed = args.common.seed;
-    let mut drawn = Header::new("bench", seed);
+    let mut drawn = ResultHeader::new("bench", seed);
     for (index, model) in models.iter().enumerate() {
         let settings = args.draw.settings_for(model.contract(), seed)?;
-        let one = Header::new("bench", seed).drawn(&settings);
+        let one = ResultHeader::new("bench", seed).drawn(&settings);
         if index == 0 {
             drawn = one;
         } else {
@@ -417,10 +418,10 @@ const fn build() -> &'static str {
 
 /// Measures one model in a process of its own, which is this program once more.
 fn elsewhere<R: DeserializeOwned>(
-    args: &Args,
+    args: &BenchArgs,
     (model, index): (&Model, usize),
     flags: &[&OsStr],
-    told: &(dyn Fn(&Told) + Sync),
+    told: &(dyn Fn(&MeasuringProgress) + Sync),
 ) -> Result<R> {
     let mut command = args.again()?;
     command
@@ -432,7 +433,7 @@ fn elsewhere<R: DeserializeOwned>(
 }
 
 /// Measures one model here.
-fn alone(args: &Args, paths: &[PathBuf], pack: Option<PathBuf>, index: usize) -> Result<()> {
+fn alone(args: &BenchArgs, paths: &[PathBuf], pack: Option<PathBuf>, index: usize) -> Result<()> {
     end_with_parent()?;
     let open = || {
         let shipped_or_named = match paths.get(index) {
@@ -473,9 +474,9 @@ fn alone(args: &Args, paths: &[PathBuf], pack: Option<PathBuf>, index: usize) ->
         with_operators: args.profile,
         plan: args.plan(),
         most: args.most(),
-        tell: &Told::say,
+        tell: &MeasuringProgress::say,
         bare: args.bare,
-        scene: Scene {
+        scene: DrawnInputs {
             pack: &pack_read,
             walks: &walks,
             views: &views,

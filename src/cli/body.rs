@@ -5,9 +5,9 @@ use super::hints::WithFlags;
 use super::keep_going::{KeepGoing, with_hint};
 use super::progress::Progress;
 use super::values::SexArg;
-use crate::dataset::{Header, InputFile};
+use crate::dataset::{InputFile, ResultHeader};
 use crate::error::{Error, Result};
-use crate::import::{Motion, Source, is_gltf, skinned_body};
+use crate::import::{FileContents, Motion, is_gltf, skinned_body};
 use crate::scene::Body;
 use crate::scene::figure::from_obj;
 use crate::scene::fit::{STEPS, USUAL_POINTS, kept_body};
@@ -82,7 +82,7 @@ impl BodyArgs {
         recordings: &mut Vec<Recording>,
         measured: MeasuredPeople,
         (points, seed, keep_going): (Option<usize>, u64, KeepGoing),
-        header: &mut Header,
+        header: &mut ResultHeader,
     ) -> Result<BodyOptions> {
         if let Some(path) = &self.bodies {
             header.inputs.push(InputFile::of(path)?);
@@ -159,8 +159,10 @@ fn rest(path: &Path) -> Result<Motion> {
     if is_gltf(path) {
         return skinned_body(path);
     }
-    match Source::read(path)? {
-        Source::Motion(motion) => Ok(motion),
-        Source::Markers(_) => Err(Error::input(path, "markers, where a skeleton is expected")),
+    match FileContents::read(path)? {
+        FileContents::Motion(motion) => Ok(motion),
+        FileContents::Markers(_) => {
+            Err(Error::input(path, "markers, where a skeleton is expected"))
+        }
     }
 }

@@ -1,16 +1,16 @@
 //! `edgegait check`: whether a model works, before anything is measured with it.
 
 use super::Ending;
-use super::args::{Common, Files};
+use super::args::{Common, FileArgs};
 use super::hints::WithFlags;
 use super::recognizers::with_contracts;
-use super::runtime::Engine;
+use super::runtime::RuntimeChoice;
 use super::source::{SelectionArgs, SourceArgs};
-use crate::bench::Scene;
-use crate::dataset::Header;
+use crate::bench::DrawnInputs;
+use crate::dataset::ResultHeader;
 use crate::error::{ChoiceError, Error, Result};
 use crate::evaluate::checkup::Checkup;
-use crate::evaluate::contest::{Drawn, Entrant, Wish};
+use crate::evaluate::contest::{DrawnContest, Entrant, Wish};
 use crate::evaluate::protocol::Protocol;
 use crate::report::percent;
 use crate::score::baseline::PIXELS;
@@ -35,7 +35,7 @@ const SHOWN: usize = 8;
 #[command(
     after_help = "Examples:\n  edgegait check mine.onnx\n  edgegait check mine.onnx --ort-lib /path/to/libonnxruntime.so --json -\n\nA model works if it loads, and answers in finite numbers that depend on its input alone, and\nalike on each runtime that is there. Its rank-1, beside that of the pictures themselves, shows wrong\noutputs, distances or framing. The exit code is 0 if nothing speaks against it, 4 if something does,\n1 or 2 after an error."
 )]
-pub(super) struct Args {
+pub(super) struct CheckArgs {
     /// An ONNX model, or a shipped model's name
     #[arg(value_name = "MODEL")]
     model: PathBuf,
@@ -47,10 +47,10 @@ pub(super) struct Args {
     pub common: Common,
 }
 
-impl Args {
+impl CheckArgs {
     /// What it reads and writes.
-    pub(super) fn files(&self) -> Files {
-        Files {
+    pub(super) fn files(&self) -> FileArgs {
+        FileArgs {
             inputs: with_contracts(std::slice::from_ref(&self.model)),
             outputs: Vec::new(),
         }
@@ -83,7 +83,7 @@ struct FromTheSide {
 #[derive(Serialize)]
 struct CheckResults<'a> {
     #[serde(flatten)]
-    header: Header,
+    header: ResultHeader,
     contract: &'a Contract,
     /// Whether no contract lies beside it.
     guessed: bool,
@@ -97,11 +97,11 @@ struct CheckResults<'a> {
 }
 
 /// Runs the subcommand.
-pub(super) fn run(args: &Args) -> Result<Ending> {
+pub(super) fn run(args: &CheckArgs) -> Result<Ending> {
     let model = shipped::open(&args.model)?;
     let contract = model.contract();
     let seed = args.common.seed;
-    let mut header = Header::new("check", seed);
+    let mut header = ResultHeader::new("check", seed);
     header.inputs = model.inputs()?;
     header.warnings = model.warnings();
     let source_args = SourceArgs::new(None, SelectionArgs::default());
@@ -114,7 +114,7 @@ pub(super) fn run(args: &Args) -> Result<Ending> {
     };
     let settings = Entrant::settings_of(contract, usual)?;
     let views = views(contract)?;
-    let scene = Scene {
+    let scene = DrawnInputs {
         pack: &pack,
         walks: &walks,
         views: &views,
@@ -128,7 +128,7 @@ pub(super) fn run(args: &Args) -> Result<Ending> {
     }
     let mut tried = Vec::new();
     let mut best: Option<Entrant> = None;
-    for engine in [Engine::EMBEDDED, Engine::ONNX_RUNTIME] {
+    for engine in [RuntimeChoice::EMBEDDED, RuntimeChoice::ONNX_RUNTIME] {
         let found = engine.load(args.ort_lib.as_deref()).and_then(|runtime| {
             let entrant = Entrant::drawn(&model, &runtime, settings)?;
             let checkup = Checkup::of(entrant.recognizer.as_ref(), &inputs)?;
@@ -276,7 +276,7 @@ fn views(contract: &Contract) -> Result<Views> {
 }
 
 /// Looks for everybody of the scene from the side.
-fn from_the_side(entrant: Entrant, scene: &Scene<'_>, seed: u64) -> Result<FromTheSide> {
+fn from_the_side(entrant: Entrant, scene: &DrawnInputs<'_>, seed: u64) -> Result<FromTheSide> {
     let template = entrant.recognizer.contract().template;
     let mut entrants = vec![entrant];
     if template != Template::Silhouettes {
@@ -293,7 +293,7 @@ fn from_the_side(entrant: Entrant, scene: &Scene<'_>, seed: u64) -> Result<FromT
         protocol: Some(protocol),
         ..Wish::default()
     };
-    let drawn = Drawn::new((scene.pack, scene.walks), &entrants, wish)?;
+    let drawn = DrawnContest::new((scene.pack, scene.walks), &entrants, wish)?;
     let outcome = drawn
         .contest
         .run(&entrants, seed, &mut |_| {}, &mut |_| {})?;
@@ -308,7 +308,7 @@ fn from_the_side(entrant: Entrant, scene: &Scene<'_>, seed: u64) -> Result<FromT
     })
 }
 
-fn say(args: &Args, model: &Model, results: &CheckResults<'_>) {
+fn say(args: &CheckArgs, model: &Model, results: &CheckResults<'_>) {
     let contract = model.contract();
     let graph = model.graph();
     let say = |text: String| args.common.say(text);

@@ -1,14 +1,14 @@
 //! `edgegait cohort`: make the built-in people.
 
-use super::args::{Common, Files};
+use super::args::{Common, FileArgs};
 use super::encoding::{EncodingArgs, say_choice};
-use super::outputs::{Kind, Output};
+use super::outputs::{Output, OutputKind};
 use super::progress::Progress;
 use super::values::{DressedArg, SexArg};
-use crate::dataset::{Header, write_bytes};
+use crate::dataset::{ResultHeader, write_bytes};
 use crate::encode::Effort;
 use crate::error::Result;
-use crate::frontier::Encoded;
+use crate::frontier::EncodedPack;
 use crate::scene::cohort::{self, CohortOptions, PEOPLE, Profile, SPEEDS_KMH};
 use crate::source::stored;
 use crate::summary::Summary;
@@ -21,15 +21,15 @@ use std::str::FromStr;
 /// Make the built-in cohort (26 people at 10 speeds, from published norms) as a pack
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  edgegait cohort --out cohort.egp --speeds-kmh 4,5,6")]
-pub(super) struct Args {
+pub(super) struct CohortArgs {
     /// Where to write the pack
     #[arg(long, value_name = "PATH", default_value = "cohort.egp")]
     out: PathBuf,
     /// How many people; or A..B: a slice of a population, from number A on and without number B.
     /// In slices, and where there are more than 999, a person's bytes do not depend on who else is
     /// in the pack
-    #[arg(long, value_name = "N|A..B", default_value_t = People::First(PEOPLE))]
-    people: People,
+    #[arg(long, value_name = "N|A..B", default_value_t = PeopleChoice::First(PEOPLE))]
+    people: PeopleChoice,
     /// Encode each person alone and without looking for the fewest bytes: many times as fast, as
     /// exact, and walks take about two thirds more bytes
     #[arg(long)]
@@ -74,14 +74,14 @@ const MOST_TOGETHER: usize = 999;
 
 /// Which people.
 #[derive(Clone, Debug)]
-enum People {
+enum PeopleChoice {
     /// So many, from the first on.
     First(usize),
     /// Those of these numbers.
     Slice(Range<usize>),
 }
 
-impl People {
+impl PeopleChoice {
     fn numbers(&self) -> Range<usize> {
         match self {
             Self::First(count) => 0..*count,
@@ -95,7 +95,7 @@ impl People {
     }
 }
 
-impl FromStr for People {
+impl FromStr for PeopleChoice {
     type Err = String;
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
@@ -119,7 +119,7 @@ impl FromStr for People {
     }
 }
 
-impl fmt::Display for People {
+impl fmt::Display for PeopleChoice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::First(count) => count.fmt(f),
@@ -128,18 +128,18 @@ impl fmt::Display for People {
     }
 }
 
-impl Args {
+impl CohortArgs {
     /// What it reads and writes.
-    pub(super) fn files(&self) -> Files {
-        Files {
+    pub(super) fn files(&self) -> FileArgs {
+        FileArgs {
             inputs: Vec::new(),
-            outputs: vec![Output::new("--out", &self.out, Kind::Pack)],
+            outputs: vec![Output::new("--out", &self.out, OutputKind::Pack)],
         }
     }
 }
 
 /// Runs the subcommand.
-pub(super) fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &CohortArgs) -> Result<()> {
     args.encoding.check()?;
     let options = CohortOptions {
         seed: args.common.seed,
@@ -169,7 +169,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
             args.encoding
                 .encode_population(("walks", walks), people, &make)?
         }
-        Some(bytes) => Encoded::usual(bytes.to_vec()),
+        Some(bytes) => EncodedPack::usual(bytes.to_vec()),
         None => {
             let progress = Progress::new("people", options.people);
             let make = |number| {
@@ -181,7 +181,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
             args.encoding.encode(&people?)?
         }
     };
-    let header = Header::new("cohort", args.common.seed)
+    let header = ResultHeader::new("cohort", args.common.seed)
         .with("people", options.people)
         .with("first_person", options.first)
         .with("quick", args.quick)

@@ -1,8 +1,10 @@
 //! Flags that say under which conditions people walk.
 
 use super::args::file_with;
-use crate::confound::{CATALOGUE, Condition, Conditions, Dose, Doses, Draws, NAMES, Unit, dose};
-use crate::dataset::{Header, InputFile};
+use crate::confound::{
+    CATALOGUE, Condition, Conditions, Dose, DoseUnit, Doses, Draws, NAMES, dose,
+};
+use crate::dataset::{InputFile, ResultHeader};
 use crate::error::{Error, Result};
 use crate::table::Column::Left;
 use crate::table::Table;
@@ -51,7 +53,11 @@ impl ConditionArgs {
     ///
     /// # Errors
     /// If there are none of this name, or the file cannot be used.
-    pub(super) fn load(&self, usual: Option<&str>, header: &mut Header) -> Result<Vec<Condition>> {
+    pub(super) fn load(
+        &self,
+        usual: Option<&str>,
+        header: &mut ResultHeader,
+    ) -> Result<Vec<Condition>> {
         if let Some(twice) = (1..self.confound.len()).find(|&at| {
             let before = self.confound[..at].iter();
             before
@@ -96,7 +102,7 @@ pub(super) fn listing() -> Result<String> {
         let sign = if confounder.is_signed { "±" } else { " " };
         let unit = confounder
             .unit
-            .map_or(String::new(), |Unit { name, full }| {
+            .map_or(String::new(), |DoseUnit { name, full }| {
                 format!(" [1 = {full} {name}]")
             });
         table.row([

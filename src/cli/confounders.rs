@@ -1,19 +1,19 @@
 //! `edgegait confounders`: what each confounder does to recognizers.
 
-use super::args::{Common, Files, ViewArgs};
+use super::args::{Common, FileArgs, ViewArgs};
 use super::cache::CacheArgs;
 use super::drawing::DrawArgs;
-use super::outputs::{Kind, Output};
+use super::outputs::{Output, OutputKind};
 use super::progress::Progress;
 use super::recognizers::{load, sort_inputs, with_contracts};
 use super::render::has_extension;
 use super::runtime::RuntimeArgs;
 use super::source::{SelectionArgs, SourceArgs};
 use crate::confound::catalogue::{CATALOGUE, Confounder, named};
-use crate::dataset::Header;
+use crate::dataset::ResultHeader;
 use crate::error::{Error, Result};
-use crate::evaluate::contest::{Drawn, Wish};
-use crate::evaluate::strengths::{ConfounderResult, Study};
+use crate::evaluate::contest::{DrawnContest, Wish};
+use crate::evaluate::strengths::{ConfounderResult, StrengthStudy};
 use crate::report::{strength_table, write_strengths};
 use crate::sweep::Views;
 use edgegait_core::pack::Pack;
@@ -36,7 +36,7 @@ const ELEVATION_DEG: f32 = 10.0;
 #[command(
     after_help = "Examples:\n  edgegait confounders                                 # the shipped models, 26 people, azimuth 90, elevation 10, all confounders\n  edgegait confounders pixels cohort.egp --only coat,backpack --views models/spread.csv --json -"
 )]
-pub(super) struct Args {
+pub(super) struct ConfoundersArgs {
     /// ONNX models or "pixels" (the template itself), and a pack [default: the shipped models, the
     /// built-in cohort]
     #[arg(value_name = "MODEL|PACK")]
@@ -88,22 +88,22 @@ fn strength(text: &str) -> std::result::Result<f64, String> {
     }
 }
 
-impl Args {
+impl ConfoundersArgs {
     /// What it reads and writes.
-    pub(super) fn files(&self) -> Files {
+    pub(super) fn files(&self) -> FileArgs {
         let inputs = with_contracts(&self.inputs).into_iter();
-        Files {
+        FileArgs {
             inputs: inputs.chain(self.views.file()).collect(),
-            outputs: vec![Output::new("--out", &self.out, Kind::Svg)],
+            outputs: vec![Output::new("--out", &self.out, OutputKind::Svg)],
         }
     }
 }
 
 /// The results.
 #[derive(Serialize)]
-struct Results {
+struct ConfoundersResults {
     #[serde(flatten)]
-    header: Header,
+    header: ResultHeader,
     /// People among whom each recognizer chooses.
     classes: usize,
     /// Probes of each recognizer at each strength.
@@ -112,7 +112,7 @@ struct Results {
 }
 
 /// Runs the subcommand.
-pub(super) fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &ConfoundersArgs) -> Result<()> {
     let seed = args.common.seed;
     if !has_extension(&args.out, "svg") {
         return Err(Error::Usage(format!(
@@ -137,7 +137,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
             folder.display()
         )));
     }
-    let mut header = Header::new("confounders", seed).with("runtime", runtime.name().name);
+    let mut header = ResultHeader::new("confounders", seed).with("runtime", runtime.name().name);
     let (setup, cache) = ((&args.draw, seed, None), args.cache.cache());
     let entrants = load(&models, (&runtime, &cache), setup, &mut header)?;
     let source_args = SourceArgs::new(data, args.selection.clone());
@@ -156,7 +156,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     } else {
         &args.only
     };
-    let study = Study::new(chosen, &args.strengths);
+    let study = StrengthStudy::new(chosen, &args.strengths);
     let settings = entrants
         .first()
         .map(|entrant| entrant.settings)
@@ -175,18 +175,18 @@ pub(super) fn run(args: &Args) -> Result<()> {
         conditions: study.conditions(),
     };
     let drawn = match args.cycles {
-        None if Drawn::is_made((&pack, &walks), &entrants)? => Wish {
+        None if DrawnContest::is_made((&pack, &walks), &entrants)? => Wish {
             cycles: Some(CYCLES),
             ..wish
         },
         cycles => Wish { cycles, ..wish },
     };
-    let Drawn {
+    let DrawnContest {
         contest,
         probes,
         warnings,
         ..
-    } = Drawn::new((&pack, &walks), &entrants, drawn)?;
+    } = DrawnContest::new((&pack, &walks), &entrants, drawn)?;
     let sequences = contest.source().sequences().list.len();
     let progress = Progress::new("sequences", sequences * entrants.len());
     let outcome = contest.run(&entrants, seed, &mut |_| progress.step(), &mut |_| ())?;
@@ -212,7 +212,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     }
     let confounders = study.results(&outcome.results, &effects, &costs)?;
     let first = outcome.results.first();
-    let results = Results {
+    let results = ConfoundersResults {
         classes: first.map_or(0, |result| result.classes),
         probes: first
             .and_then(|result| result.probe_sets.first())

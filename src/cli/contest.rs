@@ -9,11 +9,11 @@ use super::layout::{LayoutArgs, refuse_without_tree};
 use super::progress::Progress;
 use super::source::{SelectionArgs, SourceArgs};
 use crate::confound::Condition;
-use crate::dataset::{Dataset, Header, InputFile, Partition, TREE_PARTITION};
+use crate::dataset::{Dataset, InputFile, Partition, ResultHeader, TREE_PARTITION};
 use crate::error::{Error, Result};
-use crate::evaluate::contest::{Contest, Drawn, Entrant, Stored, Wish, usual};
+use crate::evaluate::contest::{Contest, DrawnContest, Entrant, StoredTemplates, Wish, usual};
 use crate::evaluate::protocol::{PARTITION, Protocol};
-use crate::source::{Form, PackSource, Source};
+use crate::source::{Form, PackSource, SequenceSource};
 use crate::sweep::Views;
 use crate::template::Template;
 use edgegait_core::pack::Pack;
@@ -58,12 +58,12 @@ pub(super) struct ContestArgs {
 }
 
 /// How recognizers are shown people: as flags say, drawn with a seed, or as templates are stored.
-pub(super) type Setup<'a> = (&'a DrawArgs, u64, Option<Stored>);
+pub(super) type Setup<'a> = (&'a DrawArgs, u64, Option<StoredTemplates>);
 
 /// Who takes part.
-pub(super) struct Field<'a> {
+pub(super) struct Participants<'a> {
     /// Loads the recognizers, and states in the header what they were read from.
-    pub load: &'a dyn Fn(Setup<'_>, &mut Header) -> Result<Vec<Entrant>>,
+    pub load: &'a dyn Fn(Setup<'_>, &mut ResultHeader) -> Result<Vec<Entrant>>,
     /// Whether the baselines do too.
     pub with_baselines: bool,
     /// From where probes are seen, if neither flags nor the protocol say so; if this does not
@@ -91,10 +91,10 @@ impl ContestArgs {
     /// When something cannot be used, and what `work` returns.
     pub(super) fn run<R>(
         &self,
-        (field, data): (&Field<'_>, Option<PathBuf>),
+        (field, data): (&Participants<'_>, Option<PathBuf>),
         seed: u64,
-        mut header: Header,
-        work: impl FnOnce(&Contest<'_>, &[Entrant], Header) -> Result<R>,
+        mut header: ResultHeader,
+        work: impl FnOnce(&Contest<'_>, &[Entrant], ResultHeader) -> Result<R>,
     ) -> Result<R> {
         if let (Some(data), Some(held)) = (&data, &self.held) {
             return Err(Error::Usage(format!(
@@ -125,7 +125,7 @@ impl ContestArgs {
                 }
                 other => other,
             };
-            let is_tree = matches!(source, Source::Tree(_));
+            let is_tree = matches!(source, SequenceSource::Tree(_));
             let readable = self.readable(source, &entrants, &mut header);
             let cut = readable.and_then(|source| self.cut(source, &entrants, &mut header));
             let source = cut.map_err(|error| hinted(error, is_tree))?;
@@ -136,7 +136,7 @@ impl ContestArgs {
                 None => usual(&entrants, subjects)?,
             };
             let mut header = header.with("protocol", protocol.name.as_str());
-            if let (Source::Tree(_), Some(entrant)) = (&source, entrants.first()) {
+            if let (SequenceSource::Tree(_), Some(entrant)) = (&source, entrants.first()) {
                 header = header
                     .with("size", entrant.settings.size.name())
                     .with("framing", entrant.settings.framing.name());
@@ -163,12 +163,12 @@ impl ContestArgs {
         let pack = Pack::parse(&source.bytes)?;
         let chosen = source_args.choose(&pack)?;
         let header = header.with("pack", source.name.as_str());
-        let Drawn {
+        let DrawnContest {
             contest,
             views,
             probes,
             warnings,
-        } = Drawn::new(
+        } = DrawnContest::new(
             (&pack, &chosen),
             &entrants,
             self.wish(protocol, field, &conditions)?,
@@ -198,7 +198,7 @@ impl ContestArgs {
     fn wish<'a>(
         &self,
         protocol: Option<Protocol>,
-        field: &Field<'_>,
+        field: &Participants<'_>,
         conditions: &'a [Condition],
     ) -> Result<Wish<'a>> {
         let says_views = |protocol: &Protocol| protocol.views.is_some();
@@ -214,8 +214,12 @@ impl ContestArgs {
 
     /// The sequences of a tree that flags choose: people, takes (`--walks`), viewpoints, and whom a
     /// partition tests.
-    fn chosen(&self, source: Source<'static>, header: &mut Header) -> Result<Source<'static>> {
-        let Source::Tree(recordings) = source else {
+    fn chosen(
+        &self,
+        source: SequenceSource<'static>,
+        header: &mut ResultHeader,
+    ) -> Result<SequenceSource<'static>> {
+        let SequenceSource::Tree(recordings) = source else {
             self.refuse_without_tree()?;
             return Ok(source);
         };
@@ -228,7 +232,7 @@ impl ContestArgs {
             header.inputs.push(InputFile::of(path)?);
             header.warnings.extend(warnings);
         }
-        Ok(Source::Tree(Box::new(if self.as_stored {
+        Ok(SequenceSource::Tree(Box::new(if self.as_stored {
             recordings.taken_as_stored()
         } else {
             recordings
@@ -255,17 +259,17 @@ impl ContestArgs {
     /// for: which are left out depends on them alone, not on who is looked for.
     fn readable(
         &self,
-        source: Source<'static>,
+        source: SequenceSource<'static>,
         entrants: &[Entrant],
-        header: &mut Header,
-    ) -> Result<Source<'static>> {
+        header: &mut ResultHeader,
+    ) -> Result<SequenceSource<'static>> {
         let recordings = match source {
-            Source::Tree(recordings) if self.keep_going.is_given() => recordings,
-            Source::Tree(recordings) => {
+            SequenceSource::Tree(recordings) if self.keep_going.is_given() => recordings,
+            SequenceSource::Tree(recordings) => {
                 let progress = Progress::new("folders", recordings.len());
                 let sizes: Vec<_> = entrants.iter().map(|one| one.settings.size).collect();
                 recordings.check_sizes(&sizes, &|| progress.step())?;
-                return Ok(Source::Tree(recordings));
+                return Ok(SequenceSource::Tree(recordings));
             }
             other => return Ok(other),
         };
@@ -288,22 +292,22 @@ impl ContestArgs {
                 .warnings
                 .push(format!("{count} of {all} sequences were left out"));
         }
-        Ok(Source::Tree(Box::new(recordings)))
+        Ok(SequenceSource::Tree(Box::new(recordings)))
     }
 
     /// The recordings of a tree by gait cycles, where every recognizer takes a template of one.
     fn cut(
         &self,
-        source: Source<'static>,
+        source: SequenceSource<'static>,
         entrants: &[Entrant],
-        header: &mut Header,
-    ) -> Result<Source<'static>> {
+        header: &mut ResultHeader,
+    ) -> Result<SequenceSource<'static>> {
         let takes_template =
             |entrant: &Entrant| entrant.recognizer.contract().template != Template::Silhouettes;
         match source {
-            Source::Tree(recordings) if entrants.iter().all(takes_template) => {
+            SequenceSource::Tree(recordings) if entrants.iter().all(takes_template) => {
                 let cut = self.cutting.cut(*recordings, header)?;
-                Ok(Source::Tree(Box::new(cut)))
+                Ok(SequenceSource::Tree(Box::new(cut)))
             }
             other => Ok(other),
         }
@@ -314,13 +318,13 @@ impl ContestArgs {
         &self,
         path: &Path,
         protocol: Option<&Protocol>,
-        header: &mut Header,
-    ) -> Result<(Source<'static>, Option<Stored>)> {
+        header: &mut ResultHeader,
+    ) -> Result<(SequenceSource<'static>, Option<StoredTemplates>)> {
         let first_take = Protocol::named("first-take")?;
         let made = protocol.unwrap_or(&first_take).made(1)?;
-        let source = Source::open(path, &made, &self.layout.layout())?;
+        let source = SequenceSource::open(path, &made, &self.layout.layout())?;
         let source = self.chosen(source, header)?;
-        let is_tree = matches!(source, Source::Tree(_));
+        let is_tree = matches!(source, SequenceSource::Tree(_));
         let draw = if is_tree {
             self.draw.without_size()
         } else {
@@ -333,9 +337,9 @@ impl ContestArgs {
             draw.refuse_for_folders(&self.selection, self.cycles, &self.views)?;
         }
         let mut stored = None;
-        if let Source::Dataset(geis) = &source {
+        if let SequenceSource::Dataset(geis) = &source {
             header.inputs.extend(Dataset::inputs(path)?);
-            let found = Stored::of(geis.dataset(), path)?;
+            let found = StoredTemplates::of(geis.dataset(), path)?;
             if found.framing.is_none() {
                 header.warnings.push(format!(
                     "{} does not say how its figures are framed: whether that is as the models expect is unknown",
@@ -345,7 +349,7 @@ impl ContestArgs {
             *header = header.clone().drawn_as(geis.dataset());
             stored = Some(found);
         }
-        if let Source::Tree(recordings) = &source {
+        if let SequenceSource::Tree(recordings) = &source {
             let skipped = recordings.skipped().iter();
             let skipped =
                 skipped.map(|name| format!("{name}: no views named by an angle: left out"));
@@ -373,7 +377,7 @@ fn add_baselines(
     contest: &Contest<'_>,
     entrants: &mut Vec<Entrant>,
     known_by: (Option<&Pack<'_>>, u64),
-    header: &mut Header,
+    header: &mut ResultHeader,
 ) -> Result<()> {
     let baselines = contest.baselines(entrants, known_by)?;
     entrants.extend(baselines.entrants);
@@ -382,12 +386,12 @@ fn add_baselines(
 }
 
 /// Whether a partition says which sequences of a tree are looked for among which.
-fn has_roles(source: &Source<'_>) -> bool {
-    matches!(source, Source::Tree(recordings) if recordings.has_roles())
+fn has_roles(source: &SequenceSource<'_>) -> bool {
+    matches!(source, SequenceSource::Tree(recordings) if recordings.has_roles())
 }
 
 /// The walks' names, each once, at most a dozen.
-fn walk_names(walks: &[usize], all: &[edgegait_core::pack::Walk<'_>]) -> String {
+fn walk_names(walks: &[usize], all: &[edgegait_core::pack::WalkEntry<'_>]) -> String {
     let mut names: Vec<&str> = walks.iter().map(|&walk| all[walk].name).collect();
     names.sort_unstable();
     names.dedup();

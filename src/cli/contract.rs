@@ -1,8 +1,8 @@
 //! `edgegait contract`: what a model takes and gives, written down to be checked.
 
-use super::args::{Common, Files};
-use super::outputs::{Kind, Output};
-use crate::dataset::{Header, write_bytes};
+use super::args::{Common, FileArgs};
+use super::outputs::{Output, OutputKind};
+use crate::dataset::{ResultHeader, write_bytes};
 use crate::error::Result;
 use crate::score::{Contract, Model, list_of};
 use serde::Serialize;
@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 #[command(
     after_help = "Examples:\n  edgegait contract mine.onnx                  # writes mine.toml\n  edgegait contract mine.onnx --out -          # to standard output"
 )]
-pub(super) struct Args {
+pub(super) struct ContractArgs {
     /// An ONNX model
     #[arg(value_name = "MODEL")]
     model: PathBuf,
@@ -27,7 +27,7 @@ pub(super) struct Args {
 }
 
 /// Runs the subcommand.
-pub(super) fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &ContractArgs) -> Result<()> {
     let model = Model::open(&args.model)?;
     let graph = model.graph();
     let about = format!(
@@ -39,7 +39,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let contract = model.stated_contract();
     let text = contract.explained(&about.replace(char::is_control, "?"))?;
     let out = args.out();
-    let mut header = Header::new("contract", args.common.seed);
+    let mut header = ResultHeader::new("contract", args.common.seed);
     header.inputs = model.inputs()?;
     header.warnings = model.warnings();
     if out == Path::new("-") {
@@ -51,7 +51,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         }
         args.common.say(format_args!("wrote {}", out.display()));
     }
-    args.common.write_json(&Results {
+    args.common.write_json(&ContractResults {
         header,
         contract: &contract,
     })
@@ -59,23 +59,24 @@ pub(super) fn run(args: &Args) -> Result<()> {
 
 /// The results.
 #[derive(Serialize)]
-struct Results<'a> {
+struct ContractResults<'a> {
     #[serde(flatten)]
-    header: Header,
+    header: ResultHeader,
     contract: &'a Contract,
 }
 
-impl Args {
+impl ContractArgs {
     fn out(&self) -> PathBuf {
         let beside = || Contract::path_beside(&self.model);
         self.out.clone().unwrap_or_else(beside)
     }
 
     /// What it reads and writes.
-    pub(super) fn files(&self) -> Files {
+    pub(super) fn files(&self) -> FileArgs {
         let out = self.out();
-        let output = (out != Path::new("-")).then(|| Output::new("--out", &out, Kind::Explained));
-        Files {
+        let output =
+            (out != Path::new("-")).then(|| Output::new("--out", &out, OutputKind::Explained));
+        FileArgs {
             inputs: vec![self.model.clone()],
             outputs: output.into_iter().collect(),
         }

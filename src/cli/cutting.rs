@@ -2,7 +2,7 @@
 
 use super::progress::Progress;
 use crate::cycle::CycleFinder;
-use crate::dataset::Header;
+use crate::dataset::ResultHeader;
 use crate::error::Result;
 use crate::source::Recordings;
 use crate::sweep::TAKE_FPS;
@@ -44,7 +44,11 @@ impl CuttingArgs {
     ///
     /// # Errors
     /// If cycles are not looked for at such a frame rate, or a recording cannot be read.
-    pub(super) fn cut(&self, recordings: Recordings, header: &mut Header) -> Result<Recordings> {
+    pub(super) fn cut(
+        &self,
+        recordings: Recordings,
+        header: &mut ResultHeader,
+    ) -> Result<Recordings> {
         if self.whole_recordings {
             *header = header.clone().with("whole_recordings", true);
             return Ok(recordings);

@@ -4,7 +4,7 @@ use super::args::ViewArgs;
 use super::source::SelectionArgs;
 use crate::error::{Error, Result, TemplateOrigin};
 use crate::score::Contract;
-use crate::sweep::{Aim, Framing, Jitter, Lens, Raster, Sensor, Settings};
+use crate::sweep::{Aim, FramingMode, Jitter, Lens, Raster, Sensor, Settings};
 use crate::template::Template;
 use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -24,7 +24,7 @@ pub(super) struct DrawArgs {
     raster: Option<Raster>,
     /// How figures are fitted into the image [default: height]
     #[arg(long, value_name = "NAME")]
-    framing: Option<Framing>,
+    framing: Option<FramingMode>,
     /// How rays run [default: ortho]
     #[arg(long, value_name = "NAME")]
     lens: Option<Lens>,
@@ -170,7 +170,7 @@ impl DrawArgs {
                 ),
             );
         }
-        if self.fov_deg.is_some() && settings.framing != Framing::Camera {
+        if self.fov_deg.is_some() && settings.framing != FramingMode::Camera {
             return refuse(
                 "--fov-deg",
                 format!(

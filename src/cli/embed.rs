@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 /// What a program holds of which a command makes use, as if it were in files.
 #[derive(Default)]
-pub struct Held {
+pub struct EmbeddedInputs {
     /// Recognizers that `score` scores beside those that are named.
     pub recognizers: Vec<Arc<dyn Recognizer>>,
     /// The pack of `score` and of what is swept.
@@ -38,7 +38,7 @@ pub fn text_of(error: &Error) -> String {
 ///
 /// # Errors
 /// As the command; for words that it does not know, [`Error::Usage`].
-pub fn results(words: &[OsString], held: Held) -> Result<String> {
+pub fn results(words: &[OsString], held: EmbeddedInputs) -> Result<String> {
     let failed = |error| Error::io("a temporary folder", error);
     let folder = tempfile::tempdir().map_err(failed)?;
     let json = folder.path().join("results.json");
@@ -128,8 +128,8 @@ mod tests {
 
     #[test]
     fn words_that_the_command_does_not_know_are_usage() {
-        let said =
-            results(&words("sweep --raster crayons"), Held::default()).expect_err("no such raster");
+        let said = results(&words("sweep --raster crayons"), EmbeddedInputs::default())
+            .expect_err("no such raster");
         assert_eq!(said.exit_code(), 2);
         let text = text_of(&said);
         assert!(
@@ -138,7 +138,8 @@ mod tests {
                 && !text.contains("--help"),
             "{text}"
         );
-        let said = results(&words("draw"), Held::default()).expect_err("no such subcommand");
+        let said =
+            results(&words("draw"), EmbeddedInputs::default()).expect_err("no such subcommand");
         assert!(text_of(&said).contains("'draw'"), "{said}");
     }
 
@@ -155,9 +156,9 @@ mod tests {
             std::panic::catch_unwind(AssertUnwindSafe(|| {
                 results(
                     &words,
-                    Held {
+                    EmbeddedInputs {
                         stop,
-                        ..Held::default()
+                        ..EmbeddedInputs::default()
                     },
                 )
                 .expect("a pack")
@@ -175,16 +176,16 @@ mod tests {
 
     #[test]
     fn what_needs_a_process_of_its_own_is_refused_where_none_is_known() {
-        let said = results(&words("bench"), Held::default()).expect_err("no program");
+        let said = results(&words("bench"), EmbeddedInputs::default()).expect_err("no program");
         assert!(said.to_string().contains("run it in a shell"), "{said}");
     }
 
     #[test]
     fn two_sources_of_walks_are_refused() {
         let pack = PackSource::made(&crate::source::built_in(&[]), &|| ()).expect("people");
-        let held = Held {
+        let held = EmbeddedInputs {
             pack: Some(pack),
-            ..Held::default()
+            ..EmbeddedInputs::default()
         };
         let said = results(&words("score pixels src/source/cohort-5kmh.egp"), held);
         let said = said.expect_err("two sources").to_string();
@@ -205,7 +206,7 @@ mod tests {
     fn results_are_the_json_of_the_command() {
         let text = results(
             &words("inspect src/source/cohort-5kmh.egp"),
-            Held::default(),
+            EmbeddedInputs::default(),
         )
         .expect("a pack");
         let found: serde_json::Value = serde_json::from_str(&text).expect("JSON");

@@ -2,10 +2,10 @@
 
 use super::args::{Common, gei_rmse, stated_choice};
 use super::progress::Progress;
-use crate::dataset::Header;
+use crate::dataset::ResultHeader;
 use crate::encode::{BUDGET_TRIES, Effort, MAX_ERROR_MM, STEPS_OF_WALK, encode_population};
 use crate::error::{Error, Result};
-use crate::frontier::{Encoded, Goal, encoded};
+use crate::frontier::{EncodedPack, EncodingGoal, encoded};
 use crate::scene::Subject;
 use crate::scene::thin::thinned;
 use std::ops::Range;
@@ -43,26 +43,26 @@ impl EncodingArgs {
         }
     }
 
-    fn goal(&self) -> Goal {
+    fn goal(&self) -> EncodingGoal {
         match (self.max_error_mm, self.budget_bytes, self.max_gei_rmse) {
-            (Some(error), _, _) => Goal::ErrorMm(error),
-            (_, Some(bytes), _) => Goal::Bytes(bytes),
-            (_, _, Some(rmse)) => Goal::GeiRmse(rmse),
-            _ => Goal::Usual,
+            (Some(error), _, _) => EncodingGoal::ErrorMm(error),
+            (_, Some(bytes), _) => EncodingGoal::Bytes(bytes),
+            (_, _, Some(rmse)) => EncodingGoal::GeiRmse(rmse),
+            _ => EncodingGoal::Usual,
         }
     }
 
     /// Whether walks are encoded as they are by default.
     #[must_use]
     pub(super) fn is_usual(&self) -> bool {
-        (self.goal(), self.hull_points) == (Goal::Usual, None)
+        (self.goal(), self.hull_points) == (EncodingGoal::Usual, None)
     }
 
     /// Encodes people with a progress bar.
     ///
     /// # Errors
     /// As [`encoded`].
-    pub(super) fn encode(&self, people: &[Subject]) -> Result<Encoded> {
+    pub(super) fn encode(&self, people: &[Subject]) -> Result<EncodedPack> {
         let tries = self.budget_bytes.map_or(1, |_| BUDGET_TRIES);
         let walks: usize = people.iter().map(|subject| subject.walks.len()).sum();
         let progress = Progress::new("encoding", STEPS_OF_WALK * walks * tries);
@@ -80,7 +80,7 @@ impl EncodingArgs {
         (what, walks): (&'static str, usize),
         (people, effort): (Range<usize>, Effort),
         make: &(dyn Fn(usize) -> Result<Subject> + Sync),
-    ) -> Result<Encoded> {
+    ) -> Result<EncodedPack> {
         if self.budget_bytes.is_some() || self.max_gei_rmse.is_some() {
             return Err(Error::Usage(
                 "--budget-bytes and --max-gei-rmse try several encodings of one pack: expected --max-error-mm for a population (a slice A..B, or more than 999 people)".into(),
@@ -99,7 +99,7 @@ impl EncodingArgs {
         };
         let goal = (max_error_mm, effort);
         let bytes = encode_population(people, &thinner, goal, &|| progress.step())?;
-        Ok(Encoded {
+        Ok(EncodedPack {
             bytes,
             max_error_mm,
             hull_points,
@@ -109,7 +109,7 @@ impl EncodingArgs {
 
     /// A result's header with how people were encoded, by the names of the flags.
     #[must_use]
-    pub(super) fn stated(&self, header: Header, encoded: &Encoded) -> Header {
+    pub(super) fn stated(&self, header: ResultHeader, encoded: &EncodedPack) -> ResultHeader {
         let header = header
             .with("max_error_mm", encoded.max_error_mm)
             .with("budget_bytes", self.budget_bytes)
@@ -122,7 +122,7 @@ impl EncodingArgs {
 }
 
 /// Prints what `--max-gei-rmse` chose, and why.
-pub(super) fn say_choice(encoded: &Encoded, common: &Common) {
+pub(super) fn say_choice(encoded: &EncodedPack, common: &Common) {
     if let Some(choice) = &encoded.choice {
         common.say(format_args!("chosen: {choice}"));
     }

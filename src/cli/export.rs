@@ -1,8 +1,9 @@
 //! How datasets are written: flags of the commands that make them.
 
-use super::outputs::{Kind, Output};
+use super::outputs::{Output, OutputKind};
 use crate::dataset::{
-    DatasetWriter, Existing, Format, Run, Shard, Standing, check_unfinished, standing,
+    DatasetFormat, DatasetRun, DatasetWriter, Existing, Shard, UnfinishedRun, check_unfinished,
+    standing,
 };
 use crate::error::{ChoiceError, Error, Result};
 use crate::sweep::Settings;
@@ -35,7 +36,7 @@ pub(super) enum FormatArg {
     CasiaB,
 }
 
-impl From<FormatArg> for Format {
+impl From<FormatArg> for DatasetFormat {
     fn from(format: FormatArg) -> Self {
         match format {
             FormatArg::Folder => Self::Folder,
@@ -60,16 +61,16 @@ fn shard(text: &str) -> std::result::Result<Shard, String> {
 
 impl ExportArgs {
     /// The format.
-    pub(super) fn format(&self) -> Format {
+    pub(super) fn format(&self) -> DatasetFormat {
         self.format.into()
     }
 
     /// What will be written.
     pub(super) fn output(&self, path: &Path) -> Output {
         let kind = if self.resume {
-            Kind::Resumed
+            OutputKind::Resumed
         } else {
-            Kind::Dataset(self.format())
+            OutputKind::Dataset(self.format())
         };
         Output::new("--out", path, kind)
     }
@@ -83,7 +84,7 @@ impl ExportArgs {
                 format.name()
             )))
         };
-        if format == Format::Npz && self.shard.is_some() {
+        if format == DatasetFormat::Npz && self.shard.is_some() {
             return refuse(
                 "a shard is a folder (`merge --format npz` puts folders together into one file)"
                     .into(),
@@ -98,7 +99,7 @@ impl ExportArgs {
         if joints {
             return refuse("it has no place for joints (use folder or npz)".into());
         }
-        if format == Format::Opengait && size != Size::S64x64 {
+        if format == DatasetFormat::Opengait && size != Size::S64x64 {
             return refuse(format!(
                 "OpenGait reads 64x64 and cuts what it needs, found --size {size}"
             ));
@@ -110,20 +111,20 @@ impl ExportArgs {
     pub(super) fn begin(
         &self,
         out: &Path,
-        run: Run,
+        run: DatasetRun,
         overwrite: bool,
     ) -> Result<Option<DatasetWriter>> {
         if self.resume {
             match standing(out, &run)? {
-                Standing::Whole => return Ok(None),
-                Standing::Other(differs) if !overwrite => {
+                UnfinishedRun::Whole => return Ok(None),
+                UnfinishedRun::Other(differs) if !overwrite => {
                     return Err(ChoiceError::OtherRun {
                         target: out.to_path_buf(),
                         differs,
                     }
                     .into());
                 }
-                Standing::Other(_) | Standing::Absent => {}
+                UnfinishedRun::Other(_) | UnfinishedRun::Absent => {}
             }
         }
         let existing = Existing::of(overwrite);
@@ -164,7 +165,7 @@ pub(super) fn take_name(walk: &str, condition: &str, number: Option<u32>) -> Str
 
 /// The settings' template and those that were asked for besides: silhouettes in a tree unless others
 /// were asked for.
-pub(super) fn templates_of(asked: &[Template], format: Format) -> Vec<Template> {
+pub(super) fn templates_of(asked: &[Template], format: DatasetFormat) -> Vec<Template> {
     let mut templates: Vec<Template> = Vec::new();
     for &template in asked {
         if !templates.contains(&template) {
@@ -182,8 +183,8 @@ pub(super) fn templates_of(asked: &[Template], format: Format) -> Vec<Template> 
 }
 
 /// The settings with the size that a format asks for, where none was given.
-pub(super) fn sized(settings: Settings, given: bool, format: Format) -> Settings {
-    if format == Format::Opengait && !given {
+pub(super) fn sized(settings: Settings, given: bool, format: DatasetFormat) -> Settings {
+    if format == DatasetFormat::Opengait && !given {
         return Settings {
             size: Size::S64x64,
             ..settings

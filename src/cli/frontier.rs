@@ -1,12 +1,12 @@
 //! `edgegait frontier`: speed against error.
 
-use super::args::{Common, Files};
-use super::outputs::{Kind, Output};
+use super::args::{Common, FileArgs};
+use super::outputs::{Output, OutputKind};
 use super::progress::Progress;
-use crate::dataset::{Header, write_bytes};
+use crate::dataset::{ResultHeader, write_bytes};
 use crate::error::Result;
 use crate::frontier::reference::REFERENCE_FRAMES;
-use crate::frontier::{Point, Scene, Study, plot};
+use crate::frontier::{FrontierPeople, FrontierPoint, FrontierStudy, plot};
 use crate::source::{PackSource, Selection};
 use crate::sweep::jobs;
 use crate::table::Column::{Left, Right};
@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 #[command(
     after_help = "Examples:\n  edgegait frontier                       # people of the built-in cohort, encoded in every way\n  edgegait frontier cmu.egp --json -      # a pack's walks as they are stored\n\nErrors are against exact coverage (16x16 samples a pixel, f64) of the finest motion: of the\nbuilt-in people their finest encoding in 128 frames a cycle, of a pack its own. Rank-1 is that\nof the shipped models on the built-in cohort. Times differ between runs, and with them\nthe set of those that no other beats; all else is the same on every run."
 )]
-pub(super) struct Args {
+pub(super) struct FrontierArgs {
     /// A pack [default: people of the built-in cohort]
     #[arg(value_name = "PACK")]
     pack: Option<PathBuf>,
@@ -34,44 +34,44 @@ pub(super) struct Args {
     pub common: Common,
 }
 
-impl Args {
+impl FrontierArgs {
     /// What it reads and writes.
-    pub(super) fn files(&self) -> Files {
-        Files {
+    pub(super) fn files(&self) -> FileArgs {
+        FileArgs {
             inputs: self.pack.iter().cloned().collect(),
-            outputs: vec![Output::new("--out", &self.out, Kind::Frontier)],
+            outputs: vec![Output::new("--out", &self.out, OutputKind::Frontier)],
         }
     }
 }
 
 /// The results.
 #[derive(Serialize)]
-struct Results {
+struct FrontierResults {
     #[serde(flatten)]
-    header: Header,
-    points: Vec<Point>,
+    header: ResultHeader,
+    points: Vec<FrontierPoint>,
 }
 
 /// Runs the subcommand.
-pub(super) fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &FrontierArgs) -> Result<()> {
     let source = match &args.pack {
         Some(path) => Some(read(path)?),
         None => None,
     };
     let scene = match &source {
-        Some((source, walks)) => Scene::Pack {
+        Some((source, walks)) => FrontierPeople::Pack {
             bytes: &source.bytes,
             walks,
         },
-        None => Scene::BuiltIn,
+        None => FrontierPeople::BuiltIn,
     };
-    let study = Study {
+    let study = FrontierStudy {
         scene,
         seed: args.common.seed,
         is_quick: args.quick,
     };
     let views = study.views()?;
-    let mut header = Header::new("frontier", args.common.seed)
+    let mut header = ResultHeader::new("frontier", args.common.seed)
         .with("quick", args.quick)
         .with("views", views.name)
         .with("viewpoints", views.list.len())
@@ -97,7 +97,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let progress = Progress::new("frontier", study.steps());
     let points = study.run(&|| progress.step())?;
     drop(progress);
-    let results = Results { header, points };
+    let results = FrontierResults { header, points };
     args.common.say(table(&results.points));
     for warning in &results.header.warnings {
         args.common.say(format_args!("warning: {warning}"));
@@ -127,7 +127,7 @@ fn read(path: &Path) -> Result<(PackSource, Vec<usize>)> {
 }
 
 /// One row a point.
-fn csv(points: &[Point]) -> Result<Vec<u8>> {
+fn csv(points: &[FrontierPoint]) -> Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record([
         "name",
@@ -175,7 +175,7 @@ fn csv(points: &[Point]) -> Result<Vec<u8>> {
 }
 
 /// The same for a terminal; `*` marks the Pareto set.
-fn table(points: &[Point]) -> String {
+fn table(points: &[FrontierPoint]) -> String {
     let mut table = Table::new(&[Left(0), Right(8)]);
     table.row("|ns|us/GEI|x default|Jaccard|GEI RMSE|rank-1 %|pack B|heap B".split('|'));
     for (number, point) in (1..).zip(points) {

@@ -1,12 +1,12 @@
 //! `edgegait gate`: whether results keep to limits.
 
 use super::Ending;
-use super::args::{Common, Files};
-use super::outputs::{Kind, Output};
-use crate::dataset::{Header, InputFile, write_bytes};
+use super::args::{Common, FileArgs};
+use super::outputs::{Output, OutputKind};
+use crate::dataset::{InputFile, ResultHeader, write_bytes};
 use crate::error::{Error, Result};
 use crate::gate::{
-    GateLimits, GateOutcome, GateReport, JUNIT_START, Judged, MARKDOWN_START, ResultFile, gate,
+    GateLimits, GateOutcome, GateReport, JUNIT_START, JudgedRuns, MARKDOWN_START, ResultFile, gate,
     starter,
 };
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 #[command(
     after_help = "Examples:\n  edgegait gate --init bench.json > limits.toml       # limits to begin with\n  edgegait gate limits.toml bench.json main.json\n  edgegait gate limits.toml 1.json main-1.json --run 2.json,3.json --baseline-run main-2.json\n  edgegait gate limits.toml score.json main.json --markdown comment.md --junit gate.xml\n\nA limit names a figure by the keys of the JSON results, as in models[mine].p50_us or\nrecognizers[mine].probe_sets[BG].rank1; [*] is all of them. Times are known as well as their\nwindows and runs agree, and a limit within that interval cannot be told; nor can a miss while\nothers kept the machine busy. Rank-1 is compared with a baseline's on the same probes, by an\ninterval over people. The exit code is 0 if all limits hold, 4 if one is missed, 3 if one cannot\nbe told and none is missed, 1 or 2 after an error."
 )]
-pub(super) struct Args {
+pub(super) struct GateArgs {
     /// The limits (TOML), the results that are judged, and results that they are set against
     #[arg(value_name = "FILE", num_args = 2..=3, required_unless_present = "init")]
     files: Vec<PathBuf>,
@@ -45,18 +45,22 @@ pub(super) struct Args {
     pub common: Common,
 }
 
-impl Args {
+impl GateArgs {
     /// What it reads and writes.
-    pub(super) fn files(&self) -> Files {
+    pub(super) fn files(&self) -> FileArgs {
         let named = |flag, path: &Option<PathBuf>, kind| {
             path.as_ref().map(|path| Output::new(flag, path, kind))
         };
         let outputs = [
-            named("--markdown", &self.markdown, Kind::Begins(MARKDOWN_START)),
-            named("--junit", &self.junit, Kind::Begins(JUNIT_START)),
-            named("--bencher", &self.bencher, Kind::Bencher),
+            named(
+                "--markdown",
+                &self.markdown,
+                OutputKind::Begins(MARKDOWN_START),
+            ),
+            named("--junit", &self.junit, OutputKind::Begins(JUNIT_START)),
+            named("--bencher", &self.bencher, OutputKind::Bencher),
         ];
-        Files {
+        FileArgs {
             inputs: [&self.files[..], &self.run, &self.baseline_run].concat(),
             outputs: outputs.into_iter().flatten().collect(),
         }
@@ -64,7 +68,7 @@ impl Args {
 }
 
 /// Runs the subcommand.
-pub(super) fn run(args: &Args) -> Result<Ending> {
+pub(super) fn run(args: &GateArgs) -> Result<Ending> {
     if let Some(path) = &args.init {
         args.common
             .put(starter(&ResultFile::read(path)?)?.trim_end());
@@ -104,11 +108,11 @@ pub(super) fn run(args: &Args) -> Result<Ending> {
     };
     let runs = read(&mut std::iter::once(result).chain(&args.run))?;
     let baselines = read(&mut baseline.iter().chain(&args.baseline_run))?;
-    let mut header = Header::new("gate", args.common.seed);
+    let mut header = ResultHeader::new("gate", args.common.seed);
     for path in &args.files().inputs {
         header.inputs.push(InputFile::of(path)?);
     }
-    let judged = Judged {
+    let judged = JudgedRuns {
         runs: &runs,
         baselines: &baselines,
         without_baseline: args.without_baseline,
@@ -127,7 +131,7 @@ pub(super) fn run(args: &Args) -> Result<Ending> {
 }
 
 /// Writes the forms that were asked for.
-fn written(args: &Args, report: &GateReport) -> Result<()> {
+fn written(args: &GateArgs, report: &GateReport) -> Result<()> {
     let write = |path: &Option<PathBuf>, text: &dyn Fn() -> Result<String>| {
         let path: Option<&Path> = path.as_deref();
         path.map_or(Ok(()), |path| write_bytes(path, text()?.as_bytes()))

@@ -1,11 +1,12 @@
 //! `edgegait generate`: whole training sets from a design, as datasets.
 
-use super::args::{Common, Files};
+use super::args::{Common, FileArgs};
 use super::export::{ExportArgs, sized, take_name};
 use super::progress::Progress;
 use super::sweep::peak_rss_bytes;
 use crate::dataset::{
-    Contents, DatasetWriter, Format, Header, IndexRow, InputFile, Item, Run, WalkerRow,
+    Contents, DatasetFormat, DatasetRun, DatasetWriter, IndexRow, InputFile, Item, ResultHeader,
+    WalkerRow,
 };
 use crate::design::{Design, Split};
 use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
@@ -27,7 +28,7 @@ use std::time::Instant;
 #[command(
     after_help = "Designs that are built in: casia-b-like (124 people, 11 viewpoints, NM, BG and CL), domain-random\n(1,000 dressed people of 18 to 80 years, everything varied at once). One of your own:\n\n  seed = 7\n  conditions = \"casia-b\"                # or [[conditions]], as `sweep --conditions` reads them\n  [population]\n  people = \"0..1000\"                    # or [splits]\n  age_years = [18, 80]\n  dressed = \"per-take\"                  # or \"for-good\" or \"never\"\n  [walks]\n  speeds_kmh = { uniform = [3, 7], walks = 2 }   # or [4, 5, 6]\n  takes = 2\n  cycles = 1                            # of each take\n  [views]\n  azimuth_deg = { uniform = [0, 360] }  # or [0, 45, 90]\n  elevation_deg = [0]\n  count = 8                             # drawn for each cycle\n  [images]\n  template = \"gei\"\n  size = \"64x44\"\n  raster = \"rows\"\n\nExamples:\n  edgegait generate casia-b-like --out casia --people 4\n  edgegait generate design.toml --out sets"
 )]
-pub(super) struct Args {
+pub(super) struct GenerateArgs {
     /// The name of a design that is built in, or a .toml file
     #[arg(value_name = "NAME|FILE")]
     design: String,
@@ -48,9 +49,9 @@ const PEOPLE_AT_ONCE: usize = 64;
 
 /// The results.
 #[derive(Serialize)]
-struct Results {
+struct GenerateResults {
     #[serde(flatten)]
-    header: Header,
+    header: ResultHeader,
     people: usize,
     walks: usize,
     geis: usize,
@@ -60,9 +61,9 @@ struct Results {
     peak_rss_bytes: Option<u64>,
 }
 
-impl Args {
+impl GenerateArgs {
     /// What it reads and writes.
-    pub(super) fn files(&self) -> Files {
+    pub(super) fn files(&self) -> FileArgs {
         let is_file = Path::new(&self.design).extension().is_some();
         let folders = match Design::named(&self.design) {
             Ok(design) => {
@@ -72,7 +73,7 @@ impl Args {
             // What is wrong is said when it is read again.
             Err(_) => Vec::new(),
         };
-        Files {
+        FileArgs {
             inputs: is_file
                 .then(|| PathBuf::from(&self.design))
                 .into_iter()
@@ -86,12 +87,12 @@ impl Args {
 }
 
 /// People who go into one dataset, and its folder.
-struct Part<'d> {
+struct SplitPart<'d> {
     folder: PathBuf,
     splits: Vec<&'d Split>,
 }
 
-impl Part<'_> {
+impl SplitPart<'_> {
     /// The number of each person, and the name of the split.
     fn people(&self) -> impl Iterator<Item = (usize, &str)> {
         self.splits.iter().flat_map(|split| {
@@ -101,19 +102,19 @@ impl Part<'_> {
     }
 }
 
-impl Args {
+impl GenerateArgs {
     /// What is written: a dataset for each split, or one tree of them all.
-    fn parts<'d>(&self, design: &'d Design) -> Vec<Part<'d>> {
+    fn parts<'d>(&self, design: &'d Design) -> Vec<SplitPart<'d>> {
         if self.export.format().is_tree() {
-            return vec![Part {
+            return vec![SplitPart {
                 folder: self.out.clone(),
                 splits: design.splits.iter().collect(),
             }];
         }
-        let part = |split: &'d Split| Part {
+        let part = |split: &'d Split| SplitPart {
             folder: match (&split.name, self.export.format()) {
                 (None, _) => self.out.clone(),
-                (Some(name), Format::Npz) => self.out.join(format!("{name}.npz")),
+                (Some(name), DatasetFormat::Npz) => self.out.join(format!("{name}.npz")),
                 (Some(name), _) => self.out.join(name),
             },
             splits: vec![split],
@@ -151,7 +152,7 @@ impl Args {
             .iter()
             .filter_map(|split| split.name.as_deref());
         let other = names.find(|name| !["train", "test"].contains(name));
-        if let (Format::Opengait, Some(other)) = (format, other) {
+        if let (DatasetFormat::Opengait, Some(other)) = (format, other) {
             return Err(Error::Usage(format!(
                 "--format opengait: OpenGait knows those who train and those who are tested, found split {other:?} (call splits train and test)"
             )));
@@ -161,14 +162,14 @@ impl Args {
 }
 
 /// Runs the subcommand.
-pub(super) fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &GenerateArgs) -> Result<()> {
     let design = args.design()?;
     let started = Instant::now();
     let parts = args.parts(&design);
     for part in &parts {
         args.export.check_unfinished(&part.folder)?;
     }
-    let mut header = Header::new("generate", design.settings.seed)
+    let mut header = ResultHeader::new("generate", design.settings.seed)
         .drawn(&design.settings)
         .with("design", args.design.as_str())
         .with("people_at_most", args.people)
@@ -199,7 +200,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
             let Range { start, end } = split.people;
             format!("{start}..{end}")
         });
-        let run = Run {
+        let run = DatasetRun {
             header: header
                 .clone()
                 .with("people", ranges.collect::<Vec<_>>().join(",")),
@@ -229,7 +230,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         writer.finish()?;
     }
     let seconds = started.elapsed().as_secs_f64();
-    let results = Results {
+    let results = GenerateResults {
         header,
         people,
         walks: people * design.walks(),

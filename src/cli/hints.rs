@@ -153,7 +153,7 @@ fn asked(error: &ScoreError) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sweep::{Framing, Lens, Raster, Settings};
+    use crate::sweep::{FramingMode, Lens, Raster, Settings};
     use crate::template::Template;
     use std::path::Path;
 
@@ -179,7 +179,7 @@ mod tests {
         );
         let motion = Settings {
             template: Template::Mhi,
-            framing: Framing::Camera,
+            framing: FramingMode::Camera,
             ..columns
         };
         assert_eq!(
@@ -188,7 +188,7 @@ mod tests {
              --raster rows)"
         );
         let cycle = Settings {
-            framing: Framing::Cycle,
+            framing: FramingMode::Cycle,
             lens: Lens::Persp,
             ..Settings::default()
         };

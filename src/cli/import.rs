@@ -1,14 +1,14 @@
 //! `edgegait import`: recorded walks as a pack.
 
-use super::args::{Common, Files};
+use super::args::{Common, FileArgs};
 use super::body::BodyArgs;
 use super::encoding::{EncodingArgs, say_choice};
 use super::keep_going::KeepGoing;
-use super::outputs::{Kind, Output};
+use super::outputs::{Output, OutputKind};
 use super::progress::Progress;
 use super::shared_warnings::SharedWarning;
 use super::walkers::encoded_people;
-use crate::dataset::{Header, InputFile, write_bytes};
+use crate::dataset::{InputFile, ResultHeader, write_bytes};
 use crate::error::{Error, Result};
 use crate::import::EXTENSIONS;
 use crate::scene::Subject;
@@ -31,7 +31,7 @@ use std::path::{Path, PathBuf};
 #[command(
     after_help = "Examples:\n  edgegait import clips/cmu_amc/s07/*.amc --out s07.egp\n  edgegait import turn.bvh --track clip --out turn.egp\n  edgegait import walk.bvh --subject anna --stature-m 1.68 --mass-kg 61 --sex female --out anna.egp\n  edgegait import walks --bodies people.csv --out walks.egp\n  edgegait import anna.glb --clip walk --track clip --out anna.egp\n  edgegait import walks --body anna.glb --hull-points 256 --out as-anna.egp\n\nA take is named after its file, and its subject after what stands before the last \"_\" of\nthat name (07_01.amc is take 07_01 of subject 07). An .amc file is read with the .asf file\nbeside it. A .glb or .gltf file is a body: its subject has the file's name, its take the clip's,\nand kept as it is (--track clip) it stays where the file places it."
 )]
-pub(super) struct Args {
+pub(super) struct ImportArgs {
     /// Files, or folders of them
     #[arg(value_name = "FILE", required = true)]
     files: Vec<PathBuf>,
@@ -40,10 +40,10 @@ pub(super) struct Args {
     out: PathBuf,
     /// What to store of each file: its gait cycles, each closed, or the take as it is
     #[arg(long, value_name = "TRACK", default_value = "loop")]
-    track: Track,
+    track: StoredTrack,
     /// Which gait cycles to store of each file: all, their mean, or the first
     #[arg(long, value_name = "WHICH", default_value = "all")]
-    cycles: Cycles,
+    cycles: CycleSelection,
     /// Name of the subject of all files
     #[arg(long, value_name = "NAME", conflicts_with = "subject_from")]
     subject: Option<String>,
@@ -82,14 +82,14 @@ enum SubjectFrom {
 
 /// What is stored of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Track {
+enum StoredTrack {
     /// Closed gait cycles
     Loop,
     /// The take as it is: starts, turns, standing
     Clip,
 }
 
-impl Track {
+impl StoredTrack {
     const fn name(self) -> &'static str {
         match self {
             Self::Loop => "loop",
@@ -100,7 +100,7 @@ impl Track {
 
 /// Which cycles of a file are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Cycles {
+enum CycleSelection {
     /// Each for itself
     All,
     /// One with the mean pose at each phase
@@ -111,9 +111,9 @@ enum Cycles {
 
 /// What was imported.
 #[derive(Serialize)]
-struct Results {
+struct ImportResults {
     #[serde(flatten)]
-    header: Header,
+    header: ResultHeader,
     bytes: usize,
     subjects: usize,
     /// Of bodies that were fitted to a mesh.
@@ -164,9 +164,9 @@ struct ClipResult {
     warnings: Vec<String>,
 }
 
-impl Args {
+impl ImportArgs {
     /// What it reads and writes.
-    pub(super) fn files(&self) -> Files {
+    pub(super) fn files(&self) -> FileArgs {
         let files = expand(&self.files).unwrap_or_default();
         // An .amc is read with an .asf beside it, whatever that is called.
         let mut folders: Vec<&Path> = files.iter().filter_map(|file| file.parent()).collect();
@@ -181,15 +181,15 @@ impl Args {
         });
         let beside: Vec<PathBuf> = beside.collect();
         let others = self.asf.clone().into_iter().chain(self.body.files());
-        Files {
+        FileArgs {
             inputs: files.into_iter().chain(beside).chain(others).collect(),
-            outputs: vec![Output::new("--out", &self.out, Kind::Pack)],
+            outputs: vec![Output::new("--out", &self.out, OutputKind::Pack)],
         }
     }
 }
 
 /// Runs the subcommand.
-pub(super) fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &ImportArgs) -> Result<()> {
     for (flag, value) in [("--low-pass-hz", args.low_pass_hz), ("--fps", args.fps)] {
         if value.is_some_and(|value| !(0.0..=1e6).contains(&value)) {
             return Err(Error::Usage(format!("{flag}: expected 0 or more")));
@@ -200,11 +200,11 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let files = expand(&args.files)?;
     let options = ReadOptions {
         keep: match (args.track, args.cycles) {
-            (Track::Loop, Cycles::All) => Keep::Cycles,
-            (Track::Loop, Cycles::Mean) => Keep::MeanCycle,
-            (Track::Loop, Cycles::First) => Keep::FirstCycle,
-            (Track::Clip, Cycles::All) => Keep::Take,
-            (Track::Clip, _) => {
+            (StoredTrack::Loop, CycleSelection::All) => Keep::Cycles,
+            (StoredTrack::Loop, CycleSelection::Mean) => Keep::MeanCycle,
+            (StoredTrack::Loop, CycleSelection::First) => Keep::FirstCycle,
+            (StoredTrack::Clip, CycleSelection::All) => Keep::Take,
+            (StoredTrack::Clip, _) => {
                 return Err(Error::Usage(
                     "--cycles chooses among gait cycles: --track clip stores none".into(),
                 ));
@@ -226,7 +226,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         mend: true,
     };
     let (mut recordings, refused) = read_all(&files, &options);
-    let mut header = Header::new("import", args.common.seed)
+    let mut header = ResultHeader::new("import", args.common.seed)
         .with("track", args.track.name())
         .with("low_pass_hz", args.low_pass_hz);
     let kinds = ("files", "imported");
@@ -252,7 +252,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     header = args.encoding.stated(header, &encoded);
     header.warnings.extend(encoded.missed_errors()?);
     let fits = fits(&people);
-    let mut results = Results {
+    let mut results = ImportResults {
         fits,
         clips: clip_results(&recordings, &people, bytes)?,
         header,
@@ -268,7 +268,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let all: Vec<String> = all.iter().map(ToString::to_string).collect();
     results.header.warnings.extend(all);
     args.common.say(Summary::of(
-        Header::new("import", args.common.seed),
+        ResultHeader::new("import", args.common.seed),
         &args.out,
         bytes,
     )?);
@@ -443,7 +443,7 @@ fn clip_warnings(clips: &[ClipResult]) -> Vec<SharedWarning<'_>> {
 }
 
 /// The same for a terminal.
-fn table(results: &Results) -> String {
+fn table(results: &ImportResults) -> String {
     let mut table = Table::new(&[Left(32), Left(0), Right(6)]);
     table.row(
         "file|format|fps|frames|cycles|steps/min|m/s|stride|duty|lean°|fit mm|loop mm|skate mm|of it own"

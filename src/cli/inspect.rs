@@ -1,7 +1,7 @@
 //! `edgegait inspect`: what a pack holds, and what it costs.
 
-use super::args::{Common, Files};
-use crate::dataset::Header;
+use super::args::{Common, FileArgs};
+use crate::dataset::ResultHeader;
 use crate::error::Result;
 use crate::source::PackSource;
 use crate::summary::Summary;
@@ -10,7 +10,7 @@ use std::path::PathBuf;
 /// Show what a pack holds and takes: people, walks, bytes, errors, memory
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  edgegait inspect cohort.egp --json -")]
-pub(super) struct Args {
+pub(super) struct InspectArgs {
     /// The pack
     #[arg(value_name = "PACK")]
     pack: PathBuf,
@@ -22,10 +22,10 @@ pub(super) struct Args {
     pub common: Common,
 }
 
-impl Args {
+impl InspectArgs {
     /// What it reads and writes.
-    pub(super) fn files(&self) -> Files {
-        Files {
+    pub(super) fn files(&self) -> FileArgs {
+        FileArgs {
             inputs: vec![self.pack.clone()],
             outputs: Vec::new(),
         }
@@ -33,9 +33,9 @@ impl Args {
 }
 
 /// Runs the subcommand.
-pub(super) fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &InspectArgs) -> Result<()> {
     let source = PackSource::read(&args.pack)?;
-    let mut header = Header::new("inspect", args.common.seed);
+    let mut header = ResultHeader::new("inspect", args.common.seed);
     header.inputs = source.inputs;
     let summary = Summary::of(header, &args.pack, &source.bytes)?;
     #[cfg(feature = "import")]

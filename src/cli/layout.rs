@@ -1,6 +1,6 @@
 //! How a tree of silhouettes is to be read: flags of the commands that read one.
 
-use crate::dataset::{Layout, Modality};
+use crate::dataset::{Modality, TreeLayout};
 use crate::error::{Error, Result};
 
 /// The flags.
@@ -38,8 +38,8 @@ impl LayoutArgs {
     }
 
     /// The layout.
-    pub(super) fn layout(&self) -> Layout {
-        Layout {
+    pub(super) fn layout(&self) -> TreeLayout {
+        TreeLayout {
             named_views: self.named_views,
             modality: self.modality.as_deref().map(Modality::parse),
         }

@@ -1,19 +1,20 @@
 //! `edgegait literature`: recognizers of the literature beside each other.
 
-use super::args::{Common, Files};
+use super::args::{Common, FileArgs};
 use super::cutting::CuttingArgs;
 use super::progress::Progress;
 use super::subspaces::SubspaceArgs;
-use crate::dataset::{Header, Layout};
+use crate::dataset::{ResultHeader, TreeLayout};
 use crate::error::{Error, Result};
 use crate::evaluate::contest::Entrant;
 use crate::evaluate::trial::MAX_CROSS_VIEWS;
 use crate::literature::{
-    COLUMNS, CONTESTS, Column, FITTED, Garments, Judged, Known, Plan, Row, judge, judge_recorded,
+    COLUMNS, CONTESTS, ConfounderClass, ContestPlan, FITTED, Garments, JudgedRecognizer,
+    LiteratureRow, PublishedRecognizer, judge, judge_recorded,
 };
 use crate::report::{garments_table, literature_table};
 use crate::scene::cohort::SPEEDS_KMH;
-use crate::source::{Recordings, Source};
+use crate::source::{Recordings, SequenceSource};
 use crate::sweep::{View, Views};
 use edgegait_core::pack::Pack;
 use serde::Serialize;
@@ -32,7 +33,7 @@ const USUAL_CYCLES: u32 = 2;
 #[command(
     after_help = "Examples:\n  edgegait literature                  # 26 people, trained on 26 others\n  edgegait literature --people 100 --training-people 100 --json literature.json\n  edgegait literature tree --fps 30    # recorded people: other cycles, other viewpoints"
 )]
-pub(super) struct Args {
+pub(super) struct LiteratureArgs {
     /// A tree of silhouettes (<person>/<take>/<view>/) whose people are looked for among each other, by
     /// gait cycle, in place of made ones
     #[arg(value_name = "TREE")]
@@ -58,21 +59,21 @@ pub(super) struct Args {
 
 /// The results.
 #[derive(Serialize)]
-struct Results {
+struct LiteratureResults {
     #[serde(flatten)]
-    header: Header,
-    #[serde(skip_serializing_if = "<[Column]>::is_empty")]
-    classes: &'static [Column],
-    recognizers: Vec<Row>,
+    header: ResultHeader,
+    #[serde(skip_serializing_if = "<[ConfounderClass]>::is_empty")]
+    classes: &'static [ConfounderClass],
+    recognizers: Vec<LiteratureRow>,
     garments: Garments,
 }
 
-impl Args {
+impl LiteratureArgs {
     /// What it reads and writes.
-    pub(super) fn files(&self) -> Files {
-        Files {
+    pub(super) fn files(&self) -> FileArgs {
+        FileArgs {
             inputs: self.tree.iter().cloned().collect(),
-            ..Files::default()
+            ..FileArgs::default()
         }
     }
 
@@ -94,7 +95,7 @@ impl Args {
 }
 
 /// Runs the subcommand.
-pub(super) fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &LiteratureArgs) -> Result<()> {
     args.check()?;
     let (people, training) = (
         usize::from(args.people.unwrap_or(USUAL_PEOPLE)),
@@ -102,7 +103,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     );
     let seed = args.common.seed;
     let subspaces = args.subspaces.subspaces(seed);
-    let mut header = Header::new("literature", seed)
+    let mut header = ResultHeader::new("literature", seed)
         .with("training_people", training)
         .with("subspaces", subspaces.classifiers)
         .with("eigenvectors", subspaces.eigenvectors)
@@ -114,7 +115,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
             None
         }
     };
-    let plan = Plan {
+    let plan = ContestPlan {
         training: FIRST_TRAINED..FIRST_TRAINED + training,
         people: 0..people,
         cycles: args.cycles.unwrap_or(USUAL_CYCLES),
@@ -134,12 +135,13 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let progress = Progress::new("recognizers", FITTED);
     let trained = Pack::parse(&trained)?;
     let step = || progress.step();
-    let (known, garments) = Known::all(&trained, seen_from, (subspaces, seed), &step)?;
+    let (known, garments) =
+        PublishedRecognizer::all(&trained, seen_from, (subspaces, seed), &step)?;
     drop(progress);
     let (entrants, publications): (Vec<Entrant>, Vec<&'static str>) = { known.into_iter() }
         .map(|one| (one.entrant, one.publication))
         .unzip();
-    let (judged, people): (Vec<Judged>, usize) = match recorded {
+    let (judged, people): (Vec<JudgedRecognizer>, usize) = match recorded {
         Some((recordings, _)) => {
             let people = recordings.people();
             let (judged, warnings) = judge_recorded(recordings, &entrants, seed)?;
@@ -155,8 +157,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
         }
     };
     let rows = entrants.iter().zip(publications).zip(judged);
-    let recognizers: Vec<Row> = rows
-        .map(|((entrant, publication), judged)| Row::of(entrant, publication, judged))
+    let recognizers: Vec<LiteratureRow> = rows
+        .map(|((entrant, publication), judged)| LiteratureRow::of(entrant, publication, judged))
         .collect();
     args.common
         .say(literature_table(&recognizers, people, |row| {
@@ -180,7 +182,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     for warning in &header.warnings {
         args.common.say(format_args!("warning: {warning}"));
     }
-    args.common.write_json(&Results {
+    args.common.write_json(&LiteratureResults {
         header,
         classes: if args.tree.is_some() { &[] } else { &COLUMNS },
         recognizers,
@@ -195,9 +197,10 @@ pub(super) fn run(args: &Args) -> Result<()> {
 fn recordings(
     path: &Path,
     cutting: &CuttingArgs,
-    header: &mut Header,
+    header: &mut ResultHeader,
 ) -> Result<(Recordings, Views)> {
-    let Source::Tree(tree) = Source::open(path, &[], &Layout::default())? else {
+    let SequenceSource::Tree(tree) = SequenceSource::open(path, &[], &TreeLayout::default())?
+    else {
         return Err(Error::input(
             path,
             "expected a tree of silhouettes (<person>/<take>/<view>/), found templates: cycles of a dataset are not looked for here",

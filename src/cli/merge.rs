@@ -1,9 +1,9 @@
 //! `edgegait merge`: shards put together to the bytes of one run.
 
-use super::args::{Common, Files};
+use super::args::{Common, FileArgs};
 use super::export::FormatArg;
-use super::outputs::{Kind, Output};
-use crate::dataset::{Existing, Format, Header, InputFile, check_unfinished, merge};
+use super::outputs::{Output, OutputKind};
+use crate::dataset::{DatasetFormat, Existing, InputFile, ResultHeader, check_unfinished, merge};
 use crate::error::Result;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -13,7 +13,7 @@ use std::path::PathBuf;
 #[command(
     after_help = "Examples:\n  edgegait sweep --shard 1/2 --out one\n  edgegait sweep --shard 2/2 --out two\n  edgegait merge one two --out whole"
 )]
-pub(super) struct Args {
+pub(super) struct MergeArgs {
     /// Folders that `--shard` made, in any order
     #[arg(value_name = "SHARD", required = true)]
     shards: Vec<PathBuf>,
@@ -31,22 +31,24 @@ pub(super) struct Args {
 }
 
 #[derive(Serialize)]
-struct Results {
+struct MergeResults {
     #[serde(flatten)]
-    header: Header,
+    header: ResultHeader,
     rows: usize,
 }
 
-impl Args {
+impl MergeArgs {
     /// What it reads and writes.
-    pub(super) fn files(&self) -> Files {
-        let format = self.format.map_or(Format::Folder, Format::from);
+    pub(super) fn files(&self) -> FileArgs {
+        let format = self
+            .format
+            .map_or(DatasetFormat::Folder, DatasetFormat::from);
         let kind = if self.resume {
-            Kind::Resumed
+            OutputKind::Resumed
         } else {
-            Kind::Dataset(format)
+            OutputKind::Dataset(format)
         };
-        Files {
+        FileArgs {
             inputs: self.shards.clone(),
             outputs: vec![Output::new("--out", &self.out, kind)],
         }
@@ -54,12 +56,12 @@ impl Args {
 }
 
 /// Runs the subcommand.
-pub(super) fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &MergeArgs) -> Result<()> {
     check_unfinished(&args.out, args.resume)?;
-    let format = args.format.map(Format::from);
+    let format = args.format.map(DatasetFormat::from);
     let existing = Existing::of(args.common.overwrite);
     let rows = merge(&args.shards, &args.out, format, (existing, args.resume))?;
-    let mut header = Header::new("merge", args.common.seed);
+    let mut header = ResultHeader::new("merge", args.common.seed);
     for shard in &args.shards {
         header
             .inputs
@@ -70,5 +72,5 @@ pub(super) fn run(args: &Args) -> Result<()> {
         args.out.display(),
         args.shards.len()
     ));
-    args.common.write_json(&Results { header, rows })
+    args.common.write_json(&MergeResults { header, rows })
 }

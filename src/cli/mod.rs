@@ -84,32 +84,32 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    Bench(bench::Args),
-    Check(check::Args),
-    Cohort(cohort::Args),
+    Bench(bench::BenchArgs),
+    Check(check::CheckArgs),
+    Cohort(cohort::CohortArgs),
     #[cfg(feature = "plots")]
-    Confounders(confounders::Args),
-    Contract(contract::Args),
+    Confounders(confounders::ConfoundersArgs),
+    Contract(contract::ContractArgs),
     #[cfg(feature = "plots")]
-    Frontier(frontier::Args),
-    Gate(gate::Args),
-    Generate(generate::Args),
+    Frontier(frontier::FrontierArgs),
+    Gate(gate::GateArgs),
+    Generate(generate::GenerateArgs),
     #[cfg(feature = "import")]
-    Import(import::Args),
-    Inspect(inspect::Args),
+    Import(import::ImportArgs),
+    Inspect(inspect::InspectArgs),
     #[cfg(feature = "train")]
-    Literature(literature::Args),
-    Merge(merge::Args),
-    Parity(parity::Args),
-    Quantize(quantize::Args),
-    Render(render::Args),
-    Score(score::Args),
-    Segment(segment::Args),
+    Literature(literature::LiteratureArgs),
+    Merge(merge::MergeArgs),
+    Parity(parity::ParityArgs),
+    Quantize(quantize::QuantizeArgs),
+    Render(render::RenderArgs),
+    Score(score::ScoreArgs),
+    Segment(segment::SegmentArgs),
     #[cfg(all(feature = "import", feature = "train", feature = "plots"))]
-    Study(study::Args),
-    Sweep(sweep::Args),
+    Study(study::StudyArgs),
+    Sweep(sweep::SweepArgs),
     #[cfg(feature = "train")]
-    Train(train::Args),
+    Train(train::TrainArgs),
 }
 
 /// The command with all that is the same for every subcommand.

@@ -3,7 +3,7 @@
 //! An input is never written over. An earlier result of the same kind is replaced; whatever else is
 //! there, only with `--overwrite`. Folders that lack are made when the result is written.
 
-use crate::dataset::{Existing, Format, check_replaceable};
+use crate::dataset::{DatasetFormat, Existing, check_replaceable};
 use crate::error::{Error, Result};
 use crate::report::{SVG_START, is_own_png};
 use crate::score::Contract;
@@ -18,7 +18,7 @@ const MAX_READ: u64 = 1 << 28;
 
 /// What is written, by which an earlier one is known again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum OutputKind {
     /// The JSON results of the command of this name.
     Json(&'static str),
     /// A table that begins with this column.
@@ -62,7 +62,7 @@ pub(super) enum Kind {
     )]
     Study,
     /// A dataset: a folder that holds nothing else, or a file.
-    Dataset(Format),
+    Dataset(DatasetFormat),
     /// The same where an earlier run is gone on with: whether it is there already is found out then.
     Resumed,
     /// A sequence of silhouettes, a folder: the command looks whether it is there already.
@@ -77,12 +77,12 @@ pub(super) struct Output {
     /// Where.
     pub path: PathBuf,
     /// What.
-    pub kind: Kind,
+    pub kind: OutputKind,
 }
 
 impl Output {
     /// What the flag's value will be.
-    pub(super) fn new(flag: &'static str, path: &Path, kind: Kind) -> Self {
+    pub(super) fn new(flag: &'static str, path: &Path, kind: OutputKind) -> Self {
         Self {
             flag,
             path: path.to_path_buf(),
@@ -91,24 +91,24 @@ impl Output {
     }
 
     /// The files or folders that it comes to, each of a kind of its own.
-    fn parts(&self) -> Vec<(PathBuf, Kind)> {
+    fn parts(&self) -> Vec<(PathBuf, OutputKind)> {
         let path = &self.path;
         match self.kind {
-            Kind::Report => vec![(path.join("index.html"), Kind::Report)],
-            Kind::Frontier => [
-                ("frontier.json", Kind::Json("frontier")),
-                ("frontier.csv", Kind::Csv("name")),
-                ("frontier.svg", Kind::Svg),
+            OutputKind::Report => vec![(path.join("index.html"), OutputKind::Report)],
+            OutputKind::Frontier => [
+                ("frontier.json", OutputKind::Json("frontier")),
+                ("frontier.csv", OutputKind::Csv("name")),
+                ("frontier.svg", OutputKind::Svg),
             ]
             .map(|(name, kind)| (path.join(name), kind))
             .to_vec(),
-            Kind::Study => vec![
-                (path.join("index.html"), Kind::Report),
-                (path.join("study.json"), Kind::Json("study")),
+            OutputKind::Study => vec![
+                (path.join("index.html"), OutputKind::Report),
+                (path.join("study.json"), OutputKind::Json("study")),
             ],
-            Kind::Model => vec![
-                (path.clone(), Kind::Model),
-                (Contract::path_beside(path), Kind::Contract),
+            OutputKind::Model => vec![
+                (path.clone(), OutputKind::Model),
+                (Contract::path_beside(path), OutputKind::Contract),
             ],
             kind => vec![(path.clone(), kind)],
         }
@@ -118,8 +118,10 @@ impl Output {
     fn check(&self, inputs: &[PathBuf], overwrite: bool) -> Result<()> {
         let (flag, shown) = (self.flag, self.path.display());
         let refuse = |problem: String| Err(Error::Usage(format!("{flag} {shown}: {problem}")));
-        if matches!(self.kind, Kind::Report | Kind::Frontier | Kind::Study)
-            && self.path.exists()
+        if matches!(
+            self.kind,
+            OutputKind::Report | OutputKind::Frontier | OutputKind::Study
+        ) && self.path.exists()
             && !self.path.is_dir()
         {
             return refuse("expected a folder, found a file".into());
@@ -138,11 +140,11 @@ impl Output {
                 ));
             }
             let found = fs::metadata(&path).ok();
-            if let Kind::Dataset(format) = kind {
+            if let OutputKind::Dataset(format) = kind {
                 check_replaceable(&path, format, Existing::of(overwrite))?;
-            } else if kind == Kind::Resumed {
+            } else if kind == OutputKind::Resumed {
                 continue;
-            } else if kind == Kind::Sequence {
+            } else if kind == OutputKind::Sequence {
                 // It may be there, but not be made among frames that are read.
                 let target = resolved(&path);
                 let is_in = |input: &&PathBuf| {
@@ -218,7 +220,7 @@ fn resolved(path: &Path) -> PathBuf {
 }
 
 /// Whether a file is known to be an earlier result of its kind, or is empty.
-fn is_own(path: &Path, kind: Kind, found: &Metadata) -> bool {
+fn is_own(path: &Path, kind: OutputKind, found: &Metadata) -> bool {
     if found.len() == 0 {
         return true;
     }
@@ -233,38 +235,38 @@ fn is_own(path: &Path, kind: Kind, found: &Metadata) -> bool {
             .is_ok_and(|_| start == with)
     };
     match kind {
-        Kind::Json(command) => text().is_some_and(|text| {
+        OutputKind::Json(command) => text().is_some_and(|text| {
             let value: Option<Value> = serde_json::from_str(&text).ok();
             value.is_some_and(|value| value["command"] == command && value["schema"].is_u64())
         }),
-        Kind::Csv(column) => begins(format!("{column},").as_bytes()),
-        Kind::Pack => begins(&MAGIC),
-        Kind::Bencher => text().is_some_and(|text| {
+        OutputKind::Csv(column) => begins(format!("{column},").as_bytes()),
+        OutputKind::Pack => begins(&MAGIC),
+        OutputKind::Bencher => text().is_some_and(|text| {
             let value: Option<Value> = serde_json::from_str(&text).ok();
             value.is_some_and(|value| is_metrics(&value))
         }),
-        Kind::Begins(with) => begins(with.as_bytes()),
-        Kind::Recognizer => begins(&RECOGNIZER_MAGIC),
-        Kind::Contract => text()
+        OutputKind::Begins(with) => begins(with.as_bytes()),
+        OutputKind::Recognizer => begins(&RECOGNIZER_MAGIC),
+        OutputKind::Contract => text()
             .and_then(|text| Contract::parse(path, &text).ok())
             .is_some_and(|contract| !contract.training.description.is_empty()),
         // The version of the intermediate representation, and the producer.
-        Kind::Model => begins(b"\x08\x08\x12\x08edgegait"),
-        Kind::Png => {
+        OutputKind::Model => begins(b"\x08\x08\x12\x08edgegait"),
+        OutputKind::Png => {
             let mut start = vec![0; 1 << 10];
             let file = fs::File::open(path);
             let read = file.and_then(|mut file| file.read(&mut start));
             read.is_ok_and(|length| is_own_png(&start[..length]))
         }
-        Kind::Report => text().is_some_and(|text| text.contains(crate::report::TITLE_END)),
-        Kind::Svg => begins(SVG_START.as_bytes()),
-        Kind::Npy
-        | Kind::Explained
-        | Kind::Dataset(_)
-        | Kind::Resumed
-        | Kind::Sequence
-        | Kind::Frontier
-        | Kind::Study => false,
+        OutputKind::Report => text().is_some_and(|text| text.contains(crate::report::TITLE_END)),
+        OutputKind::Svg => begins(SVG_START.as_bytes()),
+        OutputKind::Npy
+        | OutputKind::Explained
+        | OutputKind::Dataset(_)
+        | OutputKind::Resumed
+        | OutputKind::Sequence
+        | OutputKind::Frontier
+        | OutputKind::Study => false,
     }
 }
 

@@ -3,16 +3,16 @@
 mod text;
 
 use super::Ending;
-use super::args::{Common, Files};
-use super::contest::{ContestArgs, Field, Setup};
+use super::args::{Common, FileArgs};
+use super::contest::{ContestArgs, Participants, Setup};
 use super::keep_going::with_hint;
 use super::progress::Progress;
 use super::recognizers::{entrant, is_baseline, sort_inputs, with_contracts};
-use super::runtime::{Engine, refuse_idle_library};
-use crate::dataset::Header;
+use super::runtime::{RuntimeChoice, refuse_idle_library};
+use crate::dataset::ResultHeader;
 use crate::error::{ChoiceError, Error, EvaluateError, Result};
-use crate::evaluate::contest::{Contest, Entrant, Picture};
-use crate::evaluate::parity::{Answered, Limits, ParityResults, Side, Verdict};
+use crate::evaluate::contest::{Contest, Entrant, ShownPicture};
+use crate::evaluate::parity::{Limits, ParityResults, ParitySide, SideAnswers, Verdict};
 use crate::score::{Contract, Model, Runtime, shipped};
 use crate::sweep::Views;
 use std::path::{Path, PathBuf};
@@ -27,7 +27,7 @@ const ELEVATIONS_DEG: [f32; 2] = [0.0, 30.0];
 #[command(
     after_help = "Examples:\n  edgegait parity mine.onnx                                  # the embedded runtime and ONNX Runtime\n  edgegait parity mine.onnx --runtime ort --runtime ort:xnnpack\n  edgegait parity float.onnx int8.onnx --runtime ort\n  edgegait parity float.onnx int8.onnx int8.onnx --runtime ort --runtime ort --runtime ort:qnn\n\nThe first side is the reference, and each of the others is compared with it: models with one\nruntime, runtimes with one model, or as many of both, in pairs. All are shown the same pictures,\nby default from 10 viewpoints, and people are looked for as `edgegait score` does. A relative\ndifference is the length of the difference of two answers, divided by the root mean square of how\nfar the reference's answers lie from their mean. The exit code is 0 if all answer the same, 4 if\none differs, 1 or 2 after an error."
 )]
-pub(super) struct Args {
+pub(super) struct ParityArgs {
     /// ONNX models, the reference first, and a pack, a dataset or a tree of silhouettes [default: the
     /// built-in cohort]; a model without a .toml beside it is taken as that of the first states
     #[arg(value_name = "MODEL|PACK|DATASET|TREE", required = true)]
@@ -35,8 +35,8 @@ pub(super) struct Args {
     /// What runs a side: rten (the embedded runtime), ort (ONNX Runtime), or ort:PROVIDER, which is
     /// one of cpu, xnnpack, acl, armnn, nnapi, coreml, qnn, rknpu, cuda, tensorrt, openvino; several
     /// times for several sides [default: rten, and of one model ort too]
-    #[arg(long, value_name = "NAME[:PROVIDER]", value_parser = Engine::parse)]
-    runtime: Vec<Engine>,
+    #[arg(long, value_name = "NAME[:PROVIDER]", value_parser = RuntimeChoice::parse)]
+    runtime: Vec<RuntimeChoice>,
     /// The ONNX Runtime library, for `--runtime ort` [env: EDGEGAIT_ORT_LIB, ORT_DYLIB_PATH;
     /// default: looked for beside Python's onnxruntime and in the system's library folders]
     #[arg(long, value_name = "PATH")]
@@ -70,10 +70,10 @@ fn share(text: &str) -> std::result::Result<f64, String> {
     found.ok_or_else(|| "expected a share of 0 to 1".to_owned())
 }
 
-impl Args {
+impl ParityArgs {
     /// What it reads and writes.
-    pub(super) fn files(&self) -> Files {
-        Files {
+    pub(super) fn files(&self) -> FileArgs {
+        FileArgs {
             inputs: with_contracts(&self.inputs)
                 .into_iter()
                 .chain(self.contest.inputs())
@@ -83,7 +83,7 @@ impl Args {
     }
 
     /// The limits of these sides.
-    fn limits(&self, reference: &Side, other: &Side) -> Limits {
+    fn limits(&self, reference: &ParitySide, other: &ParitySide) -> Limits {
         let usual = Limits::of(reference, other);
         let or = |given: Option<f64>, usual: f64| given.unwrap_or(usual);
         Limits {
@@ -104,15 +104,15 @@ struct Planned {
 }
 
 /// Runs the subcommand.
-pub(super) fn run(args: &Args) -> Result<Ending> {
+pub(super) fn run(args: &ParityArgs) -> Result<Ending> {
     let (paths, data) = sort_inputs(&args.inputs)?;
     let engines = paired(&paths, &args.runtime)?;
-    let mut header = Header::new("parity", args.common.seed).with(
+    let mut header = ResultHeader::new("parity", args.common.seed).with(
         "runtime",
         engines.iter().map(ToString::to_string).collect::<Vec<_>>(),
     );
     let planned = planned(&paths, &engines, args.ort_lib.as_deref(), &mut header)?;
-    let field = Field {
+    let field = Participants {
         load: &|setup, _| load(&planned, setup),
         with_baselines: false,
         views: Some(Views::grid("10 of parity", AZIMUTHS_DEG, ELEVATIONS_DEG)?),
@@ -135,15 +135,15 @@ pub(super) fn run(args: &Args) -> Result<Ending> {
 }
 
 /// What runs each side, of which there are as many as models or runtimes.
-fn paired(models: &[PathBuf], runtimes: &[Engine]) -> Result<Vec<Engine>> {
+fn paired(models: &[PathBuf], runtimes: &[RuntimeChoice]) -> Result<Vec<RuntimeChoice>> {
     if models.iter().any(|path| is_baseline(path)) {
         return Err(Error::Usage(
             "pixels: expected models to compare, found the baseline, which computes nothing".into(),
         ));
     }
-    let usual: &[Engine] = match (models.len(), runtimes) {
-        (1, []) => &[Engine::EMBEDDED, Engine::ONNX_RUNTIME],
-        (_, []) => &[Engine::EMBEDDED],
+    let usual: &[RuntimeChoice] = match (models.len(), runtimes) {
+        (1, []) => &[RuntimeChoice::EMBEDDED, RuntimeChoice::ONNX_RUNTIME],
+        (_, []) => &[RuntimeChoice::EMBEDDED],
         _ => runtimes,
     };
     match (models.len(), usual) {
@@ -167,9 +167,9 @@ fn paired(models: &[PathBuf], runtimes: &[Engine]) -> Result<Vec<Engine>> {
 /// Opens the models and starts the runtimes.
 fn planned(
     paths: &[PathBuf],
-    engines: &[Engine],
+    engines: &[RuntimeChoice],
     ort_lib: Option<&Path>,
-    header: &mut Header,
+    header: &mut ResultHeader,
 ) -> Result<Vec<Planned>> {
     refuse_idle_library(ort_lib, engines)?;
     let mut planned: Vec<Planned> = Vec::new();
@@ -182,7 +182,7 @@ fn planned(
             other => other,
         })?;
         let model = opened(path, planned.first(), header)?;
-        let label = Side::new(&model, runtime.name()).label();
+        let label = ParitySide::new(&model, runtime.name()).label();
         let one = Planned {
             model: model.named(label),
             runtime,
@@ -194,7 +194,7 @@ fn planned(
 }
 
 /// Opens a model that can be compared with the first.
-fn opened(path: &Path, first: Option<&Planned>, header: &mut Header) -> Result<Model> {
+fn opened(path: &Path, first: Option<&Planned>, header: &mut ResultHeader) -> Result<Model> {
     let Some(first) = first else {
         let model = shipped::open(path)?;
         header.inputs.extend(model.inputs()?);
@@ -280,26 +280,26 @@ fn load(planned: &[Planned], setup: Setup<'_>) -> Result<Vec<Entrant>> {
 
 /// Shows all sides the same, and compares what they answer.
 fn compared(
-    args: &Args,
+    args: &ParityArgs,
     planned: &[Planned],
     (contest, entrants): (&Contest<'_>, &[Entrant]),
-    mut header: Header,
+    mut header: ResultHeader,
 ) -> Result<ParityResults> {
     let sequences = contest.source().sequences();
     let progress = Progress::new("sequences", sequences.list.len());
     let (mut first, mut seen_from) = (Vec::new(), None);
-    let mut seen = |picture: Picture<'_>| {
+    let mut seen = |picture: ShownPicture<'_>| {
         if first.is_empty() {
             first = picture.bytes.to_vec();
             seen_from = sequences.view_label(picture.sequence).angles_deg();
         }
         progress.step();
     };
-    let answered = Answered::of(contest, entrants, args.common.seed, &mut seen)?;
+    let answered = SideAnswers::of(contest, entrants, args.common.seed, &mut seen)?;
     drop(progress);
     let mut sides = Vec::new();
     for (at, one) in planned.iter().enumerate() {
-        let mut side = Side::new(&one.model, one.runtime.name());
+        let mut side = ParitySide::new(&one.model, one.runtime.name());
         answered.complete(&mut side, at);
         if side.is_worth_profiling() {
             let mut input = Vec::new();

@@ -1,18 +1,18 @@
 //! `edgegait quantize`: a linear recognizer in 8-bit weights, for firmware.
 
-use super::args::{Common, Files, ViewArgs};
+use super::args::{Common, FileArgs, ViewArgs};
 use super::drawing::DrawArgs;
-use super::outputs::{Kind, Output};
+use super::outputs::{Output, OutputKind};
 use super::recognizers::with_contracts;
 use super::runtime::RuntimeArgs;
 use super::source::{SelectionArgs, SourceArgs};
-use crate::dataset::{Header, InputFile, sha256_of_bytes, write_bytes};
+use crate::dataset::{InputFile, ResultHeader, sha256_of_bytes, write_bytes};
 use crate::error::{Error, Result};
 use crate::evaluate::agreement::Agreement;
 use crate::evaluate::contest::training_views;
 use crate::evaluate::protocol::Protocol;
 use crate::score::{AffineScores, Contract, GeiForm, shipped};
-use crate::source::{Form, Source, Walks};
+use crate::source::{Form, PackWalks, SequenceSource};
 use crate::sweep::{Settings, View};
 use crate::table::Column::Left;
 use crate::table::Table;
@@ -28,7 +28,7 @@ use std::path::PathBuf;
     mut_arg("walks", |walks| walks.help("Only these walks, by name [default: those that the contract's training names]")),
     after_help = "Examples:\n  edgegait quantize models/spread.onnx --out spread.egr\n  edgegait quantize mine.onnx --pack cohort.egp --raster rows --cycles 8 --out mine.egr\n\nThe file's answers are compared with the model's on walks that training has not seen."
 )]
-pub(super) struct Args {
+pub(super) struct QuantizeArgs {
     /// A model whose class scores are an affine function of a GEI, with its contract (.toml)
     /// beside it
     #[arg(value_name = "MODEL")]
@@ -57,9 +57,9 @@ pub(super) struct Args {
 
 /// The results.
 #[derive(Serialize)]
-struct Results {
+struct QuantizeResults {
     #[serde(flatten)]
-    header: Header,
+    header: ResultHeader,
     file: InputFile,
     bytes: usize,
     classes: usize,
@@ -72,7 +72,7 @@ struct Results {
 }
 
 /// Runs the subcommand.
-pub(super) fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &QuantizeArgs) -> Result<()> {
     args.check_out()?;
     let runtime = args.runtime.runtime()?;
     let model = shipped::open(&args.model)?;
@@ -92,7 +92,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
 
     let source_args = args.source(contract);
     let source = source_args.load()?;
-    let mut header = Header::new("quantize", args.common.seed)
+    let mut header = ResultHeader::new("quantize", args.common.seed)
         .drawn(&settings)
         .with("runtime", runtime.name().name)
         .with("pack", source.name.as_str())
@@ -107,7 +107,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let (source, shown) = probes((&pack, &walks), &views, (settings, args.cycles))?;
     let agreement = Agreement::of(recognizer.as_ref(), &quantized, (&source, &shown))?;
 
-    let results = Results {
+    let results = QuantizeResults {
         header,
         file: InputFile {
             path: args.out.display().to_string(),
@@ -134,29 +134,29 @@ fn probes<'a>(
     (pack, walks): (&'a Pack<'a>, &[usize]),
     views: &[View],
     (settings, cycles): (Settings, u32),
-) -> Result<(Source<'a>, Form)> {
+) -> Result<(SequenceSource<'a>, Form)> {
     let made = Protocol::named("closed-set")?.made(cycles)?;
-    let cycles = Walks::made(pack, walks, &made, &[])?;
+    let cycles = PackWalks::made(pack, walks, &made, &[])?;
     let form = Form {
         settings,
         frames: None,
     };
     Ok((
-        Source::Walks(cycles.seen(&[], settings.seed, |_| views.to_vec())),
+        SequenceSource::Walks(cycles.seen(&[], settings.seed, |_| views.to_vec())),
         form,
     ))
 }
 
-impl Args {
+impl QuantizeArgs {
     /// What it reads and writes.
-    pub(super) fn files(&self) -> Files {
+    pub(super) fn files(&self) -> FileArgs {
         let model = with_contracts(std::slice::from_ref(&self.model)).into_iter();
-        Files {
+        FileArgs {
             inputs: model
                 .chain(self.pack.clone())
                 .chain(self.views.file())
                 .collect(),
-            outputs: vec![Output::new("--out", &self.out, Kind::Recognizer)],
+            outputs: vec![Output::new("--out", &self.out, OutputKind::Recognizer)],
         }
     }
 
@@ -182,7 +182,7 @@ impl Args {
     }
 }
 
-impl fmt::Display for Results {
+impl fmt::Display for QuantizeResults {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,

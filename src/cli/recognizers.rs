@@ -2,12 +2,12 @@
 
 use super::contest::Setup;
 use crate::cache::Cache;
-use crate::dataset::{Header, InputFile};
+use crate::dataset::{InputFile, ResultHeader};
 use crate::error::{Error, Result};
 use crate::evaluate::contest::Entrant;
 use crate::score::baseline;
 use crate::score::{
-    Contract, Firmware, Kept, Model, Outputs, Recognizer, Runtime, RuntimeName, shipped,
+    CachedRecognizer, Contract, Firmware, Model, Outputs, Recognizer, Runtime, RuntimeName, shipped,
 };
 use crate::source::is_pack_or_folder;
 use std::path::{Path, PathBuf};
@@ -53,7 +53,7 @@ pub(super) fn load(
     paths: &[PathBuf],
     (runtime, cache): (&Runtime, &Cache),
     (draw, seed, stored): Setup<'_>,
-    header: &mut Header,
+    header: &mut ResultHeader,
 ) -> Result<Vec<Entrant>> {
     let settings = draw.settings(seed)?;
     let mut entrants = Vec::new();
@@ -85,7 +85,7 @@ pub(super) fn load(
         header.warnings.extend(model.warnings());
         let entrant = entrant(&model, runtime, (draw, seed, stored))?;
         entrants.push(Entrant {
-            recognizer: Kept::of(entrant.recognizer, &model, cache)?,
+            recognizer: CachedRecognizer::of(entrant.recognizer, &model, cache)?,
             ..entrant
         });
     }
@@ -128,15 +128,15 @@ pub(super) fn with_held(
         if entrants.iter().any(|other| other.recognizer.name() == name) {
             return Err(Error::Usage(format!("two recognizers are called {name:?}")));
         }
-        entrants.push(entrant_of(Box::new(Held(one.clone())), setup)?);
+        entrants.push(entrant_of(Box::new(HeldRecognizer(one.clone())), setup)?);
     }
     Ok(entrants)
 }
 
 /// A recognizer of the program that runs this command in its own process.
-struct Held(Arc<dyn Recognizer>);
+struct HeldRecognizer(Arc<dyn Recognizer>);
 
-impl Recognizer for Held {
+impl Recognizer for HeldRecognizer {
     fn runtime(&self) -> &RuntimeName {
         self.0.runtime()
     }

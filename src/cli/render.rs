@@ -1,19 +1,19 @@
 //! `edgegait render`: look at one walk.
 
-use super::args::{Common, Files, ViewArgs};
+use super::args::{Common, FileArgs, ViewArgs};
 use super::conditions::ConditionArgs;
 use super::drawing::DrawArgs;
-use super::outputs::{Kind, Output};
+use super::outputs::{Output, OutputKind};
 use super::source::SourceArgs;
-use crate::dataset::{Header, write_npy};
+use crate::dataset::{ResultHeader, write_npy};
 use crate::error::{Error, Result};
 use crate::report::{cells, contact_sheet, write_png};
 #[cfg(feature = "plots")]
 use crate::report::{condition_gallery, template_gallery};
 use crate::sweep::{Job, Moments, Settings, Shot, is_take, silhouettes, walk_name};
-use crate::template::{Builder, Shape, Template};
+use crate::template::{Builder, Template, TemplateShape};
 use edgegait_core::pack::Pack;
-use edgegait_core::silhouette::{Frame, Silhouette, Size};
+use edgegait_core::silhouette::{AnySilhouette, Silhouette, Size};
 use ndarray::{ArrayView, Dimension, IntoDimension};
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 #[command(
     after_help = "Examples:\n  edgegait render                          # text art of the first person\n  edgegait render --views side --out walk.png\n  edgegait render cohort.egp --subjects M03 --walks run-10kmh --azimuth-deg 0,45,90 --out run.npy\n  edgegait render turn.egp --start-s 1.5 --fps 25 --frames 50 --out turn.png\n  edgegait render --template gei,mei,mhi,msi,ghi,geni,frequency,kfd,row-width --out templates.png"
 )]
-pub(super) struct Args {
+pub(super) struct RenderArgs {
     #[command(flatten)]
     source: SourceArgs,
     /// Where to write: .png (a row for each walk, condition and viewpoint and a column for each frame; of
@@ -76,23 +76,23 @@ pub(super) struct Args {
 }
 
 /// Where the rendered goes.
-enum Target<'a> {
+enum RenderTarget<'a> {
     Terminal,
     Png(&'a Path),
     Npy(&'a Path),
 }
 
-impl Args {
+impl RenderArgs {
     /// What it reads and writes.
-    pub(super) fn files(&self) -> Files {
+    pub(super) fn files(&self) -> FileArgs {
         let (pack, conditions) = (self.source.pack.clone(), self.conditions.file());
         let inputs = pack.into_iter().chain(conditions).chain(self.views.file());
         let output = self.out.as_deref().and_then(|path| {
-            let kinds = [("png", Kind::Png), ("npy", Kind::Npy)];
+            let kinds = [("png", OutputKind::Png), ("npy", OutputKind::Npy)];
             let known = kinds.iter().find(|kind| has_extension(path, kind.0));
             known.map(|&(_, kind)| Output::new("--out", path, kind))
         });
-        Files {
+        FileArgs {
             inputs: inputs.collect(),
             outputs: output.into_iter().collect(),
         }
@@ -141,13 +141,13 @@ impl Args {
     }
 
     /// Where to write, refused before anything is drawn if it makes no sense.
-    fn target(&self, templates: &[Template]) -> Result<Target<'_>> {
+    fn target(&self, templates: &[Template]) -> Result<RenderTarget<'_>> {
         match self.out.as_deref() {
             None if !templates.is_empty() => Err(Error::Usage(
                 "--template needs --out: a template is grey, and text art is not".into(),
             )),
-            None => Ok(Target::Terminal),
-            Some(path) if has_extension(path, "png") => Ok(Target::Png(path)),
+            None => Ok(RenderTarget::Terminal),
+            Some(path) if has_extension(path, "png") => Ok(RenderTarget::Png(path)),
             Some(path) if has_extension(path, "npy") && templates.len() > 1 => {
                 Err(Error::Usage(format!(
                     "--out {}: a .npy holds one template, found {} (use .png, or one --template)",
@@ -155,7 +155,7 @@ impl Args {
                     templates.len()
                 )))
             }
-            Some(path) if has_extension(path, "npy") => Ok(Target::Npy(path)),
+            Some(path) if has_extension(path, "npy") => Ok(RenderTarget::Npy(path)),
             Some(path) => Err(Error::Usage(format!(
                 "--out {}: expected a name that ends in .png or .npy",
                 path.display()
@@ -168,7 +168,7 @@ impl Args {
 #[derive(Serialize)]
 struct Rendered {
     #[serde(flatten)]
-    header: Header,
+    header: ResultHeader,
     out: Option<String>,
     walks: usize,
     viewpoints: usize,
@@ -176,12 +176,12 @@ struct Rendered {
 }
 
 /// Runs the subcommand.
-pub(super) fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &RenderArgs) -> Result<()> {
     let templates = args.templates()?;
     let target = args.target(templates)?;
     let moments = args.moments()?;
     let views = args.views.views("side")?;
-    if args.gallery && (views.list.len() > 1 || !matches!(target, Target::Png(_))) {
+    if args.gallery && (views.list.len() > 1 || !matches!(target, RenderTarget::Png(_))) {
         return Err(Error::Usage(
             "--gallery: expected one viewpoint and an --out that ends in .png".into(),
         ));
@@ -192,14 +192,14 @@ pub(super) fn run(args: &Args) -> Result<()> {
         ));
     }
     let settings = args.draw.without_template().settings(args.common.seed)?;
-    let mut header = Header::new("render", args.common.seed);
+    let mut header = ResultHeader::new("render", args.common.seed);
     let conditions = args.conditions.load(None, &mut header)?;
     let source = args.source.load()?;
     let pack = Pack::parse(&source.bytes)?;
     let mut walks = args.source.choose(&pack)?;
     if args.source.selection.subjects.is_empty() && args.source.selection.walks.is_empty() {
         walks.truncate(1);
-    } else if walks.len() > 1 && !matches!(target, Target::Png(_)) {
+    } else if walks.len() > 1 && !matches!(target, RenderTarget::Png(_)) {
         return Err(Error::Usage(format!(
             "{} walks are chosen: expected one, or --out with a .png (--subjects and --walks choose)",
             walks.len()
@@ -224,35 +224,37 @@ pub(super) fn run(args: &Args) -> Result<()> {
     };
     let jobs: Vec<Job<'_>> = jobs.flat_map(under).collect();
     let shots: Vec<Shot<'_>> = jobs.iter().copied().map(shot).collect();
-    let mut frames: Vec<Vec<Frame>> = Vec::new();
+    let mut frames: Vec<Vec<AnySilhouette>> = Vec::new();
     for &shot in &shots {
         frames.extend(silhouettes(&pack, shot, settings)?);
     }
     let per_walk = views.list.len();
     match &target {
-        Target::Terminal => args.common.say(text_art(&pack, &shots, &frames)),
+        RenderTarget::Terminal => args.common.say(text_art(&pack, &shots, &frames)),
         #[cfg(feature = "plots")]
-        Target::Png(path) if args.gallery && templates.is_empty() => {
+        RenderTarget::Png(path) if args.gallery && templates.is_empty() => {
             let gallery = condition_gallery(&pack, &jobs, &views.list[0], settings)?;
             write_png(path, &gallery)?;
         }
-        Target::Png(_) if args.gallery && jobs.len() > 1 => {
+        RenderTarget::Png(_) if args.gallery && jobs.len() > 1 => {
             return Err(Error::Usage(format!(
                 "--gallery with --template: expected one walk under one condition, found {}",
                 jobs.len()
             )));
         }
         #[cfg(feature = "plots")]
-        Target::Png(path) if args.gallery => {
+        RenderTarget::Png(path) if args.gallery => {
             let of = |&template| Ok((template, made(template, &frames[0], settings.size)?));
             let made = templates.iter().map(of).collect::<Result<Vec<_>>>()?;
             write_png(path, &template_gallery(&made, settings)?)?;
         }
-        Target::Png(path) => {
+        RenderTarget::Png(path) => {
             let rows = pictures(templates, &frames, per_walk, settings)?;
             write_png(path, &contact_sheet(&rows, settings.size, args.scale)?)?;
         }
-        Target::Npy(path) => write_array(path, templates.first().copied(), &frames, settings.size)?,
+        RenderTarget::Npy(path) => {
+            write_array(path, templates.first().copied(), &frames, settings.size)?
+        }
     }
     if let Some(path) = &args.out {
         args.common.say(format_args!("wrote {}", path.display()));
@@ -284,7 +286,7 @@ pub(super) fn has_extension(path: &Path, extension: &str) -> bool {
 }
 
 /// A frame's bytes.
-fn pixels(frame: &Frame) -> Vec<u8> {
+fn pixels(frame: &AnySilhouette) -> Vec<u8> {
     frame.to_coverage().pixels().to_vec()
 }
 
@@ -295,7 +297,7 @@ fn names(templates: &[Template]) -> Option<String> {
 }
 
 /// A template of a cycle's frames.
-fn made(template: Template, frames: &[Frame], size: Size) -> Result<Vec<u8>> {
+fn made(template: Template, frames: &[AnySilhouette], size: Size) -> Result<Vec<u8>> {
     let mut builder = Builder::new(template, size, frames.len() as u32);
     for frame in frames {
         builder.add(frame)?;
@@ -307,28 +309,29 @@ fn made(template: Template, frames: &[Frame], size: Size) -> Result<Vec<u8>> {
 /// row for each walk with its viewpoints; of several a row for each viewpoint with its templates.
 fn pictures(
     templates: &[Template],
-    frames: &[Vec<Frame>],
+    frames: &[Vec<AnySilhouette>],
     per_walk: usize,
     settings: Settings,
 ) -> Result<Vec<Vec<Vec<u8>>>> {
     let size = settings.size;
-    let shown = |template: &Template, frames: &Vec<Frame>| {
+    let shown = |template: &Template, frames: &Vec<AnySilhouette>| {
         let bytes = made(*template, frames, size)?;
         Ok(cells(&bytes, template.shape(size), size))
     };
     let of_row = |row: Result<Vec<Vec<Vec<u8>>>>| row.map(|cells| cells.concat());
     match templates {
         [] => {
-            let of_view = |frames: &Vec<Frame>| frames.iter().map(pixels).collect();
+            let of_view = |frames: &Vec<AnySilhouette>| frames.iter().map(pixels).collect();
             Ok(frames.iter().map(of_view).collect())
         }
         [template] => {
-            let of_view = |frames: &Vec<Frame>| shown(template, frames);
-            let of_walk = |views: &[Vec<Frame>]| of_row(views.iter().map(of_view).collect());
+            let of_view = |frames: &Vec<AnySilhouette>| shown(template, frames);
+            let of_walk =
+                |views: &[Vec<AnySilhouette>]| of_row(views.iter().map(of_view).collect());
             frames.chunks(per_walk).map(of_walk).collect()
         }
         several => {
-            let of_view = |frames: &Vec<Frame>| {
+            let of_view = |frames: &Vec<AnySilhouette>| {
                 let of = |template| shown(template, frames);
                 of_row(several.iter().map(of).collect())
             };
@@ -342,7 +345,7 @@ fn pictures(
 fn write_array(
     path: &Path,
     template: Option<Template>,
-    frames: &[Vec<Frame>],
+    frames: &[Vec<AnySilhouette>],
     size: Size,
 ) -> Result<()> {
     let views = frames.len();
@@ -355,15 +358,15 @@ fn write_array(
             _ => write_bytes(path, (views, count, height, width), &bytes),
         };
     };
-    let of = |frames: &Vec<Frame>| made(template, frames, size);
+    let of = |frames: &Vec<AnySilhouette>| made(template, frames, size);
     let bytes = frames.iter().map(of).collect::<Result<Vec<_>>>()?.concat();
     match template.shape(size) {
-        Shape::Image {
+        TemplateShape::Image {
             planes,
             rows,
             columns,
         } => write_bytes(path, (views, planes * rows, columns), &bytes),
-        Shape::Vector(numbers) => write_bytes(path, (views, numbers), &bytes),
+        TemplateShape::Vector(numbers) => write_bytes(path, (views, numbers), &bytes),
     }
 }
 
@@ -377,7 +380,7 @@ fn write_bytes<D: Dimension>(
 }
 
 /// Two frames of the first view side by side, of moments the first and the last one, two rows of pixels a line.
-fn text_art(pack: &Pack<'_>, shots: &[Shot<'_>], frames: &[Vec<Frame>]) -> String {
+fn text_art(pack: &Pack<'_>, shots: &[Shot<'_>], frames: &[Vec<AnySilhouette>]) -> String {
     let mut text = String::new();
     let (Some(shot), Some(frames)) = (shots.first(), frames.first()) else {
         return text;

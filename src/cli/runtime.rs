@@ -37,7 +37,7 @@ impl RuntimeArgs {
     /// If there is no ONNX Runtime library, or it cannot be used, or has no such provider; if
     /// flags are given that the embedded runtime has no use for.
     pub(super) fn runtime(&self) -> Result<Runtime> {
-        let engine = Engine {
+        let engine = RuntimeChoice {
             runtime: self.runtime,
             provider: self.provider,
         };
@@ -48,12 +48,12 @@ impl RuntimeArgs {
 
 /// A runtime and what it computes with, in one word: `rten`, `ort`, `ort:xnnpack`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Engine {
+pub(super) struct RuntimeChoice {
     runtime: RuntimeArg,
     provider: Provider,
 }
 
-impl Engine {
+impl RuntimeChoice {
     /// The embedded runtime.
     pub(super) const EMBEDDED: Self = Self {
         runtime: RuntimeArg::Rten,
@@ -102,8 +102,8 @@ impl Engine {
     }
 }
 
-/// The word that [`Engine::parse`] reads.
-impl fmt::Display for Engine {
+/// The word that [`RuntimeChoice::parse`] reads.
+impl fmt::Display for RuntimeChoice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (self.runtime, self.provider) {
             (RuntimeArg::Rten, _) => f.write_str("rten"),
@@ -114,7 +114,7 @@ impl fmt::Display for Engine {
 }
 
 /// Refuses a library where none is used.
-pub(super) fn refuse_idle_library(ort_lib: Option<&Path>, engines: &[Engine]) -> Result<()> {
+pub(super) fn refuse_idle_library(ort_lib: Option<&Path>, engines: &[RuntimeChoice]) -> Result<()> {
     let is_used = engines.iter().any(|one| one.runtime == RuntimeArg::Ort);
     if ort_lib.is_none() || is_used {
         return Ok(());

@@ -1,21 +1,21 @@
 //! `edgegait score`: how well recognizers hold up.
 
-use super::args::{Common, Files};
+use super::args::{Common, FileArgs};
 use super::cache::CacheArgs;
-use super::contest::{ContestArgs, Field};
-use super::outputs::{Kind, Output};
+use super::contest::{ContestArgs, Participants};
+use super::outputs::{Output, OutputKind};
 use super::progress::Progress;
 use super::recognizers::{load, sort_inputs, with_contracts, with_held};
 use super::runtime::RuntimeArgs;
 use super::sweep::peak_rss_bytes;
-use crate::dataset::{Header, write_bytes};
+use crate::dataset::{ResultHeader, write_bytes};
 use crate::error::Result;
-use crate::evaluate::contest::{Contest, Entrant, Picture};
-use crate::evaluate::results::{Answered, Latency, RunTime, ScoreResults};
-use crate::report::{Sample, table, write_page};
+use crate::evaluate::contest::{Contest, Entrant, ShownPicture};
+use crate::evaluate::results::{Latency, ProbeAnswer, RunTime, ScoreResults};
+use crate::report::{TemplateSample, table, write_page};
 use crate::score::Recognizer;
 use crate::source::ViewLabel;
-use crate::template::Shape;
+use crate::template::TemplateShape;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -48,7 +48,7 @@ const SHOWN_PEOPLE: usize = 3;
 #[command(
     after_help = "Examples:\n  edgegait score                                # the shipped models, 26 people, 703 viewpoints\n  edgegait score mine.onnx cohort.egp --walks walk-5kmh --views side --json -\n  edgegait score --runtime ort --ort-lib /path/to/libonnxruntime.so\n\nPeople whom a model has classes for are probed with cycles that training has not seen, and\nthe highest class score decides. Others are enrolled by their first take at the model's\ntraining viewpoints, probed with their other takes, and the nearest embedding decides."
 )]
-pub(super) struct Args {
+pub(super) struct ScoreArgs {
     /// ONNX models or "pixels" (the GEI or --template itself), and a pack, a dataset or a tree of silhouettes
     /// (<person>/<take>/<view>/ with PNG frames or a pickled array) [default: the shipped models,
     /// the built-in cohort]
@@ -75,21 +75,21 @@ pub(super) struct Args {
 }
 
 /// Runs the subcommand.
-pub(super) fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &ScoreArgs) -> Result<()> {
     run_with(args, &[])
 }
 
 /// The same with recognizers of the program that runs it in its own process; of shipped models only
 /// those that are named.
-pub(super) fn run_with(args: &Args, held: &[Arc<dyn Recognizer>]) -> Result<()> {
+pub(super) fn run_with(args: &ScoreArgs, held: &[Arc<dyn Recognizer>]) -> Result<()> {
     let started = Instant::now();
     let runtime = args.runtime.runtime()?;
     let (models, data) = sort_inputs(&args.inputs)?;
-    let header = Header::new("score", args.common.seed)
+    let header = ResultHeader::new("score", args.common.seed)
         .with("runtime", runtime.name().name)
         .with("provider", runtime.name().provider);
     let cache = args.cache.cache();
-    let field = Field {
+    let field = Participants {
         load: &|setup, header| {
             let loaded = if models.is_empty() && !held.is_empty() {
                 Vec::new()
@@ -137,13 +137,14 @@ pub(super) fn run_with(args: &Args, held: &[Arc<dyn Recognizer>]) -> Result<()> 
     args.common.write_json(&results).and(report).and(rows)
 }
 
-impl Args {
+impl ScoreArgs {
     /// What it reads and writes.
-    pub(super) fn files(&self) -> Files {
-        let report = Output::new("--out", &self.out, Kind::Report);
+    pub(super) fn files(&self) -> FileArgs {
+        let report = Output::new("--out", &self.out, OutputKind::Report);
         let rows = self.probes_csv.as_ref();
-        let rows = rows.map(|path| Output::new("--probes-csv", path, Kind::Csv("recognizer")));
-        Files {
+        let rows =
+            rows.map(|path| Output::new("--probes-csv", path, OutputKind::Csv("recognizer")));
+        FileArgs {
             inputs: with_contracts(&self.inputs)
                 .into_iter()
                 .chain(self.contest.inputs())
@@ -154,36 +155,36 @@ impl Args {
 }
 
 /// Writes the table of answers.
-fn written_rows(path: &Path, rows: Rows) -> Result<()> {
+fn written_rows(path: &Path, rows: ProbeTable) -> Result<()> {
     let bytes = rows.into_inner();
     let bytes = bytes.map_err(|error| csv::Error::from(error.into_error()))?;
     write_bytes(path, &bytes)
 }
 
 /// A table that is being written.
-type Rows = csv::Writer<Vec<u8>>;
+type ProbeTable = csv::Writer<Vec<u8>>;
 
 /// The results of a contest, and the templates that the report shows.
 fn judged(
     contest: &Contest<'_>,
     entrants: &[Entrant],
-    mut header: Header,
-    (seed, rows): (u64, &mut Option<Rows>),
-) -> Result<(ScoreResults, Vec<Sample>)> {
+    mut header: ResultHeader,
+    (seed, rows): (u64, &mut Option<ProbeTable>),
+) -> Result<(ScoreResults, Vec<TemplateSample>)> {
     let sequences = contest.source().sequences();
     let (mut samples, mut others) = (Vec::new(), Vec::new());
-    let mut pictures: Vec<Vec<Seen>> = vec![Vec::new(); entrants.len()];
+    let mut pictures: Vec<Vec<SeenPicture>> = vec![Vec::new(); entrants.len()];
     let is_first = |&at: &usize| !(0..at).any(|other| entrants[at].is_shown_as(&entrants[other]));
     let times_shown = (0..entrants.len()).filter(is_first).count();
     let progress = Progress::new("sequences", times_shown * sequences.list.len()).advising(LESS);
     let mut unwritten = None;
-    let mut tell = |answer: Answered<'_>| {
+    let mut tell = |answer: ProbeAnswer<'_>| {
         if let Some(Err(error)) = rows.as_mut().map(|rows| rows.serialize(answer)) {
             unwritten.get_or_insert(error);
         }
     };
-    let mut see = |picture: Picture<'_>| {
-        let Picture {
+    let mut see = |picture: ShownPicture<'_>| {
+        let ShownPicture {
             sequence,
             entrant,
             is_probe,
@@ -195,7 +196,7 @@ fn judged(
             let from = sequences.view_label(sequence).angles_deg();
             pictures[entrant].push((bytes.to_vec(), from));
         }
-        let Shape::Image { planes, .. } = contract.shape() else {
+        let TemplateShape::Image { planes, .. } = contract.shape() else {
             return;
         };
         let is_one = bytes.len() == contract.numbers();
@@ -204,7 +205,7 @@ fn judged(
         }
         let seen = sequences.view_label(sequence);
         let name = &sequences.subjects[sequences.subject(sequence)];
-        let sample = Sample {
+        let sample = TemplateSample {
             caption: match seen {
                 ViewLabel::Angles(azimuth, elevation) => format!("{name}, {azimuth}°/{elevation}°"),
                 ViewLabel::Named(view) => format!("{name}, {view}"),
@@ -264,12 +265,12 @@ fn judged(
 }
 
 /// A picture, and from where it is seen: azimuth and elevation in degrees, if they are known.
-type Seen = (Vec<u8>, Option<(f64, f64)>);
+type SeenPicture = (Vec<u8>, Option<(f64, f64)>);
 
 /// How long one input takes, one at a time, after a warm-up.
-fn latency(recognizer: &dyn Recognizer, pictures: &[Seen]) -> Result<Option<Latency>> {
+fn latency(recognizer: &dyn Recognizer, pictures: &[SeenPicture]) -> Result<Option<Latency>> {
     let contract = recognizer.contract();
-    let fed = |(bytes, from): &Seen| {
+    let fed = |(bytes, from): &SeenPicture| {
         let mut input = Vec::new();
         contract.feed(bytes, &mut input);
         contract.feed_view(*from, &mut input)?;

@@ -1,13 +1,14 @@
 //! `edgegait segment`: video frames to silhouettes.
 
-use super::args::{Common, Files};
-use super::outputs::{Kind, Output};
+use super::args::{Common, FileArgs};
+use super::outputs::{Output, OutputKind};
 use super::progress::Progress;
-use crate::dataset::Header;
+use crate::dataset::ResultHeader;
 use crate::error::Result;
 use crate::report::write_png;
 use crate::segment::{
-    Names, Segmented, Segmenter, SequenceWriter, Settings, Sheet, Video, check_replaceable,
+    SegmentSettings, Segmented, Segmenter, SequenceNames, SequenceWriter, Sheet, Video,
+    check_replaceable,
 };
 use rayon::prelude::*;
 use serde::Serialize;
@@ -23,7 +24,7 @@ const MOST_READ: usize = 10_000;
 #[command(
     after_help = "Examples:\n  edgegait segment frames --out silhouettes --contact-sheet look.png\n  edgegait segment walk.mp4 --background empty.png --out silhouettes --person 007 --take bg-01 --view 054\n  ffmpeg -i walk.mp4 -f yuv4mpegpipe - | edgegait segment - --background empty --out silhouettes"
 )]
-pub(super) struct Args {
+pub(super) struct SegmentArgs {
     /// A folder of frames (.png, .jpg), a video (Y4M; others by an installed ffmpeg), or "-":
     /// Y4M on standard input, which needs --background
     #[arg(value_name = "FRAMES")]
@@ -58,9 +59,9 @@ pub(super) struct Args {
 }
 
 #[derive(Serialize)]
-struct Results {
+struct SegmentResults {
     #[serde(flatten)]
-    header: Header,
+    header: ResultHeader,
     out: String,
     columns: u32,
     rows: u32,
@@ -100,20 +101,20 @@ impl Range {
     }
 }
 
-impl Args {
+impl SegmentArgs {
     /// What it reads and writes.
-    pub(super) fn files(&self) -> Files {
+    pub(super) fn files(&self) -> FileArgs {
         let folder = self
             .out
             .join(&self.person)
             .join(&self.take)
             .join(&self.view);
-        let mut outputs = vec![Output::new("--out", &folder, Kind::Sequence)];
+        let mut outputs = vec![Output::new("--out", &folder, OutputKind::Sequence)];
         if let Some(path) = &self.contact_sheet {
-            outputs.push(Output::new("--contact-sheet", path, Kind::Png));
+            outputs.push(Output::new("--contact-sheet", path, OutputKind::Png));
         }
         let video = (self.frames != Path::new("-")).then(|| self.frames.clone());
-        Files {
+        FileArgs {
             inputs: video.into_iter().chain(self.background.clone()).collect(),
             outputs,
         }
@@ -121,11 +122,11 @@ impl Args {
 }
 
 /// Runs the subcommand.
-pub(super) fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &SegmentArgs) -> Result<()> {
     let started = Instant::now();
-    let names = Names::new(&args.person, &args.take, &args.view)?;
+    let names = SequenceNames::new(&args.person, &args.take, &args.view)?;
     check_replaceable(&args.out, &names, args.common.overwrite)?;
-    let settings = Settings {
+    let settings = SegmentSettings {
         largest_part: !args.all_parts,
         closing_px: args.closing_px.into(),
     };
@@ -171,7 +172,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         }
     }
     drop(progress);
-    let mut header = Header::new("segment", args.common.seed)
+    let mut header = ResultHeader::new("segment", args.common.seed)
         .with(
             "background",
             background.map_or("median".into(), |path| path.display().to_string()),
@@ -205,7 +206,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     if let Some(path) = &args.contact_sheet {
         args.common.say(format_args!("wrote {}", path.display()));
     }
-    args.common.write_json(&Results {
+    args.common.write_json(&SegmentResults {
         header,
         out: folder.display().to_string(),
         columns: size.0,

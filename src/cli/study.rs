@@ -1,12 +1,12 @@
 //! `edgegait study`: real silhouettes beside those of synthetic twins.
 
-use super::args::{Common, Files};
-use super::outputs::{Kind, Output};
+use super::args::{Common, FileArgs};
+use super::outputs::{Output, OutputKind};
 use super::progress::Progress;
-use crate::dataset::{Header, InputFile, write_bytes};
+use crate::dataset::{InputFile, ResultHeader, write_bytes};
 use crate::error::{Error, Result};
 use crate::report::{study_tables, write_study};
-use crate::study::{Choices, Findings, Paths, Plan, run as run_study, run_synthetic, steps};
+use crate::study::{Choices, Findings, Paths, StudyPlan, run as run_study, run_synthetic, steps};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -19,7 +19,7 @@ const AZIMUTHS_DEG: [f32; 3] = [90.0, 45.0, 0.0];
 #[command(
     after_help = "Examples:\n  edgegait study people mocap --manifest people.csv          # REAL silhouettes, folders of recordings\n  edgegait study people mocap --manifest people.csv --full   # all masks, both framings, flips and crops\n  edgegait study                                             # the synthetic part alone\n\nThe manifest is a CSV file with a row for each take and view: id, take, view and source, and, where they\nare known, azimuth, elevation, fps, cycles (a-b;c-d, frames from 0), lhs (left contacts), source_root,\nsource_frames_30fps and distance_m. Measurements of the people are read from bodies.csv beside it."
 )]
-pub(super) struct Args {
+pub(super) struct StudyArgs {
     /// A tree of real silhouettes, <person>/<take>/<view>/ [default: none, and the synthetic part alone
     /// of the built-in cohort]
     #[arg(value_name = "REAL", requires = "manifest")]
@@ -72,21 +72,21 @@ pub(super) struct Args {
 
 /// The results.
 #[derive(Serialize)]
-struct Results {
+struct StudyResults {
     #[serde(flatten)]
-    header: Header,
+    header: ResultHeader,
     #[serde(flatten)]
     findings: Findings,
 }
 
-impl Args {
+impl StudyArgs {
     /// What it reads and writes.
-    pub(super) fn files(&self) -> Files {
+    pub(super) fn files(&self) -> FileArgs {
         let tables = [&self.real, &self.manifest, &self.bodies, &self.dressed];
         let tables = tables.into_iter().flatten().cloned();
-        Files {
+        FileArgs {
             inputs: tables.chain(self.motions.iter().cloned()).collect(),
-            outputs: vec![Output::new("--out", &self.out, Kind::Study)],
+            outputs: vec![Output::new("--out", &self.out, OutputKind::Study)],
         }
     }
 
@@ -100,7 +100,7 @@ impl Args {
 }
 
 /// Runs the subcommand.
-pub(super) fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &StudyArgs) -> Result<()> {
     if !(0.1..=1e6).contains(&args.distance_m) {
         return Err(Error::Usage(
             "--distance-m: expected 0.1 to 1,000,000 metres".into(),
@@ -108,7 +108,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     }
     args.check_figures()?;
     let choices = args.choices();
-    let header = Header::new("study", args.common.seed)
+    let header = ResultHeader::new("study", args.common.seed)
         .with("splits", args.splits)
         .with("full", args.full)
         .with("distance_m", args.distance_m);
@@ -117,7 +117,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         _ => args.of_cohort(&choices, header)?,
     };
     header.warnings.extend(findings.warnings.iter().cloned());
-    let results = Results { header, findings };
+    let results = StudyResults { header, findings };
     args.common.say(study_tables(&results.findings));
     for warning in &results.header.warnings {
         args.common.say(format_args!("warning: {warning}"));
@@ -133,7 +133,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     args.common.write_json(&results)
 }
 
-impl Args {
+impl StudyArgs {
     /// Refuses a folder for figures in which there may be others.
     fn check_figures(&self) -> Result<()> {
         let figures = self.out.join("figures");
@@ -152,8 +152,8 @@ impl Args {
         real: &Path,
         manifest: &Path,
         choices: &Choices,
-        header: Header,
-    ) -> Result<(Header, Findings)> {
+        header: ResultHeader,
+    ) -> Result<(ResultHeader, Findings)> {
         let paths = Paths {
             real: real.to_path_buf(),
             motions: self.motions.clone(),
@@ -161,7 +161,7 @@ impl Args {
             bodies: self.bodies.clone(),
             dressed: self.dressed.clone(),
         };
-        let plan = Plan::new(&paths, (&self.views, &self.subjects), self.distance_m)?;
+        let plan = StudyPlan::new(&paths, (&self.views, &self.subjects), self.distance_m)?;
         let progress = Progress::new("study", steps(&plan, choices));
         let findings = run_study(&plan, choices, &|| progress.step())?;
         drop(progress);
@@ -176,7 +176,11 @@ impl Args {
     }
 
     /// Without real silhouettes: says what is lacking, and runs what needs none.
-    fn of_cohort(&self, choices: &Choices, header: Header) -> Result<(Header, Findings)> {
+    fn of_cohort(
+        &self,
+        choices: &Choices,
+        header: ResultHeader,
+    ) -> Result<(ResultHeader, Findings)> {
         let mut header = header.with("pack", "built-in");
         header.warnings.push(
             "no real silhouettes: this is the synthetic part alone, of the built-in cohort. Comparing needs a tree of silhouettes, the recordings that its people walked by, and a manifest that pairs them (REAL, MOTION and --manifest)"

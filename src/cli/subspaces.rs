@@ -1,6 +1,6 @@
 //! How many random subspaces there are, and how large they are.
 
-use crate::train::subspaces::Subspaces;
+use crate::train::subspaces::SubspaceOptions;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct SubspaceArgs {
@@ -27,10 +27,10 @@ impl SubspaceArgs {
     }
 
     /// What is said, or the defaults.
-    pub(super) fn subspaces(&self, seed: u64) -> Subspaces {
-        let usual = Subspaces::default();
+    pub(super) fn subspaces(&self, seed: u64) -> SubspaceOptions {
+        let usual = SubspaceOptions::default();
         let or = |given: Option<u16>, usual| given.map_or(usual, usize::from);
-        Subspaces {
+        SubspaceOptions {
             classifiers: or(self.subspaces, usual.classifiers),
             eigenvectors: or(self.eigenvectors, usual.eigenvectors),
             discriminants: or(self.discriminants, usual.discriminants),

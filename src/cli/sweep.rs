@@ -3,7 +3,7 @@
 mod tree;
 mod work;
 
-use super::args::{Common, Files, ViewArgs, gei_rmse, stated_choice};
+use super::args::{Common, FileArgs, ViewArgs, gei_rmse, stated_choice};
 use super::augment::AugmentArgs;
 use super::conditions::{ConditionArgs, listing};
 use super::drawing::DrawArgs;
@@ -12,7 +12,9 @@ use super::layout::{LayoutArgs, refuse_without_tree};
 use super::source::SourceArgs;
 pub(super) use crate::bench::peak_rss_bytes;
 use crate::confound::Condition;
-use crate::dataset::{Contents, Format, Header, Items, PackItems, Run, check_folder_name};
+use crate::dataset::{
+    Contents, DatasetFormat, DatasetRun, Items, PackItems, ResultHeader, check_folder_name,
+};
 use crate::error::{Error, Result};
 use crate::frontier::choose;
 use crate::source::PackSource;
@@ -23,7 +25,7 @@ use serde::Serialize;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use work::{Work, grouped};
+use work::{SweepWork, grouped};
 
 /// What is written if nothing else is said.
 const OUT: &str = "dataset";
@@ -34,7 +36,7 @@ const OUT: &str = "dataset";
     mut_arg("pack", |arg| arg.value_name("PACK|TREE").help("A pack, or a tree of silhouettes (<person>/<take>/<view>/), whose gait cycles are found [default: the built-in cohort of 26 people]")),
     after_help = "Examples:\n  edgegait sweep --out dataset                 # 26 people at 5 km/h, 703 viewpoints\n  edgegait sweep cohort.egp --views side --cycles 8 --out side --json -\n  edgegait sweep --views side --template mhi --augment flip,crop --out mhi\n  edgegait sweep --views side --template gei,silhouettes --joints --out sequences\n  edgegait sweep --views side --conditions casia-b --format opengait --out tree\n  edgegait sweep tree --fps 30 --out geis       # a template of each gait cycle of a tree's recordings\n  edgegait sweep --shard 1/3 --out one    # the others elsewhere; then: edgegait merge one two three --out whole\n  edgegait sweep cohort.egp --cycles 250 --raster columns --framing cycle --digest"
 )]
-pub(super) struct Args {
+pub(super) struct SweepArgs {
     #[command(flatten)]
     pub source: SourceArgs,
     /// What to write: a folder with geis.npy or, of another template, NAME.npy; index.csv,
@@ -89,9 +91,9 @@ pub(super) struct Args {
 
 /// The results of a sweep.
 #[derive(Serialize)]
-struct Results {
+struct SweepResults {
     #[serde(flatten)]
-    header: Header,
+    header: ResultHeader,
     silhouettes: u64,
     geis: u64,
     seconds: f64,
@@ -107,7 +109,7 @@ struct Results {
     digest: Option<String>,
 }
 
-impl Args {
+impl SweepArgs {
     /// Refuses flags that only a tree of silhouettes has a use for.
     fn refuse_without_tree(&self) -> Result<()> {
         let flags = [("--whole-recordings", self.whole_recordings)].into_iter();
@@ -115,13 +117,13 @@ impl Args {
     }
 
     /// What it reads and writes.
-    pub(super) fn files(&self) -> Files {
+    pub(super) fn files(&self) -> FileArgs {
         if self.list_conditions {
-            return Files::default();
+            return FileArgs::default();
         }
         let (pack, conditions) = (self.source.pack.clone(), self.conditions.file());
         let inputs = pack.into_iter().chain(conditions).chain(self.views.file());
-        Files {
+        FileArgs {
             inputs: inputs.collect(),
             outputs: if self.digest {
                 Vec::new()
@@ -133,8 +135,8 @@ impl Args {
 }
 
 /// What is asked for, of a pack.
-struct Asked {
-    header: Header,
+struct SweepRequest {
+    header: ResultHeader,
     conditions: Vec<Condition>,
     views: Views,
     settings: Settings,
@@ -143,10 +145,10 @@ struct Asked {
     walks: Vec<usize>,
 }
 
-impl Asked {
+impl SweepRequest {
     /// Reads all that the flags name, and refuses walks that cannot be swept.
-    fn of(args: &Args) -> Result<Self> {
-        let mut header = Header::new("sweep", args.common.seed);
+    fn of(args: &SweepArgs) -> Result<Self> {
+        let mut header = ResultHeader::new("sweep", args.common.seed);
         let conditions = args.conditions.load(None, &mut header)?;
         let views = args.views.views("paper")?;
         let (settings, wanted) = args.wanted()?;
@@ -175,14 +177,14 @@ impl Asked {
 ///
 /// # Errors
 /// As [`run`], and for flags that say how it is stored.
-pub(super) fn items(args: &Args) -> Result<Items> {
+pub(super) fn items(args: &SweepArgs) -> Result<Items> {
     let export = &args.export;
     let flags = [
         ("--out", args.out != Path::new(OUT)),
         ("--digest", args.digest),
         ("--max-gei-rmse", args.max_gei_rmse.is_some()),
         ("--augment", args.augment.is_given()),
-        ("--format", export.format() != Format::Folder),
+        ("--format", export.format() != DatasetFormat::Folder),
         ("--shard", export.shard.is_some()),
         ("--resume", export.resume),
         ("--list-conditions", args.list_conditions),
@@ -194,7 +196,7 @@ pub(super) fn items(args: &Args) -> Result<Items> {
         return Err(Error::input(path, "expected a pack, found a folder"));
     }
     args.refuse_without_tree()?;
-    let Asked {
+    let SweepRequest {
         conditions,
         views,
         settings,
@@ -202,7 +204,7 @@ pub(super) fn items(args: &Args) -> Result<Items> {
         source,
         walks,
         ..
-    } = Asked::of(args)?;
+    } = SweepRequest::of(args)?;
     let items = PackItems {
         bytes: source.bytes.into(),
         walks,
@@ -214,7 +216,7 @@ pub(super) fn items(args: &Args) -> Result<Items> {
 }
 
 /// Runs the subcommand.
-pub(super) fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &SweepArgs) -> Result<()> {
     if args.list_conditions {
         args.common.say(listing()?);
         return Ok(());
@@ -224,7 +226,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         return tree::run(args, path);
     }
     args.refuse_without_tree()?;
-    let Asked {
+    let SweepRequest {
         header,
         conditions,
         views,
@@ -232,7 +234,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         wanted,
         source,
         walks,
-    } = Asked::of(args)?;
+    } = SweepRequest::of(args)?;
     let augmentation = args.augment.augmentation()?;
     let variants = augmentation.variants();
     let pack = Pack::parse(&source.bytes)?;
@@ -249,7 +251,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         None => None,
     };
     let format = args.export.format();
-    let mut work = Work {
+    let mut work = SweepWork {
         pack: &pack,
         groups: if format.is_tree() {
             grouped(&pack, &firsts)
@@ -286,7 +288,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     if args.digest {
         let (clipped, digest) = work.digest()?;
         let drawn = work.cycles() * views.list.len();
-        let made = Made {
+        let made = MadeDataset {
             rows: drawn * variants.len(),
             silhouettes: drawn as u64 * u64::from(settings.frames_per_cycle),
             clipped,
@@ -296,7 +298,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         };
         return args.report(header, (&settings, &wanted), made, started);
     }
-    let run = Run {
+    let run = DatasetRun {
         header: header.clone(),
         contents: Contents {
             templates: wanted.templates.clone(),
@@ -313,7 +315,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         return Ok(());
     };
     work.store(&mut writer)?;
-    let made = Made {
+    let made = MadeDataset {
         rows: writer.rows(),
         silhouettes: (writer.frames() / variants.len()) as u64,
         clipped: writer.clipped(),
@@ -326,7 +328,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
 }
 
 /// What was made.
-struct Made {
+struct MadeDataset {
     rows: usize,
     silhouettes: u64,
     clipped: f64,
@@ -335,7 +337,7 @@ struct Made {
     digest: Option<String>,
 }
 
-impl Args {
+impl SweepArgs {
     /// Which cycles of each walk.
     fn variations(&self) -> Range<u32> {
         let first = self.first_cycle.unwrap_or(0);
@@ -425,13 +427,13 @@ impl Args {
     /// Says what was made.
     fn report(
         &self,
-        header: Header,
+        header: ResultHeader,
         (settings, wanted): (&Settings, &Wanted),
-        made: Made,
+        made: MadeDataset,
         started: Instant,
     ) -> Result<()> {
         let seconds = started.elapsed().as_secs_f64();
-        let results = Results {
+        let results = SweepResults {
             header,
             silhouettes: made.silhouettes,
             geis: made.rows as u64,

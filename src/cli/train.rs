@@ -6,25 +6,25 @@ mod opened;
 mod part;
 mod sources;
 
-use super::args::{Common, Files, ViewArgs};
+use super::args::{Common, FileArgs, ViewArgs};
 use super::augment::AugmentArgs;
 use super::cutting::CuttingArgs;
 use super::drawing::DrawArgs;
 use super::layout::LayoutArgs;
-use super::outputs::{Kind, Output};
+use super::outputs::{Output, OutputKind};
 use super::source::SelectionArgs;
 use super::subspaces::SubspaceArgs;
-use crate::dataset::{Header, InputFile, sha256_of_bytes, write_bytes};
+use crate::dataset::{InputFile, ResultHeader, sha256_of_bytes, write_bytes};
 use crate::error::{Error, Result};
-use crate::evaluate::rank::{Outcome, closed_set};
+use crate::evaluate::rank::{ProbeOutcome, closed_set};
 use crate::score::Contract;
 use crate::table::Column::{Left, Right};
 use crate::table::Table;
 use crate::template::augment::Augmentation;
-use crate::train::subspaces::{RandomSubspaces, Subspaces};
+use crate::train::subspaces::{RandomSubspaces, SubspaceOptions};
 use crate::train::views::ViewTransformation;
 use crate::train::{
-    Analysed, Components, LinearRecognizer, Method, Options, Real, Samples, choice, onnx,
+    Analysed, Components, LinearModel, Real, Samples, TrainMethod, TrainOptions, choice, onnx,
 };
 use how::How;
 use mix::MixArgs;
@@ -40,7 +40,7 @@ const USUAL_COMPONENTS: u16 = 100;
 #[command(
     after_help = "Examples:\n  edgegait train --out side.onnx                      # built-in cohort, side view\n  edgegait train --azimuth-deg 0,45,90,135,180 --elevation-deg 0,30,60 --out spread.onnx\n  edgegait train dataset --out mine.onnx              # a dataset that `sweep` wrote\n  edgegait train tree --fps 30 --partition p.json     # silhouettes, cut into gait cycles\n  edgegait train real synthetic.egp --mix real:0.7    # several sources, of one all, of the other a share\n  edgegait train --template geni --augment flip,crop --out geni.onnx\n  edgegait train --method svm --components 5,10,20,50 # recognizer-5.onnx, recognizer-10.onnx ...\n  edgegait train --method gabor-subspaces --out gabor.onnx\n  edgegait train --method view-transformation --template frequency --azimuth-deg 0,45,90,135,180 --out vtm.onnx"
 )]
-pub(super) struct Args {
+pub(super) struct TrainArgs {
     /// Packs, datasets and trees of silhouettes (<person>/<take>/<view>/): of several, people of one
     /// name are one class. Names of people and walks, and viewpoints, choose from each
     /// [default: the built-in cohort of 26 people]
@@ -116,19 +116,19 @@ enum Precision {
 
 /// The results of training.
 #[derive(Serialize)]
-struct Results {
+struct TrainResults {
     #[serde(flatten)]
-    header: Header,
+    header: ResultHeader,
     samples: usize,
     classes: usize,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     sources: Vec<SourceResult>,
-    models: Vec<ModelResult>,
+    models: Vec<TrainedModel>,
 }
 
 /// A model that was written.
 #[derive(Serialize)]
-struct ModelResult {
+struct TrainedModel {
     #[serde(flatten)]
     file: InputFile,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -140,7 +140,7 @@ struct ModelResult {
 }
 
 /// A model that is to be written.
-struct Made {
+struct MadeModel {
     bytes: Vec<u8>,
     contract: Contract,
     components: Option<u16>,
@@ -149,7 +149,7 @@ struct Made {
 }
 
 /// Runs the subcommand.
-pub(super) fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &TrainArgs) -> Result<()> {
     let how = args.how()?;
     let outs = args.outs()?;
     let Gathered {
@@ -193,7 +193,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
             table(&models).to_string().trim_end()
         ));
     }
-    args.common.write_json(&Results {
+    args.common.write_json(&TrainResults {
         header,
         samples: samples.labels.len(),
         classes: samples.names.len(),
@@ -202,11 +202,11 @@ pub(super) fn run(args: &Args) -> Result<()> {
     })
 }
 
-impl Args {
+impl TrainArgs {
     /// What it reads and writes.
-    pub(super) fn files(&self) -> Files {
+    pub(super) fn files(&self) -> FileArgs {
         let outs = self.outs().unwrap_or_default().into_iter();
-        Files {
+        FileArgs {
             inputs: self
                 .sources
                 .iter()
@@ -215,7 +215,7 @@ impl Args {
                 .chain(self.partition.clone())
                 .collect(),
             outputs: outs
-                .map(|out| Output::new("--out", &out, Kind::Model))
+                .map(|out| Output::new("--out", &out, OutputKind::Model))
                 .collect(),
         }
     }
@@ -243,12 +243,12 @@ impl Args {
             );
         }
         let how = match method {
-            MethodArg::Lda => How::Linear(Method::LDA),
-            MethodArg::RealSynthetic => How::Linear(Method::RealSynthetic {
+            MethodArg::Lda => How::Linear(TrainMethod::LDA),
+            MethodArg::RealSynthetic => How::Linear(TrainMethod::RealSynthetic {
                 crops: self.augment.crops(),
             }),
             MethodArg::Svm => match self.svm_c.unwrap_or(1.0) {
-                c if c > 0.0 && c.is_finite() => How::Linear(Method::Svm { c }),
+                c if c > 0.0 && c.is_finite() => How::Linear(TrainMethod::Svm { c }),
                 c => return usage(format!("--svm-c: expected a C above 0, found {c}")),
             },
             MethodArg::FeatureChoice => How::FeatureChoice,
@@ -313,18 +313,18 @@ fn stem(path: &Path) -> String {
 
 /// Fits and writes a model for each number of components.
 fn linear<F: Real>(
-    args: &Args,
-    method: Method,
+    args: &TrainArgs,
+    method: TrainMethod,
     outs: &[PathBuf],
     samples: &Samples,
-) -> Result<Vec<ModelResult>> {
+) -> Result<Vec<TrainedModel>> {
     let (labels, classes) = (&samples.labels, samples.names.len());
     let form = (samples.template, samples.size);
     let analysed = Analysed::<F>::of(form, samples.numbers.view(), labels, classes)?;
     let each = args.components.iter().zip(outs);
     let model = |(&components, out): (&u16, &PathBuf)| {
         let kept = usize::from(components).min(labels.len().saturating_sub(1));
-        let recognizer = analysed.fit(Options {
+        let recognizer = analysed.fit(TrainOptions {
             components: Components::Count(kept),
             method,
         })?;
@@ -333,54 +333,50 @@ fn linear<F: Real>(
             Precision::F32 => " trained in f32",
         };
         let how = format!("PCA ({components}) + {method}{precision}");
-        let made = Made::linear(&recognizer, samples, (stem(out), &how));
+        let made = MadeModel::linear(&recognizer, samples, (stem(out), &how));
         write(args, out, samples, made.with(components))
     };
     each.map(model).collect()
 }
 
-fn feature_choice(args: &Args, out: &Path, samples: &Samples) -> Result<ModelResult> {
+fn feature_choice(args: &TrainArgs, out: &Path, samples: &Samples) -> Result<TrainedModel> {
     let recognizer = choice::fit(samples)?;
     let how = choice::described(&recognizer);
-    let made = Made::linear(&recognizer, samples, (stem(out), &how));
+    let made = MadeModel::linear(&recognizer, samples, (stem(out), &how));
     write(args, out, samples, made)
 }
 
 fn gabor_subspaces(
-    args: &Args,
+    args: &TrainArgs,
     out: &Path,
     samples: &Samples,
-    subspaces: Subspaces,
-) -> Result<ModelResult> {
+    subspaces: SubspaceOptions,
+) -> Result<TrainedModel> {
     let fitted = RandomSubspaces::fit(samples, subspaces)?;
     let name = stem(out);
     let (bytes, dims) = (fitted.write(&name), fitted.dims());
-    let made = Made::embeddings(bytes, fitted.contract(samples, name), dims);
+    let made = MadeModel::embeddings(bytes, fitted.contract(samples, name), dims);
     write(args, out, samples, made)
 }
 
 fn view_transformation(
-    args: &Args,
+    args: &TrainArgs,
     outs: &[PathBuf],
     samples: &Samples,
-) -> Result<Vec<ModelResult>> {
+) -> Result<Vec<TrainedModel>> {
     let each = args.components.iter().zip(outs);
     let model = |(&components, out): (&u16, &PathBuf)| {
         let fitted = ViewTransformation::fit(samples, Components::Count(components.into()))?;
         let name = stem(out);
         let (bytes, dims) = (fitted.write(&name), fitted.dims());
-        let made = Made::embeddings(bytes, fitted.contract(samples, name), dims);
+        let made = MadeModel::embeddings(bytes, fitted.contract(samples, name), dims);
         write(args, out, samples, made.with(components))
     };
     each.map(model).collect()
 }
 
-impl Made {
-    fn linear(
-        recognizer: &LinearRecognizer,
-        samples: &Samples,
-        (name, how): (String, &str),
-    ) -> Self {
+impl MadeModel {
+    fn linear(recognizer: &LinearModel, samples: &Samples, (name, how): (String, &str)) -> Self {
         Self {
             bytes: onnx::write(recognizer, &name, &[]),
             contract: samples.contract(name, how),
@@ -410,7 +406,7 @@ impl Made {
 }
 
 /// Writes a model and its contract.
-fn write(args: &Args, out: &Path, samples: &Samples, made: Made) -> Result<ModelResult> {
+fn write(args: &TrainArgs, out: &Path, samples: &Samples, made: MadeModel) -> Result<TrainedModel> {
     let (bytes, people) = (made.bytes.len(), samples.names.len());
     let recognized = made.training_rank1.map_or(String::new(), |rank1| {
         format!(", of which it recognizes {:.2} %", 100.0 * rank1)
@@ -433,7 +429,7 @@ fn write(args: &Args, out: &Path, samples: &Samples, made: Made) -> Result<Model
         out.display(),
         contract_at.display()
     ));
-    Ok(ModelResult {
+    Ok(TrainedModel {
         file: InputFile {
             path: out.display().to_string(),
             sha256: sha256_of_bytes(&made.bytes),
@@ -445,7 +441,7 @@ fn write(args: &Args, out: &Path, samples: &Samples, made: Made) -> Result<Model
     })
 }
 
-fn table(models: &[ModelResult]) -> Table<'static> {
+fn table(models: &[TrainedModel]) -> Table<'static> {
     let mut table = Table::new(&[Right(0), Right(5), Right(8), Right(0), Left(0)]);
     table.row("components|dims|bytes|training rank-1 %|model".split('|'));
     for model in models {
@@ -465,14 +461,14 @@ fn table(models: &[ModelResult]) -> Table<'static> {
 }
 
 /// Rank-1 on the samples that it was trained on.
-fn rank1(recognizer: &LinearRecognizer, samples: &Samples) -> f64 {
+fn rank1(recognizer: &LinearModel, samples: &Samples) -> f64 {
     let (rows, labels) = (samples.numbers.rows(), &samples.labels);
     let hits = rows
         .into_iter()
         .zip(labels)
         .filter(|(gei, label)| {
             let scores = recognizer.scores(recognizer.embed(&gei.to_vec()).view());
-            closed_set(&scores.to_vec(), **label) == Outcome::Hit
+            closed_set(&scores.to_vec(), **label) == ProbeOutcome::Hit
         })
         .count();
     hits as f64 / labels.len() as f64

@@ -1,9 +1,9 @@
 //! Flags' names of the library's own choices, and what `--help` says of each.
 
-use crate::bench::Format;
+use crate::bench::TableFormat;
 use crate::scene::cohort::Dressing;
 use crate::score::Provider;
-use crate::sweep::{Framing, Jitter, Lens};
+use crate::sweep::{FramingMode, Jitter, Lens};
 use crate::template::Template;
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
@@ -70,7 +70,7 @@ impl DressedArg {
     }
 }
 
-values!(Framing {
+values!(FramingMode {
     Height: "Each frame fills the rows, centred on its centroid",
     Box: "Each frame is stretched to its bounding box",
     Cycle: "One scale and centre for a whole cycle and all elevations",
@@ -114,7 +114,7 @@ values!(Provider {
     Openvino: "Intel OpenVINO",
 });
 
-values!(Format {
+values!(TableFormat {
     Text: "Aligned columns",
     Markdown: "Tables of Markdown",
 });

@@ -3,7 +3,7 @@
 use super::encoding::EncodingArgs;
 use super::keep_going::KeepGoing;
 use crate::error::{Error, Result};
-use crate::frontier::Encoded;
+use crate::frontier::EncodedPack;
 use crate::scene::Subject;
 use crate::scene::recorded::{BodyOptions, Recording, subjects};
 use crate::scene::refused::without;
@@ -19,7 +19,7 @@ pub(super) fn encoded_people(
     body: &BodyOptions,
     (encoding, keep_going): (&EncodingArgs, KeepGoing),
     warnings: &mut Vec<String>,
-) -> Result<(Vec<Subject>, Encoded)> {
+) -> Result<(Vec<Subject>, EncodedPack)> {
     // Each round has fewer walks.
     loop {
         let made = subjects(recordings, body).and_then(|people| {

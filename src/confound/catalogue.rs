@@ -43,7 +43,7 @@ pub enum Stage {
 
 /// A confounder's physical unit, where its strength is in proportion to a quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Unit {
+pub struct DoseUnit {
     /// As conditions state it, such as `deg`.
     pub name: &'static str,
     /// The amount at strength 1.
@@ -54,7 +54,7 @@ pub struct Unit {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Confounder {
     /// Which.
-    pub kind: Kind,
+    pub kind: ConfounderKind,
     /// The name under which conditions and results state it.
     pub name: &'static str,
     /// What varies.
@@ -64,24 +64,24 @@ pub struct Confounder {
     /// Whether it has an opposite: strengths from -1 on, otherwise from 0 on.
     pub is_signed: bool,
     /// The unit of its strength, if it has one.
-    pub unit: Option<Unit>,
+    pub unit: Option<DoseUnit>,
     /// What it is at strength 1.
     pub at_full: &'static str,
 }
 
-/// Declares [`Kind`] and [`CATALOGUE`].
+/// Declares [`ConfounderKind`] and [`CATALOGUE`].
 macro_rules! confounders {
     ($($kind:ident $name:literal $class:ident $stage:ident $signed:literal $unit:expr, $full:literal;)*) => {
         /// A confounder. The order is that in which they are applied.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        pub enum Kind {
+        pub enum ConfounderKind {
             $(#[doc = $full] $kind,)*
         }
 
         /// All confounders, in the order in which they are applied.
         pub const CATALOGUE: [Confounder; [$(stringify!($kind)),*].len()] = [
             $(Confounder {
-                kind: Kind::$kind,
+                kind: ConfounderKind::$kind,
                 name: $name,
                 class: Class::$class,
                 stage: Stage::$stage,
@@ -93,8 +93,8 @@ macro_rules! confounders {
     };
 }
 
-const fn unit(full: f64, name: &'static str) -> Option<Unit> {
-    Some(Unit { name, full })
+const fn unit(full: f64, name: &'static str) -> Option<DoseUnit> {
+    Some(DoseUnit { name, full })
 }
 
 confounders! {
@@ -137,7 +137,7 @@ confounders! {
     SaltAndPepper "salt-and-pepper" Environment Image false unit(10.0, "%"), "10 % of the samples around the figure turned over";
 }
 
-impl Kind {
+impl ConfounderKind {
     /// What is known of it.
     #[must_use]
     pub fn confounder(self) -> &'static Confounder {

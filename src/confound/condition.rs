@@ -1,6 +1,6 @@
 //! Conditions: confounders that act together, as users name and write them.
 
-use super::catalogue::{CATALOGUE, Confounder, Kind};
+use super::catalogue::{CATALOGUE, Confounder, ConfounderKind};
 use super::draw::{Draw, Draws};
 use crate::error::{Error, Result};
 use crate::named::toml_of;
@@ -27,7 +27,7 @@ const BUILT_IN: [&str; 3] = [
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dose {
     /// Which.
-    pub kind: Kind,
+    pub kind: ConfounderKind,
     /// 0 changes nothing, 1 (or -1) is what [`CATALOGUE`] says.
     pub strength: f64,
 }
@@ -53,7 +53,7 @@ impl Doses {
 
     /// The strength of a confounder; none if it changes nothing.
     #[must_use]
-    pub fn strength(&self, kind: Kind) -> Option<f64> {
+    pub fn strength(&self, kind: ConfounderKind) -> Option<f64> {
         let found = self.0.iter().find(|dose| dose.kind == kind);
         found.map(|dose| dose.strength)
     }
@@ -296,7 +296,10 @@ mod tests {
         assert_eq!(drawn(2), "coat=0.25,backpack=1,roll=0.25");
         assert_eq!(drawn(7), "coat=0.25,suitcase=0.5,roll=0.25");
         assert_eq!(dose("roll=-10deg").map(|dose| dose.strength), Ok(-0.5));
-        assert_eq!(dose(" coat = 1").map(|dose| dose.kind), Ok(Kind::Coat));
+        assert_eq!(
+            dose(" coat = 1").map(|dose| dose.kind),
+            Ok(ConfounderKind::Coat)
+        );
     }
 
     #[test]

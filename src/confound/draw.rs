@@ -1,6 +1,6 @@
 //! Strengths as conditions state them: fixed, or drawn from a distribution.
 
-use super::catalogue::Kind;
+use super::catalogue::ConfounderKind;
 use super::condition::{Dose, Doses};
 use crate::scene::cohort::normal;
 use rand::{Rng, RngExt as _};
@@ -12,7 +12,7 @@ const STEPS: f64 = 1000.0;
 
 /// How strong a confounder is.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Spread {
+pub enum StrengthSpread {
     /// As strong as this.
     Fixed(f64),
     /// Anything between the two, evenly.
@@ -40,11 +40,11 @@ pub enum Per {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Draw {
     /// Which.
-    pub kind: Kind,
+    pub kind: ConfounderKind,
     /// The chance that it acts, 0..=1.
     pub chance: f64,
     /// How strongly it then does.
-    pub spread: Spread,
+    pub spread: StrengthSpread,
     /// For what both are drawn.
     pub per: Per,
 }
@@ -53,16 +53,16 @@ impl Draw {
     /// Whether nothing is left to chance.
     #[must_use]
     pub fn is_fixed(&self) -> bool {
-        matches!(self.spread, Spread::Fixed(_)) && self.chance >= 1.0
+        matches!(self.spread, StrengthSpread::Fixed(_)) && self.chance >= 1.0
     }
 
     /// Whether it can change anything.
     #[must_use]
     pub fn can_act(&self) -> bool {
         let strengths: &[f64] = match &self.spread {
-            Spread::Fixed(strength) => &[*strength],
-            Spread::Uniform(ends) | Spread::Normal(ends) => ends,
-            Spread::Choice(strengths) => strengths,
+            StrengthSpread::Fixed(strength) => &[*strength],
+            StrengthSpread::Uniform(ends) | StrengthSpread::Normal(ends) => ends,
+            StrengthSpread::Choice(strengths) => strengths,
         };
         self.chance > 0.0 && strengths.iter().any(|&strength| strength != 0.0)
     }
@@ -71,9 +71,11 @@ impl Draw {
     pub(super) fn dose(&self, rng: &mut impl Rng) -> Dose {
         let acts = rng.random::<f64>() < self.chance;
         let strength = match &self.spread {
-            Spread::Fixed(strength) => *strength,
-            Spread::Uniform([low, high]) => rounded(low + (high - low) * rng.random::<f64>()),
-            Spread::Normal([mean, sd]) => {
+            StrengthSpread::Fixed(strength) => *strength,
+            StrengthSpread::Uniform([low, high]) => {
+                rounded(low + (high - low) * rng.random::<f64>())
+            }
+            StrengthSpread::Normal([mean, sd]) => {
                 let (least, most) = range(self.kind);
                 loop {
                     let strength = mean + sd * normal(rng);
@@ -82,7 +84,7 @@ impl Draw {
                     }
                 }
             }
-            Spread::Choice(strengths) => strengths[rng.random_range(0..strengths.len())],
+            StrengthSpread::Choice(strengths) => strengths[rng.random_range(0..strengths.len())],
         };
         Dose {
             kind: self.kind,
@@ -118,7 +120,7 @@ impl From<Doses> for Draws {
         let draw = |dose: &Dose| Draw {
             kind: dose.kind,
             chance: 1.0,
-            spread: Spread::Fixed(dose.strength),
+            spread: StrengthSpread::Fixed(dose.strength),
             per: Per::default(),
         };
         Self::new(doses.list().iter().map(draw).collect())
@@ -132,10 +134,10 @@ impl fmt::Display for Draws {
         for draw in &self.0 {
             write!(f, "{separator}{}=", draw.kind.confounder().name)?;
             match &draw.spread {
-                Spread::Fixed(strength) => write!(f, "{strength}")?,
-                Spread::Uniform([low, high]) => write!(f, "{low} to {high}")?,
-                Spread::Normal([mean, sd]) => write!(f, "{mean} +-{sd}")?,
-                Spread::Choice(strengths) => {
+                StrengthSpread::Fixed(strength) => write!(f, "{strength}")?,
+                StrengthSpread::Uniform([low, high]) => write!(f, "{low} to {high}")?,
+                StrengthSpread::Normal([mean, sd]) => write!(f, "{mean} +-{sd}")?,
+                StrengthSpread::Choice(strengths) => {
                     let strengths: Vec<String> = strengths.iter().map(f64::to_string).collect();
                     f.write_str(&strengths.join(" or "))?;
                 }
@@ -150,7 +152,7 @@ impl fmt::Display for Draws {
 }
 
 /// The strengths that a confounder has.
-pub(super) fn range(kind: Kind) -> (f64, f64) {
+pub(super) fn range(kind: ConfounderKind) -> (f64, f64) {
     let is_signed = kind.confounder().is_signed;
     (if is_signed { -1.0 } else { 0.0 }, 1.0)
 }

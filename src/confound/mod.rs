@@ -14,8 +14,8 @@ pub(crate) mod motion;
 mod plan;
 mod written;
 
-pub use catalogue::{CATALOGUE, Class, Confounder, Kind, Stage, Unit};
+pub use catalogue::{CATALOGUE, Class, Confounder, ConfounderKind, DoseUnit, Stage};
 pub use condition::{Condition, Conditions, Dose, Doses, NAMES, NORMAL};
-pub use draw::{Draw, Draws, Per, Spread};
-pub use plan::Plan;
+pub use draw::{Draw, Draws, Per, StrengthSpread};
+pub use plan::DosePlan;
 pub use written::dose;

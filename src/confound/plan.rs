@@ -1,7 +1,7 @@
 //! What a condition comes to for one cycle of one walk.
 
 use super::draw::{Draw, Per};
-use super::{Condition, Dose, Doses, Kind, Stage};
+use super::{Condition, ConfounderKind, Dose, Doses, Stage};
 use crate::scene::variation::{CYCLES_OF_A_TAKE, CycleSeed};
 use edgegait_core::format::crc32;
 use rand::{RngExt as _, SeedableRng as _};
@@ -9,13 +9,13 @@ use rand_chacha::ChaCha8Rng;
 
 /// Doses for one cycle, and what is drawn for them.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub struct DosePlan {
     doses: Doses,
     seed: u64,
     of: CycleSeed,
 }
 
-impl Plan {
+impl DosePlan {
     /// What `condition` comes to for a cycle; nothing without one.
     #[must_use]
     pub fn new(condition: Option<&Condition>, of: CycleSeed) -> Self {
@@ -51,14 +51,14 @@ impl Plan {
 
     /// The strength of a confounder; none if it changes nothing.
     #[must_use]
-    pub fn strength(&self, kind: Kind) -> Option<f64> {
+    pub fn strength(&self, kind: ConfounderKind) -> Option<f64> {
         self.doses.strength(kind)
     }
 
     /// How much of a confounder there is, in the catalogue's unit; none if it changes nothing or has
     /// no unit.
     #[must_use]
-    pub fn amount(&self, kind: Kind) -> Option<f64> {
+    pub fn amount(&self, kind: ConfounderKind) -> Option<f64> {
         let unit = kind.confounder().unit?;
         Some(self.strength(kind)? * unit.full)
     }
@@ -78,7 +78,7 @@ impl Plan {
 
     /// Random numbers of a confounder for the whole cycle, from whatever viewpoint.
     #[must_use]
-    pub fn of_cycle(&self, kind: Kind) -> ChaCha8Rng {
+    pub fn of_cycle(&self, kind: ConfounderKind) -> ChaCha8Rng {
         let name = u64::from(crc32(kind.confounder().name.as_bytes()));
         let variation = u64::from(self.of.variation);
         self.draws([self.of.subject, self.of.walk, name << 32 | variation], 0)
@@ -86,7 +86,11 @@ impl Plan {
 
     /// Random numbers of a confounder for one view of the cycle, the same for all frames.
     #[must_use]
-    pub fn of_view(&self, kind: Kind, (azimuth_deg, elevation_deg): (f32, f32)) -> ChaCha8Rng {
+    pub fn of_view(
+        &self,
+        kind: ConfounderKind,
+        (azimuth_deg, elevation_deg): (f32, f32),
+    ) -> ChaCha8Rng {
         let mut rng = self.of_cycle(kind);
         let bits = |angle: f32| u64::from((angle + 0.0).to_bits());
         rng.set_stream(1 + (bits(azimuth_deg) << 32 | bits(elevation_deg)) % (u64::MAX - 1));
@@ -95,7 +99,7 @@ impl Plan {
 
     /// Random numbers of a confounder for one frame from one view.
     #[must_use]
-    pub fn of_picture(&self, kind: Kind, view: (f32, f32), frame: u32) -> ChaCha8Rng {
+    pub fn of_picture(&self, kind: ConfounderKind, view: (f32, f32), frame: u32) -> ChaCha8Rng {
         let mut rng = self.of_view(kind, view);
         // More words than any effect draws for a picture.
         rng.set_word_pos(u128::from(frame + 1) << 32);
@@ -147,7 +151,7 @@ mod tests {
             Doses::new([dose]).into()
         };
         Condition {
-            one_of: vec![one(Kind::Backpack), one(Kind::Suitcase)],
+            one_of: vec![one(ConfounderKind::Backpack), one(ConfounderKind::Suitcase)],
             ..Condition::of(Doses::default())
         }
     }
@@ -155,8 +159,9 @@ mod tests {
     #[test]
     fn a_person_has_the_same_choice_in_all_cycles_and_people_differ() {
         let bag = bag();
-        let choice =
-            |subject, cycle| Plan::new(Some(&bag), of(subject, cycle)).strength(Kind::Backpack);
+        let choice = |subject, cycle| {
+            DosePlan::new(Some(&bag), of(subject, cycle)).strength(ConfounderKind::Backpack)
+        };
         let first: Vec<_> = (0..40).map(|subject| choice(subject, 0)).collect();
         let other: Vec<_> = (0..40).map(|subject| choice(subject, 7)).collect();
         assert_eq!(first, other);
@@ -166,26 +171,29 @@ mod tests {
 
     #[test]
     fn draws_depend_on_confounder_cycle_view_frame_and_seed_and_on_nothing_else() {
-        let plan = |cycle| Plan::new(Some(&bag()), of(3, cycle));
+        let plan = |cycle| DosePlan::new(Some(&bag()), of(3, cycle));
         let first = |mut rng: ChaCha8Rng| rng.random::<u64>();
         let view = (90.0, 0.0);
         let draws = [
-            first(plan(0).of_cycle(Kind::Holes)),
-            first(plan(1).of_cycle(Kind::Holes)),
-            first(plan(0).of_cycle(Kind::Light)),
-            first(plan(0).of_view(Kind::Holes, view)),
-            first(plan(0).of_view(Kind::Holes, (0.0, 0.0))),
-            first(plan(0).of_picture(Kind::Holes, view, 0)),
-            first(plan(0).of_picture(Kind::Holes, view, 1)),
+            first(plan(0).of_cycle(ConfounderKind::Holes)),
+            first(plan(1).of_cycle(ConfounderKind::Holes)),
+            first(plan(0).of_cycle(ConfounderKind::Light)),
+            first(plan(0).of_view(ConfounderKind::Holes, view)),
+            first(plan(0).of_view(ConfounderKind::Holes, (0.0, 0.0))),
+            first(plan(0).of_picture(ConfounderKind::Holes, view, 0)),
+            first(plan(0).of_picture(ConfounderKind::Holes, view, 1)),
         ];
         for (at, draw) in draws.iter().enumerate() {
             assert!(!draws[..at].contains(draw), "{at}");
         }
-        assert_eq!(first(plan(0).of_view(Kind::Holes, view)), draws[3]);
+        assert_eq!(
+            first(plan(0).of_view(ConfounderKind::Holes, view)),
+            draws[3]
+        );
         let mut seeded = bag();
         seeded.seed = 1;
-        let other = Plan::new(Some(&seeded), of(3, 0));
-        assert_ne!(first(other.of_cycle(Kind::Holes)), draws[0]);
+        let other = DosePlan::new(Some(&seeded), of(3, 0));
+        assert_ne!(first(other.of_cycle(ConfounderKind::Holes)), draws[0]);
     }
 
     #[test]
@@ -197,8 +205,13 @@ mod tests {
                 walk,
                 ..of(subject, variation)
             };
-            let plan = Plan::new(Some(&conditions.list[0]), of);
-            [Kind::Coat, Kind::Hat, Kind::Hair].map(|kind| plan.strength(kind))
+            let plan = DosePlan::new(Some(&conditions.list[0]), of);
+            [
+                ConfounderKind::Coat,
+                ConfounderKind::Hat,
+                ConfounderKind::Hair,
+            ]
+            .map(|kind| plan.strength(kind))
         };
         let same = |a: [Option<f64>; 3], b: [Option<f64>; 3]| [0, 1, 2].map(|at| a[at] == b[at]);
         let first = drawn(3, 9, 0);

@@ -1,8 +1,8 @@
 //! Strengths as users write them, and as results state them.
 
-use super::catalogue::{CATALOGUE, Kind, Unit, named};
+use super::catalogue::{CATALOGUE, ConfounderKind, DoseUnit, named};
 use super::condition::Dose;
-use super::draw::{Draw, Draws, Per, Spread, range};
+use super::draw::{Draw, Draws, Per, StrengthSpread, range};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{self, Deserializer, MapAccess, Visitor};
 use serde::ser::SerializeMap as _;
@@ -27,7 +27,7 @@ pub fn dose(text: &str) -> Result<Dose, String> {
     Ok(Dose { kind, strength })
 }
 
-fn kind(name: &str) -> Result<Kind, String> {
+fn kind(name: &str) -> Result<ConfounderKind, String> {
     let found = named(name).map(|confounder| confounder.kind);
     found.ok_or_else(|| {
         let names: Vec<&str> = CATALOGUE.iter().map(|known| known.name).collect();
@@ -49,13 +49,13 @@ enum Amount {
 
 impl Amount {
     /// The share of what the catalogue says, whatever it is.
-    fn share(&self, kind: Kind) -> Result<f64, String> {
+    fn share(&self, kind: ConfounderKind) -> Result<f64, String> {
         let name = kind.confounder().name;
         let text = match self {
             Self::Share(share) => return Ok(*share),
             Self::Quantity(text) => text.trim(),
         };
-        let Some(Unit { name: unit, full }) = kind.confounder().unit else {
+        let Some(DoseUnit { name: unit, full }) = kind.confounder().unit else {
             return Err(format!(
                 "{name}: expected a strength without a unit, found {text:?}"
             ));
@@ -70,7 +70,7 @@ impl Amount {
     }
 
     /// The same within the confounder's range.
-    fn strength(&self, kind: Kind) -> Result<f64, String> {
+    fn strength(&self, kind: ConfounderKind) -> Result<f64, String> {
         let share = self.share(kind)?;
         let (least, most) = range(kind);
         // A NaN is in no range.
@@ -79,7 +79,7 @@ impl Amount {
         }
         let name = kind.confounder().name;
         Err(match (self, kind.confounder().unit) {
-            (Self::Quantity(text), Some(Unit { name: unit, full })) => format!(
+            (Self::Quantity(text), Some(DoseUnit { name: unit, full })) => format!(
                 "{name}: expected {} to {full} {unit}, found {:?}",
                 least * full,
                 text.trim()
@@ -91,9 +91,9 @@ impl Amount {
 
 impl<'de> Deserialize<'de> for Amount {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        match Written::deserialize(deserializer)? {
-            Written::Amount(amount) => Ok(amount),
-            Written::Table(_) => Err(de::Error::custom(
+        match WrittenDose::deserialize(deserializer)? {
+            WrittenDose::Amount(amount) => Ok(amount),
+            WrittenDose::Table(_) => Err(de::Error::custom(
                 "expected a strength such as 0.5, or an amount such as \"5 deg\", found a table",
             )),
         }
@@ -101,7 +101,7 @@ impl<'de> Deserialize<'de> for Amount {
 }
 
 /// What is written behind the name of a confounder.
-enum Written {
+enum WrittenDose {
     Amount(Amount),
     Table(Box<Distribution>),
 }
@@ -119,14 +119,14 @@ struct Distribution {
     per: Per,
 }
 
-impl Written {
-    fn draw(self, kind: Kind) -> Result<Draw, String> {
+impl WrittenDose {
+    fn draw(self, kind: ConfounderKind) -> Result<Draw, String> {
         let written = match self {
             Self::Amount(amount) => {
                 return Ok(Draw {
                     kind,
                     chance: 1.0,
-                    spread: Spread::Fixed(amount.strength(kind)?),
+                    spread: StrengthSpread::Fixed(amount.strength(kind)?),
                     per: Per::default(),
                 });
             }
@@ -143,7 +143,7 @@ impl Written {
             written.normal,
             written.choice,
         ) {
-            (Some(strength), None, None, None) => Spread::Fixed(strength.strength(kind)?),
+            (Some(strength), None, None, None) => StrengthSpread::Fixed(strength.strength(kind)?),
             (None, Some([low, high]), None, None) => {
                 let [low, high] = [low.strength(kind)?, high.strength(kind)?];
                 if low > high {
@@ -151,7 +151,7 @@ impl Written {
                         "{name}: expected uniform = [LOW, HIGH], found {low} above {high}"
                     ));
                 }
-                Spread::Uniform([low, high])
+                StrengthSpread::Uniform([low, high])
             }
             (None, None, Some([mean, sd]), None) => {
                 let [mean, sd] = [mean.strength(kind)?, sd.share(kind)?];
@@ -161,11 +161,11 @@ impl Written {
                         "{name}: expected normal = [MEAN, SD] with a standard deviation of 0 to 2 strengths, found {sd}"
                     ));
                 }
-                Spread::Normal([mean, sd])
+                StrengthSpread::Normal([mean, sd])
             }
             (None, None, None, Some(choice)) if !choice.is_empty() => {
                 let strengths = choice.iter().map(|amount| amount.strength(kind));
-                Spread::Choice(strengths.collect::<Result<_, _>>()?)
+                StrengthSpread::Choice(strengths.collect::<Result<_, _>>()?)
             }
             _ => {
                 return Err(format!(
@@ -182,7 +182,7 @@ impl Written {
     }
 }
 
-impl<'de> Deserialize<'de> for Written {
+impl<'de> Deserialize<'de> for WrittenDose {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_any(WrittenVisitor)
     }
@@ -191,27 +191,27 @@ impl<'de> Deserialize<'de> for Written {
 struct WrittenVisitor;
 
 impl<'de> Visitor<'de> for WrittenVisitor {
-    type Value = Written;
+    type Value = WrittenDose;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("a strength such as 0.5, an amount such as \"5 deg\", or a distribution such as { p = 0.3, uniform = [0.2, 1] }")
     }
 
-    fn visit_f64<E>(self, strength: f64) -> Result<Written, E> {
-        Ok(Written::Amount(Amount::Share(strength)))
+    fn visit_f64<E>(self, strength: f64) -> Result<WrittenDose, E> {
+        Ok(WrittenDose::Amount(Amount::Share(strength)))
     }
 
-    fn visit_i64<E>(self, strength: i64) -> Result<Written, E> {
-        Ok(Written::Amount(Amount::Share(strength as f64)))
+    fn visit_i64<E>(self, strength: i64) -> Result<WrittenDose, E> {
+        Ok(WrittenDose::Amount(Amount::Share(strength as f64)))
     }
 
-    fn visit_str<E>(self, amount: &str) -> Result<Written, E> {
-        Ok(Written::Amount(Amount::Quantity(amount.to_owned())))
+    fn visit_str<E>(self, amount: &str) -> Result<WrittenDose, E> {
+        Ok(WrittenDose::Amount(Amount::Quantity(amount.to_owned())))
     }
 
-    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Written, A::Error> {
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<WrittenDose, A::Error> {
         let table = Distribution::deserialize(MapAccessDeserializer::new(map))?;
-        Ok(Written::Table(Box::new(table)))
+        Ok(WrittenDose::Table(Box::new(table)))
     }
 }
 
@@ -234,7 +234,7 @@ impl<'de> Visitor<'de> for DrawsVisitor {
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Draws, A::Error> {
         let mut draws = Vec::new();
-        while let Some((name, written)) = map.next_entry::<String, Written>()? {
+        while let Some((name, written)) = map.next_entry::<String, WrittenDose>()? {
             let draw = kind(&name).and_then(|kind| written.draw(kind));
             draws.push(draw.map_err(de::Error::custom)?);
         }
@@ -255,16 +255,16 @@ impl Serialize for Draws {
 /// As conditions are written.
 impl Serialize for Draw {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        if let (Spread::Fixed(strength), true) = (&self.spread, self.is_fixed()) {
+        if let (StrengthSpread::Fixed(strength), true) = (&self.spread, self.is_fixed()) {
             return serializer.serialize_f64(*strength);
         }
         let mut map = serializer.serialize_map(Some(3))?;
         map.serialize_entry("p", &self.chance)?;
         match &self.spread {
-            Spread::Fixed(strength) => map.serialize_entry("strength", strength)?,
-            Spread::Uniform(ends) => map.serialize_entry("uniform", ends)?,
-            Spread::Normal(numbers) => map.serialize_entry("normal", numbers)?,
-            Spread::Choice(strengths) => map.serialize_entry("choice", strengths)?,
+            StrengthSpread::Fixed(strength) => map.serialize_entry("strength", strength)?,
+            StrengthSpread::Uniform(ends) => map.serialize_entry("uniform", ends)?,
+            StrengthSpread::Normal(numbers) => map.serialize_entry("normal", numbers)?,
+            StrengthSpread::Choice(strengths) => map.serialize_entry("choice", strengths)?,
         }
         map.serialize_entry("per", &self.per)?;
         map.end()

@@ -1,8 +1,8 @@
 //! Cycles by the lag at which a signal is most like itself.
 
 use super::NoCycle;
-use super::finder::Cycles;
-use super::series::Series;
+use super::finder::FoundCycles;
+use super::series::SmoothedSignal;
 
 /// The least autocorrelation a cycle on. Ours.
 const LEAST_ALIKE: f64 = 0.3;
@@ -11,7 +11,7 @@ const FINENESS: f64 = 4.0;
 
 /// Cycles of one length. A step's lag is searched, not a cycle's, so that a cycle is two steps: where a
 /// signal is alike a step and two on, and unlike half a step and one and a half on.
-pub(super) fn cycles(series: &Series) -> Result<Cycles, NoCycle> {
+pub(super) fn cycles(series: &SmoothedSignal) -> Result<FoundCycles, NoCycle> {
     let values = series.detrended();
     let all: f64 = values.iter().map(|value| value * value).sum();
     let count = values.len() as f64;
@@ -63,7 +63,7 @@ pub(super) fn cycles(series: &Series) -> Result<Cycles, NoCycle> {
             laid.sum::<f64>() / (steps + 1) as f64
         })
         .collect();
-    Cycles::evenly(series, highest(&sums) / FINENESS, 2.0 * step, regular)
+    FoundCycles::evenly(series, highest(&sums) / FINENESS, 2.0 * step, regular)
 }
 
 /// A value between two numbers, along a straight line; the last one behind it.

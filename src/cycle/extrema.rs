@@ -1,22 +1,22 @@
 //! Cycles between peaks, as Charalambous & Bharath count them, or minima, as Sarkar et al. do.
 
 use super::NoCycle;
-use super::finder::{Cycles, median};
-use super::series::{Series, evenness};
+use super::finder::{FoundCycles, median};
+use super::series::{SmoothedSignal, evenness};
 
 /// Distances that are less alike are no steps. Ours.
 const LEAST_EVEN: f64 = 0.7;
 
 /// Every second peak bounds a cycle.
-pub(super) fn by_peaks(series: &Series) -> Result<Cycles, NoCycle> {
+pub(super) fn by_peaks(series: &SmoothedSignal) -> Result<FoundCycles, NoCycle> {
     let peaks = places(&series.values, series.steps.0);
     let regular = regularity(series, &peaks)?;
-    Cycles::between(series, &peaks, regular)
+    FoundCycles::between(series, &peaks, regular)
 }
 
 /// The period is the mean of two medians: of the distances from every odd minimum to the next but one,
 /// and from every even one.
-pub(super) fn by_minima(series: &Series) -> Result<Cycles, NoCycle> {
+pub(super) fn by_minima(series: &SmoothedSignal) -> Result<FoundCycles, NoCycle> {
     let upside_down: Vec<f64> = series.values.iter().map(|value| -value).collect();
     let minima = places(&upside_down, series.steps.0);
     let regular = regularity(series, &minima)?;
@@ -31,11 +31,11 @@ pub(super) fn by_minima(series: &Series) -> Result<Cycles, NoCycle> {
         return Err(series.too_short());
     };
     let period = medians.iter().sum::<f64>() / medians.len() as f64;
-    Cycles::evenly(series, *start, period, regular)
+    FoundCycles::evenly(series, *start, period, regular)
 }
 
 /// How even the distances are; refused if they are not.
-fn regularity(series: &Series, places: &[f64]) -> Result<f64, NoCycle> {
+fn regularity(series: &SmoothedSignal, places: &[f64]) -> Result<f64, NoCycle> {
     if places.len() < 3 {
         return Err(series.too_short());
     }

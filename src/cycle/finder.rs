@@ -1,16 +1,16 @@
 //! Cycles of a whole sequence, by one of several methods.
 
-use super::series::{Series, Signal};
-use super::{Cycle, CycleDetector, FrameRateError, LowerBody, NoCycle};
+use super::series::{Signal, SmoothedSignal};
+use super::{CycleDetector, DetectedCycle, FrameRateError, LowerBody, NoCycle};
 use super::{autocorrelation, extrema};
 use std::ops::Range;
 
 /// The gait cycles of a recording.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Cycles {
+pub struct FoundCycles {
     /// In order, none of which overlap; at least one. One does not always begin where the one before
     /// ends: somebody may have stopped or turned.
-    pub cycles: Vec<Cycle>,
+    pub cycles: Vec<DetectedCycle>,
     /// Frames of a cycle: the median, or what the method gives. A real number.
     pub period_frames: f64,
     /// How steady it is, 0..1: of the wave its median share of what changes, of peaks and minima 1 less
@@ -20,7 +20,7 @@ pub struct Cycles {
 
 /// How cycles are found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Method {
+pub enum CycleMethod {
     /// The wave that fits four steps best, as on a board: [`CycleDetector`].
     #[default]
     Wave,
@@ -39,7 +39,7 @@ pub enum Method {
 pub struct CycleFinder {
     frame_rate_hz: f32,
     /// How; the wave unless it is set.
-    pub method: Method,
+    pub method: CycleMethod,
 }
 
 impl CycleFinder {
@@ -51,7 +51,7 @@ impl CycleFinder {
         CycleDetector::new(frame_rate_hz)?;
         Ok(Self {
             frame_rate_hz,
-            method: Method::Wave,
+            method: CycleMethod::Wave,
         })
     }
 
@@ -62,17 +62,23 @@ impl CycleFinder {
     pub fn find(
         &self,
         frames: impl IntoIterator<Item = Option<LowerBody>>,
-    ) -> Result<Cycles, NoCycle> {
-        let series = |frames, signal| Series::new(frames, signal, self.frame_rate_hz.into());
+    ) -> Result<FoundCycles, NoCycle> {
+        let series =
+            |frames, signal| SmoothedSignal::new(frames, signal, self.frame_rate_hz.into());
         match self.method {
-            Method::Wave => self.wave(frames),
-            Method::Peaks(signal) => extrema::by_peaks(&series(frames, signal)?),
-            Method::Minima(signal) => extrema::by_minima(&series(frames, signal)?),
-            Method::Autocorrelation(signal) => autocorrelation::cycles(&series(frames, signal)?),
+            CycleMethod::Wave => self.wave(frames),
+            CycleMethod::Peaks(signal) => extrema::by_peaks(&series(frames, signal)?),
+            CycleMethod::Minima(signal) => extrema::by_minima(&series(frames, signal)?),
+            CycleMethod::Autocorrelation(signal) => {
+                autocorrelation::cycles(&series(frames, signal)?)
+            }
         }
     }
 
-    fn wave(&self, frames: impl IntoIterator<Item = Option<LowerBody>>) -> Result<Cycles, NoCycle> {
+    fn wave(
+        &self,
+        frames: impl IntoIterator<Item = Option<LowerBody>>,
+    ) -> Result<FoundCycles, NoCycle> {
         let Ok(mut detector) = CycleDetector::new(self.frame_rate_hz) else {
             return Err(NoCycle::TooShort { frames: 0 });
         };
@@ -91,14 +97,14 @@ impl CycleFinder {
             },
             Ok(_) => NoCycle::TooShort { frames },
         };
-        Cycles::of(cycles, reason)
+        FoundCycles::of(cycles, reason)
     }
 }
 
-impl Cycles {
+impl FoundCycles {
     /// Of these, with the median of their periods; `reason` if there are none.
-    fn of(cycles: Vec<Cycle>, reason: NoCycle) -> Result<Self, NoCycle> {
-        let periods = cycles.iter().map(Cycle::period_frames);
+    fn of(cycles: Vec<DetectedCycle>, reason: NoCycle) -> Result<Self, NoCycle> {
+        let periods = cycles.iter().map(DetectedCycle::period_frames);
         let period_frames = median(periods.collect()).ok_or(reason)?;
         let regular = cycles.iter().map(|cycle| f64::from(cycle.regular));
         let regular = median(regular.collect()).ok_or(reason)?;
@@ -111,7 +117,7 @@ impl Cycles {
 
     /// Cycles of one length from `start` on, as far as the series goes.
     pub(super) fn evenly(
-        series: &Series,
+        series: &SmoothedSignal,
         start: f64,
         period: f64,
         regular: f64,
@@ -126,15 +132,19 @@ impl Cycles {
     }
 
     /// Between every second of these places.
-    pub(super) fn between(series: &Series, places: &[f64], regular: f64) -> Result<Self, NoCycle> {
+    pub(super) fn between(
+        series: &SmoothedSignal,
+        places: &[f64],
+        regular: f64,
+    ) -> Result<Self, NoCycle> {
         let cycles = places.windows(3).step_by(2);
         let cycles = cycles.map(|three| cycle(three[0], three[2], regular));
         Self::of(cycles.collect(), series.too_short())
     }
 }
 
-fn cycle(start: f64, end: f64, regular: f64) -> Cycle {
-    Cycle {
+fn cycle(start: f64, end: f64, regular: f64) -> DetectedCycle {
+    DetectedCycle {
         start,
         end,
         regular: regular as f32,
@@ -143,7 +153,7 @@ fn cycle(start: f64, end: f64, regular: f64) -> Cycle {
 
 /// The frames of a cycle as whole numbers: `ceil(start)..ceil(end)`, so that each belongs to one cycle.
 #[must_use]
-pub fn whole_frames(cycle: &Cycle) -> Range<usize> {
+pub fn whole_frames(cycle: &DetectedCycle) -> Range<usize> {
     cycle.start.ceil() as usize..cycle.end.ceil() as usize
 }
 

@@ -22,8 +22,10 @@ mod extrema;
 mod finder;
 mod series;
 
-pub use edgegait_core::cycle::{Cycle, CycleDetector, FrameRateError, LowerBody, NoCycle, Walking};
-pub use finder::{CycleFinder, Cycles, Method, lower_bodies, whole_frames};
+pub use edgegait_core::cycle::{
+    CycleDetector, DetectedCycle, FrameRateError, LowerBody, NoCycle, Walking,
+};
+pub use finder::{CycleFinder, CycleMethod, FoundCycles, lower_bodies, whole_frames};
 pub use series::Signal;
 
 #[cfg(test)]

@@ -19,7 +19,7 @@ const LEAST_SWING: f64 = 0.03;
 const SMOOTHED_S: f64 = 0.1;
 
 /// A signal with gaps filled, smoothed by a moving mean, some of whose values are known to differ.
-pub(super) struct Series {
+pub(super) struct SmoothedSignal {
     pub values: Vec<f64>,
     /// Frames of the shortest and of the longest step.
     pub steps: (f64, f64),
@@ -27,7 +27,7 @@ pub(super) struct Series {
     swing: f64,
 }
 
-impl Series {
+impl SmoothedSignal {
     pub(super) fn new(
         frames: impl IntoIterator<Item = Option<LowerBody>>,
         signal: Signal,

@@ -6,14 +6,14 @@ const COUNTS: [u8; 28] = [
     5, 7, 9, 7, 5, 3, 5, 7, 10, 7, 5, 3, 5, 7, 9, 7, 5, 3, 5, 7, 10, 7, 5, 3, 5, 7, 9, 7,
 ];
 
-const METHODS: [Method; 7] = [
-    Method::Wave,
-    Method::Peaks(Signal::Pixels),
-    Method::Peaks(Signal::Width),
-    Method::Minima(Signal::Pixels),
-    Method::Minima(Signal::Width),
-    Method::Autocorrelation(Signal::Pixels),
-    Method::Autocorrelation(Signal::Width),
+const METHODS: [CycleMethod; 7] = [
+    CycleMethod::Wave,
+    CycleMethod::Peaks(Signal::Pixels),
+    CycleMethod::Peaks(Signal::Width),
+    CycleMethod::Minima(Signal::Pixels),
+    CycleMethod::Minima(Signal::Width),
+    CycleMethod::Autocorrelation(Signal::Pixels),
+    CycleMethod::Autocorrelation(Signal::Width),
 ];
 
 fn counts() -> impl Iterator<Item = Option<LowerBody>> + Clone {
@@ -22,16 +22,16 @@ fn counts() -> impl Iterator<Item = Option<LowerBody>> + Clone {
 }
 
 fn by(
-    method: Method,
+    method: CycleMethod,
     frames: impl IntoIterator<Item = Option<LowerBody>>,
-) -> Result<Cycles, NoCycle> {
+) -> Result<FoundCycles, NoCycle> {
     // A step of six frames at 10 a second: a cycle takes 1.2 seconds.
     let mut finder = CycleFinder::new(10.0).expect("a frame rate");
     finder.method = method;
     finder.find(frames)
 }
 
-fn bounds(found: &Cycles) -> Vec<[f64; 2]> {
+fn bounds(found: &FoundCycles) -> Vec<[f64; 2]> {
     let cycles = found.cycles.iter();
     cycles.map(|cycle| [cycle.start, cycle.end]).collect()
 }
@@ -39,7 +39,7 @@ fn bounds(found: &Cycles) -> Vec<[f64; 2]> {
 #[test]
 fn every_second_peak_bounds_a_cycle() {
     // Peaks 2, 8, 14, 20, 26; each of them would give 6, half the period.
-    let found = by(Method::Peaks(Signal::Pixels), counts()).expect("cycles");
+    let found = by(CycleMethod::Peaks(Signal::Pixels), counts()).expect("cycles");
     assert_eq!(bounds(&found), [[2.0, 14.0], [14.0, 26.0]]);
     assert_eq!((found.period_frames, found.regular), (12.0, 1.0));
 }
@@ -47,14 +47,17 @@ fn every_second_peak_bounds_a_cycle() {
 #[test]
 fn the_period_is_the_mean_of_two_medians_over_every_second_minimum() {
     // Minima 5, 11, 17, 23: medians 12 (5 to 17) and 12 (11 to 23).
-    let found = by(Method::Minima(Signal::Pixels), counts()).expect("cycles");
+    let found = by(CycleMethod::Minima(Signal::Pixels), counts()).expect("cycles");
     assert_eq!(found.period_frames, 12.0);
     assert_eq!(bounds(&found), [[5.0, 17.0]]);
 }
 
 #[test]
 fn the_wave_and_the_autocorrelation_agree_with_the_peaks() {
-    for method in [Method::Wave, Method::Autocorrelation(Signal::Pixels)] {
+    for method in [
+        CycleMethod::Wave,
+        CycleMethod::Autocorrelation(Signal::Pixels),
+    ] {
         let found = by(method, counts()).expect("cycles");
         assert!((found.period_frames - 12.0).abs() < 0.15, "{found:?}");
         let [[start, middle], [_, end]] = bounds(&found)[..] else {
@@ -71,12 +74,12 @@ fn peaks_that_are_flat_or_lean_lie_between_frames() {
     // A flat top of two frames, and one whose neighbours are 8 and 6 around 9.
     let values = [5, 7, 9, 9, 7, 5, 3, 5, 8, 9, 6, 3, 5, 7, 9, 9, 7, 5_u8];
     let frames = values.map(|count| Some(LowerBody::counted(count.into())));
-    let found = by(Method::Peaks(Signal::Pixels), frames).expect("cycles");
+    let found = by(CycleMethod::Peaks(Signal::Pixels), frames).expect("cycles");
     assert_eq!(bounds(&found), [[2.5, 14.5]]);
     // 9 + 0.5 (8 - 6) / (8 - 18 + 6) = 8.75, and the cycle from there on is not complete.
     let frames = values[6..].iter().chain(&values[6..]).chain(&values[6..]);
     let frames = frames.map(|&count| Some(LowerBody::counted(count.into())));
-    let found = by(Method::Peaks(Signal::Pixels), frames).expect("cycles");
+    let found = by(CycleMethod::Peaks(Signal::Pixels), frames).expect("cycles");
     assert_eq!(found.cycles[0].start, 2.75);
 }
 
@@ -85,7 +88,7 @@ fn gaps_are_bridged_and_mostly_empty_recordings_refused() {
     // The frames on the flanks are missing; straight lines put them back.
     let gaps = counts().enumerate();
     let gaps = gaps.map(|(at, frame)| frame.filter(|_| ![4, 10, 13, 16, 22].contains(&at)));
-    let found = by(Method::Peaks(Signal::Pixels), gaps).expect("cycles");
+    let found = by(CycleMethod::Peaks(Signal::Pixels), gaps).expect("cycles");
     assert_eq!(bounds(&found), [[2.0, 14.0], [14.0, 26.0]]);
     let rare = counts().enumerate();
     let rare = rare.map(|(at, frame)| frame.filter(|_| at % 3 == 0));
@@ -136,7 +139,7 @@ fn what_is_no_walk_is_said_to_be_none_by_each_method() {
 
 #[test]
 fn whole_frames_of_adjacent_cycles_share_none() {
-    let cycle = |start, end| Cycle {
+    let cycle = |start, end| DetectedCycle {
         start,
         end,
         regular: 1.0,

@@ -75,13 +75,13 @@ pub(super) fn open(path: &Path, known: Option<u64>) -> Result<(File, u64)> {
 
 /// A table that grows.
 #[derive(Debug)]
-pub(super) struct Table {
+pub(super) struct GrowingTable {
     name: &'static str,
     file: BufWriter<File>,
     bytes: u64,
 }
 
-impl Table {
+impl GrowingTable {
     /// Opens a table in a folder, which has so many bytes already, if any; a new one gets these
     /// columns.
     pub(super) fn open(

@@ -1,6 +1,6 @@
 //! What a dataset holds of each row of its index, and as which arrays.
 
-use crate::template::{Shape, Template};
+use crate::template::{Template, TemplateShape};
 use edgegait_core::silhouette::Size;
 use edgegait_core::skeleton::JOINTS;
 use serde::{Deserialize, Serialize};
@@ -9,7 +9,7 @@ use std::ops::Range;
 /// How a dataset is written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Format {
+pub enum DatasetFormat {
     /// A folder of arrays and tables.
     #[default]
     Folder,
@@ -21,7 +21,7 @@ pub enum Format {
     CasiaB,
 }
 
-impl Format {
+impl DatasetFormat {
     /// The name under which flags and manifests state it.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -122,12 +122,12 @@ impl Contents {
             name: name_of(template).to_owned(),
             descr: BYTES,
             sides: match template.shape(self.size) {
-                Shape::Image {
+                TemplateShape::Image {
                     planes,
                     rows,
                     columns,
                 } => vec![planes * rows, columns],
-                Shape::Vector(numbers) => vec![numbers],
+                TemplateShape::Vector(numbers) => vec![numbers],
             },
             is_of_frames: template == Template::Silhouettes,
         };

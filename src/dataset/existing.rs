@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use super::contents::{Format, name_of};
+use super::contents::{DatasetFormat, name_of};
 use super::reader::read_manifest;
 use super::{INDEX, MANIFEST, Manifest, WALKERS, npz, sequences};
 use crate::error::{ChoiceError, Error, Result};
@@ -42,12 +42,12 @@ fn is_own(manifest: &Manifest) -> bool {
 ///
 /// # Errors
 /// If `target` is there and must not be replaced ([`Existing`]), or the system's.
-pub fn check_replaceable(target: &Path, format: Format, existing: Existing) -> Result<()> {
+pub fn check_replaceable(target: &Path, format: DatasetFormat, existing: Existing) -> Result<()> {
     if !target.exists() {
         return Ok(());
     }
     let refuse = |problem: String| Err(Error::Usage(format!("{}: {problem}", target.display())));
-    if format == Format::Npz {
+    if format == DatasetFormat::Npz {
         let is_own = || npz::manifest(target).is_ok_and(|found| is_own(&found));
         return match (target.is_file(), existing) {
             (true, Existing::Replace) => Ok(()),

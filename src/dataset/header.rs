@@ -17,7 +17,7 @@ pub const SCHEMA: u32 = 1;
 
 /// What made a result: the first fields of every JSON file of this program.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Header {
+pub struct ResultHeader {
     /// The version of the format, [`SCHEMA`].
     pub schema: u32,
     /// The subcommand, such as `score`.
@@ -37,7 +37,7 @@ pub struct Header {
     pub warnings: Vec<String>,
 }
 
-impl Header {
+impl ResultHeader {
     /// A header of this program's version, without inputs, settings or warnings.
     #[must_use]
     pub fn new(command: &str, seed: u64) -> Self {
@@ -60,7 +60,7 @@ impl Header {
     }
 }
 
-impl Header {
+impl ResultHeader {
     /// The files that are no models and no contracts of models, in the order of their sums.
     #[must_use]
     pub(crate) fn data(&self) -> Vec<&InputFile> {
@@ -114,7 +114,7 @@ mod tests {
 
     #[test]
     fn settings_are_written_in_the_order_of_their_names() {
-        let header = Header::new("sweep", 7)
+        let header = ResultHeader::new("sweep", 7)
             .with("views", "paper")
             .with("framing", "height");
         let json = serde_json::to_string(&header).expect("plain data");

@@ -5,7 +5,7 @@ use std::path::Path;
 use csv::{ErrorKind, ReaderBuilder, StringRecord};
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, Place, Result, SweepError};
+use crate::error::{Error, FilePlace, Result, SweepError};
 use crate::sweep::{Job, View, drawn};
 use edgegait_core::pack::Pack;
 
@@ -184,7 +184,7 @@ pub(super) fn read_plain_index(path: &Path, bytes: &[u8]) -> Result<Vec<IndexRow
         .headers()
         .map_err(|error| refusal((path, bytes), &StringRecord::new(), &error))?
         .clone();
-    let refuse = |problem: String| Err(Error::at(path, Place::Line(1), problem));
+    let refuse = |problem: String| Err(Error::at(path, FilePlace::Line(1), problem));
     let mut names = header.iter().enumerate();
     let other = names.find(|(at, name)| {
         !COLUMNS.contains(name) || header.iter().take(*at).any(|before| before == *name)
@@ -216,7 +216,7 @@ pub(super) fn read_index(path: &Path, bytes: &[u8]) -> Result<Vec<IndexRow>> {
     if header != *COLUMNS.as_slice() {
         return Err(Error::at(
             path,
-            Place::Line(1),
+            FilePlace::Line(1),
             format!(
                 "expected the columns {}, found {} (make the dataset again, or add columns that lack: 0 as variation, nothing as alternative)",
                 COLUMNS.join(","),
@@ -246,7 +246,7 @@ fn rows(
         if let Some(problem) = row.problem() {
             return Err(Error::at(
                 path,
-                Place::Line(line(bytes, record.position())),
+                FilePlace::Line(line(bytes, record.position())),
                 problem,
             ));
         }
@@ -292,7 +292,7 @@ fn line(bytes: &[u8], position: Option<&csv::Position>) -> usize {
 }
 
 fn refusal((path, bytes): (&Path, &[u8]), header: &StringRecord, error: &csv::Error) -> Error {
-    let place = Place::Line(line(bytes, error.position()));
+    let place = FilePlace::Line(line(bytes, error.position()));
     let problem = match error.kind() {
         ErrorKind::UnequalLengths { len, .. } => {
             format!("expected {} fields, found {len}", header.len())

@@ -10,7 +10,7 @@ mod shares;
 pub use drawn::DrawnItem;
 
 use super::contents::Array;
-use super::{Contents, IndexRow, Order};
+use super::{Contents, IndexRow, ItemOrder};
 use crate::confound::Condition;
 use crate::design::Design;
 use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
@@ -39,14 +39,14 @@ pub type PackBytes = Arc<[u8]>;
 /// The items: each is a gait cycle (or a take) seen from one viewpoint.
 #[derive(Clone, Debug)]
 pub struct Items {
-    origin: Origin,
+    origin: ItemOrigin,
     settings: Settings,
     wanted: Wanted,
 }
 
 /// Where they come from.
 #[derive(Clone, Debug)]
-enum Origin {
+enum ItemOrigin {
     /// Of people of a design, who are made when they are needed.
     Design {
         design: Box<Design>,
@@ -80,7 +80,7 @@ pub struct PackItems {
 
 /// The cycle that an item is of.
 #[derive(Clone, Copy)]
-struct Place {
+struct ItemCycle {
     /// Number of the person in the list; of a pack 0.
     person: usize,
     /// Number of the cycle, of that person or in the pack.
@@ -108,7 +108,7 @@ impl Items {
         Ok(Self {
             settings: design.settings,
             wanted: design.images.wanted.clone(),
-            origin: Origin::Design {
+            origin: ItemOrigin::Design {
                 people,
                 design: Box::new(design),
             },
@@ -135,7 +135,7 @@ impl Items {
             }));
         }
         Ok(Self {
-            origin: Origin::Pack {
+            origin: ItemOrigin::Pack {
                 items: Box::new(items),
                 subjects,
                 labels,
@@ -161,8 +161,8 @@ impl Items {
     #[must_use]
     pub fn views(&self) -> usize {
         match &self.origin {
-            Origin::Design { design, .. } => design.viewpoints(),
-            Origin::Pack { items, .. } => items.views.len(),
+            ItemOrigin::Design { design, .. } => design.viewpoints(),
+            ItemOrigin::Pack { items, .. } => items.views.len(),
         }
     }
 
@@ -170,8 +170,8 @@ impl Items {
     #[must_use]
     pub fn people(&self) -> usize {
         match &self.origin {
-            Origin::Design { people, .. } => people.len(),
-            Origin::Pack { .. } => 1,
+            ItemOrigin::Design { people, .. } => people.len(),
+            ItemOrigin::Pack { .. } => 1,
         }
     }
 
@@ -192,8 +192,8 @@ impl Items {
     /// How many cycles each of those has.
     fn cycles(&self) -> usize {
         match &self.origin {
-            Origin::Design { design, .. } => design.cycles(),
-            Origin::Pack { items, .. } => {
+            ItemOrigin::Design { design, .. } => design.cycles(),
+            ItemOrigin::Pack { items, .. } => {
                 items.walks.len() * items.conditions.len().max(1) * items.variations.len()
             }
         }
@@ -214,12 +214,12 @@ impl Items {
     #[must_use]
     pub fn subjects(&self) -> Vec<String> {
         match &self.origin {
-            Origin::Design { design, people } => {
+            ItemOrigin::Design { design, people } => {
                 let (seed, sex) = (design.settings.seed, design.population.sex);
                 let name = |number| cohort::name_of(seed, number, sex);
                 people.clone().map(name).collect()
             }
-            Origin::Pack { subjects, .. } => subjects.clone(),
+            ItemOrigin::Pack { subjects, .. } => subjects.clone(),
         }
     }
 
@@ -228,8 +228,8 @@ impl Items {
     pub fn label(&self, item: usize) -> usize {
         let place = self.place(item);
         match &self.origin {
-            Origin::Design { .. } => place.person,
-            Origin::Pack { items, labels, .. } => {
+            ItemOrigin::Design { .. } => place.person,
+            ItemOrigin::Pack { items, labels, .. } => {
                 labels[place.cycle / items.variations.len() % labels.len()]
             }
         }
@@ -239,7 +239,7 @@ impl Items {
     /// pack, which is there.
     #[must_use]
     pub fn people_of(&self, items: &[usize]) -> Vec<usize> {
-        if let Origin::Pack { .. } = self.origin {
+        if let ItemOrigin::Pack { .. } = self.origin {
             return Vec::new();
         }
         let mut people: Vec<usize> = items.iter().map(|&item| self.place(item).person).collect();
@@ -255,8 +255,8 @@ impl Items {
     /// As [`Design::subject`] and [`encode_population`].
     pub fn make(&self, person: usize) -> Result<PackBytes> {
         match &self.origin {
-            Origin::Pack { items, .. } => Ok(items.bytes.clone()),
-            Origin::Design { design, people } => {
+            ItemOrigin::Pack { items, .. } => Ok(items.bytes.clone()),
+            ItemOrigin::Design { design, people } => {
                 let make = |_| design.subject(people.start + person);
                 let how = (MAX_ERROR_MM, Effort::Quick);
                 Ok(encode_population(0..1, &make, how, &|| ())?.into())
@@ -361,7 +361,7 @@ impl Items {
             let shifted = job_in(pack, job, shift);
             let frames = self.wanted.frames(pack, shifted, &self.settings)?;
             let mut row = IndexRow::of_job(pack, shifted, self.settings.seed, frames)?;
-            if let Origin::Design { design, .. } = &self.origin
+            if let ItemOrigin::Design { design, .. } = &self.origin
                 && let Some(take) = design.take_of(job)
             {
                 take.clone_into(&mut row.walk);
@@ -379,8 +379,8 @@ impl Items {
     /// In which order a stream has them, where so many people's are mixed with each other, and those
     /// of a cycle come one after another or are mixed too.
     #[must_use]
-    pub fn order(&self, seed: u64, people_at_once: usize, is_by_cycle: bool) -> Order {
-        Order {
+    pub fn order(&self, seed: u64, people_at_once: usize, is_by_cycle: bool) -> ItemOrder {
+        ItemOrder {
             seed,
             people: self.people() as u64,
             items: (self.cycles() * self.views()) as u64,
@@ -390,9 +390,9 @@ impl Items {
     }
 
     /// Where an item is.
-    fn place(&self, item: usize) -> Place {
+    fn place(&self, item: usize) -> ItemCycle {
         let (views, cycles) = (self.views(), self.cycles());
-        Place {
+        ItemCycle {
             person: item / views / cycles,
             cycle: item / views % cycles,
         }
@@ -405,8 +405,8 @@ impl Items {
         };
         let take = CYCLES_OF_A_TAKE;
         let Range { start, end } = match &self.origin {
-            Origin::Design { design, .. } => 0..design.takes.len() as u32 * take,
-            Origin::Pack { items, .. } => items.variations.clone(),
+            ItemOrigin::Design { design, .. } => 0..design.takes.len() as u32 * take,
+            ItemOrigin::Pack { items, .. } => items.variations.clone(),
         };
         // Whole takes, so that no two passes share one; all numbers have to be such of u32.
         let span = (end - start / take * take).checked_next_multiple_of(take);
@@ -419,8 +419,10 @@ impl Items {
     /// Packs by person.
     fn shelf<'p>(&'p self, packs: &'p BTreeMap<usize, PackBytes>) -> Result<Shelf<'p>> {
         match &self.origin {
-            Origin::Pack { items, .. } => Ok(BTreeMap::from([(0, Pack::reopen(&items.bytes)?)])),
-            Origin::Design { .. } => {
+            ItemOrigin::Pack { items, .. } => {
+                Ok(BTreeMap::from([(0, Pack::reopen(&items.bytes)?)]))
+            }
+            ItemOrigin::Design { .. } => {
                 let opened = packs.iter().map(|(&person, bytes)| {
                     let pack = Pack::reopen(bytes)?;
                     Ok((person, pack))
@@ -431,10 +433,14 @@ impl Items {
     }
 
     /// The pack and the job of a place.
-    fn job<'s>(&'s self, shelf: &'s Shelf<'s>, place: Place) -> Result<(&'s Pack<'s>, Job<'s>)> {
+    fn job<'s>(
+        &'s self,
+        shelf: &'s Shelf<'s>,
+        place: ItemCycle,
+    ) -> Result<(&'s Pack<'s>, Job<'s>)> {
         let job = match &self.origin {
-            Origin::Design { design, .. } => design.job(place.cycle),
-            Origin::Pack { items, .. } => {
+            ItemOrigin::Design { design, .. } => design.job(place.cycle),
+            ItemOrigin::Pack { items, .. } => {
                 let cycles = items.variations.len();
                 let (walk, cycle) = (place.cycle / cycles, place.cycle % cycles);
                 let (condition, walk) = (walk / items.walks.len(), walk % items.walks.len());
@@ -452,8 +458,8 @@ impl Items {
     /// From where a job is seen.
     fn views_of(&self, pack: &Pack<'_>, job: Job<'_>) -> Result<Cow<'_, [View]>> {
         match &self.origin {
-            Origin::Design { design, .. } => design.views_of(pack, job).map(Cow::Owned),
-            Origin::Pack { items, .. } => Ok(Cow::Borrowed(&items.views)),
+            ItemOrigin::Design { design, .. } => design.views_of(pack, job).map(Cow::Owned),
+            ItemOrigin::Pack { items, .. } => Ok(Cow::Borrowed(&items.views)),
         }
     }
 

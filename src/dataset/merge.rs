@@ -4,27 +4,27 @@ use std::fs::File;
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 
-use super::contents::{Contents, Format, NPY_HEADER};
+use super::contents::{Contents, DatasetFormat, NPY_HEADER};
 use super::existing::Existing;
 use super::partition::Partition;
 use super::reader::read_manifest;
 use super::sequences::PARTITION;
 use super::unfinished::difference;
-use super::writer::{DatasetWriter, Run};
+use super::writer::{DatasetRun, DatasetWriter};
 use super::{MANIFEST, Manifest, hex};
 use crate::error::{Error, Result};
 use edgegait_core::silhouette::Size;
 use sha2::{Digest as _, Sha256};
 
 /// A file of a shard that is read once, and whose bytes are those of which the manifest tells.
-pub(super) struct Checked {
+pub(super) struct CheckedFile {
     path: PathBuf,
     file: BufReader<File>,
     digest: Sha256,
     expected: Option<String>,
 }
 
-impl Checked {
+impl CheckedFile {
     pub(super) fn open(shard: &Path, name: &str, manifest: &Manifest) -> Result<Self> {
         let path = shard.join(name);
         let file = File::open(&path).map_err(|source| Error::io(&path, source))?;
@@ -95,10 +95,10 @@ impl Checked {
 
 /// Who trains and who is tested of the people of a tree; nobody where it does not say.
 pub(super) fn partition_of(shard: &Path, manifest: &Manifest) -> Result<Partition> {
-    if manifest.format != Format::Opengait {
+    if manifest.format != DatasetFormat::Opengait {
         return Ok(Partition::default());
     }
-    let text = Checked::open(shard, PARTITION, manifest)?.whole()?;
+    let text = CheckedFile::open(shard, PARTITION, manifest)?.whole()?;
     Partition::parse(&shard.join(PARTITION), &text)
 }
 
@@ -110,7 +110,7 @@ pub(super) fn partition_of(shard: &Path, manifest: &Manifest) -> Result<Partitio
 pub fn merge(
     shards: &[PathBuf],
     target: &Path,
-    format: Option<Format>,
+    format: Option<DatasetFormat>,
     (existing, resume): (Existing, bool),
 ) -> Result<usize> {
     let mut all = Vec::new();
@@ -188,7 +188,7 @@ pub fn merge(
             model.format.name()
         )));
     }
-    let run = Run {
+    let run = DatasetRun {
         header: model.header.clone(),
         contents: contents_of(model, first_path)?,
         format,

@@ -32,23 +32,23 @@ mod tree;
 mod unfinished;
 mod writer;
 
-pub use contents::{Array, Contents, Format, Shard};
+pub use contents::{Array, Contents, DatasetFormat, Shard};
 pub use existing::{Existing, check_replaceable};
 pub use file::{grey_png, hex, sha256_of_bytes, sha256_of_file, write_atomically, write_bytes};
-pub use header::{Header, InputFile, SCHEMA};
+pub use header::{InputFile, ResultHeader, SCHEMA};
 pub use index::{IndexRow, WalkerRow, kmh};
 pub use items::{DrawnItem, Items, PackBytes, PackItems};
 pub use merge::merge;
 pub use npy::write_npy;
-pub use order::Order;
+pub use order::ItemOrder;
 pub use partition::Partition;
 pub use reader::Dataset;
 pub(crate) use sequences::PARTITION as TREE_PARTITION;
 pub use sequences::check_folder_name;
 pub use staging::{Staging, remove_unfinished};
-pub use tree::{Layout, Modality, Silhouettes, Tree, TreeSequence, check_view_name, framed};
+pub use tree::{Modality, Silhouettes, Tree, TreeLayout, TreeSequence, check_view_name, framed};
 pub use unfinished::{check_unfinished, unfinished_work};
-pub use writer::{DatasetWriter, Item, Run, Standing, standing};
+pub use writer::{DatasetRun, DatasetWriter, Item, UnfinishedRun, standing};
 
 use crate::template::Template;
 use serde::{Deserialize, Serialize};
@@ -62,7 +62,7 @@ const WALKERS: &str = "walkers.csv";
 pub struct Manifest {
     /// The command, its version, seed, inputs and settings.
     #[serde(flatten)]
-    pub header: Header,
+    pub header: ResultHeader,
     /// Which template it holds; GEIs if it does not say.
     #[serde(default, skip_serializing_if = "is_gei")]
     pub template: Template,
@@ -74,7 +74,7 @@ pub struct Manifest {
     pub joints: bool,
     /// How it is written; a folder of arrays if it does not say.
     #[serde(default, skip_serializing_if = "is_folder")]
-    pub format: Format,
+    pub format: DatasetFormat,
     /// Which part of the whole it is; the whole if it does not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shard: Option<Shard>,
@@ -104,8 +104,8 @@ const fn is_false(it: &bool) -> bool {
     clippy::trivially_copy_pass_by_ref,
     reason = "serde calls it with a reference"
 )]
-fn is_folder(format: &Format) -> bool {
-    *format == Format::Folder
+fn is_folder(format: &DatasetFormat) -> bool {
+    *format == DatasetFormat::Folder
 }
 
 #[expect(

@@ -9,7 +9,7 @@ use ndarray_npy::{ViewNpyError, ViewNpyExt, WriteNpyError, WriteNpyExt};
 
 use crate::dataset::write_atomically;
 use crate::error::{Error, Result};
-use crate::template::{Shape, Template};
+use crate::template::{Template, TemplateShape};
 use edgegait_core::silhouette::Size;
 
 /// The longest header that is parsed. NumPy writes 128 bytes for our shapes; the
@@ -46,7 +46,7 @@ pub(super) fn template_bytes(
             "expected a .npy header of at most {MAX_HEADER} bytes without nesting, found another"
         )));
     }
-    if let Shape::Vector(_) = template.shape(Size::default()) {
+    if let TemplateShape::Vector(_) = template.shape(Size::default()) {
         let array = ArrayView2::<u8>::view_npy(bytes).map_err(|error| refuse(vectors(&error)))?;
         let (count, numbers) = array.dim();
         let Some(size) = stated else {

@@ -8,7 +8,7 @@ const ROUNDS: u64 = 6;
 
 /// In which order items come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Order {
+pub struct ItemOrder {
     /// Of everything random.
     pub(super) seed: u64,
     /// How many people there are.
@@ -21,7 +21,7 @@ pub struct Order {
     pub(super) together: u64,
 }
 
-impl Order {
+impl ItemOrder {
     /// The pass and the item at a place of the stream; none if there are no items, or beyond four
     /// thousand million passes.
     #[must_use]
@@ -82,7 +82,7 @@ mod tests {
     use super::*;
     use std::collections::BTreeSet;
 
-    const ORDER: Order = Order {
+    const ORDER: ItemOrder = ItemOrder {
         seed: 7,
         people: 10,
         items: 6,
@@ -90,7 +90,7 @@ mod tests {
         together: 1,
     };
 
-    fn taken(order: &Order, places: std::ops::Range<u64>) -> Vec<(u32, usize)> {
+    fn taken(order: &ItemOrder, places: std::ops::Range<u64>) -> Vec<(u32, usize)> {
         places
             .map(|place| order.at(place).expect("a place"))
             .collect()
@@ -130,7 +130,7 @@ mod tests {
     fn every_place_is_as_likely() {
         // Where item 0 comes in 6,000 passes of 12 items: 500 times at each place, give or take 4
         // standard deviations of 21.
-        let order = Order {
+        let order = ItemOrder {
             people: 3,
             items: 4,
             at_once: 3,
@@ -150,7 +150,7 @@ mod tests {
 
     #[test]
     fn views_of_a_cycle_stay_together() {
-        let order = Order {
+        let order = ItemOrder {
             together: 3,
             ..ORDER
         };
@@ -163,21 +163,21 @@ mod tests {
             firsts.push(first / 3);
         }
         // As items are shuffled where there are as many of them as cycles here.
-        let cycles = Order { items: 2, ..ORDER };
+        let cycles = ItemOrder { items: 2, ..ORDER };
         let expected: Vec<usize> = taken(&cycles, 0..20).iter().map(|it| it.1).collect();
         assert_eq!(firsts, expected);
     }
 
     #[test]
     fn one_item_and_none() {
-        let one = Order {
+        let one = ItemOrder {
             people: 1,
             items: 1,
             at_once: 64,
             ..ORDER
         };
         assert_eq!(taken(&one, 0..3), [(0, 0), (1, 0), (2, 0)]);
-        let none = Order { people: 0, ..one };
+        let none = ItemOrder { people: 0, ..one };
         assert_eq!(none.at(0), None);
         assert_eq!(one.at(u64::MAX), None);
     }

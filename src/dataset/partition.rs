@@ -9,7 +9,7 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::Path;
 
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, FilePlace, Result};
 use serde::{Deserialize, Serialize};
 
 /// A partition of people.
@@ -53,7 +53,7 @@ impl Partition {
             let problem = format!(
                 "expected a partition, {{\"TRAIN_SET\": [..], \"TEST_SET\": [..]}}: {error}"
             );
-            Error::at(path, Place::Line(error.line().max(1)), problem)
+            Error::at(path, FilePlace::Line(error.line().max(1)), problem)
         })?;
         let trained: HashSet<&String> = partition.train.iter().collect();
         if let Some(both) = partition.test.iter().find(|name| trained.contains(name)) {

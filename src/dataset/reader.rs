@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use super::index::{read_index, read_plain_index};
 use super::npy::template_bytes;
-use super::{Format, Header, INDEX, IndexRow, MANIFEST, Manifest, SCHEMA, file_of};
+use super::{DatasetFormat, INDEX, IndexRow, MANIFEST, Manifest, ResultHeader, SCHEMA, file_of};
 use crate::dataset::{InputFile, sha256_of_bytes};
-use crate::error::{Error, Place, Remedy, Result};
+use crate::error::{Error, FilePlace, Remedy, Result};
 use crate::template::Template;
 use edgegait_core::silhouette::Size;
 
@@ -176,11 +176,11 @@ impl Manifest {
     /// Of a folder that has none.
     fn plain() -> Self {
         Self {
-            header: Header::new("", 0),
+            header: ResultHeader::new("", 0),
             template: Template::Gei,
             besides: Vec::new(),
             joints: false,
-            format: Format::Folder,
+            format: DatasetFormat::Folder,
             shard: None,
             geis: 0,
             files: Vec::new(),
@@ -195,8 +195,13 @@ pub(super) fn read_manifest(path: &Path) -> Result<Manifest> {
 
 /// A manifest from JSON; `path` is for messages.
 pub(super) fn parse_manifest(path: &Path, text: &[u8]) -> Result<Manifest> {
-    let manifest: Manifest = serde_json::from_slice(text)
-        .map_err(|error| Error::at(path, Place::Line(error.line().max(1)), error.to_string()))?;
+    let manifest: Manifest = serde_json::from_slice(text).map_err(|error| {
+        Error::at(
+            path,
+            FilePlace::Line(error.line().max(1)),
+            error.to_string(),
+        )
+    })?;
     if manifest.header.schema != SCHEMA {
         return Err(Error::input(
             path,
@@ -212,7 +217,9 @@ pub(super) fn parse_manifest(path: &Path, text: &[u8]) -> Result<Manifest> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::{Contents, DatasetWriter, Existing, Format, Header, Item, Run};
+    use crate::dataset::{
+        Contents, DatasetFormat, DatasetRun, DatasetWriter, Existing, Item, ResultHeader,
+    };
     use edgegait_core::budget::PIXELS;
 
     fn row(subject: &str, azimuth_deg: f64) -> IndexRow {
@@ -231,11 +238,11 @@ mod tests {
         }
     }
 
-    fn write(dir: &Path, contents: Contents, header: Header, rows: &[(Vec<u8>, IndexRow)]) {
-        let run = Run {
+    fn write(dir: &Path, contents: Contents, header: ResultHeader, rows: &[(Vec<u8>, IndexRow)]) {
+        let run = DatasetRun {
             header,
             contents,
-            format: Format::Folder,
+            format: DatasetFormat::Folder,
             units: 0,
             shard: None,
         };
@@ -260,7 +267,7 @@ mod tests {
             (vec![250; PIXELS], row("b", 90.0)),
         ];
         let contents = Contents::one(Template::Gei, Size::S50x30);
-        let header = Header::new("sweep", 1).with("framing", "height");
+        let header = ResultHeader::new("sweep", 1).with("framing", "height");
         write(&dir, contents, header, &rows);
         (folder, dir)
     }
@@ -298,7 +305,7 @@ mod tests {
             let bytes = vec![shade; template.shape(size).numbers()];
             (bytes, row(subject, 0.0))
         });
-        let header = Header::new("sweep", 1).with("size", size.name());
+        let header = ResultHeader::new("sweep", 1).with("size", size.name());
         write(&dir, Contents::one(template, size), header, &rows);
         (folder, dir)
     }

@@ -5,10 +5,10 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::arrays::Table;
-use super::contents::Format;
+use super::arrays::GrowingTable;
+use super::contents::DatasetFormat;
 use super::index::IndexRow;
-use super::merge::Checked;
+use super::merge::CheckedFile;
 use super::{INDEX, MANIFEST, Manifest, WALKERS, grey_png, hex, tree};
 use crate::error::{ChoiceError, Error, Result};
 use edgegait_core::silhouette::Size;
@@ -35,11 +35,11 @@ struct SequenceRow {
 
 /// Sequences in the making.
 #[derive(Debug)]
-pub(super) struct Sequences {
+pub(super) struct GrowingSequences {
     root: PathBuf,
-    format: Format,
+    format: DatasetFormat,
     size: Size,
-    table: Table,
+    table: GrowingTable,
     /// Those of the present piece of work, in the order of their first row.
     pending: Vec<Pending>,
 }
@@ -127,10 +127,10 @@ pub(super) fn foreign(root: &Path) -> Result<Option<PathBuf>> {
     Ok(None)
 }
 
-impl Sequences {
+impl GrowingSequences {
     pub(super) fn open(
         made: &Path,
-        format: Format,
+        format: DatasetFormat,
         size: Size,
         known: Option<u64>,
     ) -> Result<Self> {
@@ -138,12 +138,12 @@ impl Sequences {
             root: made.to_path_buf(),
             format,
             size,
-            table: Table::open(made, (SEQUENCES, &COLUMNS), known)?,
+            table: GrowingTable::open(made, (SEQUENCES, &COLUMNS), known)?,
             pending: Vec::new(),
         })
     }
 
-    pub(super) const fn table(&mut self) -> &mut Table {
+    pub(super) const fn table(&mut self) -> &mut GrowingTable {
         &mut self.table
     }
 
@@ -181,7 +181,7 @@ impl Sequences {
 
     /// Copies the sequences of another tree.
     pub(super) fn append(&mut self, from: &Path, manifest: &Manifest) -> Result<()> {
-        let text = Checked::open(from, SEQUENCES, manifest)?.whole()?;
+        let text = CheckedFile::open(from, SEQUENCES, manifest)?.whole()?;
         let path = from.join(SEQUENCES);
         let refuse = |error: csv::Error| Error::input(&path, error.to_string());
         for row in csv::Reader::from_reader(text.as_slice()).deserialize() {
@@ -238,7 +238,7 @@ fn copy(from: &Path, to: &Path) -> Result<String> {
 
 impl Pending {
     /// Writes the frames that have a figure; nothing if none has.
-    fn write(&self, root: &Path, format: Format, size: Size) -> Result<Option<SequenceRow>> {
+    fn write(&self, root: &Path, format: DatasetFormat, size: Size) -> Result<Option<SequenceRow>> {
         let [subject, take, view] = &self.names;
         let folder = [subject, take, view].map(String::as_str).join("/");
         let frames = self.pixels.chunks_exact(size.pixels()).zip(1..);
@@ -256,7 +256,7 @@ impl Pending {
             let path = at.join(name);
             fs::write(&path, bytes).map_err(|source| Error::io(&path, source))
         };
-        let path = if format == Format::Opengait {
+        let path = if format == DatasetFormat::Opengait {
             let pixels: Vec<u8> = frames
                 .iter()
                 .flat_map(|(pixels, _)| *pixels)

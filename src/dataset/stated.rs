@@ -1,14 +1,14 @@
 //! How results and manifests state what templates were made of, by the names of the flags.
 
-use super::{Dataset, Header};
+use super::{Dataset, ResultHeader};
 use crate::error::{Error, Result};
-use crate::sweep::{Aim, Framing, Sensor, Settings};
+use crate::sweep::{Aim, FramingMode, Sensor, Settings};
 use crate::template::Template;
 use crate::template::augment::{Augmentation, Crops};
 use glam::Vec3;
 use std::path::Path;
 
-/// Names of what [`Header::drawn`] states.
+/// Names of what [`ResultHeader::drawn`] states.
 const DRAWN: [&str; 11] = [
     "template",
     "raster",
@@ -23,7 +23,7 @@ const DRAWN: [&str; 11] = [
     "frames_per_cycle",
 ];
 
-impl Header {
+impl ResultHeader {
     /// The header with how silhouettes are drawn.
     #[must_use]
     pub fn drawn(self, settings: &Settings) -> Self {
@@ -54,7 +54,7 @@ impl Header {
                 .with("camera", camera)
                 .with("aim_m", aim);
         }
-        if settings.framing == Framing::Camera {
+        if settings.framing == FramingMode::Camera {
             header = header.with("fov_deg", fov_deg);
         }
         header
@@ -96,7 +96,7 @@ impl Dataset {
     ///
     /// # Errors
     /// When what it says is no framing.
-    pub fn framing(&self, folder: &Path) -> Result<Option<Framing>> {
+    pub fn framing(&self, folder: &Path) -> Result<Option<FramingMode>> {
         let Some(stated) = self.manifest().header.settings.get("framing") else {
             return Ok(None);
         };

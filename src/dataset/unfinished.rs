@@ -18,7 +18,7 @@ use serde_json::Value;
 
 use super::SCHEMA;
 use super::staging::{folder_of, together};
-use crate::error::{ChoiceError, Error, Place, Result};
+use crate::error::{ChoiceError, Error, FilePlace, Result};
 
 const JOURNAL: &str = "journal.json";
 const LOCK: &str = "lock";
@@ -264,8 +264,13 @@ fn read(folder: &Path) -> Result<Option<Journal>> {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
         Err(error) => return Err(Error::io(path, error)),
     };
-    let journal: Journal = serde_json::from_slice(&text)
-        .map_err(|error| Error::at(&path, Place::Line(error.line().max(1)), error.to_string()))?;
+    let journal: Journal = serde_json::from_slice(&text).map_err(|error| {
+        Error::at(
+            &path,
+            FilePlace::Line(error.line().max(1)),
+            error.to_string(),
+        )
+    })?;
     if journal.schema != SCHEMA {
         return Err(Error::input(
             path,

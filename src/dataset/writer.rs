@@ -6,16 +6,16 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::arrays::{Growing, Table};
-use super::contents::{Contents, Format, Shard};
+use super::arrays::{Growing, GrowingTable};
+use super::contents::{Contents, DatasetFormat, Shard};
 use super::existing::{Existing, check_replaceable};
 use super::index::{COLUMNS, WALKER_COLUMNS};
 use super::partition::Partition;
 use super::reader::read_manifest;
-use super::sequences::{PARTITION, SEQUENCES, Sequences};
+use super::sequences::{GrowingSequences, PARTITION, SEQUENCES};
 use super::unfinished::{Unfinished, difference};
 use super::{INDEX, IndexRow, MANIFEST, WALKERS, WalkerRow, npz};
-use crate::dataset::{Header, InputFile, Manifest, sha256_of_file};
+use crate::dataset::{InputFile, Manifest, ResultHeader, sha256_of_file};
 use crate::error::{Error, Result};
 use serde_json::{Value, json};
 
@@ -25,20 +25,20 @@ const TEST: &str = "test";
 
 /// What is written: everything of which its bytes depend.
 #[derive(Clone, Debug)]
-pub struct Run {
+pub struct DatasetRun {
     /// What makes it.
-    pub header: Header,
+    pub header: ResultHeader,
     /// What it holds of each row.
     pub contents: Contents,
     /// How it is written.
-    pub format: Format,
+    pub format: DatasetFormat,
     /// Pieces of work after which it can be gone on with.
     pub units: usize,
     /// Which part of the whole it is; none if it is the whole.
     pub shard: Option<Shard>,
 }
 
-impl Run {
+impl DatasetRun {
     /// What another run must agree with to go on with this one.
     fn stated(&self) -> Result<Value> {
         let mut stated = serde_json::to_value(&self.header)?;
@@ -90,11 +90,11 @@ pub struct Item<'a> {
 pub struct DatasetWriter {
     target: PathBuf,
     existing: Existing,
-    run: Run,
+    run: DatasetRun,
     work: Unfinished,
-    index: Table,
+    index: GrowingTable,
     /// Who walks, if anything was said of them.
-    walkers: Option<Table>,
+    walkers: Option<GrowingTable>,
     store: Store,
 }
 
@@ -102,7 +102,7 @@ pub struct DatasetWriter {
 #[derive(Debug)]
 enum Store {
     Arrays(Vec<Growing>),
-    Tree(Sequences),
+    Tree(GrowingSequences),
 }
 
 impl DatasetWriter {
@@ -115,7 +115,7 @@ impl DatasetWriter {
     /// `resume` is false or it is of another run, or the system's.
     pub fn begin(
         target: impl AsRef<Path>,
-        run: Run,
+        run: DatasetRun,
         existing: Existing,
         resume: bool,
     ) -> Result<Self> {
@@ -126,7 +126,7 @@ impl DatasetWriter {
         let known = |name: &str| work.journal.files.get(name).copied();
         let store = if run.format.is_tree() {
             let known = known(SEQUENCES);
-            Store::Tree(Sequences::open(
+            Store::Tree(GrowingSequences::open(
                 &made,
                 run.format,
                 run.contents.size,
@@ -140,9 +140,9 @@ impl DatasetWriter {
             let arrays = run.contents.arrays().into_iter().map(open);
             Store::Arrays(arrays.collect::<Result<_>>()?)
         };
-        let index = Table::open(&made, (INDEX, &COLUMNS), known(INDEX))?;
+        let index = GrowingTable::open(&made, (INDEX, &COLUMNS), known(INDEX))?;
         let walkers = known(WALKERS)
-            .map(|bytes| Table::open(&made, (WALKERS, &WALKER_COLUMNS), Some(bytes)))
+            .map(|bytes| GrowingTable::open(&made, (WALKERS, &WALKER_COLUMNS), Some(bytes)))
             .transpose()?;
         Ok(Self {
             target,
@@ -257,10 +257,10 @@ impl DatasetWriter {
         self.walkers()?.push(row)
     }
 
-    fn walkers(&mut self) -> Result<&mut Table> {
+    fn walkers(&mut self) -> Result<&mut GrowingTable> {
         Ok(match &mut self.walkers {
             Some(walkers) => walkers,
-            none => none.insert(Table::open(
+            none => none.insert(GrowingTable::open(
                 &self.work.made(),
                 (WALKERS, &WALKER_COLUMNS),
                 None,
@@ -312,7 +312,7 @@ impl DatasetWriter {
     ///
     /// # Errors
     ///
-    /// If fewer pieces of work are done than [`Run::units`], if `target` has appeared
+    /// If fewer pieces of work are done than [`DatasetRun::units`], if `target` has appeared
     /// meanwhile and must not be replaced, or the system's; then `target` is as before.
     pub fn finish(mut self) -> Result<()> {
         let units = self.run.units;
@@ -344,7 +344,7 @@ impl DatasetWriter {
             }
             Store::Tree(_) => {
                 names.push(SEQUENCES.to_owned());
-                if run.format == Format::Opengait {
+                if run.format == DatasetFormat::Opengait {
                     let of = |part| work.journal.parts.get(part).cloned().unwrap_or_default();
                     let partition = Partition {
                         test: of(TEST),
@@ -369,7 +369,7 @@ impl DatasetWriter {
         json.push('\n');
         fs::write(made.join(MANIFEST), json).map_err(io)?;
         check_replaceable(&target, run.format, existing)?;
-        if run.format == Format::Npz {
+        if run.format == DatasetFormat::Npz {
             npz::write(&made, &names)?;
             return work.finish(Some(npz::FILE));
         }
@@ -381,7 +381,7 @@ impl DatasetWriter {
     /// # Errors
     /// If its bytes are not those of which its manifest tells, or the system's.
     pub(super) fn append(&mut self, shard: &Path, manifest: &Manifest) -> Result<()> {
-        let checked = |name: &str| super::merge::Checked::open(shard, name, manifest);
+        let checked = |name: &str| super::merge::CheckedFile::open(shard, name, manifest);
         match &mut self.store {
             Store::Arrays(arrays) => {
                 for array in arrays {
@@ -425,7 +425,7 @@ fn target_of(dir: &Path) -> Result<PathBuf> {
 
 /// What is there of a run that was to be gone on with.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Standing {
+pub enum UnfinishedRun {
     /// No dataset has the name yet.
     Absent,
     /// All of it.
@@ -439,19 +439,19 @@ pub enum Standing {
 ///
 /// # Errors
 /// As reading a manifest.
-pub fn standing(target: &Path, run: &Run) -> Result<Standing> {
+pub fn standing(target: &Path, run: &DatasetRun) -> Result<UnfinishedRun> {
     let path = target.join(MANIFEST);
     let found = match run.format {
-        Format::Npz if target.is_file() => npz::manifest(target)?,
+        DatasetFormat::Npz if target.is_file() => npz::manifest(target)?,
         _ if path.is_file() => read_manifest(&path)?,
-        _ => return Ok(Standing::Absent),
+        _ => return Ok(UnfinishedRun::Absent),
     };
     let expected = run.manifest(found.geis, found.files.clone());
     let (found, expected) = (
         serde_json::to_value(found)?,
         serde_json::to_value(expected)?,
     );
-    Ok(difference(&found, &expected).map_or(Standing::Whole, Standing::Other))
+    Ok(difference(&found, &expected).map_or(UnfinishedRun::Whole, UnfinishedRun::Other))
 }
 
 #[cfg(test)]

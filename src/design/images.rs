@@ -1,7 +1,7 @@
 //! How a design's silhouettes are drawn, as users write it.
 
-use super::Images;
-use crate::sweep::{Framing, Lens, Raster, Sensor, Settings, Wanted};
+use super::DesignImages;
+use crate::sweep::{FramingMode, Lens, Raster, Sensor, Settings, Wanted};
 use crate::template::Template;
 use edgegait_core::silhouette::Size;
 use serde::Deserialize;
@@ -16,7 +16,7 @@ pub(super) struct WrittenImages {
     fps: Option<f64>,
     size: Option<WrittenSize>,
     raster: Option<WrittenRaster>,
-    framing: Option<Framing>,
+    framing: Option<FramingMode>,
     lens: Option<WrittenLens>,
     distance_m: Option<f64>,
     frames_per_cycle: Option<u32>,
@@ -74,7 +74,7 @@ enum WrittenLens {
 
 impl WrittenImages {
     /// What is made of each cycle.
-    pub(super) fn images(&self) -> Result<Images, String> {
+    pub(super) fn images(&self) -> Result<DesignImages, String> {
         let templates = match &self.template {
             None => vec![Template::Gei],
             Some(WrittenTemplates::One(template)) => vec![*template],
@@ -90,7 +90,7 @@ impl WrittenImages {
         if self.fps.is_some() && self.frames_per_cycle.is_some() {
             return Err("expected fps or frames_per_cycle, found both".into());
         }
-        Ok(Images {
+        Ok(DesignImages {
             wanted: Wanted {
                 templates,
                 joints: self.joints,

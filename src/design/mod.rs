@@ -7,7 +7,7 @@ mod numbers;
 mod written;
 
 use crate::confound::Condition;
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, FilePlace, Result};
 use crate::named::toml_of;
 use crate::scene::Subject;
 use crate::scene::cohort::{self, CohortOptions, Dressing, Profile};
@@ -34,7 +34,7 @@ pub struct Design {
     /// Who walks.
     pub population: Population,
     /// Which takes of each walk there are.
-    pub takes: Vec<Take>,
+    pub takes: Vec<DesignTake>,
     /// How many cycles of each, at most 8.
     pub cycles: u32,
     /// From where each cycle is seen.
@@ -44,14 +44,14 @@ pub struct Design {
     /// How it is drawn; with the seed of everything.
     pub settings: Settings,
     /// What is made of each cycle.
-    pub images: Images,
+    pub images: DesignImages,
     /// Which people belong together: they share nobody, and are at least one.
     pub splits: Vec<Split>,
 }
 
 /// What is made of each cycle.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Images {
+pub struct DesignImages {
     /// Templates, the first of which is the settings', and joints.
     pub wanted: Wanted,
     /// Whether it says of which size they are.
@@ -60,7 +60,7 @@ pub struct Images {
 
 /// Cycles of a walk that belong together, as one recording does.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Take {
+pub struct DesignTake {
     /// What the index calls it, such as `bg-01`, instead of by the walk.
     pub name: Option<String>,
     /// Where it has a name, the number of the condition that acts on it, if one does. Takes
@@ -152,11 +152,11 @@ impl Design {
     /// If the text is not TOML, a key is unknown, or people, speeds, views or conditions are none
     /// that can be made.
     pub fn parse(path: &Path, text: &str) -> Result<Self> {
-        let written: written::Written =
+        let written: written::WrittenDesign =
             toml::from_str(text).map_err(|error| Error::toml(path, text, &error))?;
         written.design().map_err(|(at, problem)| {
             let line = 1 + text.get(..at).unwrap_or(text).matches('\n').count();
-            Error::at(path, Place::Line(line), problem)
+            Error::at(path, FilePlace::Line(line), problem)
         })
     }
 
@@ -188,7 +188,7 @@ impl Design {
     }
 
     /// Under how many conditions each cycle of a take is walked.
-    fn conditions_of(&self, take: &Take) -> usize {
+    fn conditions_of(&self, take: &DesignTake) -> usize {
         match take.name {
             Some(_) => 1,
             None => self.conditions.len().max(1),

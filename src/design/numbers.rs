@@ -14,9 +14,9 @@ pub(super) const MOST: usize = 1_000;
 /// A number from 1 on.
 #[derive(Clone, Copy, Deserialize)]
 #[serde(try_from = "i64")]
-pub(super) struct Count(pub usize);
+pub(super) struct PositiveNumber(pub usize);
 
-impl TryFrom<i64> for Count {
+impl TryFrom<i64> for PositiveNumber {
     type Error = String;
 
     fn try_from(count: i64) -> Result<Self, String> {
@@ -31,9 +31,9 @@ impl TryFrom<i64> for Count {
 /// `A..B`.
 #[derive(Clone, Deserialize)]
 #[serde(try_from = "String")]
-pub(super) struct Slice(pub Range<usize>);
+pub(super) struct NumberRange(pub Range<usize>);
 
-impl TryFrom<String> for Slice {
+impl TryFrom<String> for NumberRange {
     type Error = String;
 
     fn try_from(text: String) -> Result<Self, String> {
@@ -103,7 +103,7 @@ impl Default for WrittenSpeeds {
 #[serde(deny_unknown_fields)]
 struct DrawnSpeeds {
     uniform: [f64; 2],
-    walks: Count,
+    walks: PositiveNumber,
 }
 
 impl TryFrom<ListOr<DrawnSpeeds>> for WrittenSpeeds {
@@ -117,7 +117,7 @@ impl TryFrom<ListOr<DrawnSpeeds>> for WrittenSpeeds {
             ListOr::List(speeds) => Ok(Self(Speeds::Each(speeds))),
             ListOr::Table(DrawnSpeeds {
                 uniform,
-                walks: Count(walks),
+                walks: PositiveNumber(walks),
             }) => {
                 check_range(uniform)?;
                 let most = Speeds::count(uniform);
@@ -140,7 +140,7 @@ pub(super) struct WrittenViews {
     azimuth_deg: WrittenAngles,
     #[serde(default)]
     elevation_deg: WrittenAngles,
-    count: Option<Count>,
+    count: Option<PositiveNumber>,
 }
 
 #[derive(Deserialize)]
@@ -205,7 +205,7 @@ impl WrittenViews {
             (None, ..) => {
                 Err("expected count = N, the viewpoints that are drawn for each cycle".into())
             }
-            (Some(Count(count)), ..) => Ok(Viewpoints::Drawn {
+            (Some(PositiveNumber(count)), ..) => Ok(Viewpoints::Drawn {
                 azimuth,
                 elevation,
                 count,

@@ -1,8 +1,8 @@
 //! Designs as users write them.
 
 use super::images::WrittenImages;
-use super::numbers::{Count, MOST, Slice, WrittenSpeeds, WrittenViews, check_range};
-use super::{CYCLES_OF_A_TAKE, Design, Population, Speeds, Split, Take};
+use super::numbers::{MOST, NumberRange, PositiveNumber, WrittenSpeeds, WrittenViews, check_range};
+use super::{CYCLES_OF_A_TAKE, Design, DesignTake, Population, Speeds, Split};
 use crate::confound::{Condition, Conditions};
 use crate::error::Error;
 use crate::scene::cohort::Dressing;
@@ -16,11 +16,11 @@ use toml::Spanned;
 /// The tables of the file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Written {
+pub(super) struct WrittenDesign {
     #[serde(default = "first_seed")]
     seed: u64,
     population: Option<Spanned<WrittenPopulation>>,
-    walks: Option<Spanned<Walks>>,
+    walks: Option<Spanned<WrittenWalks>>,
     views: Spanned<WrittenViews>,
     images: Option<Spanned<WrittenImages>>,
     #[serde(default)]
@@ -36,7 +36,7 @@ const fn first_seed() -> u64 {
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct WrittenPopulation {
-    people: Option<Slice>,
+    people: Option<NumberRange>,
     sex: Option<WrittenSex>,
     age_years: Option<[f64; 2]>,
     #[serde(default)]
@@ -62,27 +62,27 @@ enum WrittenDressing {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Walks {
+struct WrittenWalks {
     #[serde(default)]
     speeds_kmh: WrittenSpeeds,
     #[serde(default)]
     takes: Takes,
     #[serde(default = "one")]
-    cycles: Count,
+    cycles: PositiveNumber,
 }
 
-impl Default for Walks {
+impl Default for WrittenWalks {
     fn default() -> Self {
         Self {
             speeds_kmh: WrittenSpeeds::default(),
             takes: Takes::default(),
-            cycles: Count(1),
+            cycles: PositiveNumber(1),
         }
     }
 }
 
-const fn one() -> Count {
-    Count(1)
+const fn one() -> PositiveNumber {
+    PositiveNumber(1)
 }
 
 /// How many takes there are, or their names.
@@ -122,7 +122,7 @@ impl<'de> Visitor<'de> for TakesVisitor {
     }
 
     fn visit_i64<E: de::Error>(self, count: i64) -> Result<Takes, E> {
-        let count = Count::try_from(count).map_err(de::Error::custom)?;
+        let count = PositiveNumber::try_from(count).map_err(de::Error::custom)?;
         Ok(Takes::Count(count.0))
     }
 
@@ -197,7 +197,7 @@ impl<'de> Visitor<'de> for SplitsVisitor {
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Splits, A::Error> {
         let mut splits: Vec<Split> = Vec::new();
-        while let Some((name, Slice(people))) = map.next_entry::<String, Slice>()? {
+        while let Some((name, NumberRange(people))) = map.next_entry::<String, NumberRange>()? {
             let is_known = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
             if name.is_empty() || !name.chars().all(is_known) {
                 return Err(de::Error::custom(format!(
@@ -235,7 +235,7 @@ fn table<T: Default>(written: Option<Spanned<T>>) -> (usize, T) {
     )
 }
 
-impl Written {
+impl WrittenDesign {
     /// What it says.
     ///
     /// # Errors
@@ -298,9 +298,11 @@ impl Written {
     }
 }
 
-fn splits_of(people: Option<Slice>, splits: Vec<Split>) -> Result<Vec<Split>, String> {
+fn splits_of(people: Option<NumberRange>, splits: Vec<Split>) -> Result<Vec<Split>, String> {
     match (people, splits) {
-        (Some(Slice(people)), none) if none.is_empty() => Ok(vec![Split { name: None, people }]),
+        (Some(NumberRange(people)), none) if none.is_empty() => {
+            Ok(vec![Split { name: None, people }])
+        }
         (None, splits) if !splits.is_empty() => Ok(splits),
         (None, _) => {
             Err("expected people = \"0..100\" in [population], or [splits] of them".into())
@@ -311,9 +313,9 @@ fn splits_of(people: Option<Slice>, splits: Vec<Split>) -> Result<Vec<Split>, St
     }
 }
 
-fn takes_of(takes: Takes, conditions: &[Condition]) -> Result<Vec<Take>, (usize, String)> {
+fn takes_of(takes: Takes, conditions: &[Condition]) -> Result<Vec<DesignTake>, (usize, String)> {
     let named = match takes {
-        Takes::Count(count) => return Ok(vec![Take::default(); count]),
+        Takes::Count(count) => return Ok(vec![DesignTake::default(); count]),
         Takes::Named(named) => named,
     };
     let take = |take: NamedTake| {
@@ -330,7 +332,7 @@ fn takes_of(takes: Takes, conditions: &[Condition]) -> Result<Vec<Take>, (usize,
                 (name.span().start, problem)
             })
         });
-        Ok(Take {
+        Ok(DesignTake {
             name: Some(take.name),
             condition: condition.transpose()?,
         })

@@ -6,7 +6,7 @@ mod tests;
 
 use super::bits::{BitWriter, signed_width};
 use super::halves::{Halves, counts, distance, position};
-use super::hull::{Count, image, write_drape};
+use super::hull::{StepPoint, image, write_drape};
 use crate::error::{EncodeError, Result};
 use crate::scene::{Body, BodyHull};
 use edgegait_core::avatar::Avatar;
@@ -114,7 +114,7 @@ fn check_size(coordinate: f64) -> Result<()> {
 }
 
 /// Joint offsets in units of 0.1 mm, rounded to nearest.
-fn rounded_offsets(body: &Body) -> Result<[Count; JOINTS]> {
+fn rounded_offsets(body: &Body) -> Result<[StepPoint; JOINTS]> {
     let mut rounded = [[0; 3]; JOINTS];
     for (offset, rounded) in body.offsets.iter().zip(&mut rounded) {
         for coordinate in offset.to_array() {
@@ -176,7 +176,7 @@ fn is_within(body: &Body, step_um: u16, max_error_mm: f64) -> bool {
 /// Encodes a body in these steps, and measures with the core's reader.
 fn encode(
     body: &Body,
-    offsets: &[Count; JOINTS],
+    offsets: &[StepPoint; JOINTS],
     step_um: u16,
     max_error_mm: f64,
 ) -> Result<EncodedAvatar> {
@@ -248,14 +248,14 @@ fn encode(
 
 /// Whether the right joints' offsets are images of the left ones', and the middle ones'
 /// are in the plane between.
-fn is_symmetric(offsets: &[Count; JOINTS]) -> bool {
+fn is_symmetric(offsets: &[StepPoint; JOINTS]) -> bool {
     let at = |joint: Joint| offsets[joint.index()];
     let mut joints = Joint::ALL.into_iter().skip(1);
     joints.all(|joint| at(joint) == image(at(joint.mirrored())))
 }
 
 /// Appends the offsets of all joints but the pelvis, or of the left and the middle ones.
-fn write_offsets(writer: &mut BitWriter, offsets: &[Count; JOINTS], is_symmetric: bool) {
+fn write_offsets(writer: &mut BitWriter, offsets: &[StepPoint; JOINTS], is_symmetric: bool) {
     let joints = Joint::ALL.into_iter().zip(offsets).skip(1);
     let coordinates: Vec<i32> = joints
         .filter(|(joint, _)| !is_symmetric || *joint <= joint.mirrored())

@@ -1,11 +1,11 @@
 //! What all clips of a pack share, once it is settled: joint frames, mean walks and Rice
 //! parameters.
 
-use super::cycle::{Mean, Numbers, Quantised};
+use super::cycle::{CycleCoefficients, Mean, Quantised};
 use super::frames::Frames;
 use super::pack::table;
-use super::parameters::Parameters;
-use super::target::{JointErrors, Target};
+use super::parameters::RiceParameters;
+use super::target::{EncodingTarget, JointErrors};
 use super::tracks::{hundredths, mean, tenths, worst};
 use crate::error::{EncodeError, Result};
 use edgegait_core::clip::Clip;
@@ -18,17 +18,17 @@ use serde::{Deserialize, Serialize};
 
 /// A mean walk, from which clips state their differences.
 #[derive(Clone, Debug)]
-pub(super) struct Template {
+pub(super) struct EncodedMeanWalk {
     /// The scale of its numbers.
     pub(super) scale: u8,
     /// Its coefficients in steps.
-    pub(super) numbers: Numbers,
+    pub(super) numbers: CycleCoefficients,
     /// The same, radians and metres, as they are decoded.
     pub(super) mean: Mean,
 }
 
-impl Template {
-    pub(super) fn new(scale: u8, numbers: Numbers, frames: &Frames) -> Self {
+impl EncodedMeanWalk {
+    pub(super) fn new(scale: u8, numbers: CycleCoefficients, frames: &Frames) -> Self {
         let mean = std::array::from_fn(|channel| {
             let step = frames.step(channel, scale);
             let values = numbers[channel].iter();
@@ -46,8 +46,8 @@ impl Template {
 #[derive(Clone, Debug)]
 pub(super) struct Code {
     pub(super) frames: Frames,
-    pub(super) templates: Vec<Template>,
-    pub(super) parameters: Parameters,
+    pub(super) templates: Vec<EncodedMeanWalk>,
+    pub(super) parameters: RiceParameters,
 }
 
 /// The sections of a pack that hold a code.
@@ -120,7 +120,7 @@ impl Code {
     /// as the core decodes it with `parsed`, which is of the same code.
     pub(super) fn entry(
         &self,
-        target: &Target<'_>,
+        target: &EncodingTarget<'_>,
         (template, quantised): (Option<usize>, &Quantised),
         parsed: &Codebook<'_>,
     ) -> Result<(Vec<u8>, JointErrors)> {
@@ -137,7 +137,7 @@ impl Code {
 }
 
 /// A loop's header without its errors.
-fn header(target: &Target<'_>, template: usize, scale: u8) -> Vec<u8> {
+fn header(target: &EncodingTarget<'_>, template: usize, scale: u8) -> Vec<u8> {
     let cycle = target.cycle;
     let mut bytes = Vec::with_capacity(LOOP_HEADER_BYTES);
     #[expect(
@@ -163,7 +163,7 @@ pub(super) struct StoredCode {
     frames: (Vec<[i16; 3]>, Vec<[i16; 3]>, Vec<u8>),
     /// Scale and numbers of each template.
     templates: Vec<(u8, Vec<Vec<i32>>)>,
-    parameters: Parameters,
+    parameters: RiceParameters,
 }
 
 impl StoredCode {
@@ -176,7 +176,11 @@ impl StoredCode {
             steps.try_into().ok()?,
         );
         let template = |(scale, numbers): (u8, Vec<Vec<i32>>)| {
-            Some(Template::new(scale, numbers.try_into().ok()?, &frames))
+            Some(EncodedMeanWalk::new(
+                scale,
+                numbers.try_into().ok()?,
+                &frames,
+            ))
         };
         let templates: Option<_> = self.templates.into_iter().map(template).collect();
         let is_whole = self.parameters.channels() == CHANNELS;
@@ -193,7 +197,7 @@ impl StoredCode {
 impl From<&Code> for StoredCode {
     fn from(code: &Code) -> Self {
         let (references, bases, steps) = code.frames.numbers();
-        let template = |one: &Template| (one.scale, one.numbers.to_vec());
+        let template = |one: &EncodedMeanWalk| (one.scale, one.numbers.to_vec());
         Self {
             frames: (references.to_vec(), bases.to_vec(), steps.to_vec()),
             templates: code.templates.iter().map(template).collect(),

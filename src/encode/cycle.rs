@@ -5,9 +5,9 @@
 //! up down a limb. The scale of the steps is searched, not derived: the coarsest one at
 //! which [`refine`](super::refine) can bring all points within the stated error.
 
-use super::figure::Figure;
+use super::figure::DecodedCycle;
 use super::frames::Frames;
-use super::target::Target;
+use super::target::EncodingTarget;
 use edgegait_core::format::{CHANNELS, ESCAPE_BITS};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
@@ -24,7 +24,7 @@ const MOST_REFINED: u8 = 12;
 
 /// Coefficients of all channels in steps: constant, then cosine and sine of each harmonic.
 /// A channel ends with the last harmonic that is not 0.
-pub(super) type Numbers = [Vec<i32>; CHANNELS];
+pub(super) type CycleCoefficients = [Vec<i32>; CHANNELS];
 /// A template's coefficients, radians and metres.
 pub(super) type Mean = [Vec<f64>; CHANNELS];
 
@@ -32,14 +32,14 @@ pub(super) type Mean = [Vec<f64>; CHANNELS];
 #[derive(Clone, Debug)]
 pub(super) struct Quantised {
     pub(super) scale: u8,
-    pub(super) numbers: Numbers,
+    pub(super) numbers: CycleCoefficients,
 }
 
 /// Quantises a cycle so that no virtual point is off by more than `max_error_mm`, with
 /// numbers as small as possible. Where no scale reaches it, the finest is taken. `None`
 /// where a cycle's rotations do not close, or not even the coarsest scale holds them.
 pub(super) fn quantise(
-    target: &Target<'_>,
+    target: &EncodingTarget<'_>,
     frames: &Frames,
     mean: Option<&Mean>,
     max_error_mm: f64,
@@ -51,7 +51,7 @@ pub(super) fn quantise(
     while bad - good > 1 {
         let scale = good.midpoint(bad);
         let refined = round(target, frames, mean, scale).and_then(|numbers| {
-            let mut figure = Figure::new(target, frames, mean, scale, numbers, max_error_mm);
+            let mut figure = DecodedCycle::new(target, frames, mean, scale, numbers, max_error_mm);
             figure.refine().then(|| {
                 figure.shorten();
                 figure.into_numbers()
@@ -66,7 +66,7 @@ pub(super) fn quantise(
     }
     if best.scale == rounded {
         let numbers = best.numbers;
-        let mut figure = Figure::new(target, frames, mean, rounded, numbers, max_error_mm);
+        let mut figure = DecodedCycle::new(target, frames, mean, rounded, numbers, max_error_mm);
         figure.shorten();
         best.numbers = figure.into_numbers();
     }
@@ -75,7 +75,7 @@ pub(super) fn quantise(
 
 /// The coarsest scale that is good enough with plain rounding, and its numbers.
 pub(super) fn plainly(
-    target: &Target<'_>,
+    target: &EncodingTarget<'_>,
     frames: &Frames,
     mean: Option<&Mean>,
     max_error_mm: f64,
@@ -89,7 +89,7 @@ pub(super) fn plainly(
             low = scale + 1;
             continue;
         };
-        let figure = Figure::new(target, frames, mean, scale, numbers, max_error_mm);
+        let figure = DecodedCycle::new(target, frames, mean, scale, numbers, max_error_mm);
         let error_mm = figure.max_error_mm();
         let good = error_mm <= max_error_mm;
         // Should none be good enough, the finest is kept.
@@ -109,7 +109,7 @@ pub(super) fn plainly(
 /// Rounds a cycle in steps of a scale, or of finer ones until no virtual point is off by more than
 /// `max_error_mm`. `None` as of [`quantise`].
 pub(super) fn quickly(
-    target: &Target<'_>,
+    target: &EncodingTarget<'_>,
     frames: &Frames,
     (mean, scale): (Option<&Mean>, f64),
     max_error_mm: f64,
@@ -125,7 +125,7 @@ pub(super) fn quickly(
             // Numbers too large for the format: the search knows what to do.
             return plainly(target, frames, mean, max_error_mm);
         };
-        let figure = Figure::new(target, frames, mean, scale, numbers, max_error_mm);
+        let figure = DecodedCycle::new(target, frames, mean, scale, numbers, max_error_mm);
         if figure.max_error_mm() <= max_error_mm || scale == SCALES.0 {
             let numbers = figure.into_numbers();
             return Some(Quantised { scale, numbers });
@@ -136,14 +136,23 @@ pub(super) fn quickly(
 
 /// The coefficients of a cycle in steps of this scale without a template; `None` where the format
 /// does not hold them.
-pub(super) fn rounded_at(target: &Target<'_>, frames: &Frames, scale: u8) -> Option<Numbers> {
+pub(super) fn rounded_at(
+    target: &EncodingTarget<'_>,
+    frames: &Frames,
+    scale: u8,
+) -> Option<CycleCoefficients> {
     round(target, frames, None, scale)
 }
 
 /// The coefficients of a cycle in steps of this scale; `None` where the format does not
 /// hold them.
-fn round(target: &Target<'_>, frames: &Frames, mean: Option<&Mean>, scale: u8) -> Option<Numbers> {
-    let mut numbers: Numbers = std::array::from_fn(|_| Vec::new());
+fn round(
+    target: &EncodingTarget<'_>,
+    frames: &Frames,
+    mean: Option<&Mean>,
+    scale: u8,
+) -> Option<CycleCoefficients> {
+    let mut numbers: CycleCoefficients = std::array::from_fn(|_| Vec::new());
     let mut decoded = vec![[DQuat::IDENTITY; JOINTS]; target.len()];
     for joint in Joint::ALL {
         let index = joint.index();
@@ -174,13 +183,13 @@ fn round(target: &Target<'_>, frames: &Frames, mean: Option<&Mean>, scale: u8) -
 /// Quantises the three channels of a joint, or of the root behind the last joint; what is
 /// decoded of them, by frame.
 fn round_vectors(
-    target: &Target<'_>,
+    target: &EncodingTarget<'_>,
     frames: &Frames,
     mean: Option<&Mean>,
     scale: u8,
     joint: usize,
     vectors: &[DVec3],
-    numbers: &mut Numbers,
+    numbers: &mut CycleCoefficients,
 ) -> Option<Vec<DVec3>> {
     let mut decoded = vec![DVec3::ZERO; vectors.len()];
     for axis in 0..3 {

@@ -4,14 +4,14 @@
 //! at it. Moving single numbers by a step until those few are within it as well allows
 //! coarser steps: a quarter fewer bytes at 5 mm, measured on CMU's straight walks.
 
-use super::cycle::{Mean, Numbers, mean_of, trim};
+use super::cycle::{CycleCoefficients, Mean, mean_of, trim};
 use super::frames::{Frames, VIRTUAL_POINTS, hanging_on};
-use super::target::{Target, virtual_points};
+use super::target::{EncodingTarget, virtual_points};
 use edgegait_core::format::CHANNELS;
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DMat3, DQuat, DVec3};
 
-/// Rounds of [`Figure::refine`], and numbers that each round may move. With 200 moves,
+/// Rounds of [`DecodedCycle::refine`], and numbers that each round may move. With 200 moves,
 /// packs are 4 % larger at 1 mm.
 const ROUNDS: usize = 10;
 const MOVES: usize = 400;
@@ -19,18 +19,18 @@ const MOVES: usize = 400;
 const MARGIN: f64 = 0.998;
 
 /// A cycle decoded in f64 from its numbers, frame by frame.
-pub(super) struct Figure<'a> {
-    target: &'a Target<'a>,
+pub(super) struct DecodedCycle<'a> {
+    target: &'a EncodingTarget<'a>,
     frames: &'a Frames,
     scale: u8,
-    numbers: Numbers,
+    numbers: CycleCoefficients,
     /// By channel, by frame: radians or metres.
     values: Vec<Vec<f64>>,
     /// By frame, by joint: where the virtual points ought to be.
     truths: Vec<[Cloud; JOINTS]>,
     /// By frame, by joint.
-    states: Vec<[State; JOINTS]>,
-    points: Vec<[Points; JOINTS]>,
+    states: Vec<[JointState; JOINTS]>,
+    points: Vec<[VirtualPoints; JOINTS]>,
     /// By frame, by joint: those of the points, together for sums over all frames.
     costs: Vec<[f64; JOINTS]>,
     /// By joint: the sum of the costs of what hangs on it, if that is known.
@@ -40,12 +40,12 @@ pub(super) struct Figure<'a> {
     /// The error that costs are shares of, metres.
     error_m: f64,
     /// What a change makes of the joints that it moves, before it is accepted.
-    trial: Trial,
+    trial: TrialChange,
 }
 
 /// One joint in one frame.
 #[derive(Clone, Copy, Debug)]
-struct State {
+struct JointState {
     orientation: DQuat,
     position: DVec3,
 }
@@ -55,7 +55,7 @@ type Cloud = [[f64; VIRTUAL_POINTS]; 3];
 
 /// A joint's virtual points and how far off they are.
 #[derive(Clone, Copy, Debug)]
-struct Points {
+struct VirtualPoints {
     cloud: Cloud,
     /// Greatest squared distance from the true ones, square metres.
     worst: f64,
@@ -65,16 +65,16 @@ struct Points {
 
 /// A change that may not be made.
 #[derive(Default)]
-struct Trial {
+struct TrialChange {
     /// By frame: how the joint that moves turns, about where, and how far it shifts.
     motions: Vec<(DQuat, DVec3, DVec3)>,
     /// By frame, by joint that moves; room for all joints.
-    points: Vec<Points>,
+    points: Vec<VirtualPoints>,
 }
 
 /// What a change has to do to be made.
 #[derive(Clone, Copy, Debug)]
-enum Goal {
+enum ChangeGoal {
     /// Lower the sum of costs.
     Cheaper,
     /// Leave every point within this squared distance.
@@ -91,7 +91,7 @@ fn cloud(points: &[DVec3; VIRTUAL_POINTS]) -> Cloud {
     [0, 1, 2].map(|axis| points.map(|point| point[axis]))
 }
 
-impl Points {
+impl VirtualPoints {
     /// At the origin.
     const NONE: Self = Self {
         cloud: [[0.0; VIRTUAL_POINTS]; 3],
@@ -144,14 +144,14 @@ impl Points {
     }
 }
 
-impl<'a> Figure<'a> {
+impl<'a> DecodedCycle<'a> {
     /// Decodes the numbers of a cycle. Costs are of the shares of `max_error_mm`.
     pub(super) fn new(
-        target: &'a Target<'a>,
+        target: &'a EncodingTarget<'a>,
         frames: &'a Frames,
         mean: Option<&Mean>,
         scale: u8,
-        numbers: Numbers,
+        numbers: CycleCoefficients,
         max_error_mm: f64,
     ) -> Self {
         let values = numbers.iter().enumerate().map(|(channel, own)| {
@@ -182,9 +182,9 @@ impl<'a> Figure<'a> {
             sums: [None; JOINTS],
             hanging: (0..JOINTS).map(hanging_on).collect(),
             error_m: (MARGIN * max_error_mm * 1e-3).max(f64::MIN_POSITIVE.sqrt()),
-            trial: Trial::default(),
+            trial: TrialChange::default(),
         };
-        figure.points = vec![[Points::NONE; JOINTS]; target.len()];
+        figure.points = vec![[VirtualPoints::NONE; JOINTS]; target.len()];
         figure.costs = vec![[0.0; JOINTS]; target.len()];
         for frame in 0..target.len() {
             let states = figure.posed(frame);
@@ -196,12 +196,12 @@ impl<'a> Figure<'a> {
             }
             figure.states.push(states);
         }
-        figure.trial.points = vec![Points::NONE; target.len() * JOINTS];
+        figure.trial.points = vec![VirtualPoints::NONE; target.len() * JOINTS];
         figure
     }
 
     /// The coefficients in steps.
-    pub(super) fn into_numbers(self) -> Numbers {
+    pub(super) fn into_numbers(self) -> CycleCoefficients {
         self.numbers
     }
 
@@ -212,9 +212,9 @@ impl<'a> Figure<'a> {
     }
 
     /// All joints in one frame.
-    fn posed(&self, frame: usize) -> [State; JOINTS] {
+    fn posed(&self, frame: usize) -> [JointState; JOINTS] {
         let root = vector(&self.values, JOINTS, frame);
-        let mut states = [State {
+        let mut states = [JointState {
             orientation: DQuat::IDENTITY,
             position: root,
         }; JOINTS];
@@ -231,7 +231,7 @@ impl<'a> Figure<'a> {
                 }
                 None => (root, local),
             };
-            states[index] = State {
+            states[index] = JointState {
                 orientation,
                 position,
             };
@@ -240,7 +240,7 @@ impl<'a> Figure<'a> {
     }
 
     /// Adds `steps` to one number, if that reaches the goal; whether it did.
-    fn change(&mut self, channel: usize, index: usize, steps: i32, goal: Goal) -> bool {
+    fn change(&mut self, channel: usize, index: usize, steps: i32, goal: ChangeGoal) -> bool {
         let by = f64::from(steps) * self.frames.step(channel, self.scale);
         // The root moves what hangs on the pelvis: everything.
         let joint = (channel / 3) % JOINTS;
@@ -280,18 +280,18 @@ impl<'a> Figure<'a> {
         joint: usize,
         index: usize,
         by: f64,
-        goal: Goal,
+        goal: ChangeGoal,
     ) -> bool {
         let hanging = &self.hanging[joint];
         let before = match (goal, self.sums[joint]) {
-            (Goal::Cheaper, None) => {
+            (ChangeGoal::Cheaper, None) => {
                 let costs = self.costs.iter();
                 let costs =
                     costs.map(|costs| -> f64 { hanging.iter().map(|&below| costs[below]).sum() });
                 *self.sums[joint].insert(costs.sum())
             }
-            (Goal::Cheaper, Some(sum)) => sum,
-            (Goal::Within(_), _) => 0.0,
+            (ChangeGoal::Cheaper, Some(sum)) => sum,
+            (ChangeGoal::Within(_), _) => 0.0,
         };
         let mut after = 0.0;
         let mut trials = self.trial.points.iter_mut();
@@ -323,8 +323,8 @@ impl<'a> Figure<'a> {
                 at.weigh(&truths[below], self.error_m);
                 after += at.cost;
                 let fails = match goal {
-                    Goal::Cheaper => after >= before,
-                    Goal::Within(square) => at.worst > square,
+                    ChangeGoal::Cheaper => after >= before,
+                    ChangeGoal::Within(square) => at.worst > square,
                 };
                 if fails {
                     return false;
@@ -344,7 +344,7 @@ impl<'a> Figure<'a> {
             }
             let mut any = false;
             for (channel, index, steps) in self.downhill() {
-                any |= self.change(channel, index, steps, Goal::Cheaper);
+                any |= self.change(channel, index, steps, ChangeGoal::Cheaper);
             }
             if !any {
                 break;
@@ -420,7 +420,7 @@ impl<'a> Figure<'a> {
 
     /// Leaves out last harmonics while no point is off by more than the stated error.
     pub(super) fn shorten(&mut self) {
-        let goal = Goal::Within(self.error_m * self.error_m);
+        let goal = ChangeGoal::Within(self.error_m * self.error_m);
         for channel in 0..CHANNELS {
             while let Some(index) = self.numbers[channel].iter().rposition(|&n| n != 0) {
                 let number = self.numbers[channel][index];

@@ -1,7 +1,7 @@
 //! Fitting a take's channels with knots of one interval, and measuring what they decode to.
 
-use super::knots::{Channel, write};
-use super::spline::{Factor, Grid};
+use super::knots::{KnotChannel, write};
+use super::spline::{Factor, KnotGrid};
 use super::take::{EncodedClip, Encoder, Errors};
 use super::tracks::hundredths;
 use edgegait_core::format::{
@@ -30,7 +30,7 @@ pub(super) struct Fits<'a> {
     encoder: &'a Encoder<'a>,
     interval_us: u32,
     /// For knots 1, 2 and 4 intervals apart.
-    grids: [Grid; SPACING_CONSTANT as usize],
+    grids: [KnotGrid; SPACING_CONSTANT as usize],
     /// By joint and frame, 1 on average: those of the last fit that was good enough.
     pub(super) weights: Weights,
 }
@@ -49,7 +49,7 @@ impl<'a> Fits<'a> {
                 at_us.min(encoder.duration_us as f64) / interval_us
             });
             let intervals = intervals.div_ceil(1 << spacing);
-            Grid::new(positions, u32::try_from(intervals).unwrap_or(u32::MAX))
+            KnotGrid::new(positions, u32::try_from(intervals).unwrap_or(u32::MAX))
         };
         Self {
             encoder,
@@ -98,16 +98,16 @@ impl<'a> Fits<'a> {
     }
 
     /// All channels in their order, fitted parents first.
-    fn channels(&self, scale: u8, weights: &Weights) -> Option<Vec<Channel>> {
+    fn channels(&self, scale: u8, weights: &Weights) -> Option<Vec<KnotChannel>> {
         let (encoder, codebook) = (self.encoder, self.encoder.codebook);
-        let pelvis = Fit::new(self, &weights[0]);
+        let pelvis = ChannelFits::new(self, &weights[0]);
         let (heading, looks) =
             pelvis.channel(&encoder.heading, codebook.heading_step(scale).into())?;
         let mut channels = Vec::with_capacity(TAKE_CHANNELS);
         let mut decoded: Vec<[DQuat; JOINTS]> = vec![[DQuat::IDENTITY; JOINTS]; encoder.len()];
         for joint in Joint::ALL {
             let index = joint.index();
-            let fit = Fit::new(self, &weights[index]);
+            let fit = ChannelFits::new(self, &weights[index]);
             let (left, right) = codebook.frame_rotations(joint);
             let (left, right) = (unit(left), unit(right));
             let carrier = |frame: usize, decoded: &[[DQuat; JOINTS]]| match joint.parent() {
@@ -144,13 +144,13 @@ impl<'a> Fits<'a> {
 }
 
 /// Fits of one joint's channels.
-struct Fit<'a> {
-    grids: &'a [Grid],
+struct ChannelFits<'a> {
+    grids: &'a [KnotGrid],
     weights: &'a [f64],
     factors: Vec<Factor>,
 }
 
-impl<'a> Fit<'a> {
+impl<'a> ChannelFits<'a> {
     fn new(fits: &'a Fits<'_>, weights: &'a [f64]) -> Self {
         Self {
             grids: &fits.grids,
@@ -161,7 +161,7 @@ impl<'a> Fit<'a> {
 
     /// The channel of these values in steps, and what it decodes to. `None` where a knot is
     /// wider than 25 bits.
-    fn channel(&self, values: &[f64], step: f64) -> Option<(Channel, Vec<f64>)> {
+    fn channel(&self, values: &[f64], step: f64) -> Option<(KnotChannel, Vec<f64>)> {
         let (least, most) = values
             .iter()
             .fold((f64::MAX, f64::MIN), |(least, most), &value| {
@@ -169,7 +169,7 @@ impl<'a> Fit<'a> {
             });
         let middle = (0.5 * (least + most) / step).round();
         if (most - middle * step).max(middle * step - least) <= STILL_STEPS * step {
-            let channel = Channel {
+            let channel = KnotChannel {
                 spacing: SPACING_CONSTANT,
                 knots: vec![whole(middle)?],
             };
@@ -185,7 +185,7 @@ impl<'a> Fit<'a> {
         let (grid, factor) = (&self.grids[spacing], &self.factors[spacing]);
         let knots = grid.fit(factor, self.weights, values, Some(step));
         let decoded = grid.values(&knots).collect();
-        let channel = Channel {
+        let channel = KnotChannel {
             spacing: u32::try_from(spacing).ok()?,
             knots: knots
                 .iter()

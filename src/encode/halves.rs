@@ -1,6 +1,6 @@
 //! What of a body is symmetric within an error, and need be stored by its half only.
 
-use super::hull::{Count, StoredHull, image};
+use super::hull::{StepPoint, StoredHull, image};
 use crate::scene::BodyHull;
 use glam::DVec3;
 use std::collections::BTreeSet;
@@ -72,8 +72,8 @@ impl<'a> Halves<'a> {
     }
 
     /// Whether points are as near to the hull as was asked for, or as steps allow.
-    fn is_good(&self, points: &BTreeSet<Count>, hull: &BodyHull) -> bool {
-        let error = |points: &BTreeSet<Count>| {
+    fn is_good(&self, points: &BTreeSet<StepPoint>, hull: &BodyHull) -> bool {
+        let error = |points: &BTreeSet<StepPoint>| {
             let found: Vec<DVec3> = points.iter().map(|&p| position(p, self.step_m)).collect();
             distance(&hull.points, &found)
         };
@@ -82,7 +82,7 @@ impl<'a> Halves<'a> {
             && error(points) <= self.max_error_m.max(error(&self.rounded(hull)))
     }
 
-    fn rounded(&self, hull: &BodyHull) -> BTreeSet<Count> {
+    fn rounded(&self, hull: &BodyHull) -> BTreeSet<StepPoint> {
         let points = hull.points.iter();
         points.map(|&point| counts(point, self.step_m)).collect()
     }
@@ -106,7 +106,7 @@ pub(super) fn distance(some: &[DVec3], others: &[DVec3]) -> f64 {
 
 /// A point in steps, rounded to nearest.
 #[must_use]
-pub(super) fn counts(point: DVec3, step_m: f64) -> Count {
+pub(super) fn counts(point: DVec3, step_m: f64) -> StepPoint {
     #[expect(
         clippy::cast_possible_truncation,
         reason = "3.2 m in micrometres fit an i32"
@@ -119,6 +119,6 @@ pub(super) fn counts(point: DVec3, step_m: f64) -> Count {
 
 /// Where so many steps lead, metres.
 #[must_use]
-pub(super) fn position(count: Count, step_m: f64) -> DVec3 {
+pub(super) fn position(count: StepPoint, step_m: f64) -> DVec3 {
     DVec3::from(count.map(f64::from)) * step_m
 }

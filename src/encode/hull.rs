@@ -9,7 +9,7 @@ use edgegait_core::skeleton::Joint;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A point in steps of its body.
-pub(super) type Count = [i32; 3];
+pub(super) type StepPoint = [i32; 3];
 
 /// Most stored points of a row.
 const MAX_ROW: usize = 1 << ROW_LENGTH_BITS;
@@ -26,7 +26,7 @@ pub(super) struct StoredHull {
     /// Whether its points of negative x are left out.
     pub is_symmetric: bool,
     /// Its points, each once; those that are left out are not among them.
-    pub points: BTreeSet<Count>,
+    pub points: BTreeSet<StepPoint>,
 }
 
 /// Appends what stands before so many stored parts of a draped hull.
@@ -37,22 +37,22 @@ pub(super) fn write_drape(parts: usize, writer: &mut BitWriter) {
 
 /// Points that follow each other in the stream.
 #[derive(Clone, Debug, Default)]
-struct Row {
+struct EncodedRow {
     /// What all of its points have on the shared axis, if there is one.
     shared: i32,
     /// Points that stand for themselves.
-    alone: Vec<Count>,
+    alone: Vec<StepPoint>,
     /// Points that stand for themselves and their mirror images.
-    pairs: Vec<Count>,
+    pairs: Vec<StepPoint>,
 }
 
 /// An unsigned integer and how many bits it takes.
-type Field = (u32, u32);
+type BitField = (u32, u32);
 
 impl StoredHull {
     /// Its points as they are read: where it is symmetric, both halves.
     #[must_use]
-    pub(super) fn all_points(&self) -> BTreeSet<Count> {
+    pub(super) fn all_points(&self) -> BTreeSet<StepPoint> {
         let mut points = self.points.clone();
         if self.is_symmetric {
             points.extend(self.points.iter().map(|&point| image(point)));
@@ -63,14 +63,14 @@ impl StoredHull {
     /// Appends it, with rows along the axis that makes it shortest.
     pub(super) fn write(&self, writer: &mut BitWriter) {
         let ways = [None, Some(0), Some(1), Some(2)].map(|shared| self.fields(shared));
-        let bits = |fields: &Vec<Field>| fields.iter().map(|&(_, width)| width).sum::<u32>();
+        let bits = |fields: &Vec<BitField>| fields.iter().map(|&(_, width)| width).sum::<u32>();
         for (value, width) in ways.into_iter().min_by_key(bits).unwrap_or_default() {
             writer.unsigned(value, width);
         }
     }
 
     /// All of its fields, with rows of points that share their coordinate on this axis.
-    fn fields(&self, shared: Option<usize>) -> Vec<Field> {
+    fn fields(&self, shared: Option<usize>) -> Vec<BitField> {
         let rows = self.rows(shared);
         let points = || {
             rows.iter()
@@ -108,20 +108,20 @@ impl StoredHull {
     }
 
     /// Its points in rows, those in the plane x = 0 of a symmetric hull first.
-    fn rows(&self, shared: Option<usize>) -> Vec<Row> {
-        let mut shares: BTreeMap<i32, Vec<Count>> = BTreeMap::new();
+    fn rows(&self, shared: Option<usize>) -> Vec<EncodedRow> {
+        let mut shares: BTreeMap<i32, Vec<StepPoint>> = BTreeMap::new();
         for &point in &self.points {
             let share = shared.map_or(0, |axis| point[axis]);
             shares.entry(share).or_default().push(point);
         }
-        let mut rows: Vec<Row> = Vec::new();
+        let mut rows: Vec<EncodedRow> = Vec::new();
         for (shared, points) in shares {
-            let is_middle = |point: &Count| self.is_symmetric && point[0] == 0;
-            let (middle, others): (Vec<Count>, Vec<Count>) =
+            let is_middle = |point: &StepPoint| self.is_symmetric && point[0] == 0;
+            let (middle, others): (Vec<StepPoint>, Vec<StepPoint>) =
                 points.into_iter().partition(is_middle);
-            let mut row = Row {
+            let mut row = EncodedRow {
                 shared,
-                ..Row::default()
+                ..EncodedRow::default()
             };
             for point in middle.into_iter().chain(others) {
                 let is_middle = is_middle(&point);
@@ -144,7 +144,7 @@ impl StoredHull {
 
     /// A coordinate and its width, or the least one that holds it. The x of a symmetric
     /// hull is counted from 1.
-    fn field(&self, value: i32, axis: usize, width: Option<u32>) -> Field {
+    fn field(&self, value: i32, axis: usize, width: Option<u32>) -> BitField {
         if axis == 0 && self.is_symmetric {
             let value = value.cast_unsigned().saturating_sub(1);
             (value, width.unwrap_or(u32::BITS - value.leading_zeros()))
@@ -157,7 +157,7 @@ impl StoredHull {
 
 /// The mirror image on the walker's other side.
 #[must_use]
-pub(super) fn image([x, y, z]: Count) -> Count {
+pub(super) fn image([x, y, z]: StepPoint) -> StepPoint {
     [-x, y, z]
 }
 

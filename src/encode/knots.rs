@@ -7,7 +7,7 @@ use edgegait_core::format::{
 };
 
 /// One channel of a take.
-pub(super) struct Channel {
+pub(super) struct KnotChannel {
     /// Its knots are 2^spacing intervals apart; [`SPACING_CONSTANT`] for one that has one
     /// value.
     pub(super) spacing: u32,
@@ -15,7 +15,7 @@ pub(super) struct Channel {
     pub(super) knots: Vec<i32>,
 }
 
-impl Channel {
+impl KnotChannel {
     /// Its knots block by block.
     fn blocks(&self) -> impl Iterator<Item = &[i32]> {
         #[expect(clippy::cast_possible_truncation, reason = "16 or less")]
@@ -31,7 +31,7 @@ impl Channel {
 
 /// The table of channels, the ends of the blocks, and the blocks; `None` where an integer is
 /// wider than the format holds.
-pub(super) fn write(channels: &[Channel]) -> Option<Vec<u8>> {
+pub(super) fn write(channels: &[KnotChannel]) -> Option<Vec<u8>> {
     let mut table = BitWriter::default();
     let heads: Option<Vec<Head>> = channels
         .iter()
@@ -66,7 +66,7 @@ struct Head {
 }
 
 impl Head {
-    fn write(bits: &mut BitWriter, channel: &Channel) -> Option<Self> {
+    fn write(bits: &mut BitWriter, channel: &KnotChannel) -> Option<Self> {
         let least = *channel.knots.iter().min()?;
         let least_width = signed_width(least);
         let mut head = Self {
@@ -126,7 +126,7 @@ mod tests {
     #[test]
     fn a_constant_is_in_the_table_alone() {
         // Spacing 11, width 3 as 11000, -3 as 101: 1 1 1 1 0 0 0 1 | 0 1.
-        let still = Channel {
+        let still = KnotChannel {
             spacing: SPACING_CONSTANT,
             knots: vec![-3],
         };
@@ -137,7 +137,7 @@ mod tests {
     fn a_block_has_its_least_knot_and_differences() {
         // Spacing 00, least 0 in no bits 00000, bases in no bits 00000, widest 2 01000;
         // then one block that ends at byte 2: width 2 as 01, then 0, 1, 2, 3 as 00 10 01 11, lowest bits first.
-        let moving = Channel {
+        let moving = KnotChannel {
             spacing: 0,
             knots: vec![0, 1, 2, 3],
         };

@@ -2,10 +2,10 @@
 
 use super::avatar::encode_avatar;
 use super::code::CodeSections;
-use super::target::Target;
-use super::tracks::{Motion, Stopped, Tracks};
+use super::target::EncodingTarget;
+use super::tracks::{EncodableMotion, MotionSections, Stopped};
 use super::{take, target};
-use crate::error::{EncodeError, Error, Refused, Result};
+use crate::error::{EncodeError, Error, RefusedWalk, Result};
 use crate::scene::{Subject, Track, Walk};
 use edgegait_core::avatar::Avatar;
 use edgegait_core::format::{
@@ -55,12 +55,14 @@ pub fn encode_subjects(
         for walk in &subject.walks {
             whose.push((subject, walk));
             motions.push(match &walk.motion {
-                Track::Loop(cycle) => Motion::Loop(Box::new(Target::new(cycle, skeleton.clone())?)),
-                Track::Take(span) => Motion::Take(span, Box::new(skeleton.clone())),
+                Track::Loop(cycle) => {
+                    EncodableMotion::Loop(Box::new(EncodingTarget::new(cycle, skeleton.clone())?))
+                }
+                Track::Take(span) => EncodableMotion::Take(span, Box::new(skeleton.clone())),
             });
         }
     }
-    let tracks = Tracks::encode(&motions, max_error_mm, progress).map_err(|stopped| {
+    let tracks = MotionSections::encode(&motions, max_error_mm, progress).map_err(|stopped| {
         let refused = |(number, error): (usize, Error)| {
             let (subject, walk) = whose[number];
             refused(subject, walk, &error)
@@ -91,7 +93,7 @@ pub fn check_walks(subjects: &[Subject]) -> Result<()> {
     let walks = subjects
         .iter()
         .flat_map(|subject| subject.walks.iter().map(move |walk| (subject, walk)));
-    let refused: Vec<Refused> = walks
+    let refused: Vec<RefusedWalk> = walks
         .filter_map(|(subject, walk)| {
             let checked = match &walk.motion {
                 Track::Loop(cycle) => target::check(cycle),
@@ -109,8 +111,8 @@ pub fn check_walks(subjects: &[Subject]) -> Result<()> {
 }
 
 /// Whose walk an error is about.
-pub(super) fn refused(subject: &Subject, walk: &Walk, error: &Error) -> Refused {
-    Refused {
+pub(super) fn refused(subject: &Subject, walk: &Walk, error: &Error) -> RefusedWalk {
+    RefusedWalk {
         subject: subject.name.clone(),
         walk: Some((walk.name.clone(), walk.cycle)),
         problem: error.to_string(),

@@ -1,18 +1,18 @@
 //! The Rice parameters of a pack: those with which its own clips are shortest.
 
 use super::bits::{BitWriter, rice_bits};
-use super::cycle::Numbers;
+use super::cycle::CycleCoefficients;
 use edgegait_core::format::{CHANNELS, GROUPS_BITS, GROUPS_RICE_BITS, MAX_RICE, RICE_BITS};
 use serde::{Deserialize, Serialize};
 
 /// Rice parameters of all channels, and the bits that they cost and make.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Parameters {
-    channels: Vec<Channel>,
+pub(super) struct RiceParameters {
+    channels: Vec<ChannelRice>,
 }
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-struct Channel {
+struct ChannelRice {
     usual_groups: u32,
     groups_rice: u32,
     /// One for each group.
@@ -38,13 +38,13 @@ fn difference(groups: usize, usual: u32) -> i32 {
     i32::try_from(groups).unwrap_or(i32::MAX) - usual.cast_signed()
 }
 
-impl Parameters {
+impl RiceParameters {
     /// The parameters with which these clips are shortest; templates only add groups.
-    pub(super) fn fit(clips: &[&Numbers], templates: &[Numbers]) -> Self {
+    pub(super) fn fit(clips: &[&CycleCoefficients], templates: &[CycleCoefficients]) -> Self {
         let channels = (0..CHANNELS).map(|channel| {
             let own: Vec<&[i32]> = clips.iter().map(|clip| clip[channel].as_slice()).collect();
             let usual = templates.iter().map(|numbers| numbers[channel].as_slice());
-            Channel::fit(&own, usual.map(groups_of).max().unwrap_or(0))
+            ChannelRice::fit(&own, usual.map(groups_of).max().unwrap_or(0))
         });
         Self {
             channels: channels.collect(),
@@ -66,9 +66,9 @@ impl Parameters {
     }
 
     /// Bits of a clip's stream.
-    pub(super) fn clip_bits(&self, numbers: &Numbers) -> u32 {
+    pub(super) fn clip_bits(&self, numbers: &CycleCoefficients) -> u32 {
         let channels = self.channels.iter().zip(numbers);
-        let of = |(channel, numbers): (&Channel, &Vec<i32>)| {
+        let of = |(channel, numbers): (&ChannelRice, &Vec<i32>)| {
             let groups = groups_of(numbers);
             let count = rice_bits(
                 difference(groups, channel.usual_groups),
@@ -94,7 +94,7 @@ impl Parameters {
     }
 
     /// A clip's bit stream.
-    pub(super) fn write_clip(&self, numbers: &Numbers) -> Vec<u8> {
+    pub(super) fn write_clip(&self, numbers: &CycleCoefficients) -> Vec<u8> {
         let mut bits = BitWriter::default();
         for (channel, numbers) in self.channels.iter().zip(numbers) {
             if channel.rice.is_empty() {
@@ -115,7 +115,7 @@ impl Parameters {
     }
 
     /// A template's bit stream.
-    pub(super) fn write_template(&self, numbers: &Numbers) -> Vec<u8> {
+    pub(super) fn write_template(&self, numbers: &CycleCoefficients) -> Vec<u8> {
         let mut bits = BitWriter::default();
         for (channel, numbers) in self.channels.iter().zip(numbers) {
             if channel.rice.is_empty() {
@@ -148,7 +148,7 @@ impl Parameters {
     }
 }
 
-impl Channel {
+impl ChannelRice {
     fn fit(clips: &[&[i32]], template_groups: usize) -> Self {
         let counts: Vec<usize> = clips.iter().map(|numbers| groups_of(numbers)).collect();
         let most = counts
@@ -255,7 +255,7 @@ mod tests {
             .map(|i| vec![64 - i % 3, -63, 62, i32::from(i == 5), 0])
             .collect();
         let slices: Vec<&[i32]> = numbers.iter().map(Vec::as_slice).collect();
-        let channel = Channel::fit(&slices, 0);
+        let channel = ChannelRice::fit(&slices, 0);
         assert_eq!(channel.rice, [6, 6, 0]);
         assert_eq!((channel.usual_groups, channel.groups_rice), (3, 0));
     }

@@ -9,7 +9,7 @@ use super::MAX_ERROR_MM;
 use super::code::{Code, ErrorsOfAll, StoredCode};
 use super::cycle::{Quantised, quantise, quickly, rounded_at};
 use super::pack::{Bodies, PackBuilder, body_error_mm, refused};
-use super::target::{JointErrors, Target};
+use super::target::{EncodingTarget, JointErrors};
 use super::templates::difference;
 use super::tracks::{TIGHTER, TRIES, worst};
 use crate::error::{EncodeError, Error, Result};
@@ -50,7 +50,7 @@ const FINER: u8 = 4;
 const MARGIN: usize = 50;
 
 /// A person's bytes.
-struct Encoded {
+struct EncodedPerson {
     subject: Subject,
     bodies: Bodies,
     clips: Vec<(Vec<u8>, JointErrors)>,
@@ -140,12 +140,12 @@ fn one(
     subject: Subject,
     (max_error_mm, effort): (f64, Effort),
     progress: &(dyn Fn() + Sync),
-) -> Result<Encoded> {
+) -> Result<EncodedPerson> {
     let bodies = Bodies::encode(&subject, body_error_mm(max_error_mm))?;
     let skeleton = bodies.skeleton()?;
     let clips = subject.walks.iter().map(|walk| {
         let clip = match &walk.motion {
-            Track::Loop(cycle) => Target::new(cycle, skeleton.clone())
+            Track::Loop(cycle) => EncodingTarget::new(cycle, skeleton.clone())
                 .and_then(|target| encoded(code, parsed, &target, (max_error_mm, effort))),
             Track::Take(_) => Err(EncodeError::TakeInPopulation.into()),
         };
@@ -153,7 +153,7 @@ fn one(
         clip.map_err(|error| Error::Refused(vec![refused(&subject, walk, &error)]))
     });
     let clips = clips.collect::<Result<_>>()?;
-    Ok(Encoded {
+    Ok(EncodedPerson {
         bodies,
         clips,
         subject,
@@ -164,7 +164,7 @@ fn one(
 fn encoded(
     code: &Code,
     parsed: &Codebook<'_>,
-    target: &Target<'_>,
+    target: &EncodingTarget<'_>,
     (max_error_mm, effort): (f64, Effort),
 ) -> Result<(Vec<u8>, JointErrors)> {
     let template = nearest(code, target);
@@ -197,7 +197,7 @@ fn encoded(
 
 /// The template from which a cycle's differences take the fewest bits; none if it takes fewer
 /// alone.
-fn nearest(code: &Code, target: &Target<'_>) -> Option<usize> {
+fn nearest(code: &Code, target: &EncodingTarget<'_>) -> Option<usize> {
     let scale = code.templates.first()?.scale;
     let numbers = rounded_at(target, &code.frames, scale)?;
     let sketch = Quantised { scale, numbers };
@@ -213,7 +213,7 @@ fn nearest(code: &Code, target: &Target<'_>) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::encode::tracks::{Motion, settled};
+    use crate::encode::tracks::{EncodableMotion, settled};
     use crate::encode::{encode_avatar, encode_subjects};
     use crate::scene::cohort::{CohortOptions, Dressing, subject, subjects};
     use edgegait_core::avatar::Avatar;
@@ -316,7 +316,7 @@ mod tests {
         let Track::Loop(cycle) = &person.walks[0].motion else {
             panic!("a take");
         };
-        let target = Target::new(cycle, skeleton).expect("a walk");
+        let target = EncodingTarget::new(cycle, skeleton).expect("a walk");
         let sections = CODE.sections().expect("a code");
         let parsed = sections.parsed().expect("a code");
         for (from, most_mm) in [(140.0, 5.0), (60.0, 1.0), (140.0, 0.3)] {
@@ -362,8 +362,8 @@ mod tests {
         let motions = people.iter().zip(&bodies).flat_map(|(person, body)| {
             let skeleton = Avatar::parse(&body.bytes).expect("a body").skeleton();
             person.walks.iter().map(move |walk| match &walk.motion {
-                Track::Loop(cycle) => Motion::Loop(Box::new(
-                    Target::new(cycle, skeleton.clone()).expect("a walk"),
+                Track::Loop(cycle) => EncodableMotion::Loop(Box::new(
+                    EncodingTarget::new(cycle, skeleton.clone()).expect("a walk"),
                 )),
                 Track::Take(_) => panic!("a take"),
             })

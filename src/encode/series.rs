@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 /// The Fourier basis at evenly spaced phases: one row for each coefficient.
 #[derive(Clone, Debug)]
-pub(super) struct Series {
+pub(super) struct FourierBasis {
     rows: Vec<Vec<f64>>,
     /// The same by frame.
     columns: Vec<Vec<f64>>,
@@ -13,7 +13,7 @@ pub(super) struct Series {
     squares: Vec<f64>,
 }
 
-impl Series {
+impl FourierBasis {
     /// A constant, then cosine and sine of each harmonic up to half the sampling rate, at
     /// most 31. The sine of the last one of an even number of frames is 0 everywhere.
     pub(super) fn new(frames: usize) -> Self {
@@ -94,7 +94,7 @@ mod tests {
     fn samples_return_from_their_coefficients() {
         for count in [7, 8] {
             let values = &[0.5, -1.0, 2.0, 0.25, 0.0, 3.0, -2.0, 1.5][..count];
-            let series = Series::new(values.len());
+            let series = FourierBasis::new(values.len());
             let coefficients = series.analyse(values);
             assert_eq!(coefficients.len(), 1 + 2 * (count / 2));
             for (found, value) in series.synthesise(&coefficients).iter().zip(values) {

@@ -8,7 +8,7 @@
 const SMOOTHNESS: [f64; 2] = [1e-7, 1e-10];
 
 /// Where samples lie among knots.
-pub(super) struct Grid {
+pub(super) struct KnotGrid {
     /// First of its four knots, and how much it takes of each, by sample.
     places: Vec<(u32, [f64; 4])>,
     knots: usize,
@@ -18,7 +18,7 @@ pub(super) struct Grid {
 /// of the three knots behind it.
 pub(super) struct Factor(Vec<[f64; 4]>);
 
-impl Grid {
+impl KnotGrid {
     /// Samples at `positions`, in intervals, each from 0 to `intervals`, which is at least 1.
     pub(super) fn new(positions: impl Iterator<Item = f64>, intervals: u32) -> Self {
         let places = positions.map(|position| {
@@ -139,8 +139,8 @@ mod tests {
     use super::*;
 
     /// Samples four to an interval.
-    fn grid(intervals: u32) -> Grid {
-        Grid::new((0..=4 * intervals).map(|i| f64::from(i) / 4.0), intervals)
+    fn grid(intervals: u32) -> KnotGrid {
+        KnotGrid::new((0..=4 * intervals).map(|i| f64::from(i) / 4.0), intervals)
     }
 
     fn cubic(x: f64) -> f64 {
@@ -180,7 +180,7 @@ mod tests {
 
     #[test]
     fn one_sample_gives_a_constant() {
-        let grid = Grid::new(std::iter::once(0.0), 1);
+        let grid = KnotGrid::new(std::iter::once(0.0), 1);
         let knots = grid.fit(&grid.factor(&[1.0]), &[1.0], &[7.0], None);
         assert!(
             knots.iter().all(|knot| (knot - 7.0).abs() < 1e-6),

@@ -9,8 +9,8 @@ use super::fits::Fits;
 use super::frames::VIRTUAL_POINTS;
 use super::target::{JointErrors, around, joint_errors, refuse_flips, virtual_points};
 use crate::error::{EncodeError, Result};
-use crate::scene::flips::Ends;
-use crate::scene::{Span, forward_kinematics};
+use crate::scene::flips::MotionEnds;
+use crate::scene::{UncutMotion, forward_kinematics};
 use edgegait_core::clip::{Clip, Take};
 use edgegait_core::codebook::Codebook;
 use edgegait_core::pose::ModelPose;
@@ -54,7 +54,7 @@ pub struct EncodedClip {
 /// unit quaternions, in which a joint flips over, or at less than 1 or more than 10,000
 /// frames a second.
 pub fn encode_take(
-    span: &Span,
+    span: &UncutMotion,
     skeleton: &Skeleton,
     codebook: &Codebook<'_>,
     max_error_mm: f64,
@@ -78,7 +78,7 @@ pub fn encode_take(
 }
 
 /// Refuses takes that the format does not hold.
-pub(super) fn check(span: &Span) -> Result<()> {
+pub(super) fn check(span: &UncutMotion) -> Result<()> {
     let frames = span.roots.len();
     if frames == 0 || span.rotations.len() != frames || u32::try_from(frames).is_err() {
         return Err(EncodeError::TakeFrames {
@@ -107,11 +107,11 @@ pub(super) fn check(span: &Span) -> Result<()> {
     {
         return Err(EncodeError::NotFinite(format!("frame {frame} of a take")).into());
     }
-    refuse_flips(&span.rotations, Ends::Open, span.sample_rate_hz)
+    refuse_flips(&span.rotations, MotionEnds::Open, span.sample_rate_hz)
 }
 
 /// A knot interval with the coarsest scale that is good enough.
-struct Plan {
+struct KnotPlan {
     interval_us: u32,
     scale: u8,
     found: EncodedClip,
@@ -122,7 +122,7 @@ pub(super) type Errors = Vec<[f64; JOINTS]>;
 
 /// What is encoded, and what its errors are measured against.
 pub(super) struct Encoder<'a> {
-    pub(super) span: &'a Span,
+    pub(super) span: &'a UncutMotion,
     skeleton: &'a Skeleton,
     pub(super) codebook: &'a Codebook<'a>,
     pub(super) duration_us: u64,
@@ -135,7 +135,7 @@ pub(super) struct Encoder<'a> {
 }
 
 impl<'a> Encoder<'a> {
-    fn new(span: &'a Span, skeleton: &'a Skeleton, codebook: &'a Codebook<'a>) -> Self {
+    fn new(span: &'a UncutMotion, skeleton: &'a Skeleton, codebook: &'a Codebook<'a>) -> Self {
         let offsets = skeleton.offsets.map(Vec3::as_dvec3);
         let frames = span.roots.iter().zip(&span.rotations);
         let (positions, orientations): (Vec<_>, Vec<[DQuat; JOINTS]>) = frames
@@ -164,7 +164,7 @@ impl<'a> Encoder<'a> {
     }
 
     /// So many frames in which the joints are accelerated most, if there are more.
-    fn liveliest(&self, frames: usize) -> Option<Span> {
+    fn liveliest(&self, frames: usize) -> Option<UncutMotion> {
         if self.len() <= frames {
             return None;
         }
@@ -185,7 +185,7 @@ impl<'a> Encoder<'a> {
             }
         }
         let range = start..start + frames;
-        Some(Span {
+        Some(UncutMotion {
             sample_rate_hz: self.span.sample_rate_hz,
             roots: self.span.roots[range.clone()].to_vec(),
             rotations: self.span.rotations[range].to_vec(),
@@ -207,8 +207,8 @@ impl<'a> Encoder<'a> {
     }
 
     /// Each knot interval that can be good enough. Coarser ones take finer scales.
-    fn plans(&self, max_error_mm: f64) -> Vec<Plan> {
-        let mut plans: Vec<Plan> = Vec::new();
+    fn plans(&self, max_error_mm: f64) -> Vec<KnotPlan> {
+        let mut plans: Vec<KnotPlan> = Vec::new();
         for interval_us in self.intervals_us() {
             let start = plans.last().map(|plan| plan.scale);
             match self.coarsest(interval_us, start, max_error_mm) {
@@ -222,7 +222,7 @@ impl<'a> Encoder<'a> {
 
     /// The plans of an excerpt for the whole: the one that was cheapest there, and shorter
     /// knot intervals where it needs a much finer scale here and for as long as they help.
-    fn cheapest(&self, plans: &[Plan], max_error_mm: f64) -> Option<EncodedClip> {
+    fn cheapest(&self, plans: &[KnotPlan], max_error_mm: f64) -> Option<EncodedClip> {
         let bytes = |&index: &usize| plans[index].found.bytes.len();
         let start = (0..plans.len()).min_by_key(bytes)?;
         let mut best: Option<EncodedClip> = None;
@@ -245,7 +245,7 @@ impl<'a> Encoder<'a> {
     }
 
     /// The coarsest scale that is good enough, searched from `start` if there is one.
-    fn coarsest(&self, interval_us: u32, start: Option<u8>, max_error_mm: f64) -> Option<Plan> {
+    fn coarsest(&self, interval_us: u32, start: Option<u8>, max_error_mm: f64) -> Option<KnotPlan> {
         let mut fits = Fits::new(self, interval_us);
         let mut good: Option<(u8, EncodedClip)> = None;
         let mut bad = COARSEST + 1;
@@ -276,7 +276,7 @@ impl<'a> Encoder<'a> {
                 break;
             }
         }
-        Some(Plan {
+        Some(KnotPlan {
             interval_us,
             scale,
             found,
@@ -346,7 +346,7 @@ fn heading(orientations: &[[DQuat; JOINTS]]) -> Vec<f64> {
 }
 
 /// A take's rotations with the walker's heading taken out, as they are encoded.
-pub(super) fn looking_ahead(span: &Span) -> Vec<[DQuat; JOINTS]> {
+pub(super) fn looking_ahead(span: &UncutMotion) -> Vec<[DQuat; JOINTS]> {
     let mut rotations = span.rotations.clone();
     for (pose, angle) in rotations.iter_mut().zip(heading(&span.rotations)) {
         let pelvis = &mut pose[Joint::Pelvis.index()];
@@ -356,7 +356,11 @@ pub(super) fn looking_ahead(span: &Span) -> Vec<[DQuat; JOINTS]> {
 }
 
 /// Greatest and mean error of each joint, as the core decodes the take.
-pub(super) fn measure_joints(span: &Span, skeleton: &Skeleton, take: &Take<'_>) -> JointErrors {
+pub(super) fn measure_joints(
+    span: &UncutMotion,
+    skeleton: &Skeleton,
+    take: &Take<'_>,
+) -> JointErrors {
     let offsets = skeleton.offsets.map(Vec3::as_dvec3);
     joint_errors(
         span.roots.len(),

@@ -1,9 +1,9 @@
 //! What a cycle's encoding aims at, and how far off it is.
 
 use super::frames::{VIRTUAL_POINT_M, VIRTUAL_POINTS};
-use super::series::Series;
+use super::series::FourierBasis;
 use crate::error::{EncodeError, Result};
-use crate::scene::flips::{Ends, first_flip, largest_step_deg};
+use crate::scene::flips::{MotionEnds, first_flip, largest_step_deg};
 use crate::scene::{Cycle, forward_kinematics};
 use edgegait_core::clip::Loop;
 use edgegait_core::pose::{ModelPose, Pose};
@@ -15,11 +15,11 @@ const MIN_FRAMES: usize = 8;
 
 /// A cycle on its walker's skeleton, and where that really puts its joints.
 #[derive(Clone, Debug)]
-pub(super) struct Target<'a> {
+pub(super) struct EncodingTarget<'a> {
     pub(super) cycle: &'a Cycle,
     pub(super) skeleton: Skeleton,
     pub(super) offsets: [DVec3; JOINTS],
-    pub(super) series: Series,
+    pub(super) series: FourierBasis,
     /// Per frame, per joint: orientation in the walker's space.
     pub(super) orientations: Vec<[DQuat; JOINTS]>,
     /// Per frame, per joint: its virtual points, metres.
@@ -48,7 +48,7 @@ pub(super) fn around(position: DVec3, axes: DMat3) -> [DVec3; VIRTUAL_POINTS] {
     ]
 }
 
-impl<'a> Target<'a> {
+impl<'a> EncodingTarget<'a> {
     /// # Errors
     /// For a cycle with fewer than 8 frames or more than 65,535, with numbers that are not
     /// finite, that does not close, or with a travel or period that the format does not hold.
@@ -58,7 +58,7 @@ impl<'a> Target<'a> {
             cycle,
             offsets: skeleton.offsets.map(Vec3::as_dvec3),
             skeleton,
-            series: Series::new(cycle.root.len()),
+            series: FourierBasis::new(cycle.root.len()),
             orientations: Vec::with_capacity(cycle.root.len()),
             points: Vec::with_capacity(cycle.root.len()),
         };
@@ -136,7 +136,11 @@ const FARTHEST_ROOT_M: f64 = 1e3;
 ///
 /// # Errors
 /// Naming the first such joint and frames, counted from 0.
-pub(super) fn refuse_flips(rotations: &[[DQuat; JOINTS]], ends: Ends, rate_hz: f64) -> Result<()> {
+pub(super) fn refuse_flips(
+    rotations: &[[DQuat; JOINTS]],
+    ends: MotionEnds,
+    rate_hz: f64,
+) -> Result<()> {
     first_flip(rotations, ends, rate_hz).map_or(Ok(()), |flip| {
         Err(EncodeError::Flip {
             joint: flip.joint,
@@ -212,6 +216,6 @@ pub(super) fn check(cycle: &Cycle) -> Result<()> {
     }
     #[expect(clippy::cast_precision_loss, reason = "at most 65,535 frames")]
     let rate_hz = frames as f64 / cycle.period_s;
-    refuse_flips(&cycle.rotations, Ends::Meet, rate_hz)?;
+    refuse_flips(&cycle.rotations, MotionEnds::Meet, rate_hz)?;
     refuse_circles(&cycle.rotations)
 }

@@ -4,10 +4,10 @@
 //! without chance), each group's mean is a template, and as many groups are made as make the
 //! pack smallest.
 
-use super::code::Template;
-use super::cycle::{Mean, Numbers, Quantised, mean_of, trim};
+use super::code::EncodedMeanWalk;
+use super::cycle::{CycleCoefficients, Mean, Quantised, mean_of, trim};
 use super::frames::Frames;
-use super::parameters::Parameters;
+use super::parameters::RiceParameters;
 use edgegait_core::format::CHANNELS;
 
 /// Numbers of templates that are tried. More than 8 never paid for the built-in cohort.
@@ -21,13 +21,13 @@ const MIN_MEMBERS: usize = 4;
 
 /// Templates and which clip uses which.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Templates {
-    pub(super) list: Vec<Template>,
+pub(super) struct MeanWalks {
+    pub(super) list: Vec<EncodedMeanWalk>,
     /// By clip; `None` for all where templates do not pay.
     pub(super) of: Vec<Option<usize>>,
 }
 
-impl Templates {
+impl MeanWalks {
     /// The templates that make these clips, which were rounded without any, shortest.
     pub(super) fn fit(sketches: &[Quantised], frames: &Frames) -> Self {
         let none = Self {
@@ -65,7 +65,9 @@ impl Templates {
                 .filter_map(|(sketch, &own)| (own == group).then_some(sketch))
                 .collect();
             let numbers = mean_walk(&members, frames, scale);
-            templates.list.push(Template::new(scale, numbers, frames));
+            templates
+                .list
+                .push(EncodedMeanWalk::new(scale, numbers, frames));
         }
         templates.of = groups.into_iter().map(Some).collect();
         templates
@@ -78,15 +80,15 @@ impl Templates {
 
     /// About how many bytes clips, templates and Rice parameters take.
     fn total_bytes(&self, sketches: &[Quantised], frames: &Frames) -> usize {
-        let differences: Vec<Numbers> = sketches
+        let differences: Vec<CycleCoefficients> = sketches
             .iter()
             .enumerate()
             .map(|(clip, sketch)| difference(sketch, self.mean(clip), frames))
             .collect();
-        let clips: Vec<&Numbers> = differences.iter().collect();
+        let clips: Vec<&CycleCoefficients> = differences.iter().collect();
         let stored = self.list.iter().map(|template| template.numbers.clone());
-        let stored: Vec<Numbers> = stored.collect();
-        let parameters = Parameters::fit(&clips, &stored);
+        let stored: Vec<CycleCoefficients> = stored.collect();
+        let parameters = RiceParameters::fit(&clips, &stored);
         let clip_bytes = clips.iter().map(|clip| parameters.write_clip(clip).len());
         let template_bytes = stored
             .iter()
@@ -96,7 +98,11 @@ impl Templates {
 }
 
 /// What a clip's numbers would be with a template.
-pub(super) fn difference(sketch: &Quantised, mean: Option<&Mean>, frames: &Frames) -> Numbers {
+pub(super) fn difference(
+    sketch: &Quantised,
+    mean: Option<&Mean>,
+    frames: &Frames,
+) -> CycleCoefficients {
     std::array::from_fn(|channel| {
         let own = &sketch.numbers[channel];
         let step = frames.step(channel, sketch.scale);
@@ -115,7 +121,7 @@ pub(super) fn difference(sketch: &Quantised, mean: Option<&Mean>, frames: &Frame
 }
 
 /// The mean of clips in steps.
-fn mean_walk(members: &[&Quantised], frames: &Frames, scale: u8) -> Numbers {
+fn mean_walk(members: &[&Quantised], frames: &Frames, scale: u8) -> CycleCoefficients {
     #[expect(clippy::cast_precision_loss, reason = "clips of a pack")]
     let count = members.len().max(1) as f64;
     std::array::from_fn(|channel| {

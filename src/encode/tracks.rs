@@ -3,12 +3,12 @@
 use super::code::{Code, CodeSections, ErrorsOfAll};
 use super::cycle::{Quantised, plainly, quantise};
 use super::frames::Frames;
-use super::parameters::Parameters;
+use super::parameters::RiceParameters;
 use super::take::{encode_take, looking_ahead, measure_joints};
-use super::target::{JointErrors, Target};
-use super::templates::Templates;
+use super::target::{EncodingTarget, JointErrors};
+use super::templates::MeanWalks;
 use crate::error::{EncodeError, Error, Result};
-use crate::scene::Span;
+use crate::scene::UncutMotion;
 use edgegait_core::clip::Clip;
 use edgegait_core::codebook::Codebook;
 use edgegait_core::skeleton::{JOINTS, Skeleton};
@@ -22,13 +22,13 @@ pub(super) const TRIES: usize = 3;
 pub(super) const TIGHTER: f64 = 0.98;
 
 /// What is encoded, on its walker's skeleton.
-pub(super) enum Motion<'a> {
-    Loop(Box<Target<'a>>),
-    Take(&'a Span, Box<Skeleton>),
+pub(super) enum EncodableMotion<'a> {
+    Loop(Box<EncodingTarget<'a>>),
+    Take(&'a UncutMotion, Box<Skeleton>),
 }
 
 /// Sections of a pack that hold motion.
-pub(super) struct Tracks {
+pub(super) struct MotionSections {
     /// What they share.
     pub(super) sections: CodeSections,
     /// The entries of section `CLIP`, in the order of the motions.
@@ -66,29 +66,29 @@ fn all<T>(results: Vec<(usize, Result<T>)>) -> std::result::Result<Vec<T>, Stopp
 }
 
 /// What all clips of a pack are encoded with.
-struct Shared {
+struct SharedTables {
     frames: Frames,
-    templates: Templates,
+    templates: MeanWalks,
 }
 
-impl Tracks {
+impl MotionSections {
     /// Encodes motions, each within `max_error_mm` where the format allows.
     ///
     /// # Errors
     /// With the cycles in which a joint turns almost full circle from its mean over the pack, or
     /// the takes that [`encode_take`] refuses.
     pub(super) fn encode(
-        motions: &[Motion<'_>],
+        motions: &[EncodableMotion<'_>],
         max_error_mm: f64,
         progress: &(dyn Fn() + Sync),
     ) -> std::result::Result<Self, Stopped> {
         let frames = fit_frames(motions);
-        let (numbers, targets): (Vec<usize>, Vec<&Target<'_>>) = motions
+        let (numbers, targets): (Vec<usize>, Vec<&EncodingTarget<'_>>) = motions
             .iter()
             .enumerate()
             .filter_map(|(number, motion)| match motion {
-                Motion::Loop(target) => Some((number, target.as_ref())),
-                Motion::Take(..) => None,
+                EncodableMotion::Loop(target) => Some((number, target.as_ref())),
+                EncodableMotion::Take(..) => None,
             })
             .unzip();
         let sketches = targets
@@ -104,8 +104,8 @@ impl Tracks {
             })
             .collect();
         let sketches = all(sketches)?;
-        let templates = Templates::fit(&sketches, &frames);
-        let shared = Shared { frames, templates };
+        let templates = MeanWalks::fit(&sketches, &frames);
+        let shared = SharedTables { frames, templates };
         let quantised = (0..targets.len())
             .into_par_iter()
             .map(|clip| {
@@ -134,7 +134,7 @@ impl Tracks {
             }
             written = shared.write(&targets, &quantised)?;
         }
-        let Written {
+        let WrittenLoops {
             mut sections,
             clips,
             mut errors,
@@ -144,8 +144,8 @@ impl Tracks {
         let mut takes = takes.into_iter();
         for motion in motions {
             match motion {
-                Motion::Loop(_) => rest.extend(loops.next()),
-                Motion::Take(..) => {
+                EncodableMotion::Loop(_) => rest.extend(loops.next()),
+                EncodableMotion::Take(..) => {
                     if let Some((bytes, own)) = takes.next() {
                         rest.push(bytes);
                         errors.push(own);
@@ -165,17 +165,17 @@ impl Tracks {
 
 /// What cycles are encoded with, for any other cycles as well.
 #[cfg(test)]
-pub(super) fn settled(motions: &[Motion<'_>], max_error_mm: f64) -> Code {
+pub(super) fn settled(motions: &[EncodableMotion<'_>], max_error_mm: f64) -> Code {
     let frames = fit_frames(motions);
     let targets = motions.iter().filter_map(|motion| match motion {
-        Motion::Loop(target) => Some(target.as_ref()),
-        Motion::Take(..) => None,
+        EncodableMotion::Loop(target) => Some(target.as_ref()),
+        EncodableMotion::Take(..) => None,
     });
-    let targets: Vec<&Target<'_>> = targets.collect();
-    let sketch = |target: &&Target<'_>| plainly(target, &frames, None, max_error_mm);
+    let targets: Vec<&EncodingTarget<'_>> = targets.collect();
+    let sketch = |target: &&EncodingTarget<'_>| plainly(target, &frames, None, max_error_mm);
     let sketches: Option<Vec<_>> = targets.par_iter().map(sketch).collect();
-    let templates = Templates::fit(&sketches.expect("cycles"), &frames);
-    let shared = Shared { frames, templates };
+    let templates = MeanWalks::fit(&sketches.expect("cycles"), &frames);
+    let shared = SharedTables { frames, templates };
     let quantised: Vec<_> = (0..targets.len())
         .into_par_iter()
         .map(|clip| shared.quantise(targets[clip], clip, max_error_mm))
@@ -185,7 +185,7 @@ pub(super) fn settled(motions: &[Motion<'_>], max_error_mm: f64) -> Code {
     let stored = shared.templates.list.iter();
     let stored: Vec<_> = stored.map(|template| template.numbers.clone()).collect();
     Code {
-        parameters: Parameters::fit(&numbers, &stored).open(),
+        parameters: RiceParameters::fit(&numbers, &stored).open(),
         frames: shared.frames,
         templates: shared.templates.list,
     }
@@ -193,13 +193,13 @@ pub(super) fn settled(motions: &[Motion<'_>], max_error_mm: f64) -> Code {
 
 /// The takes among the motions: their bytes and errors.
 fn takes(
-    motions: &[Motion<'_>],
+    motions: &[EncodableMotion<'_>],
     codebook: &[u8],
     max_error_mm: f64,
     progress: &(dyn Fn() + Sync),
 ) -> std::result::Result<Vec<(Vec<u8>, JointErrors)>, Stopped> {
     let codebook = Codebook::parse(codebook)?;
-    let encoded = |span: &Span, skeleton: &Skeleton| {
+    let encoded = |span: &UncutMotion, skeleton: &Skeleton| {
         let bytes = encode_take(span, skeleton, &codebook, max_error_mm)?.bytes;
         progress();
         let errors = Clip::parse(&bytes, &codebook)
@@ -213,24 +213,26 @@ fn takes(
         .par_iter()
         .enumerate()
         .filter_map(|(number, motion)| match motion {
-            Motion::Loop(_) => None,
-            Motion::Take(span, skeleton) => Some((number, encoded(span, skeleton))),
+            EncodableMotion::Loop(_) => None,
+            EncodableMotion::Take(span, skeleton) => Some((number, encoded(span, skeleton))),
         })
         .collect();
     all(results)
 }
 
 /// The frames that suit all motions.
-fn fit_frames(motions: &[Motion<'_>]) -> Frames {
+fn fit_frames(motions: &[EncodableMotion<'_>]) -> Frames {
     let mut offsets = [DVec3::ZERO; JOINTS];
     let mut rotations: Vec<Cow<'_, [[DQuat; JOINTS]]>> = Vec::with_capacity(motions.len());
     for motion in motions {
         let (own, skeleton) = match motion {
-            Motion::Loop(target) => (
+            EncodableMotion::Loop(target) => (
                 Cow::Borrowed(target.cycle.rotations.as_slice()),
                 &target.skeleton,
             ),
-            Motion::Take(span, skeleton) => (Cow::Owned(looking_ahead(span)), skeleton.as_ref()),
+            EncodableMotion::Take(span, skeleton) => {
+                (Cow::Owned(looking_ahead(span)), skeleton.as_ref())
+            }
         };
         rotations.push(own);
         #[expect(clippy::cast_precision_loss, reason = "motions of a pack")]
@@ -244,27 +246,36 @@ fn fit_frames(motions: &[Motion<'_>]) -> Frames {
 }
 
 /// Loops as bytes, with what they share, and the errors that the core's decoder finds.
-struct Written {
+struct WrittenLoops {
     sections: CodeSections,
     clips: Vec<Vec<u8>>,
     errors: Vec<JointErrors>,
 }
 
-impl Shared {
-    fn quantise(&self, target: &Target<'_>, clip: usize, max_error_mm: f64) -> Result<Quantised> {
+impl SharedTables {
+    fn quantise(
+        &self,
+        target: &EncodingTarget<'_>,
+        clip: usize,
+        max_error_mm: f64,
+    ) -> Result<Quantised> {
         let mean = self.templates.mean(clip);
         quantise(target, &self.frames, mean, max_error_mm)
             .ok_or_else(|| EncodeError::TurnsTooFar.into())
     }
 
-    fn write(&self, targets: &[&Target<'_>], quantised: &[Quantised]) -> Result<Written> {
+    fn write(
+        &self,
+        targets: &[&EncodingTarget<'_>],
+        quantised: &[Quantised],
+    ) -> Result<WrittenLoops> {
         let numbers: Vec<_> = quantised.iter().map(|one| &one.numbers).collect();
         let stored = self.templates.list.iter();
         let stored: Vec<_> = stored.map(|template| template.numbers.clone()).collect();
         let code = Code {
             frames: self.frames.clone(),
             templates: self.templates.list.clone(),
-            parameters: Parameters::fit(&numbers, &stored),
+            parameters: RiceParameters::fit(&numbers, &stored),
         };
         let sections = code.sections()?;
         let parsed = sections.parsed()?;
@@ -279,7 +290,7 @@ impl Shared {
             .collect::<Result<Vec<_>>>()?
             .into_iter()
             .unzip();
-        Ok(Written {
+        Ok(WrittenLoops {
             sections,
             clips,
             errors,

@@ -1,10 +1,10 @@
 //! Whether a recognizer in 8-bit weights answers as the one that it was made of.
 
-use super::rank::{Outcome, Tally, closed_set};
+use super::rank::{ProbeOutcome, Tally, closed_set};
 use crate::error::Result;
 use crate::score::Recognizer;
 use crate::score::answers::ask;
-use crate::source::{Form, Source};
+use crate::source::{Form, SequenceSource};
 use edgegait_core::linear::LinearRecognizer;
 use serde::{Deserialize, Serialize};
 
@@ -29,7 +29,7 @@ pub(crate) struct Agreement {
 
 /// Sums over GEIs.
 #[derive(Default)]
-struct Sums {
+struct GeiSums {
     equal: u64,
     ranks: [Tally; 2],
     greatest: f64,
@@ -45,7 +45,7 @@ impl Agreement {
     pub(crate) fn of(
         recognizer: &dyn Recognizer,
         quantized: &LinearRecognizer<'_>,
-        (source, form): (&Source<'_>, &Form),
+        (source, form): (&SequenceSource<'_>, &Form),
     ) -> Result<Self> {
         let sequences = source.sequences();
         let all: Vec<usize> = (0..sequences.list.len()).collect();
@@ -56,7 +56,7 @@ impl Agreement {
         };
         let (answers, _) = ask(&[(recognizer, &|_| true)], source, &all, form, &mut seen)?;
         let classes = &recognizer.contract().classes;
-        let mut sums = Sums::default();
+        let mut sums = GeiSums::default();
         for (&sequence, found) in all.iter().zip(&found) {
             let person = &sequences.subjects[sequences.subject(sequence)];
             let truth = classes.iter().position(|class| class == person);
@@ -77,10 +77,10 @@ impl Agreement {
     }
 }
 
-impl Sums {
+impl GeiSums {
     fn add(&mut self, original: &[f32], quantized: &[f32], truth: Option<usize>) {
         let (best, lead) = best(original);
-        self.equal += u64::from(closed_set(quantized, best) == Outcome::Hit);
+        self.equal += u64::from(closed_set(quantized, best) == ProbeOutcome::Hit);
         self.leads += lead;
         if let Some(truth) = truth {
             self.ranks[0].add(closed_set(original, truth));
@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn answers_hits_leads_and_differences_are_counted() {
-        let mut sums = Sums::default();
+        let mut sums = GeiSums::default();
         // The original is right twice and leads by 2, 1 and 0; the other one once.
         sums.add(&[5.0, 3.0, 1.0], &[5.5, 3.0, 1.0], Some(0));
         sums.add(&[0.0, 1.0, -1.0], &[2.0, 1.0, -1.25], Some(1));

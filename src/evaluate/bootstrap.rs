@@ -165,7 +165,7 @@ fn count(distances: &[f64], thresholds: &[f64]) -> Vec<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluate::ranking::{Ranked, Ranking};
+    use crate::evaluate::ranking::{ProbeRank, Ranking};
     use crate::evaluate::wilson::wilson_95;
 
     fn tally(hits: u64, probes: u64) -> Tally {
@@ -226,7 +226,7 @@ mod tests {
             .map(|i| {
                 let strangers_before = usize::from(i >= 60);
                 let average_precision = 1.0 / (strangers_before + 1) as f64;
-                Ranking::from_iter([Ranked::Found {
+                Ranking::from_iter([ProbeRank::Found {
                     strangers_before,
                     average_precision,
                     inp: average_precision,

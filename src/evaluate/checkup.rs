@@ -1,6 +1,6 @@
 //! Whether a model works: a few inputs, and what speaks against its answers.
 
-use super::parity::{Difference, Limits};
+use super::parity::{AnswerDifference, Limits};
 use crate::error::Result;
 use crate::score::{Recognizer, RuntimeName};
 use serde::Serialize;
@@ -71,7 +71,8 @@ impl Checkup {
             let together = recognizer.run(&inputs.concat(), inputs.len())?;
             let together = together.embedding.chunks(dims.max(1));
             let pairs: Vec<_> = embeddings.iter().map(Vec::as_slice).zip(together).collect();
-            let apart = Difference::of(&pairs).map_or(0.0, |(found, _)| found.greatest_relative);
+            let apart =
+                AnswerDifference::of(&pairs).map_or(0.0, |(found, _)| found.greatest_relative);
             if apart > Limits::FLOAT.relative_difference && is_steady {
                 problems.push(format!(
                     "its answer to an input depends on its batch mates (relative difference {apart:.1e}): was it \
@@ -100,7 +101,7 @@ impl Checkup {
         let mine = self.embeddings.iter().map(Vec::as_slice);
         let its = other.embeddings.iter().map(Vec::as_slice);
         let pairs: Vec<_> = mine.zip(its).collect();
-        let (found, _) = Difference::of(&pairs)?;
+        let (found, _) = AnswerDifference::of(&pairs)?;
         found
             .greatest_relative
             .is_finite()

@@ -4,7 +4,7 @@
 //! OU-MVLP's published numbers are the mean over the gallery views, without the identical one, then
 //! over the probe views.
 
-use super::rank::{Outcome, Tally};
+use super::rank::{ProbeOutcome, Tally};
 use crate::error::{EvaluateError, Result};
 
 /// A tally for each probe view and gallery view.
@@ -17,7 +17,7 @@ pub(crate) struct CrossView {
 
 /// Means of a [`CrossView`], percent.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Means {
+pub(crate) struct CrossViewMeans {
     /// Over the gallery views, for each probe view.
     pub by_probe_view: Vec<f64>,
     /// Of [`Self::by_probe_view`].
@@ -38,7 +38,7 @@ impl CrossView {
     ///
     /// # Panics
     /// If a view is not below the number of views.
-    pub(crate) fn add(&mut self, probe_view: usize, gallery_view: usize, outcome: Outcome) {
+    pub(crate) fn add(&mut self, probe_view: usize, gallery_view: usize, outcome: ProbeOutcome) {
         let at = self.at(probe_view, gallery_view);
         self.cells[at].add(outcome);
     }
@@ -57,7 +57,7 @@ impl CrossView {
     ///
     /// # Errors
     /// If another cell has no probe, or there is none.
-    pub(crate) fn means(&self) -> Result<Means> {
+    pub(crate) fn means(&self) -> Result<CrossViewMeans> {
         if self.views < 2 {
             return Err(EvaluateError::TooFewViews(self.views).into());
         }
@@ -78,7 +78,7 @@ impl CrossView {
             }
             by_probe_view.push(sum / (self.views - 1) as f64);
         }
-        Ok(Means {
+        Ok(CrossViewMeans {
             mean: by_probe_view.iter().sum::<f64>() / self.views as f64,
             by_probe_view,
         })
@@ -105,9 +105,9 @@ mod tests {
             for (gallery_view, &hits) in row.iter().enumerate() {
                 for probe in 0..probes {
                     let outcome = if probe < hits {
-                        Outcome::Hit
+                        ProbeOutcome::Hit
                     } else {
-                        Outcome::Miss
+                        ProbeOutcome::Miss
                     };
                     matrix.add(probe_view, gallery_view, outcome);
                 }
@@ -139,14 +139,14 @@ mod tests {
     #[test]
     fn an_empty_cell_and_a_lone_view_are_refused() {
         let mut matrix = CrossView::new(2);
-        matrix.add(0, 1, Outcome::Hit);
+        matrix.add(0, 1, ProbeOutcome::Hit);
         let error = matrix.means().unwrap_err();
         assert_eq!(
             error.to_string(),
             "cross-view matrix: no probe of view 1 met gallery view 0, \
              expected one in every cell (leave the view out)"
         );
-        matrix.add(1, 0, Outcome::NonFinite);
+        matrix.add(1, 0, ProbeOutcome::NonFinite);
         let means = matrix.means().unwrap();
         assert_eq!(means.by_probe_view, [100.0, 0.0]);
         assert_eq!(matrix.cell(1, 0).non_finite, 1);

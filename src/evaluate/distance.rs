@@ -163,7 +163,7 @@ fn sums<const N: usize>(x: &[f32], y: &[f32], of: impl Fn(f64, f64) -> [f64; N])
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluate::ranking::{Ranked, rank};
+    use crate::evaluate::ranking::{ProbeRank, rank};
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
@@ -255,7 +255,7 @@ mod tests {
     }
 
     /// What becomes of a probe among embeddings of `width` numbers, one after the other.
-    fn ranked(known: &[f32], width: usize, labels: &[usize], probe: (&[f32], usize)) -> Ranked {
+    fn ranked(known: &[f32], width: usize, labels: &[usize], probe: (&[f32], usize)) -> ProbeRank {
         let (found, truth) = probe;
         let distances: Vec<f64> = known
             .chunks(width)
@@ -264,12 +264,12 @@ mod tests {
         rank(&distances, |at| labels[at] == truth)
     }
 
-    fn strangers_before(ranked: Ranked) -> Option<usize> {
+    fn strangers_before(ranked: ProbeRank) -> Option<usize> {
         match ranked {
-            Ranked::Found {
+            ProbeRank::Found {
                 strangers_before, ..
             } => Some(strangers_before),
-            Ranked::NoMate | Ranked::NonFinite => None,
+            ProbeRank::NoMate | ProbeRank::NonFinite => None,
         }
     }
 
@@ -281,8 +281,8 @@ mod tests {
         let between = |truth| strangers_before(of([1.5, 2.0], truth));
         assert_eq!((between(7), between(8)), (Some(0), Some(1)), "halfway");
         assert_eq!(strangers_before(of([9.0, 9.0], 9)), Some(0));
-        assert_eq!(of([f32::NAN, 0.0], 9), Ranked::NonFinite);
-        assert_eq!(of([9.0, 9.0], 6), Ranked::NoMate);
+        assert_eq!(of([f32::NAN, 0.0], 9), ProbeRank::NonFinite);
+        assert_eq!(of([9.0, 9.0], 6), ProbeRank::NoMate);
     }
 
     #[test]

@@ -13,7 +13,7 @@ use super::protocol::{Decision, GalleryViews};
 use super::rank::Tally;
 use super::ranking::Ranking;
 use super::results::{
-    Answered, Contestant, CrossViewResult, ProbeSetResult, RecognizerResult, VerificationResult,
+    Contestant, CrossViewResult, ProbeAnswer, ProbeSetResult, RecognizerResult, VerificationResult,
 };
 use super::trial::{Meeting, Trial};
 use super::verification::{Pairs, Verification};
@@ -26,7 +26,7 @@ use crate::source::Sequences;
 const MAX_PAIRS: u64 = 10_000_000;
 
 /// What one set of probes adds up to.
-struct Sums {
+struct ProbeSums {
     /// `[viewpoint][person]`.
     by_view: Vec<Vec<Tally>>,
     by_person: Vec<Ranking>,
@@ -45,7 +45,7 @@ pub(super) fn judge(
     trial: &Trial<'_>,
     answers: &Answers,
     seed: u64,
-    tell: &mut dyn FnMut(Answered<'_>),
+    tell: &mut dyn FnMut(ProbeAnswer<'_>),
 ) -> Result<RecognizerResult> {
     let sequences = trial.sequences;
     let mut trial = Trial {
@@ -193,10 +193,10 @@ fn sums(
     answers: &Answers,
     (probes, keep_pairs): (&[usize], bool),
     tell: &mut dyn FnMut(usize, &Meeting),
-) -> Sums {
+) -> ProbeSums {
     let sequences = trial.sequences;
     let (views, people) = (sequences.views.len(), sequences.subjects.len());
-    let mut sums = Sums {
+    let mut sums = ProbeSums {
         by_view: vec![vec![Tally::default(); people]; views],
         by_person: vec![Ranking::default(); people],
         confused: vec![BTreeMap::new(); people],
@@ -241,7 +241,7 @@ fn sums(
     sums
 }
 
-fn result_of(name: &str, trial: &Trial<'_>, sums: Sums, seed: u64) -> ProbeSetResult {
+fn result_of(name: &str, trial: &Trial<'_>, sums: ProbeSums, seed: u64) -> ProbeSetResult {
     let mut all = Ranking::default();
     sums.by_person.iter().for_each(|ranking| all += ranking);
     let tally = all.tally(1);

@@ -146,12 +146,12 @@ impl PairedResult {
 
 /// Hits of two recognizers among the same probes.
 #[derive(Clone)]
-struct Pair {
+struct PairedHits {
     probes: u64,
     hits: [u64; 2],
 }
 
-impl AddAssign<&Self> for Pair {
+impl AddAssign<&Self> for PairedHits {
     fn add_assign(&mut self, more: &Self) {
         self.probes += more.probes;
         for (sum, hits) in self.hits.iter_mut().zip(more.hits) {
@@ -211,12 +211,12 @@ fn at_viewpoints([one, other]: [&HitsByView; 2], seed: u64) -> Vec<PairedViewpoi
     let both = one.tallies.par_iter().zip(&other.tallies);
     let found = one.views.par_iter().zip(both).map(|(view, (one, other))| {
         let pair = |(one, other): (&Tally, &Tally)| {
-            (one.probes == other.probes).then_some(Pair {
+            (one.probes == other.probes).then_some(PairedHits {
                 probes: one.probes,
                 hits: [one.hits, other.hits],
             })
         };
-        let pairs: Option<Vec<Pair>> = one.iter().zip(other).map(pair).collect();
+        let pairs: Option<Vec<PairedHits>> = one.iter().zip(other).map(pair).collect();
         let probed = pairs?.into_iter().filter(|pair| pair.probes > 0).collect();
         let (difference, drawn) = drawn_of(probed, seed, difference_of)?;
         let angles = view.angles_deg();
@@ -271,34 +271,34 @@ pub(crate) fn between(
 }
 
 /// A number and its interval over people; none of fewer than two.
-type Drawn = (f64, Option<Interval>);
+type PairedEstimate = (f64, Option<Interval>);
 
 /// What is between two rates of hits on the same probes.
-pub(crate) struct Rates {
+pub(crate) struct PairedRates {
     /// The one divided by the other; 1 where both are 0.
-    pub ratio: Drawn,
+    pub ratio: PairedEstimate,
     /// The one less the other.
-    pub difference: Drawn,
+    pub difference: PairedEstimate,
 }
 
 /// What is between two rates, with intervals over people; none if the probes are not the same.
-pub(crate) fn paired_rates(both: [&[PersonResult]; 2], seed: u64) -> Option<Rates> {
-    let ratio = |sum: &Pair| {
+pub(crate) fn paired_rates(both: [&[PersonResult]; 2], seed: u64) -> Option<PairedRates> {
+    let ratio = |sum: &PairedHits| {
         let [a, b] = sum.hits.map(|hits| hits as f64);
         (sum.probes > 0).then_some(if a == b { 1.0 } else { a / b })
     };
-    Some(Rates {
+    Some(PairedRates {
         ratio: drawn(both, seed, ratio)?,
         difference: difference(both, seed)?,
     })
 }
 
 /// The difference and its interval over people; none if the probes are not the same.
-fn difference(both: [&[PersonResult]; 2], seed: u64) -> Option<Drawn> {
+fn difference(both: [&[PersonResult]; 2], seed: u64) -> Option<PairedEstimate> {
     drawn(both, seed, difference_of)
 }
 
-fn difference_of(sum: &Pair) -> Option<f64> {
+fn difference_of(sum: &PairedHits) -> Option<f64> {
     let [a, b] = sum.hits.map(|hits| hits as f64);
     (sum.probes > 0).then(|| (a - b) / sum.probes as f64)
 }
@@ -306,16 +306,16 @@ fn difference_of(sum: &Pair) -> Option<f64> {
 fn drawn(
     [one, other]: [&[PersonResult]; 2],
     seed: u64,
-    statistic: impl Fn(&Pair) -> Option<f64>,
-) -> Option<Drawn> {
+    statistic: impl Fn(&PairedHits) -> Option<f64>,
+) -> Option<PairedEstimate> {
     let is_same =
         |(a, b): (&PersonResult, &PersonResult)| (&a.person, a.probes) == (&b.person, b.probes);
     if one.len() != other.len() || !one.iter().zip(other).all(is_same) {
         return None;
     }
     let both = one.iter().zip(other);
-    let pairs: Vec<Pair> = both
-        .map(|(a, b)| Pair {
+    let pairs: Vec<PairedHits> = both
+        .map(|(a, b)| PairedHits {
             probes: a.probes,
             hits: [a.hits, b.hits],
         })
@@ -324,10 +324,10 @@ fn drawn(
 }
 
 fn drawn_of(
-    pairs: Vec<Pair>,
+    pairs: Vec<PairedHits>,
     seed: u64,
-    statistic: impl Fn(&Pair) -> Option<f64>,
-) -> Option<Drawn> {
+    statistic: impl Fn(&PairedHits) -> Option<f64>,
+) -> Option<PairedEstimate> {
     let (first, more) = pairs.split_first()?;
     let mut all = first.clone();
     more.iter().for_each(|pair| all += pair);

@@ -13,7 +13,7 @@ use crate::confound::{Condition, NORMAL};
 use crate::error::{Error, EvaluateError, Result};
 use crate::named::toml_of;
 use crate::scene::variation::CYCLES_OF_A_TAKE;
-use crate::source::{Made, Take};
+use crate::source::{MadeTake, SequenceTake};
 
 /// The first variation that no training of this program uses: those that are looked for begin here.
 pub const FIRST_UNSEEN: u32 = 1_000;
@@ -63,22 +63,22 @@ pub struct Protocol {
     #[serde(default)]
     pub exclude_own_take: bool,
     /// The takes that people are known by; none if class scores decide.
-    pub gallery: Option<Choice>,
+    pub gallery: Option<TakeChoice>,
     /// The takes that are looked for, in sets that are reported apart.
     pub probes: Vec<ProbeSet>,
     /// The conditions that made takes name: built in, or a `.toml` file.
     pub conditions: Option<String>,
     /// Takes that a walk stands for where nobody has more than one.
     #[serde(default)]
-    pub made: Vec<Made>,
+    pub made: Vec<MadeTake>,
     /// From where walks are drawn unless a user says otherwise; the paper's 703 viewpoints if absent.
-    pub views: Option<Grid>,
+    pub views: Option<ViewpointGrid>,
 }
 
 /// Viewpoints: every azimuth with every elevation.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Grid {
+pub struct ViewpointGrid {
     /// Degrees.
     pub azimuth_deg: Vec<f32>,
     /// Degrees.
@@ -114,19 +114,19 @@ pub enum GalleryViews {
 /// Which takes are meant.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Choice {
+pub struct TakeChoice {
     /// Names, `*` for any characters at the end; all names if empty.
     pub takes: Vec<String>,
     /// Conditions; all if empty.
     pub conditions: Vec<String>,
     /// Which of those of each person.
-    pub order: Order,
+    pub order: TakeOrder,
 }
 
 /// Which of a person's takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Order {
+pub enum TakeOrder {
     /// All of them.
     #[default]
     All,
@@ -142,15 +142,15 @@ pub enum Order {
 pub struct ProbeSet {
     /// What they are called in results, such as `BG`.
     pub name: String,
-    /// Names, as in [`Choice`].
+    /// Names, as in [`TakeChoice`].
     #[serde(default)]
     pub takes: Vec<String>,
-    /// Conditions, as in [`Choice`].
+    /// Conditions, as in [`TakeChoice`].
     #[serde(default)]
     pub conditions: Vec<String>,
     /// Which of those of each person.
     #[serde(default)]
-    pub order: Order,
+    pub order: TakeOrder,
     /// Whether nothing acts on these walks: results lead with such sets, apart from all others.
     #[serde(default)]
     pub clean: bool,
@@ -158,14 +158,14 @@ pub struct ProbeSet {
 
 /// What part each take has.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Roles {
+pub struct TakeRoles {
     /// Whether people are known by the take.
     pub gallery: Vec<bool>,
     /// For each set of probes, whether the take is in it.
     pub probes: Vec<Vec<bool>>,
 }
 
-impl Roles {
+impl TakeRoles {
     /// Whether a take is in any set of probes.
     #[must_use]
     pub fn is_probed(&self, take: usize) -> bool {
@@ -173,17 +173,23 @@ impl Roles {
     }
 }
 
-impl Roles {
+impl TakeRoles {
     /// The parts of takes that are probed under conditions, as [`Protocol::under`] has them: those
     /// that the same takes have without.
     #[must_use]
-    pub fn under(&self, conditions: &[Condition], plain: &[Take], takes: &[Take]) -> Self {
-        let origin = |take: &Take| {
-            let same = |other: &Take| (other.subject, &other.name) == (take.subject, &take.name);
+    pub fn under(
+        &self,
+        conditions: &[Condition],
+        plain: &[SequenceTake],
+        takes: &[SequenceTake],
+    ) -> Self {
+        let origin = |take: &SequenceTake| {
+            let same =
+                |other: &SequenceTake| (other.subject, &other.name) == (take.subject, &take.name);
             plain.iter().position(same)
         };
         let parts = |part: &[bool], condition: &str| {
-            let has = |take: &Take| {
+            let has = |take: &SequenceTake| {
                 take.condition == condition && origin(take).is_some_and(|take| part[take])
             };
             takes.iter().map(has).collect()
@@ -256,7 +262,7 @@ impl Protocol {
             let least = if self.is_probed(one) { FIRST_UNSEEN } else { 0 };
             !(least..=MAX_VARIATION).contains(&one.variation)
         });
-        if let Some(Made {
+        if let Some(MadeTake {
             take, variation, ..
         }) = out_of_range
         {
@@ -271,13 +277,13 @@ impl Protocol {
     ///
     /// # Errors
     /// If nobody is enrolled, or nothing is looked for.
-    pub fn roles(&self, takes: &[Take]) -> Result<Roles> {
-        let all = |choice: &Choice| choice.of(takes);
+    pub fn roles(&self, takes: &[SequenceTake]) -> Result<TakeRoles> {
+        let all = |choice: &TakeChoice| choice.of(takes);
         let gallery = match &self.gallery {
             Some(choice) => all(choice),
             None => vec![false; takes.len()],
         };
-        let roles = Roles {
+        let roles = TakeRoles {
             probes: self.probes.iter().map(|set| all(&set.choice())).collect(),
             gallery,
         };
@@ -303,7 +309,7 @@ impl Protocol {
 
     /// What in the protocol means nothing among the takes, or more than it seems to.
     #[must_use]
-    pub fn doubts(&self, takes: &[Take], roles: &Roles) -> Vec<String> {
+    pub fn doubts(&self, takes: &[SequenceTake], roles: &TakeRoles) -> Vec<String> {
         let mut doubts = Vec::new();
         let sets = self.probes.iter().zip(&roles.probes);
         let present = sets.clone().filter(|(_, is_in)| is_in.contains(&true));
@@ -346,10 +352,10 @@ impl Protocol {
     }
 
     /// Whether a take that is made of a walk is looked for.
-    fn is_probed(&self, made: &Made) -> bool {
+    fn is_probed(&self, made: &MadeTake) -> bool {
         self.probes.iter().any(|set| {
             let names = set.takes.is_empty() || set.takes.iter().any(|p| matches(p, &made.take));
-            names && (set.order != Order::Others || made.take != self.made[0].take)
+            names && (set.order != TakeOrder::Others || made.take != self.made[0].take)
         })
     }
 
@@ -359,9 +365,9 @@ impl Protocol {
     ///
     /// # Errors
     /// If two of them would be the same variation, or one would be beyond the last.
-    pub fn made(&self, cycles: u32) -> Result<Vec<Made>> {
+    pub fn made(&self, cycles: u32) -> Result<Vec<MadeTake>> {
         let step = self.made.iter().filter(|made| self.is_probed(made)).count();
-        let mut all: Vec<Made> = Vec::new();
+        let mut all: Vec<MadeTake> = Vec::new();
         let mut owners: HashMap<u32, &str> = HashMap::new();
         for made in &self.made {
             let count = if self.is_probed(made) { cycles } else { 1 };
@@ -393,7 +399,7 @@ impl Protocol {
                     }
                     .into());
                 }
-                all.push(Made {
+                all.push(MadeTake {
                     variation,
                     ..made.clone()
                 });
@@ -430,8 +436,8 @@ impl Protocol {
 }
 
 impl ProbeSet {
-    fn choice(&self) -> Choice {
-        Choice {
+    fn choice(&self) -> TakeChoice {
+        TakeChoice {
             takes: self.takes.clone(),
             conditions: self.conditions.clone(),
             order: self.order,
@@ -439,10 +445,10 @@ impl ProbeSet {
     }
 }
 
-impl Choice {
+impl TakeChoice {
     /// Whether each of the takes is meant.
-    fn of(&self, takes: &[Take]) -> Vec<bool> {
-        let named = |take: &Take| {
+    fn of(&self, takes: &[SequenceTake]) -> Vec<bool> {
+        let named = |take: &SequenceTake| {
             let any = |list: &[String], name: &str| {
                 list.is_empty() || list.iter().any(|pattern| matches(pattern, name))
             };
@@ -455,9 +461,9 @@ impl Choice {
                 named(take) && {
                     let is_first = seen.insert(take.subject);
                     match self.order {
-                        Order::All => true,
-                        Order::First => is_first,
-                        Order::Others => !is_first,
+                        TakeOrder::All => true,
+                        TakeOrder::First => is_first,
+                        TakeOrder::Others => !is_first,
                     }
                 }
             })

@@ -4,7 +4,7 @@ use super::wilson::{Interval, wilson_95};
 
 /// What became of one probe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
+pub enum ProbeOutcome {
     /// The best match is the right person.
     Hit,
     /// It is another.
@@ -13,7 +13,7 @@ pub enum Outcome {
     NonFinite,
 }
 
-impl Outcome {
+impl ProbeOutcome {
     const fn of(is_right: bool) -> Self {
         if is_right { Self::Hit } else { Self::Miss }
     }
@@ -32,12 +32,12 @@ pub struct Tally {
 
 impl Tally {
     /// Counts one more probe.
-    pub const fn add(&mut self, outcome: Outcome) {
+    pub const fn add(&mut self, outcome: ProbeOutcome) {
         self.probes += 1;
         match outcome {
-            Outcome::Hit => self.hits += 1,
-            Outcome::Miss => {}
-            Outcome::NonFinite => self.non_finite += 1,
+            ProbeOutcome::Hit => self.hits += 1,
+            ProbeOutcome::Miss => {}
+            ProbeOutcome::NonFinite => self.non_finite += 1,
         }
     }
 
@@ -78,8 +78,8 @@ impl std::iter::Sum for Tally {
     }
 }
 
-impl FromIterator<Outcome> for Tally {
-    fn from_iter<I: IntoIterator<Item = Outcome>>(outcomes: I) -> Self {
+impl FromIterator<ProbeOutcome> for Tally {
+    fn from_iter<I: IntoIterator<Item = ProbeOutcome>>(outcomes: I) -> Self {
         let mut tally = Self::default();
         for outcome in outcomes {
             tally.add(outcome);
@@ -92,11 +92,11 @@ impl FromIterator<Outcome> for Tally {
 ///
 /// Of equal highest scores the lowest index wins, so that a recognizer that
 /// answers the same to everything hits one class only. A row with a number that
-/// is not finite is [`Outcome::NonFinite`]; a `truth` beyond the row is a miss.
+/// is not finite is [`ProbeOutcome::NonFinite`]; a `truth` beyond the row is a miss.
 #[must_use]
-pub(crate) fn closed_set(scores: &[f32], truth: usize) -> Outcome {
+pub(crate) fn closed_set(scores: &[f32], truth: usize) -> ProbeOutcome {
     if scores.iter().any(|score| !score.is_finite()) {
-        return Outcome::NonFinite;
+        return ProbeOutcome::NonFinite;
     }
     let mut best: Option<(usize, f32)> = None;
     for (class, &score) in scores.iter().enumerate() {
@@ -104,7 +104,7 @@ pub(crate) fn closed_set(scores: &[f32], truth: usize) -> Outcome {
             best = Some((class, score));
         }
     }
-    Outcome::of(best.is_some_and(|(class, _)| class == truth))
+    ProbeOutcome::of(best.is_some_and(|(class, _)| class == truth))
 }
 
 #[cfg(test)]
@@ -113,13 +113,13 @@ mod tests {
 
     #[test]
     fn the_highest_score_decides_and_the_lowest_index_wins_a_tie() {
-        assert_eq!(closed_set(&[0.1, 0.7, 0.2], 1), Outcome::Hit);
-        assert_eq!(closed_set(&[0.1, 0.7, 0.2], 2), Outcome::Miss);
-        assert_eq!(closed_set(&[0.5, 0.5], 0), Outcome::Hit);
-        assert_eq!(closed_set(&[0.5, 0.5], 1), Outcome::Miss);
-        assert_eq!(closed_set(&[-3.0, -2.0], 1), Outcome::Hit);
-        assert_eq!(closed_set(&[], 0), Outcome::Miss);
-        assert_eq!(closed_set(&[1.0], 5), Outcome::Miss);
+        assert_eq!(closed_set(&[0.1, 0.7, 0.2], 1), ProbeOutcome::Hit);
+        assert_eq!(closed_set(&[0.1, 0.7, 0.2], 2), ProbeOutcome::Miss);
+        assert_eq!(closed_set(&[0.5, 0.5], 0), ProbeOutcome::Hit);
+        assert_eq!(closed_set(&[0.5, 0.5], 1), ProbeOutcome::Miss);
+        assert_eq!(closed_set(&[-3.0, -2.0], 1), ProbeOutcome::Hit);
+        assert_eq!(closed_set(&[], 0), ProbeOutcome::Miss);
+        assert_eq!(closed_set(&[1.0], 5), ProbeOutcome::Miss);
     }
 
     #[test]

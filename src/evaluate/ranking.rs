@@ -17,7 +17,7 @@ pub(crate) const MAX_RANK: usize = 50;
 
 /// What became of one probe.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Ranked {
+pub(crate) enum ProbeRank {
     /// No compared entry is a mate. Decided first: it does not depend on the distances.
     NoMate,
     /// A compared distance is NaN or infinite.
@@ -39,14 +39,14 @@ pub(crate) enum Ranked {
 ///
 /// Sorts the m mates only: of n entries about n log m steps, and n where there is one mate.
 #[must_use]
-pub(crate) fn rank(distances: &[f64], is_mate: impl Fn(usize) -> bool) -> Ranked {
+pub(crate) fn rank(distances: &[f64], is_mate: impl Fn(usize) -> bool) -> ProbeRank {
     let entries = || distances.iter().copied().enumerate();
     let mut mates: Vec<(usize, f64)> = entries().filter(|entry| is_mate(entry.0)).collect();
     if mates.is_empty() {
-        return Ranked::NoMate;
+        return ProbeRank::NoMate;
     }
     if !distances.iter().all(|distance| distance.is_finite()) {
-        return Ranked::NonFinite;
+        return ProbeRank::NonFinite;
     }
     // Not `total_cmp`, for which -0 is nearer than 0.
     let is_before = |a: &(usize, f64), b: &(usize, f64)| a.1 < b.1 || (a.1 == b.1 && a.0 < b.0);
@@ -63,7 +63,7 @@ pub(crate) fn rank(distances: &[f64], is_mate: impl Fn(usize) -> bool) -> Ranked
         inp = (mates_before + 1) as f64 / (mates_before + 1 + strangers) as f64;
         precisions += inp;
     }
-    Ranked::Found {
+    ProbeRank::Found {
         strangers_before: strangers_between[0],
         average_precision: precisions / mates.len() as f64,
         inp,
@@ -97,12 +97,12 @@ impl Default for Ranking {
 
 impl Ranking {
     /// Counts one more probe.
-    pub(crate) fn add(&mut self, ranked: Ranked) {
+    pub(crate) fn add(&mut self, ranked: ProbeRank) {
         self.probes += 1;
         match ranked {
-            Ranked::NoMate => self.without_mate += 1,
-            Ranked::NonFinite => self.non_finite += 1,
-            Ranked::Found {
+            ProbeRank::NoMate => self.without_mate += 1,
+            ProbeRank::NonFinite => self.non_finite += 1,
+            ProbeRank::Found {
                 strangers_before,
                 average_precision,
                 inp,
@@ -188,8 +188,8 @@ impl std::ops::AddAssign<&Self> for Ranking {
     }
 }
 
-impl FromIterator<Ranked> for Ranking {
-    fn from_iter<I: IntoIterator<Item = Ranked>>(probes: I) -> Self {
+impl FromIterator<ProbeRank> for Ranking {
+    fn from_iter<I: IntoIterator<Item = ProbeRank>>(probes: I) -> Self {
         let mut ranking = Self::default();
         for probe in probes {
             ranking.add(probe);
@@ -205,13 +205,13 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    fn by_labels(distances: &[f64], gallery: &[usize], person: usize) -> Ranked {
+    fn by_labels(distances: &[f64], gallery: &[usize], person: usize) -> ProbeRank {
         rank(distances, |index| gallery[index] == person)
     }
 
-    fn found(ranked: Ranked) -> (usize, f64, f64) {
+    fn found(ranked: ProbeRank) -> (usize, f64, f64) {
         match ranked {
-            Ranked::Found {
+            ProbeRank::Found {
                 strangers_before,
                 average_precision,
                 inp,
@@ -223,7 +223,7 @@ mod tests {
     /// Expected by hand: the order of the first probe is 1 2 1 3 2 3.
     #[test]
     fn the_reference_matrix_has_its_worked_ranks() {
-        let probes: Vec<Ranked> = E1
+        let probes: Vec<ProbeRank> = E1
             .iter()
             .zip(E1_PROBES)
             .map(|(row, person)| by_labels(row, &E1_GALLERY, person))

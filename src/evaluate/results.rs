@@ -11,7 +11,7 @@ use super::intervals::Rank1Intervals;
 pub use super::paired::{Confusion, HitsByView, PairedResult, PairedViewpoint, PersonResult};
 use super::rank::Tally;
 use super::verification::{RocPoint, TarAtFar};
-pub use crate::dataset::{Header, InputFile};
+pub use crate::dataset::{InputFile, ResultHeader};
 pub use crate::score::RuntimeName;
 use crate::source::ViewLabel;
 
@@ -20,7 +20,7 @@ use crate::source::ViewLabel;
 pub struct ScoreResults {
     /// What made them.
     #[serde(flatten)]
-    pub header: Header,
+    pub header: ResultHeader,
     /// Silhouettes drawn, or averaged in the dataset's GEIs.
     pub silhouettes: u64,
     /// GEIs that were shown to each recognizer.
@@ -173,7 +173,7 @@ pub struct ProbeSetResult {
 
 /// Whom a recognizer took one probe for: a row of `edgegait score --probes-csv`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Answered<'a> {
+pub struct ProbeAnswer<'a> {
     /// Number of the probe among the source's sequences.
     #[serde(skip)]
     pub sequence: usize,

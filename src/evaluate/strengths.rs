@@ -33,12 +33,12 @@ pub(crate) struct StrengthResult {
     /// Root mean square difference of GEIs to those without it, of 255.
     pub gei_rmse: f64,
     /// Rank-1 of each recognizer, in order.
-    pub recognizers: Vec<Rank1>,
+    pub recognizers: Vec<Rank1Rate>,
 }
 
 /// How often a recognizer is right.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Rank1 {
+pub(crate) struct Rank1Rate {
     /// Its name.
     pub name: String,
     /// Share of hits, 0..1.
@@ -60,7 +60,7 @@ impl ConfounderResult {
 
 /// The conditions in which confounders are measured.
 #[derive(Clone, Debug)]
-pub(crate) struct Study {
+pub(crate) struct StrengthStudy {
     confounders: Vec<&'static Confounder>,
     /// The first one is that in which nothing acts.
     conditions: Vec<Condition>,
@@ -68,7 +68,7 @@ pub(crate) struct Study {
     points: Vec<(usize, f64)>,
 }
 
-impl Study {
+impl StrengthStudy {
     /// Each of the confounders alone at each of these strengths above 0, and those with an
     /// opposite at their negatives too.
     #[must_use]
@@ -115,7 +115,7 @@ impl Study {
         effects: &[f64],
         costs: &[f64],
     ) -> Result<Vec<ConfounderResult>> {
-        let rank1 = |condition: usize| -> Result<Vec<Rank1>> {
+        let rank1 = |condition: usize| -> Result<Vec<Rank1Rate>> {
             let name = &self.conditions[condition].name;
             let of = |result: &RecognizerResult| {
                 let set = result.probe_sets.iter().find(|set| set.name == *name);
@@ -123,7 +123,7 @@ impl Study {
                     recognizer: result.name.clone(),
                     condition: name.clone(),
                 })?;
-                Ok(Rank1 {
+                Ok(Rank1Rate {
                     name: result.name.clone(),
                     rank1: set.rank1,
                     intervals: set.intervals,
@@ -251,7 +251,7 @@ mod tests {
     #[test]
     fn a_study_has_each_confounder_at_each_strength_and_opposites_where_there_are() {
         let confounders = ["roll", "coat"].map(|name| named(name).expect("there is one"));
-        let study = Study::new(&confounders, &[1.0, 0.5]);
+        let study = StrengthStudy::new(&confounders, &[1.0, 0.5]);
         let names: Vec<&str> = study.conditions().iter().map(|c| c.name.as_str()).collect();
         assert_eq!(
             names,

@@ -1,7 +1,9 @@
 //! What tests of this module share: matrix E1 of the project's reference, whose metrics were worked
 //! out by hand, and datasets of GEIs that say little.
 
-use crate::dataset::{Contents, DatasetWriter, Existing, Format, Header, IndexRow, Item, Run};
+use crate::dataset::{
+    Contents, DatasetFormat, DatasetRun, DatasetWriter, Existing, IndexRow, Item, ResultHeader,
+};
 use crate::error::Result;
 use crate::template::Template;
 use edgegait_core::budget::PIXELS;
@@ -24,10 +26,10 @@ pub(crate) type Gei<'a> = (&'a str, &'a str, (f64, f64), (u8, u8));
 
 /// A dataset of GEIs in a folder that is made; their other pixels are 0.
 pub(crate) fn write_geis(dir: &Path, geis: &[Gei<'_>]) -> Result<()> {
-    let run = Run {
-        header: Header::new("sweep", 1),
+    let run = DatasetRun {
+        header: ResultHeader::new("sweep", 1),
         contents: Contents::one(Template::Gei, Size::S50x30),
-        format: Format::Folder,
+        format: DatasetFormat::Folder,
         units: 0,
         shard: None,
     };

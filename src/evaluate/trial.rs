@@ -1,9 +1,9 @@
 //! Who is compared with whom under a protocol, and what becomes of a probe.
 
-use super::protocol::{GalleryViews, Protocol, Roles};
-use super::rank::Outcome;
-use super::ranking::{Ranked, rank};
-use super::results::Answered;
+use super::protocol::{GalleryViews, Protocol, TakeRoles};
+use super::rank::ProbeOutcome;
+use super::ranking::{ProbeRank, rank};
+use super::results::ProbeAnswer;
 use super::verification::Pairs;
 use crate::error::{EvaluateError, Result};
 use crate::score::Recognizer;
@@ -19,7 +19,7 @@ pub(crate) const MAX_CROSS_VIEWS: usize = 64;
 #[derive(Debug)]
 pub(crate) struct Trial<'a> {
     pub(super) protocol: &'a Protocol,
-    pub(super) roles: &'a Roles,
+    pub(super) roles: &'a TakeRoles,
     pub(super) sequences: &'a Sequences,
     /// The class of each person, if class scores decide.
     pub(super) classes: Option<Vec<usize>>,
@@ -31,7 +31,7 @@ pub(crate) struct Trial<'a> {
 pub(super) struct Meeting {
     /// The gallery's viewpoint, if each is compared for itself.
     pub gallery_view: Option<usize>,
-    pub ranked: Ranked,
+    pub ranked: ProbeRank,
     /// Number of the nearest among what was compared as a person (or class), and how far it is.
     pub nearest: Option<(usize, f64)>,
     /// How far the right person is.
@@ -42,14 +42,14 @@ pub(super) struct Meeting {
 }
 
 impl Meeting {
-    pub(super) fn outcome(&self) -> Outcome {
+    pub(super) fn outcome(&self) -> ProbeOutcome {
         match self.ranked {
-            Ranked::Found {
+            ProbeRank::Found {
                 strangers_before: 0,
                 ..
-            } => Outcome::Hit,
-            Ranked::Found { .. } | Ranked::NoMate => Outcome::Miss,
-            Ranked::NonFinite => Outcome::NonFinite,
+            } => ProbeOutcome::Hit,
+            ProbeRank::Found { .. } | ProbeRank::NoMate => ProbeOutcome::Miss,
+            ProbeRank::NonFinite => ProbeOutcome::NonFinite,
         }
     }
 }
@@ -62,7 +62,7 @@ impl<'a> Trial<'a> {
     /// If nothing is left in the gallery, or there are too many viewpoints to compare each with each.
     pub(super) fn new(
         protocol: &'a Protocol,
-        roles: &'a Roles,
+        roles: &'a TakeRoles,
         sequences: &'a Sequences,
         classes: Option<Vec<usize>>,
         gallery_views: Option<Vec<View>>,
@@ -170,7 +170,7 @@ impl<'a> Trial<'a> {
                 of.reduce(|best, next| if next.1 < best.1 { next } else { best })
             };
             let (mate, stranger) = match ranked {
-                Ranked::NonFinite => (None, None),
+                ProbeRank::NonFinite => (None, None),
                 _ => (nearest(true), nearest(false)),
             };
             let is_tied = mate.zip(stranger).is_some_and(|(a, b)| a.1 == b.1);
@@ -222,7 +222,7 @@ impl<'a> Trial<'a> {
         recognizer: &'s dyn Recognizer,
         meeting: &Meeting,
     ) -> Option<&'s str> {
-        if meeting.outcome() != Outcome::Miss {
+        if meeting.outcome() != ProbeOutcome::Miss {
             return None;
         }
         let names = match self.classes {
@@ -239,7 +239,7 @@ impl<'a> Trial<'a> {
         recognizer: &'s dyn Recognizer,
         probe_set: &'s str,
         (probe, meeting): (usize, &Meeting),
-    ) -> Answered<'s> {
+    ) -> ProbeAnswer<'s> {
         let sequence = &self.sequences.list[probe];
         let take = &self.sequences.takes[sequence.take];
         let origin = self.sequences.origin(probe);
@@ -253,7 +253,7 @@ impl<'a> Trial<'a> {
         let answer = meeting.nearest.and_then(|(label, _)| names.get(label));
         let nearest = meeting.nearest.map(|(_, distance)| distance);
         let by_distance = self.classes.is_none();
-        Answered {
+        ProbeAnswer {
             sequence: probe,
             recognizer: recognizer.name(),
             probe_set,
@@ -277,10 +277,10 @@ impl<'a> Trial<'a> {
                 .flatten()
                 .map(Neg::neg),
             rank: match meeting.ranked {
-                Ranked::Found {
+                ProbeRank::Found {
                     strangers_before, ..
                 } => Some(strangers_before + 1),
-                Ranked::NoMate | Ranked::NonFinite => None,
+                ProbeRank::NoMate | ProbeRank::NonFinite => None,
             },
         }
     }

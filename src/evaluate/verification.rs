@@ -31,13 +31,13 @@ pub(crate) struct Pairs {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Verification {
     /// By rising threshold, each with the pairs accepted at it.
-    steps: Vec<Step>,
+    steps: Vec<RocStep>,
     non_finite_genuine: u64,
     non_finite_impostor: u64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Step {
+struct RocStep {
     threshold: f64,
     genuine: u64,
     impostor: u64,
@@ -241,7 +241,7 @@ impl Verification {
     }
 
     /// The highest step whose FAR is at most `far`.
-    fn step_within(&self, far: f64) -> Option<&Step> {
+    fn step_within(&self, far: f64) -> Option<&RocStep> {
         let impostors = self.impostors() as f64;
         let within = self
             .steps
@@ -250,7 +250,7 @@ impl Verification {
     }
 
     /// The rates at a step; none without pairs of both kinds.
-    fn rates(&self, step: &Step) -> Option<RocPoint> {
+    fn rates(&self, step: &RocStep) -> Option<RocPoint> {
         let (genuine, impostors) = (self.genuine(), self.impostors());
         (genuine > 0 && impostors > 0).then(|| RocPoint {
             far: step.impostor as f64 / impostors as f64,
@@ -270,12 +270,12 @@ pub(super) fn finite(distances: &[f64]) -> (impl Iterator<Item = f64>, u64) {
     (finite, others as u64)
 }
 
-fn accumulate(counts: impl Iterator<Item = (f64, u64, u64)>) -> Vec<Step> {
+fn accumulate(counts: impl Iterator<Item = (f64, u64, u64)>) -> Vec<RocStep> {
     let mut sum = (0, 0);
     counts
         .map(|(threshold, genuine, impostor)| {
             sum = (sum.0 + genuine, sum.1 + impostor);
-            Step {
+            RocStep {
                 threshold,
                 genuine: sum.0,
                 impostor: sum.1,

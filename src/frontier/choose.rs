@@ -3,15 +3,15 @@
 //! Candidates are ordered by costs that do not depend on the clock, and the first is taken
 //! that meets the error on a sample of the very walks and viewpoints in use.
 
-use super::configuration::{Drawing, Encoding, drawings};
+use super::configuration::{DrawConfiguration, Encoding, drawings};
 use super::cost::gei_cost;
-use super::reference::{Reference, Sample, exact_geis, rmse, spread};
+use super::reference::{Reference, ReferenceSample, exact_geis, rmse, spread};
 use super::spread_views;
 use crate::encode::encode_subjects;
 use crate::error::{ChoiceError, Result, SweepError};
 use crate::scene::thin::with_thinner_bodies;
 use crate::scene::{Subject, Track};
-use crate::sweep::{Framing, Lens, Settings, View};
+use crate::sweep::{FramingMode, Lens, Settings, View};
 use edgegait_core::budget::MAX_POINTS;
 use edgegait_core::pack::Pack;
 use std::fmt::{self, Display};
@@ -24,7 +24,7 @@ const HULL_POINTS: [usize; 5] = [160, 240, 320, 400, MAX_POINTS];
 
 /// What was chosen, and why.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Choice<T> {
+pub(crate) struct FrontierChoice<T> {
     /// The cheapest that meets the error.
     pub chosen: T,
     /// Its error: root mean square of the GEIs' pixels, of 255.
@@ -35,7 +35,7 @@ pub(crate) struct Choice<T> {
     pub measured_on: (usize, usize),
 }
 
-impl<T: Display> Display for Choice<T> {
+impl<T: Display> Display for FrontierChoice<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (walks, views) = self.measured_on;
         write!(
@@ -61,17 +61,17 @@ pub(crate) fn drawing(
     (walks, views): (&[usize], &[View]),
     settings: Settings,
     most: f64,
-) -> Result<Choice<Drawing>> {
-    if settings.framing != Framing::Height || settings.lens != Lens::Ortho {
+) -> Result<FrontierChoice<DrawConfiguration>> {
+    if settings.framing != FramingMode::Height || settings.lens != Lens::Ortho {
         return Err(ChoiceError::NotMeasured {
             framing: settings.framing.name(),
             lens: settings.lens.name(),
         }
         .into());
     }
-    let sample = Sample::spread(walks, views, SAMPLE);
+    let sample = ReferenceSample::spread(walks, views, SAMPLE);
     let reference = Reference::new(pack, &sample, settings, &|| {})?;
-    let mut candidates: Vec<Drawing> = drawings().collect();
+    let mut candidates: Vec<DrawConfiguration> = drawings().collect();
     candidates.sort_by_key(|&drawing| gei_cost(drawing));
     let measured_on = (sample.jobs.len(), sample.views.len());
     first_within(most, candidates, measured_on, |drawing| {
@@ -86,12 +86,12 @@ pub(crate) fn drawing(
 /// # Errors
 /// When none meets it, naming the best; for takes, which have no GEI; and as
 /// [`encode_subjects`].
-pub(crate) fn encoding(people: &[Subject], most: f64) -> Result<Choice<Encoding>> {
+pub(crate) fn encoding(people: &[Subject], most: f64) -> Result<FrontierChoice<Encoding>> {
     let some = some_walks(people)?;
     let finest = encode_subjects(&some, Encoding::FINEST.track_error_mm, &|| {})?;
     let finest = Pack::parse(&finest)?;
     let walks: Vec<usize> = (0..finest.walks().len()).collect();
-    let sample = Sample::spread(&walks, &spread_views()?.list, SAMPLE);
+    let sample = ReferenceSample::spread(&walks, &spread_views()?.list, SAMPLE);
     let settings = Settings::default();
     let expected = exact_geis(&finest, &sample, settings, &|| {})?;
     let mut candidates = Vec::new();
@@ -115,7 +115,7 @@ pub(crate) fn encoding(people: &[Subject], most: f64) -> Result<Choice<Encoding>
         let found = exact_geis(&Pack::parse(bytes)?, &sample, settings, &|| {})?;
         Ok(rmse(&found, &expected))
     })?;
-    Ok(Choice {
+    Ok(FrontierChoice {
         chosen: choice.chosen.0,
         gei_rmse: choice.gei_rmse,
         cheaper: choice.cheaper.map(|((cheaper, _), error)| (cheaper, error)),
@@ -158,13 +158,13 @@ fn first_within<T: Clone>(
     candidates: Vec<T>,
     measured_on: (usize, usize),
     error: impl Fn(&T) -> Result<f64>,
-) -> Result<Choice<T>> {
+) -> Result<FrontierChoice<T>> {
     let mut cheaper: Option<(T, f64)> = None;
     let mut best = f64::INFINITY;
     for chosen in candidates {
         let gei_rmse = error(&chosen)?;
         if gei_rmse <= most {
-            return Ok(Choice {
+            return Ok(FrontierChoice {
                 chosen,
                 gei_rmse,
                 cheaper,
@@ -181,10 +181,10 @@ fn first_within<T: Clone>(
 mod tests {
     use super::*;
 
-    fn chosen(most: f64) -> Result<Choice<char>> {
+    fn chosen(most: f64) -> Result<FrontierChoice<char>> {
         let errors = [('a', 9.0), ('b', 11.0), ('c', 4.0), ('d', 6.0)];
         let choice = first_within(most, errors.to_vec(), (6, 12), |&(_, error)| Ok(error))?;
-        Ok(Choice {
+        Ok(FrontierChoice {
             chosen: choice.chosen.0,
             gei_rmse: choice.gei_rmse,
             cheaper: choice.cheaper.map(|((name, _), error)| (name, error)),

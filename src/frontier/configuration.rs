@@ -41,7 +41,7 @@ impl fmt::Display for Encoding {
 
 /// How cycles are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Drawing {
+pub(crate) struct DrawConfiguration {
     /// Which rasteriser.
     pub rasterizer: Rasterizer,
     /// Where in its pixels each frame is sampled.
@@ -50,7 +50,7 @@ pub(crate) struct Drawing {
     pub frames_per_cycle: u32,
 }
 
-impl Drawing {
+impl DrawConfiguration {
     /// What a sweep takes unless a user says otherwise.
     pub(crate) const DEFAULT: Self = Self {
         rasterizer: Rasterizer::Skia,
@@ -80,7 +80,7 @@ impl Drawing {
     }
 }
 
-impl fmt::Display for Drawing {
+impl fmt::Display for DrawConfiguration {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.rasterizer)?;
         if self.jitter != Jitter::None {
@@ -94,7 +94,7 @@ impl fmt::Display for Drawing {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Configuration {
     /// How cycles are drawn.
-    pub drawing: Drawing,
+    pub drawing: DrawConfiguration,
     /// How people are encoded; `None` where they are used as a pack has them.
     pub encoding: Option<Encoding>,
 }
@@ -103,7 +103,7 @@ impl Configuration {
     /// Whether this is what a user gets who chooses nothing.
     #[must_use]
     pub(crate) fn is_default(&self) -> bool {
-        self.drawing == Drawing::DEFAULT
+        self.drawing == DrawConfiguration::DEFAULT
             && self
                 .encoding
                 .is_none_or(|encoding| encoding == Encoding::DEFAULT)
@@ -122,11 +122,11 @@ impl fmt::Display for Configuration {
 
 /// The ways of drawing that a pack is measured with: every rasteriser with and without
 /// jitter, and with as many frames as are common.
-pub(crate) fn drawings() -> impl Iterator<Item = Drawing> {
+pub(crate) fn drawings() -> impl Iterator<Item = DrawConfiguration> {
     let jitters = [Jitter::None, Jitter::R2];
     let all = Rasterizer::ALL.iter().flat_map(move |&rasterizer| {
         jitters.map(|jitter| {
-            [8, 16, 32, 64].map(|frames_per_cycle| Drawing {
+            [8, 16, 32, 64].map(|frames_per_cycle| DrawConfiguration {
                 rasterizer,
                 jitter,
                 frames_per_cycle,
@@ -141,18 +141,18 @@ pub(crate) fn drawings() -> impl Iterator<Item = Drawing> {
 /// rasteriser a fine, a middling and a coarse combination.
 #[must_use]
 pub(crate) fn configurations() -> Vec<Configuration> {
-    let (drawing, encoding) = (Drawing::DEFAULT, Encoding::DEFAULT);
-    let is_as_long = |other: &Drawing| other.frames_per_cycle == drawing.frames_per_cycle;
+    let (drawing, encoding) = (DrawConfiguration::DEFAULT, Encoding::DEFAULT);
+    let is_as_long = |other: &DrawConfiguration| other.frames_per_cycle == drawing.frames_per_cycle;
     let mut all = vec![(drawing, encoding)];
     all.extend(drawings().filter(is_as_long).map(|d| (d, encoding)));
     all.extend([8, 16, 64].map(|frames_per_cycle| {
-        let drawing = Drawing {
+        let drawing = DrawConfiguration {
             frames_per_cycle,
             ..drawing
         };
         (drawing, encoding)
     }));
-    let fastest = Drawing {
+    let fastest = DrawConfiguration {
         rasterizer: fastest(),
         ..drawing
     };
@@ -167,7 +167,7 @@ pub(crate) fn configurations() -> Vec<Configuration> {
         ];
         all.extend(
             combined.map(|(frames_per_cycle, track_error_mm, hull_points)| {
-                let drawing = Drawing {
+                let drawing = DrawConfiguration {
                     rasterizer,
                     jitter: Jitter::R2,
                     frames_per_cycle,
@@ -235,14 +235,14 @@ mod tests {
     #[test]
     fn a_configuration_is_named_by_what_it_is() {
         let default = Configuration {
-            drawing: Drawing::DEFAULT,
+            drawing: DrawConfiguration::DEFAULT,
             encoding: Some(Encoding::DEFAULT),
         };
         assert_eq!(default.to_string(), "skia, 32 frames, 5 mm, all points");
         let jittered = Configuration {
-            drawing: Drawing {
+            drawing: DrawConfiguration {
                 jitter: Jitter::R2,
-                ..Drawing::DEFAULT
+                ..DrawConfiguration::DEFAULT
             },
             encoding: None,
         };

@@ -1,6 +1,6 @@
 //! Fixed costs, by which choices are ordered: they must not depend on the clock.
 
-use super::configuration::Drawing;
+use super::configuration::DrawConfiguration;
 use edgegait_core::raster::Rasterizer;
 
 /// Time of a complete silhouette at 50x30 in thousandths of what `skia` takes: `edgegait
@@ -24,6 +24,6 @@ pub(super) fn fastest() -> Rasterizer {
 }
 
 /// What a GEI costs, in the same unit. Jitter costs nothing.
-pub(super) const fn gei_cost(drawing: Drawing) -> u32 {
+pub(super) const fn gei_cost(drawing: DrawConfiguration) -> u32 {
     silhouette_cost(drawing.rasterizer) * drawing.frames_per_cycle
 }

@@ -1,6 +1,6 @@
 //! People as a pack: as close as it has to be, or as small.
 
-use super::choose::{self, Choice};
+use super::choose::{self, FrontierChoice};
 use super::configuration::Encoding;
 use crate::encode::{MAX_ERROR_MM, body_error_mm, check_walks, encode_subjects, encode_within};
 use crate::error::Result;
@@ -14,7 +14,7 @@ const FITTED_ERROR_MM: f64 = 1.0;
 
 /// How closely people are encoded.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Goal {
+pub(crate) enum EncodingGoal {
     /// With the usual error: [`MAX_ERROR_MM`], or 1 mm where a body was fitted to a mesh.
     Usual,
     /// With this error of a walk at most, mm; a body has two fifths of it, up to 4 mm.
@@ -28,30 +28,30 @@ pub(crate) enum Goal {
 
 /// A pack, and how it was made.
 #[derive(Clone, Debug)]
-pub(crate) struct Encoded {
+pub(crate) struct EncodedPack {
     /// The pack.
     pub bytes: Vec<u8>,
     /// The error that its walks were to have at most, mm.
     pub max_error_mm: f64,
     /// Most points of a body, if that was limited.
     pub hull_points: Option<usize>,
-    /// What [`Goal::GeiRmse`] chose.
-    pub choice: Option<Choice<Encoding>>,
+    /// What [`EncodingGoal::GeiRmse`] chose.
+    pub choice: Option<FrontierChoice<Encoding>>,
 }
 
 /// Encodes people, whose bodies keep at most `hull_points` points if that is given; `progress` is
 /// called for each walk that was encoded, as often as it was.
 ///
 /// # Errors
-/// As [`encode_subjects`] and [`encode_within`], and if nothing meets [`Goal::GeiRmse`].
+/// As [`encode_subjects`] and [`encode_within`], and if nothing meets [`EncodingGoal::GeiRmse`].
 pub(crate) fn encoded(
     people: &[Subject],
-    (goal, hull_points): (Goal, Option<usize>),
+    (goal, hull_points): (EncodingGoal, Option<usize>),
     progress: &(dyn Fn() + Sync),
-) -> Result<Encoded> {
+) -> Result<EncodedPack> {
     check_walks(people)?;
     let choice = match goal {
-        Goal::GeiRmse(most) => Some(choose::encoding(people, most)?),
+        EncodingGoal::GeiRmse(most) => Some(choose::encoding(people, most)?),
         _ => None,
     };
     let chosen = choice.as_ref().map(|choice| choice.chosen);
@@ -62,11 +62,11 @@ pub(crate) fn encoded(
     };
     let is_fitted = people.iter().any(|subject| subject.body.fit.is_some());
     let (bytes, max_error_mm) = match (goal, chosen) {
-        (Goal::Bytes(budget), _) => encode_within(people, budget, progress)?,
+        (EncodingGoal::Bytes(budget), _) => encode_within(people, budget, progress)?,
         (goal, chosen) => {
             let max_error_mm = match (goal, chosen) {
                 (_, Some(encoding)) => encoding.track_error_mm,
-                (Goal::ErrorMm(asked), None) => asked,
+                (EncodingGoal::ErrorMm(asked), None) => asked,
                 _ if is_fitted => FITTED_ERROR_MM,
                 _ => MAX_ERROR_MM,
             };
@@ -74,7 +74,7 @@ pub(crate) fn encoded(
             (bytes, max_error_mm)
         }
     };
-    Ok(Encoded {
+    Ok(EncodedPack {
         bytes,
         max_error_mm,
         hull_points,
@@ -82,8 +82,8 @@ pub(crate) fn encoded(
     })
 }
 
-impl Encoded {
-    /// A pack of people whose bodies were not fitted, made with [`Goal::Usual`].
+impl EncodedPack {
+    /// A pack of people whose bodies were not fitted, made with [`EncodingGoal::Usual`].
     #[must_use]
     pub(crate) const fn usual(bytes: Vec<u8>) -> Self {
         Self {

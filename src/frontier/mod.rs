@@ -1,7 +1,7 @@
 //! Speed against error: what each choice of rasteriser, frames, hull points and encoding
 //! costs, and what it gets wrong.
 //!
-//! Errors are those against [`exact`] coverage of the finest motion. [`Study`] measures a
+//! Errors are those against [`exact`] coverage of the finest motion. [`FrontierStudy`] measures a
 //! list of [`configuration`]s and marks those that no other beats ([`pareto`]); [`choose`] picks the
 //! cheapest that meets an error, and [`encoded()`] makes packs by it. Nothing but times differs between two runs.
 
@@ -26,9 +26,9 @@ mod study;
 #[cfg(feature = "plots")]
 mod timing;
 
-pub(crate) use encoded::{Encoded, Goal, encoded};
+pub(crate) use encoded::{EncodedPack, EncodingGoal, encoded};
 #[cfg(feature = "plots")]
-pub(crate) use study::{Point, Scene, Study};
+pub(crate) use study::{FrontierPeople, FrontierPoint, FrontierStudy};
 
 use crate::error::Result;
 use crate::sweep::Views;

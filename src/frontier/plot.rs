@@ -1,6 +1,6 @@
 //! Time of a GEI against its error, as a picture (SVG).
 
-use super::Point;
+use super::FrontierPoint;
 use super::pareto::{Merits, pareto};
 use crate::report::drawing::{Axes, LINES, to_tenth};
 use crate::report::placing::{LogAxis, NUMBER, RING, labels};
@@ -30,19 +30,19 @@ const LEGEND: [&str; 4] = [
 
 /// The plot as SVG.
 #[must_use]
-pub(crate) fn svg(points: &[Point]) -> String {
+pub(crate) fn svg(points: &[FrontierPoint]) -> String {
     let title = "Time of a GEI against its error, by configuration";
     let content = html! { (chart(points)) (list(points)) };
     standalone((LIST + LIST_WIDTH, HEIGHT), title, &content)
 }
 
 /// A point's place: microseconds of a GEI, and its error.
-fn place(point: &Point) -> (f64, f64) {
+fn place(point: &FrontierPoint) -> (f64, f64) {
     (1e-3 * point.ns_per_gei, point.gei_rmse)
 }
 
 /// The colour of a rasteriser: by the order in which rasterisers appear.
-fn colour(points: &[Point], raster: &str) -> &'static str {
+fn colour(points: &[FrontierPoint], raster: &str) -> &'static str {
     let mut names: Vec<&str> = Vec::new();
     for point in points {
         if !names.contains(&point.raster) {
@@ -53,7 +53,7 @@ fn colour(points: &[Point], raster: &str) -> &'static str {
     LINES[index.unwrap_or(0) % LINES.len()].0
 }
 
-fn chart(points: &[Point]) -> Markup {
+fn chart(points: &[FrontierPoint]) -> Markup {
     let across = LogAxis::around(points.iter().map(|point| place(point).0));
     let up = LogAxis::around(points.iter().map(|point| place(point).1));
     let share = |(us, error): (f64, f64)| (across.place(us), up.place(error));
@@ -91,7 +91,7 @@ fn chart(points: &[Point]) -> Markup {
 }
 
 /// Points that no other beats in the two plotted respects, from the fastest on.
-fn front(points: &[Point]) -> Vec<(f64, f64)> {
+fn front(points: &[FrontierPoint]) -> Vec<(f64, f64)> {
     let merits = points.iter().map(|point| Merits {
         pack_bytes: 0,
         ..point.merits()
@@ -104,7 +104,7 @@ fn front(points: &[Point]) -> Vec<(f64, f64)> {
 }
 
 /// The points' names by their numbers, and what the marks mean.
-fn list(points: &[Point]) -> Markup {
+fn list(points: &[FrontierPoint]) -> Markup {
     let y_of = |line: usize| 18.0 + LINE * line as f64;
     html! {
         @for (index, point) in points.iter().enumerate() {

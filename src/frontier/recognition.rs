@@ -1,6 +1,6 @@
 //! What a configuration changes for the shipped recognizers.
 
-use super::reference::{Geis, Sample};
+use super::reference::{ExactGeis, ReferenceSample};
 use crate::error::Result;
 use crate::evaluate::rank::{Tally, closed_set};
 use crate::score::{Recognizer, Runtime, shipped};
@@ -17,11 +17,11 @@ pub(super) struct Rank1 {
 }
 
 /// The shipped recognizers, ready to be shown people whom they know.
-pub(super) struct Recognition {
+pub(super) struct ShippedRecognizers {
     recognizers: Vec<Box<dyn Recognizer>>,
 }
 
-impl Recognition {
+impl ShippedRecognizers {
     /// Loads them.
     ///
     /// # Errors
@@ -42,7 +42,7 @@ impl Recognition {
     pub(super) fn of_drawn(
         &self,
         pack: &Pack<'_>,
-        sample: &Sample,
+        sample: &ReferenceSample,
         settings: Settings,
     ) -> Result<Vec<Rank1>> {
         let mut geis = Vec::with_capacity(sample.jobs.len());
@@ -68,8 +68,8 @@ impl Recognition {
     pub(super) fn of_exact(
         &self,
         pack: &Pack<'_>,
-        sample: &Sample,
-        geis: &Geis,
+        sample: &ReferenceSample,
+        geis: &ExactGeis,
     ) -> Result<Vec<Rank1>> {
         #[expect(
             clippy::cast_possible_truncation,
@@ -83,7 +83,12 @@ impl Recognition {
     }
 
     /// Rank-1 on GEIs in bytes, `[job][view][pixel]`: the class with the highest score decides.
-    fn rank1(&self, pack: &Pack<'_>, sample: &Sample, geis: &[Vec<Vec<u8>>]) -> Result<Vec<Rank1>> {
+    fn rank1(
+        &self,
+        pack: &Pack<'_>,
+        sample: &ReferenceSample,
+        geis: &[Vec<Vec<u8>>],
+    ) -> Result<Vec<Rank1>> {
         let subjects: Vec<&str> = pack.subjects().map(|subject| subject.name).collect();
         let walks: Vec<_> = pack.walks().collect();
         let of = |recognizer: &dyn Recognizer| {

@@ -13,14 +13,14 @@ pub(crate) const REFERENCE_FRAMES: u32 = 128;
 
 /// Cycles and where they are seen from.
 #[derive(Clone, Debug)]
-pub(crate) struct Sample {
+pub(crate) struct ReferenceSample {
     /// Which cycles.
     pub jobs: Vec<Job<'static>>,
     /// From where.
     pub views: Vec<View>,
 }
 
-impl Sample {
+impl ReferenceSample {
     /// At most so many walks and views of these, spread evenly; the cycles are the stored ones.
     #[must_use]
     pub(crate) fn spread(walks: &[usize], views: &[View], most: (usize, usize)) -> Self {
@@ -39,7 +39,7 @@ pub(crate) fn spread<T: Copy>(list: &[T], most: usize) -> Vec<T> {
 }
 
 /// Exact GEIs: `[job][view][pixel]`, 0..=255.
-pub(crate) type Geis = Vec<Vec<Vec<f64>>>;
+pub(crate) type ExactGeis = Vec<Vec<Vec<f64>>>;
 
 /// The GEIs of exact coverage of each cycle in [`REFERENCE_FRAMES`] frames.
 ///
@@ -47,10 +47,10 @@ pub(crate) type Geis = Vec<Vec<Vec<f64>>>;
 /// When a figure cannot be drawn.
 pub(crate) fn exact_geis(
     pack: &Pack<'_>,
-    sample: &Sample,
+    sample: &ReferenceSample,
     settings: Settings,
     progress: &(dyn Fn() + Sync),
-) -> Result<Geis> {
+) -> Result<ExactGeis> {
     exact(pack, sample, settings, |frames| {
         progress();
         frames.into_iter().map(|frames| mean(&frames)).collect()
@@ -61,11 +61,11 @@ pub(crate) fn exact_geis(
 #[derive(Clone, Debug)]
 pub(crate) struct Reference {
     /// `[job][view]`.
-    seen: Vec<Vec<Seen>>,
+    seen: Vec<Vec<ReferenceCycle>>,
 }
 
 #[derive(Clone, Debug)]
-struct Seen {
+struct ReferenceCycle {
     gei: Vec<f64>,
     silhouettes: Vec<Silhouette>,
 }
@@ -86,13 +86,13 @@ impl Reference {
     /// When a figure cannot be drawn.
     pub(crate) fn new(
         pack: &Pack<'_>,
-        sample: &Sample,
+        sample: &ReferenceSample,
         settings: Settings,
         progress: &(dyn Fn() + Sync),
     ) -> Result<Self> {
         let seen = exact(pack, sample, settings, |frames| {
             progress();
-            let seen = |frames: Vec<Exact>| Seen {
+            let seen = |frames: Vec<Exact>| ReferenceCycle {
                 gei: mean(&frames),
                 silhouettes: frames.iter().map(Exact::silhouette).collect(),
             };
@@ -110,7 +110,7 @@ impl Reference {
     pub(crate) fn deviation(
         &self,
         pack: &Pack<'_>,
-        sample: &Sample,
+        sample: &ReferenceSample,
         settings: Settings,
     ) -> Result<Deviation> {
         let frames = settings.frames_per_cycle;
@@ -159,7 +159,7 @@ impl Reference {
 
 /// Root mean square difference of all pixels, of 255.
 #[must_use]
-pub(crate) fn rmse(some: &Geis, others: &Geis) -> f64 {
+pub(crate) fn rmse(some: &ExactGeis, others: &ExactGeis) -> f64 {
     let (some, others) = (some.iter().flatten(), others.iter().flatten());
     let squares = some
         .zip(others)
@@ -176,7 +176,7 @@ fn mean_square(found: impl Iterator<Item = f64>, expected: &[f64]) -> f64 {
 /// Draws each job's frames from each view, and keeps what `keep` makes of `[view][frame]`.
 fn exact<T: Send>(
     pack: &Pack<'_>,
-    sample: &Sample,
+    sample: &ReferenceSample,
     settings: Settings,
     keep: impl Fn(Vec<Vec<Exact>>) -> Vec<T> + Sync,
 ) -> Result<Vec<Vec<T>>> {
@@ -222,7 +222,7 @@ fn mean(frames: &[Exact]) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::encode::encode_subjects;
-    use crate::frontier::configuration::{Drawing, drawings};
+    use crate::frontier::configuration::{DrawConfiguration, drawings};
     use crate::scene::cohort::{CohortOptions, subjects};
     use crate::sweep::Views;
 
@@ -251,10 +251,10 @@ mod tests {
         let bytes = encode_subjects(&people, 5.0, &|| {}).expect("a pack");
         let pack = Pack::parse(&bytes).expect("it was just encoded");
         let views = Views::grid("four", [0.0, 70.0], [0.0, 40.0]).expect("viewpoints");
-        let sample = Sample::spread(&[0], &views.list, (1, 4));
+        let sample = ReferenceSample::spread(&[0], &views.list, (1, 4));
         let reference = Reference::new(&pack, &sample, Settings::default(), &|| {});
         let reference = reference.expect("exact silhouettes");
-        let of = |drawing: Drawing| {
+        let of = |drawing: DrawConfiguration| {
             let settings = drawing.applied_to(Settings::default());
             let found = reference.deviation(&pack, &sample, settings);
             found.expect("drawn silhouettes")
@@ -271,9 +271,9 @@ mod tests {
             );
         }
         let rmse = |frames_per_cycle| {
-            of(Drawing {
+            of(DrawConfiguration {
                 frames_per_cycle,
-                ..Drawing::DEFAULT
+                ..DrawConfiguration::DEFAULT
             })
             .gei_rmse
         };

@@ -1,9 +1,9 @@
 //! Measuring all configurations of one scene.
 
-use super::configuration::{Configuration, Drawing, Encoding, configurations, drawings};
+use super::configuration::{Configuration, DrawConfiguration, Encoding, configurations, drawings};
 use super::pareto::{Merits, pareto};
-use super::recognition::{Rank1, Recognition};
-use super::reference::{Deviation, Reference, Sample, exact_geis};
+use super::recognition::{Rank1, ShippedRecognizers};
+use super::reference::{Deviation, Reference, ReferenceSample, exact_geis};
 use super::spread_views;
 use super::timing::{Timed, least_ns};
 use crate::encode::encode_subjects;
@@ -12,7 +12,7 @@ use crate::scene::Subject;
 use crate::scene::cohort::{self, CohortOptions};
 use crate::scene::thin::with_thinner_bodies;
 use crate::sweep::{Job, Settings, View, Views};
-use edgegait_core::body::{Body, Figure};
+use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::{ModelPose, Pose};
 use edgegait_core::raster::{self, Renderer};
@@ -29,7 +29,7 @@ const ROUNDS: usize = 4;
 
 /// Who walks.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Scene<'a> {
+pub(crate) enum FrontierPeople<'a> {
     /// People of the built-in cohort, encoded anew in every way.
     BuiltIn,
     /// Walks of a pack, used as they are stored.
@@ -43,9 +43,9 @@ pub(crate) enum Scene<'a> {
 
 /// What is measured.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Study<'a> {
+pub(crate) struct FrontierStudy<'a> {
     /// Who walks.
-    pub scene: Scene<'a>,
+    pub scene: FrontierPeople<'a>,
     /// Seed of the probes' variations.
     pub seed: u64,
     /// Whether a rough answer will do: two people, four viewpoints, one round.
@@ -54,7 +54,7 @@ pub(crate) struct Study<'a> {
 
 /// One configuration's results.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct Point {
+pub(crate) struct FrontierPoint {
     /// Its settings in words.
     pub name: String,
     /// The rasteriser.
@@ -93,7 +93,7 @@ pub(crate) struct Point {
     pub pareto: bool,
 }
 
-impl Point {
+impl FrontierPoint {
     /// What it is compared by.
     #[must_use]
     pub(crate) const fn merits(&self) -> Merits {
@@ -158,15 +158,15 @@ fn encodings(configurations: &[Configuration]) -> Vec<Encoding> {
     distinct
 }
 
-impl Study<'_> {
+impl FrontierStudy<'_> {
     /// What is measured, the default first.
     #[must_use]
     pub(crate) fn configurations(&self) -> Vec<Configuration> {
-        if matches!(self.scene, Scene::BuiltIn) {
+        if matches!(self.scene, FrontierPeople::BuiltIn) {
             return configurations();
         }
-        let mut drawings: Vec<Drawing> = drawings().collect();
-        drawings.sort_by_key(|&drawing| drawing != Drawing::DEFAULT);
+        let mut drawings: Vec<DrawConfiguration> = drawings().collect();
+        drawings.sort_by_key(|&drawing| drawing != DrawConfiguration::DEFAULT);
         let stored = |drawing| Configuration {
             drawing,
             encoding: None,
@@ -179,8 +179,8 @@ impl Study<'_> {
     pub(crate) fn steps(&self) -> usize {
         let configurations = self.configurations();
         let encodings = match self.scene {
-            Scene::BuiltIn => encodings(&configurations).len() + 1,
-            Scene::Pack { .. } => 1,
+            FrontierPeople::BuiltIn => encodings(&configurations).len() + 1,
+            FrontierPeople::Pack { .. } => 1,
         };
         encodings + 2 + configurations.len() * (2 + self.rounds())
     }
@@ -214,16 +214,16 @@ impl Study<'_> {
     ///
     /// # Errors
     /// When a figure cannot be drawn or encoded.
-    pub(crate) fn run(&self, progress: &(dyn Fn() + Sync)) -> Result<Vec<Point>> {
+    pub(crate) fn run(&self, progress: &(dyn Fn() + Sync)) -> Result<Vec<FrontierPoint>> {
         let configurations = self.configurations();
         let people = self.people()?;
         let of_cohort;
         let (packs, probed) = match self.scene {
-            Scene::BuiltIn => {
+            FrontierPeople::BuiltIn => {
                 let packs = Packs::encoded(&people, &configurations, progress)?;
                 (packs, None)
             }
-            Scene::Pack { bytes, .. } => {
+            FrontierPeople::Pack { bytes, .. } => {
                 let error_mm = Encoding::DEFAULT.track_error_mm;
                 of_cohort = Packs::as_stored(encode_subjects(&people, error_mm, &|| {})?);
                 progress();
@@ -241,7 +241,7 @@ impl Study<'_> {
             let asked_mm = configuration.encoding.map(|asked| asked.track_error_mm);
             let drawing = configuration.drawing;
             let deltas: Vec<f64> = rank1[index].values().copied().collect();
-            points.push(Point {
+            points.push(FrontierPoint {
                 name: configuration.to_string(),
                 raster: drawing.rasterizer.name(),
                 jitter: drawing.jitter.name(),
@@ -263,7 +263,7 @@ impl Study<'_> {
                 pareto: false,
             });
         }
-        let set = pareto(&points.iter().map(Point::merits).collect::<Vec<_>>());
+        let set = pareto(&points.iter().map(FrontierPoint::merits).collect::<Vec<_>>());
         for (point, is_best) in points.iter_mut().zip(set) {
             point.pareto = is_best;
         }
@@ -286,7 +286,7 @@ impl Study<'_> {
             })
         };
         let mut people = made(everyone, vec![5.0])?;
-        if matches!(self.scene, Scene::BuiltIn) {
+        if matches!(self.scene, FrontierPeople::BuiltIn) {
             let more = made(walking, vec![3.0, 10.0])?;
             for (person, more) in people.iter_mut().zip(more) {
                 person.walks.extend(more.walks);
@@ -303,10 +303,10 @@ impl Study<'_> {
     ) -> Result<Vec<Deviation>> {
         let finest = Pack::parse(&packs.finest)?;
         let walks = match self.scene {
-            Scene::BuiltIn => of_walkers(&finest),
-            Scene::Pack { walks, .. } => walks.to_vec(),
+            FrontierPeople::BuiltIn => of_walkers(&finest),
+            FrontierPeople::Pack { walks, .. } => walks.to_vec(),
         };
-        let sample = Sample::spread(&walks, &self.views()?.list, (MOST_WALKS, usize::MAX));
+        let sample = ReferenceSample::spread(&walks, &self.views()?.list, (MOST_WALKS, usize::MAX));
         let settings = Settings::default();
         let reference = Reference::new(&finest, &sample, settings, &|| {})?;
         progress();
@@ -331,7 +331,7 @@ impl Study<'_> {
         let walks = finest.walks().enumerate();
         let probed = walks.filter(|(_, walk)| walk.name == "walk-5kmh");
         let jobs = probed.flat_map(|(walk, _)| PROBES.map(|cycle| Job::plain(walk, cycle)));
-        let sample = Sample {
+        let sample = ReferenceSample {
             jobs: jobs.collect(),
             views: self.views()?.list,
         };
@@ -339,7 +339,7 @@ impl Study<'_> {
             seed: self.seed,
             ..Settings::default()
         };
-        let recognition = Recognition::shipped()?;
+        let recognition = ShippedRecognizers::shipped()?;
         let geis = exact_geis(&finest, &sample, settings, &|| {})?;
         let expected = recognition.of_exact(&finest, &sample, &geis)?;
         progress();
@@ -397,7 +397,7 @@ fn stored(bytes: &[u8]) -> Result<Encoding> {
 const fn stack_bytes() -> usize {
     size_of::<Pose>()
         + size_of::<ModelPose>()
-        + size_of::<Body>()
+        + size_of::<UnpackedBody>()
         + size_of::<Figure<'_>>()
         + size_of::<Renderer>()
         + size_of::<raster::Drawing<'_>>()

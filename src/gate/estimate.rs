@@ -1,6 +1,6 @@
 //! How well a figure is known: its value, and the interval that it is in.
 
-use super::figure::Place;
+use super::figure::ResultFigure;
 use crate::bench::board::LOAD_WARNED_OF;
 use crate::evaluate::median::median_interval;
 use crate::evaluate::wilson::Interval;
@@ -29,7 +29,7 @@ fn finite<S: serde::Serializer>(end: &f64, to: S) -> Result<S::Ok, S::Error> {
 
 /// What kind of figure it is, by its key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Measure {
+pub(crate) enum FigureKind {
     /// How long something takes: less is better, and other work on the machine makes more of it.
     Time,
     /// How much is done in a time, the other way round.
@@ -45,7 +45,7 @@ pub(crate) enum Better {
     More,
 }
 
-impl Measure {
+impl FigureKind {
     /// By the key, whose end is its unit.
     pub(crate) fn of(key: &str) -> Self {
         let ends = |ends: &[&str]| ends.iter().any(|end| key.ends_with(end));
@@ -103,7 +103,7 @@ impl Estimate {
     /// Of one run, the interval is what stands beside the figure: the means of its windows for a time,
     /// `<key>_low` and `<key>_high` for a rate of hits. Of several, their median stands for the figure. Of
     /// fewer than five runs, which do not tell where a median lies, the interval holds those of all of them.
-    pub(crate) fn of(places: &[Place<'_>], measure: Measure) -> Self {
+    pub(crate) fn of(places: &[ResultFigure<'_>], measure: FigureKind) -> Self {
         let each: Vec<Self> = places
             .iter()
             .map(|place| Self::of_one(place, measure))
@@ -124,7 +124,7 @@ impl Estimate {
         }
     }
 
-    fn of_one(place: &Place<'_>, measure: Measure) -> Self {
+    fn of_one(place: &ResultFigure<'_>, measure: FigureKind) -> Self {
         let value = place.value;
         if measure.is_timed() {
             return match windows(place).as_deref() {
@@ -165,10 +165,10 @@ impl Estimate {
     }
 
     /// The same interval in parts of its value, of another one; of a rate, turned round.
-    fn scaled_to(self, value: f64, measure: Measure) -> Self {
+    fn scaled_to(self, value: f64, measure: FigureKind) -> Self {
         let (low, high) = (self.low / self.value, self.high / self.value);
         let (low, high) = match measure {
-            Measure::Rate => (1.0 / high, 1.0 / low),
+            FigureKind::Rate => (1.0 / high, 1.0 / low),
             _ => (low, high),
         };
         if !(low.is_finite() && high.is_finite()) {
@@ -182,17 +182,17 @@ impl Estimate {
     }
 
     /// What is known of it where others kept the machine busy: it may be any better.
-    pub(crate) fn disturbed(self, measure: Measure) -> Self {
+    pub(crate) fn disturbed(self, measure: FigureKind) -> Self {
         match measure {
-            Measure::Time => Self {
+            FigureKind::Time => Self {
                 low: f64::NEG_INFINITY,
                 ..self
             },
-            Measure::Rate => Self {
+            FigureKind::Rate => Self {
                 high: f64::INFINITY,
                 ..self
             },
-            Measure::Steady(_) => self,
+            FigureKind::Steady(_) => self,
         }
     }
 }
@@ -211,7 +211,7 @@ const NOT_OF_WINDOWS: [&str; 9] = [
 ];
 
 /// The means of the windows that a time was measured in, if they stand beside it.
-fn windows(place: &Place<'_>) -> Option<Vec<f64>> {
+fn windows(place: &ResultFigure<'_>) -> Option<Vec<f64>> {
     let means = place.object()?.get("window_mean_us")?.as_array()?;
     if NOT_OF_WINDOWS.contains(&place.key.as_str()) {
         return None;
@@ -221,7 +221,7 @@ fn windows(place: &Place<'_>) -> Option<Vec<f64>> {
 }
 
 /// Why a time is unsure, if others kept the machine busy.
-pub(crate) fn disturbance(place: &Place<'_>) -> Option<String> {
+pub(crate) fn disturbance(place: &ResultFigure<'_>) -> Option<String> {
     let shares = place.around.iter().flat_map(|object| {
         [
             ("load_of_others", "before it was measured"),
@@ -249,20 +249,23 @@ mod tests {
         let places = FigurePath::parse(path)
             .and_then(|path| path.places(results))
             .expect("a figure");
-        Estimate::of(&places, Measure::of(&places[0].key))
+        Estimate::of(&places, FigureKind::of(&places[0].key))
     }
 
     #[test]
     fn keys_tell_what_a_figure_is() {
-        assert_eq!(Measure::of("p50_us"), Measure::Time);
-        assert_eq!(Measure::of("single_mj"), Measure::Time);
-        assert_eq!(Measure::of("silhouettes_per_second"), Measure::Rate);
-        assert_eq!(Measure::of("throughput"), Measure::Rate);
-        assert_eq!(Measure::of("rank1").better(), Some(Better::More));
-        assert_eq!(Measure::of("eer").better(), Some(Better::Less));
-        assert_eq!(Measure::of("peak_rss_bytes").better(), Some(Better::Less));
-        assert_eq!(Measure::of("probes").better(), None);
-        assert!(!Measure::of("bytes").is_timed());
+        assert_eq!(FigureKind::of("p50_us"), FigureKind::Time);
+        assert_eq!(FigureKind::of("single_mj"), FigureKind::Time);
+        assert_eq!(FigureKind::of("silhouettes_per_second"), FigureKind::Rate);
+        assert_eq!(FigureKind::of("throughput"), FigureKind::Rate);
+        assert_eq!(FigureKind::of("rank1").better(), Some(Better::More));
+        assert_eq!(FigureKind::of("eer").better(), Some(Better::Less));
+        assert_eq!(
+            FigureKind::of("peak_rss_bytes").better(),
+            Some(Better::Less)
+        );
+        assert_eq!(FigureKind::of("probes").better(), None);
+        assert!(!FigureKind::of("bytes").is_timed());
     }
 
     #[test]
@@ -308,11 +311,11 @@ mod tests {
             low: 1.0,
             high: 3.0,
         };
-        let disturbed = time.disturbed(Measure::Time);
+        let disturbed = time.disturbed(FigureKind::Time);
         assert_eq!((disturbed.low, disturbed.high), (f64::NEG_INFINITY, 3.0));
-        let rate = time.disturbed(Measure::Rate);
+        let rate = time.disturbed(FigureKind::Rate);
         assert_eq!((rate.low, rate.high), (1.0, f64::INFINITY));
-        assert_eq!(time.disturbed(Measure::of("bytes")), time);
+        assert_eq!(time.disturbed(FigureKind::of("bytes")), time);
         let json = serde_json::to_value(disturbed).expect("JSON");
         assert_eq!(json, json!({ "value": 2.0, "low": null, "high": 3.0 }));
     }

@@ -38,18 +38,18 @@ const TOLD_APART: usize = 1000;
 /// A path to one figure, or to several.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct FigurePath {
-    steps: Vec<Step>,
+    steps: Vec<PathStep>,
 }
 
 /// A key, and which element of the list that stands there.
 #[derive(Clone, Debug, PartialEq)]
-struct Step {
+struct PathStep {
     key: String,
-    chosen: Chosen,
+    chosen: ElementChoice,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-enum Chosen {
+enum ElementChoice {
     /// What stands there, or the only element of a list.
     Only,
     /// Each element.
@@ -62,7 +62,7 @@ enum Chosen {
 
 /// A figure in results.
 #[derive(Clone, Debug)]
-pub(crate) struct Place<'a> {
+pub(crate) struct ResultFigure<'a> {
     /// The path to it alone.
     pub path: String,
     /// Its key.
@@ -73,7 +73,7 @@ pub(crate) struct Place<'a> {
     pub around: Vec<&'a Map<String, Value>>,
 }
 
-impl<'a> Place<'a> {
+impl<'a> ResultFigure<'a> {
     /// The object that it stands in.
     pub(super) fn object(&self) -> Option<&'a Map<String, Value>> {
         self.around.last().copied()
@@ -99,10 +99,10 @@ impl FigurePath {
                 return Err(letters.expected("a key"));
             }
             let chosen = match letters.next_if('[') {
-                false => Chosen::Only,
+                false => ElementChoice::Only,
                 true => letters.chosen()?,
             };
-            steps.push(Step { key, chosen });
+            steps.push(PathStep { key, chosen });
             if letters.is_over() {
                 return Ok(Self { steps });
             }
@@ -116,7 +116,7 @@ impl FigurePath {
     ///
     /// # Errors
     /// In words, if there is none, or what is there is no number.
-    pub(crate) fn places<'a>(&self, root: &'a Value) -> Result<Vec<Place<'a>>, String> {
+    pub(crate) fn places<'a>(&self, root: &'a Value) -> Result<Vec<ResultFigure<'a>>, String> {
         let mut found = Vec::new();
         let Value::Object(object) = root else {
             return Err("expected an object".into());
@@ -129,7 +129,7 @@ impl FigurePath {
         &self,
         at: usize,
         (path, around): (String, Vec<&'a Map<String, Value>>),
-        found: &mut Vec<Place<'a>>,
+        found: &mut Vec<ResultFigure<'a>>,
     ) -> Result<(), String> {
         let (Some(step), Some(object)) = (self.steps.get(at), around.last()) else {
             return Ok(());
@@ -155,7 +155,7 @@ impl FigurePath {
                     let around = around.iter().copied().chain([inner]).collect();
                     self.walk(at + 1, (path, around), found)?;
                 }
-                Value::Number(number) if is_last => found.push(Place {
+                Value::Number(number) if is_last => found.push(ResultFigure {
                     path,
                     key: step.key.clone(),
                     value: number.as_f64().unwrap_or(f64::NAN),
@@ -184,7 +184,7 @@ impl FigurePath {
     }
 }
 
-impl Step {
+impl PathStep {
     /// The values that it chooses, with the path to each.
     fn chosen<'a>(
         &self,
@@ -193,7 +193,7 @@ impl Step {
     ) -> Result<Vec<(String, &'a Value)>, String> {
         let Value::Array(list) = value else {
             return match self.chosen {
-                Chosen::Only => Ok(vec![(path, value)]),
+                ElementChoice::Only => Ok(vec![(path, value)]),
                 _ => Err(format!("{path}: expected a list, found {}", kind(value))),
             };
         };
@@ -208,7 +208,7 @@ impl Step {
             all.join(", ")
         };
         match &self.chosen {
-            Chosen::Only => match list.as_slice() {
+            ElementChoice::Only => match list.as_slice() {
                 [] => Err(format!("{path} is empty")),
                 [one] => Ok(vec![named(one)]),
                 _ => Err(format!(
@@ -220,16 +220,16 @@ impl Step {
                     others()
                 )),
             },
-            Chosen::Each if list.is_empty() => Err(format!("{path} is empty")),
-            Chosen::Each => Ok(list.iter().map(named).collect()),
-            Chosen::At(number) => match list.get(*number) {
+            ElementChoice::Each if list.is_empty() => Err(format!("{path} is empty")),
+            ElementChoice::Each => Ok(list.iter().map(named).collect()),
+            ElementChoice::At(number) => match list.get(*number) {
                 Some(one) => Ok(vec![named(one)]),
                 None => Err(format!(
                     "{path}: expected an element of number below {}, found #{number}",
                     list.len()
                 )),
             },
-            Chosen::By(keys) => {
+            ElementChoice::By(keys) => {
                 let is_meant = |element: &&Value| keys.iter().all(|one| is_like(element, one));
                 let meant: Vec<&Value> = list.iter().filter(is_meant).collect();
                 match meant.as_slice() {
@@ -395,7 +395,7 @@ impl Letters<'_> {
     }
 
     /// What stands in brackets, from behind the first.
-    fn chosen(&mut self) -> Result<Chosen, String> {
+    fn chosen(&mut self) -> Result<ElementChoice, String> {
         let mut keys = Vec::new();
         loop {
             let is_quoted = self.rest().starts_with('"');
@@ -411,7 +411,7 @@ impl Letters<'_> {
             if let Some(number) = number.filter(|_| !is_quoted && keys.is_empty())
                 && self.next_if(']')
             {
-                return Ok(Chosen::At(number));
+                return Ok(ElementChoice::At(number));
             }
             if self.next_if('=') {
                 let is_quoted = self.rest().starts_with('"');
@@ -419,12 +419,12 @@ impl Letters<'_> {
                 let value = self.with_decimals(value, is_quoted);
                 keys.push((Some(word), value));
             } else if word == "*" && !is_quoted && keys.is_empty() && self.next_if(']') {
-                return Ok(Chosen::Each);
+                return Ok(ElementChoice::Each);
             } else {
                 keys.push((None, word));
             }
             if self.next_if(']') {
-                return Ok(Chosen::By(keys));
+                return Ok(ElementChoice::By(keys));
             }
             if !self.next_if(',') {
                 return Err(self.expected("a comma or a closing bracket"));

@@ -1,6 +1,6 @@
 //! Whether a figure keeps to a limit, misses it, or nobody can tell.
 
-use super::estimate::{Better, Estimate, Measure};
+use super::estimate::{Better, Estimate, FigureKind};
 use super::limits::{Bound, Judge};
 use serde::Serialize;
 
@@ -69,7 +69,7 @@ impl Between {
 pub(crate) fn absolute(
     found: Estimate,
     bound: Bound,
-    (measure, judge): (Measure, Option<Judge>),
+    (measure, judge): (FigureKind, Option<Judge>),
 ) -> GateOutcome {
     // Of rates of hits the seeds are the same each time: the value is what a user asks about.
     let usual = if measure.is_timed() {
@@ -85,7 +85,7 @@ pub(crate) fn absolute(
 pub(crate) fn relative(
     between: Between,
     bound: Bound,
-    (measure, judge, is_paired): (Measure, Option<Judge>, bool),
+    (measure, judge, is_paired): (FigureKind, Option<Judge>, bool),
 ) -> GateOutcome {
     // Intervals of two figures that were found apart, but with the same seed, say little of what is between
     // them.
@@ -155,7 +155,7 @@ mod tests {
     use super::*;
     use GateOutcome::{CannotTell, Holds, Missed};
 
-    const TIME: Measure = Measure::Time;
+    const TIME: FigureKind = FigureKind::Time;
 
     fn about(value: f64, by: f64) -> Estimate {
         Estimate {
@@ -176,14 +176,14 @@ mod tests {
             absolute(
                 about(10.0, 1.0),
                 Bound::AtLeast(limit),
-                (Measure::Rate, None),
+                (FigureKind::Rate, None),
             )
         };
         assert_eq!(
             [rate(9.0), rate(9.5), rate(11.1)],
             [Holds, CannotTell, Missed]
         );
-        let hits = Measure::of("rank1");
+        let hits = FigureKind::of("rank1");
         let hit = |judge| absolute(about(0.5, 0.1), Bound::AtLeast(0.45), (hits, judge));
         assert_eq!(hit(None), Holds);
         assert_eq!(hit(Some(Judge::Interval)), CannotTell);
@@ -217,7 +217,7 @@ mod tests {
 
     #[test]
     fn not_worse_is_missed_beyond_the_interval_alone() {
-        let hits = (Measure::of("rank1"), None, true);
+        let hits = (FigureKind::of("rank1"), None, true);
         let of = |value: f64, by: f64, how| {
             let difference = about(value, by);
             let between = Between {
@@ -259,13 +259,13 @@ mod tests {
             (Bound::DifferenceAtLeast(2.0), Holds),
             (Bound::DifferenceAtLeast(2.5), Missed),
         ] {
-            let how = (Measure::of("bytes"), None, false);
+            let how = (FigureKind::of("bytes"), None, false);
             assert_eq!(relative(between, bound, how), outcome, "{bound}");
         }
         // Of figures below 0 a ratio says nothing.
         for both in [(0.5, -0.01), (-0.5, 0.01), (-2.0, -1.0)] {
             let below = Between::apart(Estimate::exact(both.0), Estimate::exact(both.1));
-            let how = (Measure::of("spread"), None, false);
+            let how = (FigureKind::of("spread"), None, false);
             assert_eq!(relative(below, Bound::RatioAtMost(1.2), how), CannotTell);
         }
         let nothing = Between::apart(Estimate::exact(0.0), Estimate::exact(0.0));

@@ -1,7 +1,7 @@
 //! The file of limits.
 
 use super::figure::FigurePath;
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, FilePlace, Result};
 use serde::Deserialize;
 use std::fmt;
 use std::path::Path;
@@ -144,7 +144,7 @@ impl GateLimits {
             let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
             written
                 .limit(line)
-                .map_err(|problem| Error::at(path, Place::Line(line), problem))
+                .map_err(|problem| Error::at(path, FilePlace::Line(line), problem))
         });
         Ok(Self {
             limits: limits.collect::<Result<_>>()?,

@@ -25,12 +25,12 @@ pub(crate) use report::{GateLine, GateReport};
 pub(crate) use results::ResultFile;
 pub(crate) use starter::starter;
 
-use crate::dataset::Header;
-use crate::error::{Error, Place as Where, Result};
-use crate::evaluate::paired::{PersonResult, Rates, paired_rates};
+use crate::dataset::ResultHeader;
+use crate::error::{Error, FilePlace as Where, Result};
+use crate::evaluate::paired::{PairedRates, PersonResult, paired_rates};
 use crate::evaluate::wilson::Interval;
-use estimate::{Estimate, Measure, disturbance};
-use figure::Place;
+use estimate::{Estimate, FigureKind, disturbance};
+use figure::ResultFigure;
 use judge::{Between, absolute, relative};
 use limits::{Bound, GateLimit};
 use serde::Deserialize as _;
@@ -38,7 +38,7 @@ use std::path::Path;
 
 /// What is judged.
 #[derive(Debug)]
-pub(crate) struct Judged<'a> {
+pub(crate) struct JudgedRuns<'a> {
     /// The runs of what is judged, at least one.
     pub runs: &'a [ResultFile],
     /// The runs of what it is set against; none if there is nothing.
@@ -53,8 +53,8 @@ pub(crate) struct Judged<'a> {
 /// If results cannot be compared, or a limit is on a figure that they lack: never a pass.
 pub(crate) fn gate(
     (path, limits): (&Path, &GateLimits),
-    judged: &Judged<'_>,
-    header: Header,
+    judged: &JudgedRuns<'_>,
+    header: ResultHeader,
 ) -> Result<GateReport> {
     let Some(first) = judged.runs.first() else {
         return Err(Error::Missing("results to judge"));
@@ -106,11 +106,11 @@ pub(crate) fn gate(
 /// What became of each bound of a limit on one figure.
 fn lines_of(
     limit: &GateLimit,
-    place: &Place<'_>,
-    (judged, is_one_board): (&Judged<'_>, bool),
+    place: &ResultFigure<'_>,
+    (judged, is_one_board): (&JudgedRuns<'_>, bool),
 ) -> std::result::Result<Vec<GateLine>, String> {
-    let measure = Measure::of(&place.key);
-    let new = Known::of((place, limit), judged.runs, measure)?;
+    let measure = FigureKind::of(&place.key);
+    let new = KnownFigure::of((place, limit), judged.runs, measure)?;
     let is_relative = limit.bounds.iter().any(|bound| bound.is_relative());
     let old = match judged.baselines {
         [] if is_relative => {
@@ -120,7 +120,7 @@ fn lines_of(
             ));
         }
         [] => None,
-        baselines => match Known::of((place, limit), baselines, measure) {
+        baselines => match KnownFigure::of((place, limit), baselines, measure) {
             Ok(known) => Some(known),
             Err(problem) if is_relative => return Err(problem),
             Err(_) => None,
@@ -154,7 +154,7 @@ fn lines_of(
         let why = (outcome == GateOutcome::CannotTell).then(|| {
             unsure.unwrap_or_else(|| {
                 let more = match measure {
-                    Measure::Steady(_) => "people, viewpoints or probes",
+                    FigureKind::Steady(_) => "people, viewpoints or probes",
                     _ => "windows or runs",
                 };
                 format!("the limit is within the interval (more {more} make it narrower)")
@@ -182,8 +182,8 @@ type Beside = (GateOutcome, Between, Option<String>);
 /// What became of a bound beside a baseline.
 fn beside(
     limit: &GateLimit,
-    (place, bound, measure): (&Place<'_>, Bound, Measure),
-    (new, old): (&Known, &Known),
+    (place, bound, measure): (&ResultFigure<'_>, Bound, FigureKind),
+    (new, old): (&KnownFigure, &KnownFigure),
     (seed, is_one_board): (u64, bool),
 ) -> std::result::Result<Beside, String> {
     let is_cut = new.is_cut || old.is_cut;
@@ -219,7 +219,7 @@ fn beside(
 }
 
 /// What is known of one figure.
-struct Known {
+struct KnownFigure {
     estimate: Estimate,
     /// Why it is unsure.
     unsure: Option<String>,
@@ -231,13 +231,13 @@ struct Known {
     by_person: Option<Vec<PersonResult>>,
 }
 
-impl Known {
+impl KnownFigure {
     /// From all runs; each must have the figure. Runs that others disturbed do not count where there are
     /// others.
     fn of(
-        (place, limit): (&Place<'_>, &GateLimit),
+        (place, limit): (&ResultFigure<'_>, &GateLimit),
         runs: &[ResultFile],
-        measure: Measure,
+        measure: FigureKind,
     ) -> std::result::Result<Self, String> {
         let path = figure::FigurePath::parse(&place.path)?;
         let mut places = Vec::new();
@@ -289,7 +289,7 @@ impl Known {
     }
 
     /// The interval that it is judged by.
-    fn judged(&self, measure: Measure) -> Estimate {
+    fn judged(&self, measure: FigureKind) -> Estimate {
         if self.is_disturbed {
             self.estimate.disturbed(measure)
         } else {
@@ -308,7 +308,7 @@ impl Known {
         if key != "rank1" || mine.is_empty() || its.is_empty() {
             return None;
         }
-        let Some(Rates { ratio, difference }) = paired_rates([mine, its], seed) else {
+        let Some(PairedRates { ratio, difference }) = paired_rates([mine, its], seed) else {
             return Some(Err(
                 "the baseline looked for other people, or for them in other probes".into(),
             ));
@@ -330,7 +330,7 @@ impl Known {
 }
 
 /// That a rate of hits is not of all viewpoints that were planned, if so.
-fn cut_of(place: &Place<'_>) -> Option<String> {
+fn cut_of(place: &ResultFigure<'_>) -> Option<String> {
     let (made, planned) = (
         place.beside("viewpoints")?,
         place.beside("viewpoints_planned")?,

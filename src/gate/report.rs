@@ -2,7 +2,7 @@
 
 use super::estimate::Estimate;
 use super::judge::GateOutcome;
-use crate::dataset::Header;
+use crate::dataset::ResultHeader;
 use crate::report::grouped;
 use crate::table::Column::Left;
 use crate::table::Table;
@@ -44,7 +44,7 @@ pub(crate) struct GateLine {
 pub(crate) struct GateReport {
     /// What was judged.
     #[serde(flatten)]
-    pub header: Header,
+    pub header: ResultHeader,
     /// Missed if one is; else, nobody can tell if that is so of one.
     pub outcome: GateOutcome,
     /// One for each limit on each figure.
@@ -52,7 +52,7 @@ pub(crate) struct GateReport {
 }
 
 impl GateReport {
-    pub(super) fn new(header: Header, limits: Vec<GateLine>) -> Self {
+    pub(super) fn new(header: ResultHeader, limits: Vec<GateLine>) -> Self {
         let worst = limits.iter().map(|line| line.outcome).max();
         Self {
             header,

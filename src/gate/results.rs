@@ -1,6 +1,6 @@
 //! Results that are judged, and which of them can be set against each other.
 
-use crate::dataset::{Header, InputFile, SCHEMA};
+use crate::dataset::{InputFile, ResultHeader, SCHEMA};
 use crate::error::{Error, Result};
 use serde::Deserialize as _;
 use serde_json::Value;
@@ -29,7 +29,7 @@ const NOT_COMPARED: [&str; 11] = [
 pub(crate) struct ResultFile {
     pub path: PathBuf,
     pub value: Value,
-    pub header: Header,
+    pub header: ResultHeader,
 }
 
 impl ResultFile {
@@ -58,7 +58,7 @@ impl ResultFile {
             Error::input(path, format!("{expected}: {found}"))
         };
         let value: Value = serde_json::from_str(text).map_err(|error| refuse(&error))?;
-        let header = Header::deserialize(&value).map_err(|error| refuse(&error))?;
+        let header = ResultHeader::deserialize(&value).map_err(|error| refuse(&error))?;
         if header.schema != SCHEMA {
             return Err(Error::input(
                 path,
@@ -100,7 +100,7 @@ impl ResultFile {
         }
         let keys = mine.settings.keys().chain(its.settings.keys());
         for key in keys.filter(|key| !NOT_COMPARED.contains(&key.as_str())) {
-            let of = |header: &Header| match header.settings.get(key) {
+            let of = |header: &ResultHeader| match header.settings.get(key) {
                 Some(value) => value.to_string(),
                 None => "not stated".into(),
             };
@@ -136,7 +136,7 @@ impl ResultFile {
     /// Naming the first difference.
     pub(crate) fn require_run_of(&self, other: &Self) -> Result<()> {
         self.require_like(other)?;
-        let sums = |header: &Header| {
+        let sums = |header: &ResultHeader| {
             let mut sums: Vec<String> =
                 header.inputs.iter().map(|one| one.sha256.clone()).collect();
             sums.sort_unstable();

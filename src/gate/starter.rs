@@ -1,6 +1,6 @@
 //! A file of limits to begin with, from results that are good.
 
-use super::figure::{FigurePath, Place, written};
+use super::figure::{FigurePath, ResultFigure, written};
 use super::report::number;
 use super::results::ResultFile;
 use crate::error::{Error, Result};
@@ -89,7 +89,7 @@ pub(crate) fn starter(results: &ResultFile) -> Result<String> {
                 let places = path.places(&results.value)?;
                 Ok(places
                     .first()
-                    .map(|place: &Place<'_>| (place.path.clone(), place.value)))
+                    .map(|place: &ResultFigure<'_>| (place.path.clone(), place.value)))
             });
             let Ok(Some((path, value))) = found else {
                 continue;

@@ -39,12 +39,12 @@ fn report(text: &str, runs: &[ResultFile], baselines: &[ResultFile]) -> Result<G
     let limits = GateLimits::parse(path, text).expect("limits");
     gate(
         (path, &limits),
-        &Judged {
+        &JudgedRuns {
             runs,
             baselines,
             without_baseline: false,
         },
-        Header::new("gate", 1),
+        ResultHeader::new("gate", 1),
     )
 }
 
@@ -251,12 +251,12 @@ fn limits_beside_a_baseline_can_be_left_out_before_there_is_one() {
     let text = format!("{SLOWER}at_most = 200\n");
     let limits = GateLimits::parse(path, &text).expect("limits");
     let runs = [bench(100.0, |_| {})];
-    let judged = Judged {
+    let judged = JudgedRuns {
         runs: &runs,
         baselines: &[],
         without_baseline: true,
     };
-    let found = gate((path, &limits), &judged, Header::new("gate", 1)).expect("judged");
+    let found = gate((path, &limits), &judged, ResultHeader::new("gate", 1)).expect("judged");
     assert_eq!(found.limits.len(), 1);
     assert_eq!(
         found.header.warnings,

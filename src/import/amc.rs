@@ -8,9 +8,9 @@ use std::collections::HashMap;
 
 use glam::{DQuat, DVec3};
 
-use super::asf::{Drive, Freedom, Skeleton};
+use super::asf::{AsfSkeleton, Drive, Freedom};
 use super::lines::{Lines, finite, shown};
-use super::{Format, Motion, SourceFrame};
+use super::{Motion, MotionFormat, SourceFrame};
 use crate::error::{Error, Result};
 
 /// CMU's usual rate; an AMC does not state one (`reference/mocap-report.md`, section 4).
@@ -29,8 +29,8 @@ struct Partial {
 /// # Errors
 /// Unknown or repeated bones, incomplete frames, gaps in the frame numbers, anything
 /// that is not a finite number.
-pub(super) fn read(mut lines: Lines, skeleton: Skeleton) -> Result<Motion> {
-    let Skeleton {
+pub(super) fn read(mut lines: Lines, skeleton: AsfSkeleton) -> Result<Motion> {
+    let AsfSkeleton {
         joints,
         drives,
         unit_m,
@@ -117,7 +117,7 @@ pub(super) fn read(mut lines: Lines, skeleton: Skeleton) -> Result<Motion> {
         warnings.push("the AMC states no unit of angle: the ASF's is used".into());
     }
     Ok(Motion {
-        format: Format::AsfAmc,
+        format: MotionFormat::AsfAmc,
         joints,
         sample_rate_hz: DEFAULT_RATE_HZ,
         frames,
@@ -147,7 +147,7 @@ fn complete(lines: &Lines, done: Partial, joints: &[super::SourceJoint]) -> Resu
         None => Ok(done.frame),
         Some(missing) => Err(Error::at(
             lines.path(),
-            crate::error::Place::Line(done.line),
+            crate::error::FilePlace::Line(done.line),
             format!(
                 "frame {} lacks the bone `{}` (is the file truncated?)",
                 done.number,

@@ -22,7 +22,7 @@ const MAX_BONES: usize = 4096;
 const INCH_M: f64 = 0.0254;
 
 /// A skeleton, and how its bones read the values of an AMC.
-pub(super) struct Skeleton {
+pub(super) struct AsfSkeleton {
     /// Joint 0 is the root; parents first.
     pub(super) joints: Vec<SourceJoint>,
     /// By joint.
@@ -67,7 +67,7 @@ impl Freedom {
 
 /// A bone as the file states it.
 #[derive(Default)]
-struct Bone {
+struct AsfBone {
     name: String,
     direction: Option<DVec3>,
     length: Option<f64>,
@@ -78,8 +78,8 @@ struct Bone {
 
 /// The sections of a file as they are collected.
 struct Sections {
-    bones: Vec<Bone>,
-    root: Bone,
+    bones: Vec<AsfBone>,
+    root: AsfBone,
     /// Child bone name to parent name, and the line that says it.
     parents: Vec<(String, String, usize)>,
     length: Option<f64>,
@@ -91,17 +91,17 @@ struct Sections {
 ///
 /// # Errors
 /// Incomplete bones, bones without a place in the hierarchy, cycles, unknown units.
-pub(super) fn read(mut lines: Lines) -> Result<Skeleton> {
+pub(super) fn read(mut lines: Lines) -> Result<AsfSkeleton> {
     let mut sections = Sections {
         bones: Vec::new(),
-        root: Bone::default(),
+        root: AsfBone::default(),
         parents: Vec::new(),
         length: None,
         angle: None,
         warnings: Vec::new(),
     };
     let mut section = String::new();
-    let mut bone: Option<Bone> = None;
+    let mut bone: Option<AsfBone> = None;
     while let Some(line) = lines.next_line()? {
         if line.starts_with('#') {
             continue;
@@ -227,8 +227,8 @@ fn read_freedoms(lines: &Lines, words: &[&str]) -> Result<Vec<Freedom>> {
 
 fn read_bone_line(
     lines: &Lines,
-    bones: &mut Vec<Bone>,
-    open: &mut Option<Bone>,
+    bones: &mut Vec<AsfBone>,
+    open: &mut Option<AsfBone>,
     words: &[&str],
 ) -> Result<()> {
     let Some(bone) = open.as_mut() else {
@@ -238,7 +238,7 @@ fn read_bone_line(
                 shown(&words.join(" "))
             )));
         }
-        *open = Some(Bone::default());
+        *open = Some(AsfBone::default());
         return Ok(());
     };
     match words {
@@ -302,7 +302,7 @@ fn fixed_axes(angles: [f64; 3], order: [usize; 3]) -> DQuat {
 }
 
 /// Orders the bones parents first and turns them into joints.
-fn build(lines: &Lines, mut sections: Sections) -> Result<Skeleton> {
+fn build(lines: &Lines, mut sections: Sections) -> Result<AsfSkeleton> {
     if sections.length.is_none() {
         sections
             .warnings
@@ -314,7 +314,7 @@ fn build(lines: &Lines, mut sections: Sections) -> Result<Skeleton> {
             .push("the ASF states no unit of angle: degrees assumed".into());
         1f64.to_radians()
     });
-    let axes = |bone: &Bone| bone.axis.map_or([0.0; 3], |(angles, _)| angles);
+    let axes = |bone: &AsfBone| bone.axis.map_or([0.0; 3], |(angles, _)| angles);
     let widest = sections
         .bones
         .iter()
@@ -339,7 +339,7 @@ fn build(lines: &Lines, mut sections: Sections) -> Result<Skeleton> {
         .enumerate()
         .map(|(index, name)| (name, index))
         .collect();
-    let at = |line| crate::error::Place::Line(line);
+    let at = |line| crate::error::FilePlace::Line(line);
     let mut children: Vec<Vec<usize>> = vec![Vec::new(); index.len()];
     let mut has_parent = vec![false; index.len()];
     for (child, parent, line) in &sections.parents {
@@ -413,7 +413,7 @@ fn build(lines: &Lines, mut sections: Sections) -> Result<Skeleton> {
         );
         return Err(Error::input(lines.path(), problem));
     }
-    Ok(Skeleton {
+    Ok(AsfSkeleton {
         joints,
         drives,
         unit_m: sections.length.map(|length| INCH_M / length),

@@ -12,7 +12,7 @@ use std::fmt;
 use glam::{DQuat, DVec3};
 
 use super::lines::{Lines, finite, shown};
-use super::{Format, Motion, SourceFrame, SourceJoint};
+use super::{Motion, MotionFormat, SourceFrame, SourceJoint};
 use crate::error::{Error, Result};
 
 /// Most joints accepted. Ours: an avatar with face and fingers has 101.
@@ -20,14 +20,14 @@ const MAX_JOINTS: usize = 4096;
 
 /// One column of the motion table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Channel {
+enum BvhChannel {
     /// Metres-like, along the axis of this index.
     Position(usize),
     /// Degrees, about the axis of this index.
     Rotation(usize),
 }
 
-impl Channel {
+impl BvhChannel {
     fn parse(name: &str) -> Option<Self> {
         let lower = name.to_ascii_lowercase();
         let axis = match lower.as_bytes().first()? {
@@ -44,7 +44,7 @@ impl Channel {
     }
 }
 
-impl fmt::Display for Channel {
+impl fmt::Display for BvhChannel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (axis, kind) = match self {
             Self::Position(axis) => (axis, "position"),
@@ -58,12 +58,12 @@ impl fmt::Display for Channel {
 #[derive(Default)]
 struct Hierarchy {
     joints: Vec<SourceJoint>,
-    columns: Vec<(usize, Channel)>,
+    columns: Vec<(usize, BvhChannel)>,
 }
 
 /// What an open brace belongs to.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Block {
+enum OpenBlock {
     Joint(usize),
     End(usize),
 }
@@ -97,7 +97,7 @@ pub(super) fn read(mut lines: Lines) -> Result<Motion> {
         ));
     }
     Ok(Motion {
-        format: Format::Bvh,
+        format: MotionFormat::Bvh,
         joints: hierarchy.joints,
         sample_rate_hz: 1.0 / frame_time_s,
         frames,
@@ -117,8 +117,8 @@ fn read_hierarchy(lines: &mut Lines) -> Result<Hierarchy> {
         None => return Err(Error::input(lines.path(), "the file is empty")),
     }
     let mut hierarchy = Hierarchy::default();
-    let mut open: Vec<Block> = Vec::new();
-    let mut announced: Option<Block> = None;
+    let mut open: Vec<OpenBlock> = Vec::new();
+    let mut announced: Option<OpenBlock> = None;
     loop {
         let Some(line) = lines.next_line()? else {
             return Err(lines.error("expected MOTION, found the end of the file"));
@@ -143,13 +143,13 @@ fn read_hierarchy(lines: &mut Lines) -> Result<Hierarchy> {
                 let parent = match (keyword.as_str(), open.last()) {
                     ("ROOT", None) if hierarchy.joints.is_empty() => None,
                     ("ROOT", _) => return Err(lines.error("a second ROOT; one walker a file")),
-                    (_, Some(&Block::Joint(parent))) => Some(parent),
+                    (_, Some(&OpenBlock::Joint(parent))) => Some(parent),
                     _ => return Err(lines.error("a JOINT outside of a joint's braces")),
                 };
                 if hierarchy.joints.len() == MAX_JOINTS {
                     return Err(lines.error(format!("more than {MAX_JOINTS} joints")));
                 }
-                announced = Some(Block::Joint(hierarchy.joints.len()));
+                announced = Some(OpenBlock::Joint(hierarchy.joints.len()));
                 hierarchy.joints.push(SourceJoint {
                     name: rest.to_owned(),
                     parent,
@@ -158,19 +158,21 @@ fn read_hierarchy(lines: &mut Lines) -> Result<Hierarchy> {
                 });
             }
             "END" => match open.last() {
-                Some(&Block::Joint(joint)) => announced = Some(Block::End(joint)),
+                Some(&OpenBlock::Joint(joint)) => announced = Some(OpenBlock::End(joint)),
                 _ => return Err(lines.error("an End Site outside of a joint's braces")),
             },
             "OFFSET" => {
                 let offset = read_offset(lines, rest)?;
                 match open.last() {
-                    Some(&Block::Joint(joint)) => hierarchy.joints[joint].offset = offset,
-                    Some(&Block::End(joint)) => hierarchy.joints[joint].end = Some(offset),
+                    Some(&OpenBlock::Joint(joint)) => hierarchy.joints[joint].offset = offset,
+                    Some(&OpenBlock::End(joint)) => hierarchy.joints[joint].end = Some(offset),
                     None => return Err(lines.error("an OFFSET outside of braces")),
                 }
             }
             "CHANNELS" => match open.last() {
-                Some(&Block::Joint(joint)) => read_channels(lines, &mut hierarchy, joint, rest)?,
+                Some(&OpenBlock::Joint(joint)) => {
+                    read_channels(lines, &mut hierarchy, joint, rest)?
+                }
                 _ => return Err(lines.error("CHANNELS outside of a joint's braces")),
             },
             "}" if rest.is_empty() => {
@@ -226,7 +228,7 @@ fn read_channels(lines: &Lines, into: &mut Hierarchy, joint: usize, text: &str) 
         return Err(lines.error("a second CHANNELS for one joint"));
     }
     for name in names {
-        let channel = Channel::parse(name)
+        let channel = BvhChannel::parse(name)
             .ok_or_else(|| lines.error(format!("unknown channel `{}`", shown(name))))?;
         if into.columns.contains(&(joint, channel)) {
             return Err(lines.error(format!("channel {name} twice in one joint")));
@@ -287,11 +289,11 @@ fn read_row(lines: &Lines, hierarchy: &Hierarchy, row: &str, frame: usize) -> Re
             ))
         })?;
         match channel {
-            Channel::Position(axis) => {
+            BvhChannel::Position(axis) => {
                 offsets[joint][axis] = value;
                 moved |= joint > 0;
             }
-            Channel::Rotation(axis) => {
+            BvhChannel::Rotation(axis) => {
                 rotations[joint] *= DQuat::from_axis_angle(DVec3::AXES[axis], value.to_radians());
             }
         }

@@ -8,7 +8,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, FilePlace, Result};
 
 /// Longest line accepted, bytes. Ours: a row of 4,096 joints fits.
 const MAX_LINE: usize = 1 << 20;
@@ -58,7 +58,7 @@ impl Lines {
 
     /// An error at the line read last.
     pub(super) fn error(&self, problem: impl Into<String>) -> Error {
-        Error::at(&self.path, Place::Line(self.number.max(1)), problem)
+        Error::at(&self.path, FilePlace::Line(self.number.max(1)), problem)
     }
 
     /// The next line that holds more than white space, trimmed. Bytes that are not

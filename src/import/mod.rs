@@ -32,7 +32,7 @@ const MAX_POSITIONS: usize = 1 << 23;
 
 /// What a file holds.
 #[derive(Clone, Debug)]
-pub enum Source {
+pub enum FileContents {
     /// A skeleton that moves.
     Motion(Motion),
     /// Markers on a body.
@@ -43,7 +43,7 @@ pub enum Source {
 #[derive(Clone, Debug)]
 pub struct Markers {
     /// The format that they were read from.
-    pub format: Format,
+    pub format: MotionFormat,
     /// As the file spells them, prefixes included.
     pub names: Vec<String>,
     /// Frames a second.
@@ -74,7 +74,7 @@ pub struct Skin {
 #[derive(Clone, Debug)]
 pub struct Motion {
     /// The format that it was read from.
-    pub format: Format,
+    pub format: MotionFormat,
     /// The joints, parents first; the root is joint 0.
     pub joints: Vec<SourceJoint>,
     /// Frames a second.
@@ -91,7 +91,7 @@ pub struct Motion {
 
 /// A file format of motions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
+pub enum MotionFormat {
     /// Biovision hierarchy.
     Bvh,
     /// Acclaim skeleton and motion: two files.
@@ -106,7 +106,7 @@ pub enum Format {
     Obj,
 }
 
-impl Format {
+impl MotionFormat {
     /// Whether its files state their axes: a floor at y = 0, Y up, people who face +Z.
     #[must_use]
     pub const fn states_axes(self) -> bool {
@@ -120,7 +120,7 @@ impl Format {
     }
 }
 
-impl fmt::Display for Format {
+impl fmt::Display for MotionFormat {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Bvh => "bvh",
@@ -161,7 +161,7 @@ pub struct SourceFrame {
 
 /// What the user knows and the file does not say.
 #[derive(Clone, Debug, Default)]
-pub struct Options {
+pub struct ImportOptions {
     /// Frames a second, instead of the file's (AMC has none: 120, CMU's usual rate).
     pub sample_rate_hz: Option<f64>,
     /// The skeleton of an AMC, instead of the one found beside it.
@@ -202,7 +202,7 @@ impl Skin {
     }
 }
 
-impl Source {
+impl FileContents {
     /// Reads a `.bvh`, `.c3d`, `.trc`, `.glb` or `.gltf`, or an `.amc` with the `.asf` found
     /// beside it: the file of the same name, else of the name before the last `_`
     /// (`02_01.amc`: `02.asf`), else the only one in the folder.
@@ -210,15 +210,15 @@ impl Source {
     /// # Errors
     /// The file cannot be read or is not a complete, finite motion.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
-        Self::read_with(path, &Options::default())
+        Self::read_with(path, &ImportOptions::default())
     }
 
-    /// Reads like [`Source::read`], with what the user knows better.
+    /// Reads like [`FileContents::read`], with what the user knows better.
     ///
     /// # Errors
     /// The file cannot be read or is not a complete, finite motion, or an option is
     /// out of range.
-    pub fn read_with(path: impl AsRef<Path>, options: &Options) -> Result<Self> {
+    pub fn read_with(path: impl AsRef<Path>, options: &ImportOptions) -> Result<Self> {
         let path = path.as_ref();
         if let Some(rate) = options.sample_rate_hz
             && !RATE_HZ.contains(&rate)
@@ -240,7 +240,7 @@ impl Source {
         let mut source = match extension.as_str() {
             "glb" | "gltf" => {
                 let clip = options.clip.as_deref();
-                let clip = clip.map_or(gltf::Wanted::Only, gltf::Wanted::Named);
+                let clip = clip.map_or(gltf::WantedAnimation::Only, gltf::WantedAnimation::Named);
                 Self::Motion(gltf::read(path, clip)?)
             }
             "bvh" => Self::Motion(bvh::read(lines::Lines::open(path)?)?),
@@ -293,7 +293,7 @@ impl Source {
         };
         if let Some(rate) = options.sample_rate_hz {
             *stated_hz = rate;
-        } else if format == Format::AsfAmc {
+        } else if format == MotionFormat::AsfAmc {
             warnings.push("an AMC states no frame rate: 120 Hz assumed".into());
         }
         Ok(source)
@@ -301,22 +301,22 @@ impl Source {
 }
 
 impl Motion {
-    /// Reads a file that holds a skeleton, like [`Source::read`].
+    /// Reads a file that holds a skeleton, like [`FileContents::read`].
     ///
     /// # Errors
-    /// Those of [`Source::read`]; a file of markers.
+    /// Those of [`FileContents::read`]; a file of markers.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
-        Self::read_with(path, &Options::default())
+        Self::read_with(path, &ImportOptions::default())
     }
 
     /// Reads like [`Motion::read`], with what the user knows better.
     ///
     /// # Errors
-    /// Those of [`Source::read_with`]; a file of markers.
-    pub fn read_with(path: impl AsRef<Path>, options: &Options) -> Result<Self> {
-        match Source::read_with(&path, options)? {
-            Source::Motion(motion) => Ok(motion),
-            Source::Markers(_) => Err(Error::input(
+    /// Those of [`FileContents::read_with`]; a file of markers.
+    pub fn read_with(path: impl AsRef<Path>, options: &ImportOptions) -> Result<Self> {
+        match FileContents::read_with(&path, options)? {
+            FileContents::Motion(motion) => Ok(motion),
+            FileContents::Markers(_) => Err(Error::input(
                 path,
                 "expected a skeleton that moves, found markers",
             )),
@@ -362,7 +362,7 @@ pub fn is_gltf(path: &Path) -> bool {
 /// # Errors
 /// The file cannot be read or holds no skinned mesh.
 pub fn skinned_body(path: &Path) -> Result<Motion> {
-    let motion = gltf::read(path, gltf::Wanted::Nothing)?;
+    let motion = gltf::read(path, gltf::WantedAnimation::Nothing)?;
     match motion.skin {
         Some(_) => Ok(motion),
         None => Err(Error::input(path, "no mesh that its joints move")),

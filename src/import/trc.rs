@@ -8,7 +8,7 @@
 use glam::DVec3;
 
 use super::lines::{Lines, finite, shown};
-use super::{Format, MAX_POSITIONS, Markers, RATE_HZ, metres};
+use super::{MAX_POSITIONS, Markers, MotionFormat, RATE_HZ, metres};
 use crate::error::{Error, Result};
 
 /// What some writers put for a coordinate that was not seen.
@@ -21,7 +21,7 @@ const RATE_TOLERANCE: f64 = 0.005;
 const ROUNDING_S: f64 = 0.001;
 
 /// The header's values that matter, as text.
-struct Header {
+struct TrcHeader {
     rate: String,
     frames: String,
     markers: String,
@@ -91,7 +91,7 @@ pub(super) fn read(mut lines: Lines) -> Result<Markers> {
         }
     };
     Ok(Markers {
-        format: Format::Trc,
+        format: MotionFormat::Trc,
         names,
         sample_rate_hz: rate_hz(&lines, &header, &times, &mut warnings)?,
         frames,
@@ -101,7 +101,7 @@ pub(super) fn read(mut lines: Lines) -> Result<Markers> {
 }
 
 /// Reads the three lines before the names.
-fn read_header(lines: &mut Lines) -> Result<Header> {
+fn read_header(lines: &mut Lines) -> Result<TrcHeader> {
     match lines.next_line()? {
         Some(first) if first.starts_with("PathFileType") => {}
         Some(first) => {
@@ -122,7 +122,7 @@ fn read_header(lines: &mut Lines) -> Result<Header> {
     let needed = |name: &str| {
         value(name).ok_or_else(|| lines.error(format!("the header has no value of {name}")))
     };
-    Ok(Header {
+    Ok(TrcHeader {
         rate: needed("DataRate")?,
         frames: needed("NumFrames")?,
         markers: needed("NumMarkers")?,
@@ -198,7 +198,7 @@ fn coordinate(cell: &str) -> std::result::Result<Option<f64>, String> {
 /// The header's rate, if the time column agrees, else that of the time column.
 fn rate_hz(
     lines: &Lines,
-    header: &Header,
+    header: &TrcHeader,
     times: &[f64],
     warnings: &mut Vec<String>,
 ) -> Result<f64> {

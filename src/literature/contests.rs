@@ -4,13 +4,13 @@ use crate::confound::{Condition, Conditions};
 use crate::dataset::kmh;
 use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
 use crate::error::{Error, Result};
-use crate::evaluate::contest::{Contest, Drawn, Entrant, Wish};
+use crate::evaluate::contest::{Contest, DrawnContest, Entrant, Wish};
 use crate::evaluate::intervals::Rank1Intervals;
 use crate::evaluate::protocol::Protocol;
 use crate::evaluate::rank::Tally;
 use crate::evaluate::results::{PersonResult, ProbeSetResult};
 use crate::scene::cohort::{self, CohortOptions};
-use crate::source::{BUILT_IN_WALK, Recordings, Source};
+use crate::source::{BUILT_IN_WALK, Recordings, SequenceSource};
 use crate::sweep::Views;
 use edgegait_core::pack::Pack;
 use serde::Serialize;
@@ -18,7 +18,7 @@ use std::ops::Range;
 
 /// Who takes part, and how much is drawn.
 #[derive(Clone, Debug)]
-pub(crate) struct Plan {
+pub(crate) struct ContestPlan {
     /// Numbers of the people whom recognizers learn from.
     pub training: Range<usize>,
     /// Numbers of those by whom they are judged.
@@ -31,7 +31,7 @@ pub(crate) struct Plan {
 
 /// A class of confounders.
 #[derive(Serialize)]
-pub(crate) struct Column {
+pub(crate) struct ConfounderClass {
     pub name: &'static str,
     /// What acts on probes, in words.
     pub what: &'static str,
@@ -51,43 +51,43 @@ enum Of {
 
 /// Classes of confounders, in the order of a table. Confounders are those of the catalogue at
 /// strength 1; those of the camera and of the body itself are left out.
-pub(crate) const COLUMNS: [Column; 8] = [
-    Column {
+pub(crate) const COLUMNS: [ConfounderClass; 8] = [
+    ConfounderClass {
         name: "normal",
         what: "another cycle",
         of: Of::Conditions(&["normal"]),
     },
-    Column {
+    ConfounderClass {
         name: "view",
         what: "seen from 13 azimuths, 0 to 180 degrees, each from each other one",
         of: Of::Views,
     },
-    Column {
+    ConfounderClass {
         name: "speed",
         what: "walks at 3, 4, 6 and 7 km/h",
         of: Of::Speeds(&[3.0, 4.0, 6.0, 7.0]),
     },
-    Column {
+    ConfounderClass {
         name: "run",
         what: "runs at 8 to 12 km/h",
         of: Of::Speeds(&[8.0, 9.0, 10.0, 11.0, 12.0]),
     },
-    Column {
+    ConfounderClass {
         name: "clothes",
         what: "coat, skirt, wide trousers, shoes, hat, long hair",
         of: Of::Conditions(&["coat", "skirt", "wide-trousers", "shoes", "hat", "hair"]),
     },
-    Column {
+    ConfounderClass {
         name: "carrying",
         what: "backpack, shoulder bag, suitcase",
         of: Of::Conditions(&["backpack", "shoulder-bag", "suitcase"]),
     },
-    Column {
+    ConfounderClass {
         name: "occlusion",
         what: "a pillar, somebody who crosses",
         of: Of::Conditions(&["static-occluder", "moving-occluder"]),
     },
-    Column {
+    ConfounderClass {
         name: "segmentation",
         what: "light, holes, missing parts, merged background, erosion, dilation, noise",
         of: Of::Conditions(&[
@@ -104,7 +104,7 @@ pub(crate) const COLUMNS: [Column; 8] = [
 
 /// Rank-1 of a recognizer under a class of confounders.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Cell {
+pub(crate) struct ClassRank1 {
     /// The class, or the configuration.
     pub class: String,
     /// Probes of all its confounders.
@@ -130,7 +130,7 @@ made = [{ take = "enrolled", variation = 0 }, { take = "probe", variation = 1000
 const ONE_CYCLE: &str =
     "[gallery]\norder = \"first\"\n[[probes]]\nname = \"all\"\norder = \"others\"";
 
-impl Plan {
+impl ContestPlan {
     /// People of these numbers at the ten built-in speeds, as a pack.
     ///
     /// # Errors
@@ -161,12 +161,12 @@ pub(crate) const CONTESTS: usize = 4;
 
 /// What became of a recognizer.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub(crate) struct Judged {
+pub(crate) struct JudgedRecognizer {
     /// A cell for each class, in the order of [`COLUMNS`].
-    pub cells: Vec<Cell>,
+    pub cells: Vec<ClassRank1>,
     /// One for each configuration of TUM-IITKGP; none of recorded people.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub configurations: Vec<Cell>,
+    pub configurations: Vec<ClassRank1>,
 }
 
 /// Judges recognizers by all contests about the people of a pack, at all speeds. `progress` is
@@ -177,9 +177,9 @@ pub(crate) struct Judged {
 pub(crate) fn judge(
     pack: &Pack<'_>,
     entrants: &[Entrant],
-    plan: &Plan,
+    plan: &ContestPlan,
     progress: &dyn Fn(),
-) -> Result<Vec<Judged>> {
+) -> Result<Vec<JudgedRecognizer>> {
     let walks: Vec<_> = pack.walks().collect();
     let all: Vec<usize> = (0..walks.len()).collect();
     let at_known: Vec<usize> = all
@@ -233,8 +233,8 @@ pub(crate) fn judge(
         plan.seed,
     )?;
     progress();
-    let judged = |at: usize| -> Result<Judged> {
-        let cell = |column: &Column| {
+    let judged = |at: usize| -> Result<JudgedRecognizer> {
+        let cell = |column: &ConfounderClass| {
             let found = match column.of {
                 Of::Conditions(names) => people(&of_conditions[at], |name| names.contains(&name)),
                 Of::Speeds(speeds) => people(&of_speeds[at], |name| {
@@ -244,11 +244,11 @@ pub(crate) fn judge(
                 }),
                 Of::Views => people(&of_views[at], |_| true),
             };
-            Cell::of(column.name, &found, plan.seed)
+            ClassRank1::of(column.name, &found, plan.seed)
         };
-        let of_one = |set: &ProbeSetResult| Cell::of(&set.name, &set.by_person, plan.seed);
+        let of_one = |set: &ProbeSetResult| ClassRank1::of(&set.name, &set.by_person, plan.seed);
         let configurations = configurations[at].iter().map(of_one);
-        Ok(Judged {
+        Ok(JudgedRecognizer {
             cells: COLUMNS.iter().map(cell).collect::<Result<_>>()?,
             configurations: configurations.collect::<Result<_>>()?,
         })
@@ -267,10 +267,10 @@ pub(crate) fn judge_recorded(
     cycles: Recordings,
     entrants: &[Entrant],
     seed: u64,
-) -> Result<(Vec<Judged>, Vec<String>)> {
+) -> Result<(Vec<JudgedRecognizer>, Vec<String>)> {
     let mut warnings: Vec<String> = Vec::new();
-    let mut judged = vec![Judged::default(); entrants.len()];
-    let mut source = Source::Tree(Box::new(cycles));
+    let mut judged = vec![JudgedRecognizer::default(); entrants.len()];
+    let mut source = SequenceSource::Tree(Box::new(cycles));
     let same = protocol(ONE_CYCLE)?;
     for (class, protocol) in [("normal", same), ("view", Protocol::named("cross-view")?)] {
         let contest = Contest::new(source, protocol)?;
@@ -291,14 +291,14 @@ pub(crate) fn judge_recorded(
         }
         for (judged, result) in judged.iter_mut().zip(outcome.results) {
             let found = people(&result.probe_sets, |_| true);
-            judged.cells.push(Cell::of(class, &found, seed)?);
+            judged.cells.push(ClassRank1::of(class, &found, seed)?);
         }
         source = contest.into_source();
     }
     Ok((judged, warnings))
 }
 
-impl Cell {
+impl ClassRank1 {
     /// The cell of what became of people, several entries of a person being added.
     ///
     /// # Errors
@@ -375,7 +375,7 @@ fn probe_sets(
     wish: Wish<'_>,
     seed: u64,
 ) -> Result<Vec<Vec<ProbeSetResult>>> {
-    let drawn = Drawn::new(walks, entrants, wish)?;
+    let drawn = DrawnContest::new(walks, entrants, wish)?;
     let outcome = drawn
         .contest
         .run(entrants, seed, &mut |_| (), &mut |_| ())?;

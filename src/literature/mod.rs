@@ -6,6 +6,9 @@ mod contests;
 mod garments;
 mod recognizers;
 
-pub(crate) use contests::{COLUMNS, CONTESTS, Cell, Column, Judged, Plan, judge, judge_recorded};
+pub(crate) use contests::{
+    COLUMNS, CONTESTS, ClassRank1, ConfounderClass, ContestPlan, JudgedRecognizer, judge,
+    judge_recorded,
+};
 pub(crate) use garments::Garments;
-pub(crate) use recognizers::{FITTED, Known, Row};
+pub(crate) use recognizers::{FITTED, LiteratureRow, PublishedRecognizer};

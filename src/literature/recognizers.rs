@@ -1,25 +1,27 @@
 //! The recognizers, each with who published it.
 
-use super::contests::{Judged, conditions, cross_views};
+use super::contests::{JudgedRecognizer, conditions, cross_views};
 use super::garments::Garments;
 use crate::error::{Error, Result};
 use crate::evaluate::contest::Entrant;
 use crate::score::baseline::{Baseline, RANDOM};
-use crate::score::{Contract, Layout, Model, Recognizer, Runtime, Training};
+use crate::score::{Contract, InputLayout, Model, Recognizer, Runtime, Training};
 use crate::source::BUILT_IN_WALK;
 use crate::sweep::{Job, Raster, Settings, Views, jobs, sweep};
 use crate::template::Template;
 use crate::template::augment::{Augmentation, Crops};
-use crate::train::subspaces::{RandomSubspaces, Subspaces};
+use crate::train::subspaces::{RandomSubspaces, SubspaceOptions};
 use crate::train::views::ViewTransformation;
-use crate::train::{Analysed, Components, Method, Options, Recipe, Samples, Share, choice, onnx};
+use crate::train::{
+    Analysed, Components, CycleShare, Recipe, Samples, TrainMethod, TrainOptions, choice, onnx,
+};
 use edgegait_core::pack::Pack;
 use edgegait_core::raster::Rasterizer;
 use ndarray::Array2;
 use serde::Serialize;
 
 /// A recognizer, and where it comes from.
-pub(crate) struct Known {
+pub(crate) struct PublishedRecognizer {
     /// What takes part.
     pub entrant: Entrant,
     /// Who published it.
@@ -28,7 +30,7 @@ pub(crate) struct Known {
 
 /// What became of a recognizer.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Row {
+pub(crate) struct LiteratureRow {
     /// What it is called.
     pub name: String,
     /// Who published it.
@@ -36,13 +38,17 @@ pub(crate) struct Row {
     /// Whether it has learnt nothing.
     pub baseline: bool,
     #[serde(flatten)]
-    pub judged: Judged,
+    pub judged: JudgedRecognizer,
 }
 
-impl Row {
+impl LiteratureRow {
     /// What became of this one.
     #[must_use]
-    pub(crate) fn of(entrant: &Entrant, publication: &'static str, judged: Judged) -> Self {
+    pub(crate) fn of(
+        entrant: &Entrant,
+        publication: &'static str,
+        judged: JudgedRecognizer,
+    ) -> Self {
         Self {
             name: entrant.recognizer.name().to_owned(),
             publication,
@@ -77,7 +83,7 @@ const CYCLES: u32 = 4;
 /// How many recognizers are fitted.
 pub(crate) const FITTED: usize = 5;
 
-impl Known {
+impl PublishedRecognizer {
     /// All of them, trained on the walks of a pack, and how the row widths of its people change with
     /// clothes; the view transformation learns the viewpoints of `seen_from`, or those of the class
     /// "view". `progress` is called for each that is fitted.
@@ -87,7 +93,7 @@ impl Known {
     pub(crate) fn all(
         training: &Pack<'_>,
         seen_from: Option<Views>,
-        (subspaces, seed): (Subspaces, u64),
+        (subspaces, seed): (SubspaceOptions, u64),
         progress: &(dyn Fn() + Sync),
     ) -> Result<(Vec<Self>, Garments)> {
         let settings = Settings {
@@ -129,14 +135,18 @@ impl Known {
         let analysed = Analysed::<f64>::of(form, samples.numbers.view(), &samples.labels, classes)?;
         let crops = Crops::default();
         for (name, method, publication) in [
-            ("gei-lda", Method::LDA, "Han & Bhanu 2006: real templates"),
+            (
+                "gei-lda",
+                TrainMethod::LDA,
+                "Han & Bhanu 2006: real templates",
+            ),
             (
                 "gei-real-synthetic",
-                Method::RealSynthetic { crops },
+                TrainMethod::RealSynthetic { crops },
                 "Han & Bhanu 2006: real and synthetic templates",
             ),
         ] {
-            let fitted = analysed.fit(Options {
+            let fitted = analysed.fit(TrainOptions {
                 components: Components::Count(COMPONENTS),
                 method,
             })?;
@@ -209,7 +219,7 @@ fn drawn(training: &Pack<'_>, settings: Settings, views: Views) -> Result<Sample
         views: &views,
         settings,
         cycles: 1,
-        share: Share::ALL,
+        share: CycleShare::ALL,
         augmentation: Augmentation::default(),
     };
     Samples::drawn((training, &walks, "other people"), recipe, &|| ())
@@ -269,7 +279,7 @@ fn contract(template: Template, name: &str) -> Contract {
     Contract {
         name: name.to_owned(),
         template,
-        layout: Layout::of(template),
+        layout: InputLayout::of(template),
         ..Contract::default()
     }
 }

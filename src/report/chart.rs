@@ -105,14 +105,14 @@ pub(super) fn angles(results: &[RecognizerResult]) -> Option<Markup> {
 }
 
 /// A line of a [`curves`] chart: its name, and its points, both coordinates 0..1.
-pub(super) type Curve = (String, Vec<(f64, f64)>);
+pub(super) type ChartCurve = (String, Vec<(f64, f64)>);
 
 /// A chart of as many lines of rates (0..1, upwards) as [`LINES`] has, with ticks of the horizontal
 /// axis (place 0..1, text). None without lines.
 pub(super) fn curves(
     (what, axis): (&str, &str),
     ticks: &[Tick],
-    curves: &[Curve],
+    curves: &[ChartCurve],
 ) -> Option<Markup> {
     if curves.iter().all(|(_, points)| points.len() < 2) {
         return None;

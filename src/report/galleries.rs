@@ -1,16 +1,16 @@
 //! Galleries of walks of a pack: what confounders do to one, and one in every template.
 
-use super::gallery::{GalleryRow, Raster, TemplateCell, gallery, template_sheet};
+use super::gallery::{GalleryImage, GalleryRow, TemplateCell, gallery, template_sheet};
 use super::pixels::{faded, mean, pixelated, warped};
-use super::scene::{Floor, Kind as Colour, Shot as Window, ShownHull, frame};
+use super::scene::{DrawnFloor, HullKind as Colour, SceneShot, ShownHull, frame};
 use crate::confound::image::straightened;
-use crate::confound::{Condition, Kind};
+use crate::confound::{Condition, ConfounderKind};
 use crate::error::Result;
-use crate::scene::wear::Part;
+use crate::scene::wear::BodyPart;
 use crate::sweep::{
-    Hulls, Job, Moments, Scene, Settings, Shot, Swept, Thing, View, scene, silhouettes, sweep,
+    Job, Moments, Scene, SceneHulls, Settings, Shot, Swept, Thing, View, scene, silhouettes, sweep,
 };
-use crate::template::{Shape, Template};
+use crate::template::{Template, TemplateShape};
 use edgegait_core::pack::Pack;
 use glam::{DVec2, Vec3};
 use image::RgbImage;
@@ -54,7 +54,7 @@ pub(crate) fn condition_gallery(
             Ok(())
         })?;
         let columns = settings.size.columns();
-        let raster = |bytes: Vec<u8>| Raster { bytes, columns };
+        let raster = |bytes: Vec<u8>| GalleryImage { bytes, columns };
         rows.push(GalleryRow {
             label: label(pack, job, has_several),
             class: class(job.condition).to_owned(),
@@ -77,10 +77,10 @@ pub(crate) fn template_gallery(
 ) -> Result<RgbImage> {
     let cell = |(template, bytes): &(Template, Vec<u8>)| {
         let (columns, numbers) = match template.shape(settings.size) {
-            Shape::Image { rows, columns, .. } => (columns, rows * columns),
-            Shape::Vector(numbers) => (1, numbers),
+            TemplateShape::Image { rows, columns, .. } => (columns, rows * columns),
+            TemplateShape::Vector(numbers) => (1, numbers),
         };
-        let plane = |plane: &[u8]| Raster {
+        let plane = |plane: &[u8]| GalleryImage {
             bytes: plane.to_vec(),
             columns,
         };
@@ -114,11 +114,11 @@ fn class(condition: Option<&Condition>) -> &'static str {
 /// The picture of a scene, as the lens and the sensor take it.
 fn painted(scene: &Scene) -> RgbImage {
     let aim = Vec3::new(scene.pelvis.x, 0.92, scene.pelvis.z);
-    let window = Window {
+    let window = SceneShot {
         camera: scene.camera,
         centre: aim,
         height_m: FRAME_M,
-        floor: Floor {
+        floor: DrawnFloor {
             point: scene.floor.point,
             normal: scene.floor.normal,
         },
@@ -134,7 +134,7 @@ fn painted(scene: &Scene) -> RgbImage {
     let sample_px = f64::from(FRAME_PX.1) / f64::from(FRAME_M) * 1.7 / 150.0;
     for dose in scene.doses.list() {
         picture = match dose.kind {
-            Kind::RadialDistortion => {
+            ConfounderKind::RadialDistortion => {
                 let (width, height) = (f64::from(FRAME_PX.0), f64::from(FRAME_PX.1));
                 let unit = height / f64::from(FRAME_M) * 1.7;
                 warped(&picture, |[x, y]| {
@@ -143,8 +143,10 @@ fn painted(scene: &Scene) -> RgbImage {
                     (straightened(place, dose.strength) * unit + middle).to_array()
                 })
             }
-            Kind::Resolution => pixelated(&picture, sample_px * (1.0 + 14.0 * dose.strength)),
-            Kind::Light => faded(
+            ConfounderKind::Resolution => {
+                pixelated(&picture, sample_px * (1.0 + 14.0 * dose.strength))
+            }
+            ConfounderKind::Light => faded(
                 &picture,
                 1.0 - 0.5 * dose.strength,
                 1.0 - 0.85 * dose.strength,
@@ -158,12 +160,12 @@ fn painted(scene: &Scene) -> RgbImage {
     }
 }
 
-fn shown(hulls: &Hulls) -> Vec<ShownHull> {
+fn shown(hulls: &SceneHulls) -> Vec<ShownHull> {
     let colour = |thing| match thing {
-        Thing::Worn(Part::Body) => Colour::Body,
-        Thing::Worn(Part::Hair) => Colour::Hair,
-        Thing::Worn(Part::Garment) => Colour::Garment,
-        Thing::Worn(Part::Load) => Colour::Load,
+        Thing::Worn(BodyPart::Body) => Colour::Body,
+        Thing::Worn(BodyPart::Hair) => Colour::Hair,
+        Thing::Worn(BodyPart::Garment) => Colour::Garment,
+        Thing::Worn(BodyPart::Load) => Colour::Load,
         Thing::Shadow => Colour::Shadow,
         Thing::Occluder => Colour::Occluder,
     };

@@ -29,7 +29,7 @@ type Rgb = image::Rgb<u8>;
 
 /// A silhouette or a plane of a template: rows of bytes, the upper one first.
 #[derive(Clone, Debug)]
-pub(super) struct Raster {
+pub(super) struct GalleryImage {
     /// 0..=255.
     pub bytes: Vec<u8>,
     /// Bytes of each row.
@@ -46,9 +46,9 @@ pub(super) struct GalleryRow {
     /// What the camera sees.
     pub frame: RgbImage,
     /// What is left of that.
-    pub silhouette: Raster,
+    pub silhouette: GalleryImage,
     /// The template of the whole cycle.
-    pub template: Raster,
+    pub template: GalleryImage,
 }
 
 /// One template, for [`template_sheet`].
@@ -57,10 +57,10 @@ pub(super) struct TemplateCell {
     /// Its name.
     pub label: String,
     /// Its planes; one of a single column is a vector, and drawn as bars.
-    pub planes: Vec<Raster>,
+    pub planes: Vec<GalleryImage>,
 }
 
-impl Raster {
+impl GalleryImage {
     /// The whole rows of it, each byte as a square of `scale` pixels.
     fn enlarged(&self, scale: usize) -> RgbImage {
         let (columns, scale) = (self.columns.max(1), scale.max(1) as u32);
@@ -140,7 +140,7 @@ pub(super) fn gallery(title: &str, rows: &[GalleryRow], blocks: usize) -> Result
 /// A row's pictures side by side.
 fn strip(row: &GalleryRow) -> RgbImage {
     let height = row.frame.height();
-    let enlarged = |raster: &Raster| raster.enlarged(raster.scale_within(height as usize));
+    let enlarged = |raster: &GalleryImage| raster.enlarged(raster.scale_within(height as usize));
     side_by_side(&[
         row.frame.clone(),
         enlarged(&row.silhouette),
@@ -273,8 +273,8 @@ fn colour(class: usize) -> Rgb {
 mod tests {
     use super::*;
 
-    fn raster(rows: usize, columns: usize, byte: u8) -> Raster {
-        Raster {
+    fn raster(rows: usize, columns: usize, byte: u8) -> GalleryImage {
+        GalleryImage {
             bytes: vec![byte; rows * columns],
             columns,
         }
@@ -318,7 +318,7 @@ mod tests {
             },
             TemplateCell {
                 label: "row-width".into(),
-                planes: vec![Raster {
+                planes: vec![GalleryImage {
                     bytes: [vec![0; 25], vec![255; 25]].concat(),
                     columns: 1,
                 }],

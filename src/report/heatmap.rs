@@ -65,14 +65,14 @@ pub(super) fn ink(rate: f64) -> &'static str {
 }
 
 /// The viewpoints of a result that fill a grid.
-pub(super) struct Grid<'a> {
+pub(super) struct HeatmapGrid<'a> {
     azimuths: Vec<f64>,
     elevations: Vec<f64>,
     /// `[elevation][azimuth]`.
     cells: Vec<Vec<Option<&'a ViewpointResult>>>,
 }
 
-impl<'a> Grid<'a> {
+impl<'a> HeatmapGrid<'a> {
     /// The grid, or none if the viewpoints are not one: none at all, more than a third of the
     /// cells empty, or two results in a cell.
     pub(super) fn of(viewpoints: &'a [ViewpointResult]) -> Option<Self> {
@@ -321,7 +321,7 @@ mod tests {
             (90.0, 90.0, 2, 4),
         ]);
         result.trained_at = vec![(90.0, 0.0)];
-        let svg = Grid::of(&result.by_viewpoint)
+        let svg = HeatmapGrid::of(&result.by_viewpoint)
             .unwrap()
             .svg(&result)
             .into_string();
@@ -335,7 +335,7 @@ mod tests {
     #[test]
     fn viewpoints_that_are_no_grid_are_not_drawn_as_one() {
         let grid = |viewpoints: &[(f64, f64, u64, u64)]| {
-            Grid::of(&result_of(viewpoints).by_viewpoint).is_some()
+            HeatmapGrid::of(&result_of(viewpoints).by_viewpoint).is_some()
         };
         assert!(!grid(&[]));
         assert!(grid(&[(90.0, 0.0, 1, 1)]), "one cell");
@@ -361,7 +361,7 @@ mod tests {
             each.map(move |&e| (a, e, 1, 3))
         });
         let result = result_of(&all.collect::<Vec<_>>());
-        let grid = Grid::of(&result.by_viewpoint).expect("a grid");
+        let grid = HeatmapGrid::of(&result.by_viewpoint).expect("a grid");
         grid.svg(&result).into_string()
     }
 

@@ -16,7 +16,7 @@ use serde_json::Value;
 use super::summary::{finding, summary};
 use super::viewpoints::recognizer;
 use super::{THIN, chart, grouped, paired, people, percent, png, ranks};
-use crate::dataset::{Header, write_atomically};
+use crate::dataset::{ResultHeader, write_atomically};
 use crate::error::{Error, ReportError, Result};
 use crate::evaluate::results::ScoreResults;
 use crate::template::Template;
@@ -25,7 +25,7 @@ const CSS: &str = concat!(include_str!("style.css"), include_str!("chart.css"));
 
 /// A template to show, and what it is.
 #[derive(Clone, Debug)]
-pub(crate) struct Sample {
+pub(crate) struct TemplateSample {
     /// A few words, such as `s03, 90° / 0°`.
     pub caption: String,
     /// Which template it is.
@@ -46,7 +46,7 @@ pub(crate) struct Sample {
 pub(crate) fn write_page(
     path: impl AsRef<Path>,
     results: &ScoreResults,
-    samples: &[Sample],
+    samples: &[TemplateSample],
 ) -> Result<()> {
     let path = path.as_ref();
     if let Some(folder) = path
@@ -67,7 +67,7 @@ pub(crate) fn write_page(
 /// # Errors
 ///
 /// If a picture cannot be encoded, which only a lack of memory does.
-pub(crate) fn page(results: &ScoreResults, samples: &[Sample]) -> Result<String> {
+pub(crate) fn page(results: &ScoreResults, samples: &[TemplateSample]) -> Result<String> {
     let viewpoints = results
         .recognizers
         .iter()
@@ -197,7 +197,7 @@ fn name(template: Template) -> String {
     }
 }
 
-fn sample(sample: &Sample) -> Result<Markup> {
+fn sample(sample: &TemplateSample) -> Result<Markup> {
     let (rows, columns) = (sample.rows, sample.columns);
     let picture = GrayImage::from_raw(columns as u32, rows as u32, sample.pixels.clone())
         .ok_or(ReportError::Bytes { rows, columns })?;
@@ -230,7 +230,7 @@ fn reading() -> Markup {
     }
 }
 
-pub(super) fn provenance(header: &Header) -> Markup {
+pub(super) fn provenance(header: &ResultHeader) -> Markup {
     html! {
         h2 { "Settings and inputs" }
         table.keys { tbody {
@@ -270,7 +270,7 @@ mod tests {
 
     #[test]
     fn a_page_needs_nothing_else() {
-        let samples = [Sample {
+        let samples = [TemplateSample {
             caption: "s01".into(),
             template: Template::Gei,
             rows: 64,
@@ -305,7 +305,7 @@ mod tests {
         });
         let page = page(
             &results,
-            &[Sample {
+            &[TemplateSample {
                 caption: evil.into(),
                 template: Template::Gei,
                 rows: 50,

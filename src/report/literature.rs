@@ -1,15 +1,15 @@
 //! Recognizers of the literature by class of confounder, as a table.
 
 use super::percent;
-use crate::literature::{Cell, Garments, Row};
+use crate::literature::{ClassRank1, Garments, LiteratureRow};
 use crate::table::Column::{Left, Right};
 use crate::table::Table;
 
 /// Rank-1 of each recognizer under each class, with its 95 % interval over people, percent.
 pub(crate) fn literature_table(
-    rows: &[Row],
+    rows: &[LiteratureRow],
     people: usize,
-    cells: fn(&Row) -> &Vec<Cell>,
+    cells: fn(&LiteratureRow) -> &Vec<ClassRank1>,
 ) -> Table<'static> {
     let mut table = Table::new(&[Left(0), Right(0)]).with_gap(2);
     let classes: Vec<&str> = { rows.iter().take(1).flat_map(cells) }

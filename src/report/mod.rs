@@ -42,7 +42,7 @@ pub(crate) use confounders::{strength_table, write_strengths};
 pub(crate) use drawing::SVG_START;
 #[cfg(feature = "plots")]
 pub(crate) use galleries::{condition_gallery, template_gallery};
-pub(crate) use html::{Sample, write_page};
+pub(crate) use html::{TemplateSample, write_page};
 #[cfg(feature = "train")]
 pub(crate) use literature::{garments_table, literature_table};
 pub(crate) use picture::{cells, contact_sheet, is_own_png, png, write_png};

@@ -7,7 +7,7 @@ use image::{GrayImage, ImageBuffer, ImageFormat, Luma, PixelWithColorType};
 
 use crate::dataset::write_bytes;
 use crate::error::{ReportError, Result};
-use crate::template::Shape;
+use crate::template::TemplateShape;
 use edgegait_core::format::crc32;
 use edgegait_core::silhouette::Size;
 
@@ -58,9 +58,9 @@ pub(crate) fn contact_sheet<P: AsRef<[u8]>>(
 /// a vector bars from below, a column for each number (as many images as that takes); if it has a
 /// number for each row, bars about the middle.
 #[must_use]
-pub(crate) fn cells(bytes: &[u8], shape: Shape, size: Size) -> Vec<Vec<u8>> {
+pub(crate) fn cells(bytes: &[u8], shape: TemplateShape, size: Size) -> Vec<Vec<u8>> {
     let (rows, columns) = (size.rows(), size.columns());
-    let Shape::Vector(numbers) = shape else {
+    let TemplateShape::Vector(numbers) = shape else {
         let images = bytes.chunks_exact(size.pixels());
         return images.map(<[u8]>::to_vec).collect();
     };
@@ -214,7 +214,7 @@ mod tests {
         // 60 numbers in two images: the first 10 rows high, the last one 50.
         let mut numbers = vec![0; 60];
         (numbers[0], numbers[59]) = (51, 255);
-        let found = cells(&numbers, Shape::Vector(60), size);
+        let found = cells(&numbers, TemplateShape::Vector(60), size);
         let white = |image: &[u8], column: usize| {
             (0..50)
                 .filter(|row| image[row * 30 + column] == 255)
@@ -226,7 +226,7 @@ mod tests {
         // 10 of 30 columns in the middle of the first of 50 rows.
         let mut widths = vec![0; 50];
         widths[0] = 85;
-        let found = cells(&widths, Shape::Vector(50), size);
+        let found = cells(&widths, TemplateShape::Vector(50), size);
         let row: Vec<usize> = (0..1500).filter(|&at| found[0][at] == 255).collect();
         assert_eq!(row, (10..20).collect::<Vec<_>>());
     }

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::chart::{Curve, curves, legend};
+use super::chart::{ChartCurve, curves, legend};
 use super::drawing::LINES;
 use super::{THIN, scope};
 use crate::evaluate::results::{ProbeSetResult, RecognizerResult};
@@ -11,7 +11,7 @@ use crate::evaluate::results::{ProbeSetResult, RecognizerResult};
 const RANKS: usize = 20;
 
 /// Lines of one pair of charts, each with its name, and what they are in words.
-struct Pair<'a> {
+struct ChartPair<'a> {
     lines: Vec<(String, &'a ProbeSetResult)>,
     /// The recognizer, if they are of one.
     name: Option<&'a str>,
@@ -28,7 +28,7 @@ pub(super) fn charts(results: &[RecognizerResult]) -> Option<Markup> {
     (!drawn.is_empty()).then(|| html! { @for one in drawn { (one) } })
 }
 
-fn pairs(results: &[RecognizerResult]) -> Vec<Pair<'_>> {
+fn pairs(results: &[RecognizerResult]) -> Vec<ChartPair<'_>> {
     let sets: usize = results.iter().map(|result| result.probe_sets.len()).sum();
     let one_each = results.iter().all(|result| result.probe_sets.len() <= 1);
     if sets > LINES.len() && !one_each {
@@ -55,7 +55,7 @@ fn pairs(results: &[RecognizerResult]) -> Vec<Pair<'_>> {
     } else {
         "All recognizers and probe sets".to_owned()
     };
-    vec![Pair {
+    vec![ChartPair {
         lines,
         name: None,
         words,
@@ -63,9 +63,9 @@ fn pairs(results: &[RecognizerResult]) -> Vec<Pair<'_>> {
     }]
 }
 
-fn of_one(result: &RecognizerResult) -> Pair<'_> {
+fn of_one(result: &RecognizerResult) -> ChartPair<'_> {
     let (sets, which) = scope::chosen(result, LINES.len());
-    Pair {
+    ChartPair {
         lines: sets.iter().map(|set| (set.name.clone(), *set)).collect(),
         name: Some(&result.name),
         words: format!("Drawn are {which}; the table of {} has all", result.name),
@@ -73,12 +73,12 @@ fn of_one(result: &RecognizerResult) -> Pair<'_> {
     }
 }
 
-fn pair(pair: &Pair<'_>) -> Option<Markup> {
+fn pair(pair: &ChartPair<'_>) -> Option<Markup> {
     let sets = || pair.lines.iter().map(|(_, set)| *set);
     // The last rank is among all people, where everybody is found.
     let last = pair.classes.clamp(1, RANKS);
     let place = |rank: usize| (rank - 1) as f64 / (last - 1).max(1) as f64;
-    let cmc: Vec<Curve> = pair
+    let cmc: Vec<ChartCurve> = pair
         .lines
         .iter()
         .map(|(name, set)| {
@@ -98,7 +98,7 @@ fn pair(pair: &Pair<'_>) -> Option<Markup> {
         &ranks,
         &cmc,
     );
-    let roc: Vec<Curve> = pair
+    let roc: Vec<ChartCurve> = pair
         .lines
         .iter()
         .map(|(name, set)| {

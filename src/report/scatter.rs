@@ -15,12 +15,12 @@ const RIGHT: usize = 36;
 const BOTTOM: usize = 54;
 
 /// Where the values of an axis lie: the least at 0, the greatest at `length`.
-struct Axis {
+struct ChartAxis {
     values: Vec<f64>,
     length: f64,
 }
 
-impl Axis {
+impl ChartAxis {
     fn new(values: impl Iterator<Item = f64>, length: usize) -> Self {
         let mut values: Vec<f64> = values.map(|value| value + 0.0).collect();
         values.sort_by(f64::total_cmp);
@@ -60,8 +60,8 @@ impl Axis {
 /// The picture: azimuth to the right, elevation upwards, both to scale.
 pub(super) fn svg(result: &RecognizerResult) -> Markup {
     let all = &result.by_viewpoint;
-    let across = Axis::new(all.iter().map(|v| v.azimuth_deg), WIDTH);
-    let up = Axis::new(all.iter().map(|v| v.elevation_deg), HEIGHT);
+    let across = ChartAxis::new(all.iter().map(|v| v.azimuth_deg), WIDTH);
+    let up = ChartAxis::new(all.iter().map(|v| v.elevation_deg), HEIGHT);
     let (width, height) = (LEFT + WIDTH + RIGHT, TOP + HEIGHT + BOTTOM);
     let x_of = |azimuth: f64| LEFT as f64 + across.place(azimuth);
     let y_of = |elevation: f64| (TOP + HEIGHT) as f64 - up.place(elevation);

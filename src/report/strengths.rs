@@ -118,7 +118,7 @@ fn chart(result: &ConfounderResult, (column, y): (usize, f64), chance: f64) -> M
 mod tests {
     use super::*;
     use crate::evaluate::intervals::Rank1Intervals;
-    use crate::evaluate::strengths::{Rank1, StrengthResult};
+    use crate::evaluate::strengths::{Rank1Rate, StrengthResult};
     use crate::report::extent::assert_texts_of_size_are_readable;
 
     fn result(name: &'static str, class: &'static str, rates: &[(f64, f64)]) -> ConfounderResult {
@@ -131,7 +131,7 @@ mod tests {
         let at = |&(strength, rank1): &(f64, f64)| StrengthResult {
             strength,
             gei_rmse: 0.0,
-            recognizers: vec![Rank1 {
+            recognizers: vec![Rank1Rate {
                 name: "side".into(),
                 rank1,
                 intervals,

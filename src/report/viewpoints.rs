@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::heatmap::{Grid, colour, ink, label, legend};
+use super::heatmap::{HeatmapGrid, colour, ink, label, legend};
 use super::{THIN, grouped, measures, percent, scatter, scope};
 use crate::evaluate::bands::{AZIMUTHS, Bands, ELEVATIONS};
 use crate::evaluate::rank::Tally;
@@ -15,7 +15,7 @@ const LISTED: usize = 25;
 /// of many, the bands.
 pub(super) fn recognizer(result: &RecognizerResult) -> Markup {
     let bands = Bands::of(&result.by_viewpoint);
-    let grid = Grid::of(&result.by_viewpoint);
+    let grid = HeatmapGrid::of(&result.by_viewpoint);
     let is_listed = grid.is_none() || result.by_viewpoint.len() <= LISTED;
     let has_bands = bands.all().probes > 0 && result.by_viewpoint.len() > LISTED;
     let has_training = result.at_training().probes > 0;

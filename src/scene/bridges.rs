@@ -4,7 +4,7 @@
 //! over them), and which way round they are hardly shows in a silhouette. Such noise is worth a
 //! warning, not a walk: it is bridged here, where the encoder would refuse it and nowhere else.
 
-use super::flips::{Ends, largest_step_deg, steps};
+use super::flips::{MotionEnds, largest_step_deg, steps};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::DQuat;
 
@@ -36,7 +36,7 @@ const NAMED: usize = 4;
 /// is, and so is all else. What was done, a sentence for each joint.
 pub(crate) fn bridge_flips(
     rotations: &mut [[DQuat; JOINTS]],
-    ends: Ends,
+    ends: MotionEnds,
     rate_hz: f64,
 ) -> Vec<String> {
     let most = largest_step_deg(rate_hz);
@@ -83,7 +83,12 @@ struct Bridge {
 }
 
 /// Bridges all flips of a joint; `None` where one of them cannot be.
-fn bridge(track: &mut [DQuat], joint: Joint, ends: Ends, rate_hz: f64) -> Option<Vec<Bridge>> {
+fn bridge(
+    track: &mut [DQuat],
+    joint: Joint,
+    ends: MotionEnds,
+    rate_hz: f64,
+) -> Option<Vec<Bridge>> {
     let most = largest_step_deg(rate_hz);
     let count = track.len();
     let turned =
@@ -129,7 +134,7 @@ fn bridge(track: &mut [DQuat], joint: Joint, ends: Ends, rate_hz: f64) -> Option
 fn spans(
     (before, after): (usize, usize),
     count: usize,
-    ends: Ends,
+    ends: MotionEnds,
     rate_hz: f64,
 ) -> impl Iterator<Item = (usize, usize)> {
     #[expect(
@@ -139,8 +144,8 @@ fn spans(
     )]
     let longest = ((LONGEST_BRIDGE_S * rate_hz) as usize).min(count / 2);
     (1..longest / 2 + 1).filter_map(move |wider| match ends {
-        Ends::Meet => Some(((before + count - wider) % count, (after + wider) % count)),
-        Ends::Open => {
+        MotionEnds::Meet => Some(((before + count - wider) % count, (after + wider) % count)),
+        MotionEnds::Open => {
             let to = after + wider;
             (wider <= before && to < count).then(|| (before - wider, to))
         }
@@ -188,7 +193,7 @@ mod tests {
                 pose[Joint::LeftThigh.index()] = DQuat::from_rotation_x(frame as f64 * 0.01);
             }
             let before = spike.clone();
-            let said = bridge_flips(&mut spike, Ends::Open, RATE_HZ);
+            let said = bridge_flips(&mut spike, MotionEnds::Open, RATE_HZ);
             assert_eq!(
                 said,
                 [format!(
@@ -196,7 +201,7 @@ mod tests {
                 )]
             );
             assert_eq!(degrees(&spike, joint), vec![0.0; 40]);
-            assert_eq!(first_flip(&spike, Ends::Open, RATE_HZ), None);
+            assert_eq!(first_flip(&spike, MotionEnds::Open, RATE_HZ), None);
             for (before, after) in before.iter().zip(&spike) {
                 let thigh = Joint::LeftThigh.index();
                 assert_eq!(before[thigh], after[thigh]);
@@ -209,7 +214,7 @@ mod tests {
         for joint in Joint::ALL {
             let before = frames(joint, &with(20..40, 100.0));
             let mut after = before.clone();
-            let said = bridge_flips(&mut after, Ends::Open, RATE_HZ);
+            let said = bridge_flips(&mut after, MotionEnds::Open, RATE_HZ);
             if EITHER_WAY.contains(&joint) {
                 // 18 degrees a frame at most: over 7 frames, 14.3 each.
                 assert_eq!(said.len(), 1, "{said:?}");
@@ -220,7 +225,7 @@ mod tests {
                 );
             } else {
                 assert_eq!((said.len(), &after), (0, &before), "{joint:?}");
-                let flip = first_flip(&after, Ends::Open, RATE_HZ).expect("it is refused");
+                let flip = first_flip(&after, MotionEnds::Open, RATE_HZ).expect("it is refused");
                 assert_eq!((flip.joint, flip.before, flip.after), (joint, 19, 20));
             }
         }
@@ -230,7 +235,7 @@ mod tests {
     fn a_spike_of_a_joint_that_moves_others_is_left_to_be_refused() {
         let before = frames(Joint::LeftForearm, &with(20..21, 100.0));
         let mut after = before.clone();
-        assert!(bridge_flips(&mut after, Ends::Open, RATE_HZ).is_empty());
+        assert!(bridge_flips(&mut after, MotionEnds::Open, RATE_HZ).is_empty());
         assert_eq!(after, before);
     }
 
@@ -238,10 +243,10 @@ mod tests {
     fn a_cycle_is_bridged_round_its_ends_and_a_take_is_not() {
         let before = frames(Joint::LeftHand, &with(0..1, 100.0));
         let mut cycle = before.clone();
-        assert_eq!(bridge_flips(&mut cycle, Ends::Meet, RATE_HZ).len(), 1);
+        assert_eq!(bridge_flips(&mut cycle, MotionEnds::Meet, RATE_HZ).len(), 1);
         assert_eq!(degrees(&cycle, Joint::LeftHand), vec![0.0; 40]);
         let mut take = before.clone();
-        assert!(bridge_flips(&mut take, Ends::Open, RATE_HZ).is_empty());
+        assert!(bridge_flips(&mut take, MotionEnds::Open, RATE_HZ).is_empty());
         assert_eq!(take, before);
     }
 
@@ -249,7 +254,7 @@ mod tests {
     fn what_turns_no_further_than_it_may_stays_bit_for_bit() {
         let before = frames(Joint::RightHand, &with(20..22, 35.9));
         let mut after = before.clone();
-        assert!(bridge_flips(&mut after, Ends::Meet, RATE_HZ).is_empty());
+        assert!(bridge_flips(&mut after, MotionEnds::Meet, RATE_HZ).is_empty());
         assert_eq!(after, before);
     }
 }

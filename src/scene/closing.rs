@@ -4,7 +4,7 @@ use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
 use super::filter::LowPass;
-use super::retarget::Take;
+use super::retarget::RetargetedMotion;
 use super::{Cycle, forward_kinematics};
 
 /// Frames that every cycle is resampled to. Ours.
@@ -18,7 +18,7 @@ const SLOWEST_TRAVEL_M_S: f64 = 0.1;
 const KINK_CUT_OFF: f64 = 1.5;
 
 /// The pose at a fraction of a frame.
-fn sample(take: &Take, at: f64) -> (DVec3, [DQuat; JOINTS]) {
+fn sample(take: &RetargetedMotion, at: f64) -> (DVec3, [DQuat; JOINTS]) {
     let last = take.len() - 1;
     let low = (at.max(0.0) as usize).min(last);
     let high = (low + 1).min(last);
@@ -31,14 +31,14 @@ fn sample(take: &Take, at: f64) -> (DVec3, [DQuat; JOINTS]) {
 }
 
 /// Whether the walker gets on between two frames.
-pub(super) fn travels(take: &Take, from: f64, to: f64) -> bool {
+pub(super) fn travels(take: &RetargetedMotion, from: f64, to: f64) -> bool {
     let travel = sample(take, to).0 - sample(take, from).0;
     let seconds = (to - from) / take.sample_rate_hz;
     libm::hypot(travel.x, travel.z) > SLOWEST_TRAVEL_M_S * seconds
 }
 
 /// How much higher the pelvis is at the end.
-pub(super) fn rise_m(take: &Take, from: f64, to: f64) -> f64 {
+pub(super) fn rise_m(take: &RetargetedMotion, from: f64, to: f64) -> f64 {
     sample(take, to).0.y - sample(take, from).0.y
 }
 
@@ -48,7 +48,7 @@ pub(super) fn rise_m(take: &Take, from: f64, to: f64) -> f64 {
 /// height's difference is spread linearly over the cycle, half of it to either end, so
 /// that nothing moves by more than half the gap. Speeds differ as well, which leaves a kink
 /// where the ends meet: a low-pass that runs round the cycle takes it out.
-pub(super) fn close(take: &Take, from: f64, to: f64, phase: f64) -> Cycle {
+pub(super) fn close(take: &RetargetedMotion, from: f64, to: f64, phase: f64) -> Cycle {
     let period_s = (to - from) / take.sample_rate_hz;
     let (first_root, first) = sample(take, from);
     let (last_root, last) = sample(take, to);

@@ -13,7 +13,7 @@ use super::cohort::body;
 use super::forward_kinematics;
 use super::rest::{across, base_of, identity_pose};
 use super::retarget::leg_length_m;
-use super::roles::{Named, Pair, common};
+use super::roles::{LimbPair, Named, common};
 use crate::import::{Motion, SourceJoint};
 
 /// Stature and mass of the average adult, whose proportions alone matter here. Ours: between
@@ -46,7 +46,7 @@ pub(super) fn completed(motion: &Motion) -> Result<Cow<'_, Motion>, String> {
         // Whole, or one side lacks, which the search for the roles names.
         return Ok(Cow::Borrowed(motion));
     };
-    let mut figure = Figure {
+    let mut figure = GrowingSkeleton {
         joints: motion.joints.clone(),
         positions: identity_pose(motion).positions,
     };
@@ -73,7 +73,7 @@ pub(super) fn completed(motion: &Motion) -> Result<Cow<'_, Motion>, String> {
     Ok(Cow::Owned(complete))
 }
 
-fn both(pair: [Option<usize>; 2]) -> Option<Pair> {
+fn both(pair: [Option<usize>; 2]) -> Option<LimbPair> {
     Some([pair[0]?, pair[1]?])
 }
 
@@ -87,7 +87,12 @@ struct Adult {
 }
 
 impl Adult {
-    fn with_legs(p: &[DVec3], thigh: Pair, shank: Pair, foot: Pair) -> Result<Self, String> {
+    fn with_legs(
+        p: &[DVec3],
+        thigh: LimbPair,
+        shank: LimbPair,
+        foot: LimbPair,
+    ) -> Result<Self, String> {
         let hips = p[thigh[0]].midpoint(p[thigh[1]]);
         let up = hips - p[foot[0]].midpoint(p[foot[1]]);
         let base = base_of(across(p, thigh, shank), up)
@@ -114,12 +119,12 @@ impl Adult {
 }
 
 /// A source skeleton at rest that grows.
-struct Figure {
+struct GrowingSkeleton {
     joints: Vec<SourceJoint>,
     positions: Vec<DVec3>,
 }
 
-impl Figure {
+impl GrowingSkeleton {
     /// Adds a joint; its number.
     fn add(&mut self, name: &str, parent: usize, position: DVec3) -> usize {
         self.joints.push(SourceJoint {
@@ -144,7 +149,7 @@ impl Figure {
         found: [Option<usize>; 2],
         names: [&str; 2],
         place: impl Fn(&Self, usize) -> Option<(usize, DVec3)>,
-    ) -> Option<Pair> {
+    ) -> Option<LimbPair> {
         if found != [None; 2] {
             return both(found);
         }
@@ -166,7 +171,7 @@ impl Figure {
             let shoulder = adult.hips + adult.between(Joint::Pelvis, ARMS[side][0]);
             Some((trunk.unwrap_or(pelvis), shoulder))
         })?;
-        let below = |figure: &Self, above: Pair, side: usize, part: usize| {
+        let below = |figure: &Self, above: LimbPair, side: usize, part: usize| {
             let [from, to] = [ARMS[side][part - 1], ARMS[side][part]];
             let tip = figure.tip(above[side]);
             let hanging = figure.positions[above[side]] + adult.between(from, to);
@@ -194,7 +199,7 @@ impl Figure {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::import::{Format, SourceFrame};
+    use crate::import::{MotionFormat, SourceFrame};
 
     /// Thighs of 0.42 m and shanks of 0.40 m, which have ends, on a pelvis.
     fn legs() -> Motion {
@@ -220,7 +225,7 @@ mod tests {
             offsets: None,
         };
         Motion {
-            format: Format::Bvh,
+            format: MotionFormat::Bvh,
             joints,
             sample_rate_hz: 60.0,
             frames: vec![frame],

@@ -9,8 +9,8 @@
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
-use super::retarget::Take;
-use super::stance::Steps;
+use super::retarget::RetargetedMotion;
+use super::stance::FeetMotion;
 
 /// A stride lasts this long, seconds: from a sprint to a slow patient's walk.
 pub(super) const STRIDE_S: std::ops::RangeInclusive<f64> = 0.35..=3.0;
@@ -39,7 +39,7 @@ pub(crate) struct FootEvents {
 
 /// Finds the events of the left and the right foot.
 #[must_use]
-pub(crate) fn foot_events(take: &Take) -> [FootEvents; 2] {
+pub(crate) fn foot_events(take: &RetargetedMotion) -> [FootEvents; 2] {
     let facing = facing(take);
     [Joint::LeftFoot, Joint::RightFoot].map(|foot| {
         let mut ahead: Vec<f64> = take
@@ -64,7 +64,7 @@ pub(crate) fn foot_events(take: &Take) -> [FootEvents; 2] {
 }
 
 /// Whether a foot is as far below the pelvis as one that reaches the floor: not so in a kick.
-fn is_low(take: &Take, foot: Joint, at: f64) -> bool {
+fn is_low(take: &RetargetedMotion, foot: Joint, at: f64) -> bool {
     let below = |points: &[DVec3; JOINTS]| points[Joint::Pelvis.index()].y - points[foot.index()].y;
     let mut all: Vec<f64> = take.positions.iter().map(below).collect();
     let here = all[(at.round() as usize).min(all.len() - 1)];
@@ -99,7 +99,7 @@ pub(super) fn step_s(left: &FootEvents, right: &FootEvents, rate: f64) -> Option
 
 /// The two most alike poses about `stride_s` apart (8 % more or less), in frames; for
 /// recordings so short that no event comes twice. None if they are not alike.
-pub(super) fn recurrence(take: &Take, stride_s: f64) -> Option<(f64, f64)> {
+pub(super) fn recurrence(take: &RetargetedMotion, stride_s: f64) -> Option<(f64, f64)> {
     /// Mean difference of a limb joint's rotation accepted, radians. Ours.
     const ALIKE: f64 = 0.2;
     let limbs: Vec<usize> = [
@@ -132,7 +132,7 @@ pub(super) fn recurrence(take: &Take, stride_s: f64) -> Option<(f64, f64)> {
 }
 
 /// Horizontal unit vector that the pelvis faces, averaged over about a stride.
-pub(super) fn facing(take: &Take) -> Vec<DVec3> {
+pub(super) fn facing(take: &RetargetedMotion) -> Vec<DVec3> {
     let pelvis: Vec<DQuat> = take
         .rotations
         .iter()
@@ -161,10 +161,10 @@ pub(super) fn averaged_heading(pelvis: &[DQuat], sample_rate_hz: f64) -> Vec<DVe
 
 /// Speed of the floor under a walker who stays in place, m/s: that of the lowest point of the
 /// soles backwards, where it is clearly one.
-pub(super) fn belt_mps(take: &Take) -> Option<f64> {
+pub(super) fn belt_mps(take: &RetargetedMotion) -> Option<f64> {
     /// Slower belts are none. Ours.
     const SLOWEST_M_S: f64 = 0.2;
-    let mut backwards: Vec<f64> = Steps::of_take(take)
+    let mut backwards: Vec<f64> = FeetMotion::of_take(take)
         .lowest_slides()
         .iter()
         .zip(facing(take))
@@ -176,7 +176,7 @@ pub(super) fn belt_mps(take: &Take) -> Option<f64> {
 }
 
 /// A take on a belt of this speed, as it would be over ground.
-pub(super) fn over_ground(take: &Take, belt_mps: f64) -> Take {
+pub(super) fn over_ground(take: &RetargetedMotion, belt_mps: f64) -> RetargetedMotion {
     let ahead = facing(take).iter().sum::<DVec3>().normalize_or(DVec3::Z);
     let mut moved = take.clone();
     for (frame, (root, points)) in moved.roots.iter_mut().zip(&mut moved.positions).enumerate() {
@@ -261,7 +261,7 @@ pub(super) mod tests {
         speed_mps: f64,
         heading: f64,
         seconds: f64,
-    ) -> Take {
+    ) -> RetargetedMotion {
         let rate = 100.0;
         let mut offsets = [DVec3::ZERO; JOINTS];
         for (thigh, shank, foot, x) in [
@@ -273,7 +273,7 @@ pub(super) mod tests {
             offsets[foot.index()] = -DVec3::Y * 0.45;
         }
         let turn = DQuat::from_rotation_y(heading);
-        let mut take = Take {
+        let mut take = RetargetedMotion {
             sample_rate_hz: rate,
             start_s: 0.0,
             cut_off_hz: None,

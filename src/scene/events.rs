@@ -7,8 +7,8 @@ use glam::DVec3;
 pub use super::closing::CYCLE_FRAMES;
 use super::closing::{close, mean_cycle, rise_m, travels};
 use super::contacts::{belt_mps, facing, foot_events, over_ground, recurrence, step_s, strides};
-use super::retarget::Take;
-use super::stance::Steps;
+use super::retarget::RetargetedMotion;
+use super::stance::FeetMotion;
 use super::{Cycle, forward_kinematics};
 
 /// A cycle that turns more is not straight walking, degrees.
@@ -31,7 +31,7 @@ const LEVEL_M: f64 = 0.1;
 
 /// The cycles of one take.
 #[derive(Clone, Debug)]
-pub struct Cut {
+pub struct CutTake {
     /// In order of time; at least one.
     pub cycles: Vec<CutCycle>,
     /// How many were cut.
@@ -70,7 +70,7 @@ pub struct CutCycle {
 ///
 /// # Errors
 /// A sentence, if there is no full gait cycle that is straight.
-pub fn cut(take: &Take) -> Result<Cut, String> {
+pub fn cut(take: &RetargetedMotion) -> Result<CutTake, String> {
     let mut warnings = Vec::new();
     let [left, right] = foot_events(take);
     let rate = take.sample_rate_hz;
@@ -163,8 +163,8 @@ pub fn cut(take: &Take) -> Result<Cut, String> {
     let travel_m: f64 = cycles.iter().map(|cut| cut.cycle.drift_m).sum();
     let duty_factors = cycles
         .iter()
-        .map(|cut| Steps::of_cycle(&cut.cycle, &take.offsets).duty_factor());
-    let cut = Cut {
+        .map(|cut| FeetMotion::of_cycle(&cut.cycle, &take.offsets).duty_factor());
+    let cut = CutTake {
         found: cycles.len(),
         cadence_spm,
         speed_mps: travel_m / seconds,
@@ -176,7 +176,7 @@ pub fn cut(take: &Take) -> Result<Cut, String> {
     Ok(cut.doubted(rate))
 }
 
-impl Cut {
+impl CutTake {
     /// With a warning if nobody walks or runs like that.
     fn doubted(mut self, rate: f64) -> Self {
         let cadence = self.cadence_spm;
@@ -210,10 +210,10 @@ impl Cut {
     reason = "three things found at once, used once"
 )]
 fn only_stride(
-    take: &Take,
+    take: &RetargetedMotion,
     stride_s: f64,
     warnings: &mut Vec<String>,
-) -> Result<(Option<Take>, (f64, f64), &'static str), String> {
+) -> Result<(Option<RetargetedMotion>, (f64, f64), &'static str), String> {
     let stride = stride_s * take.sample_rate_hz;
     if let Some(span) = recurrence(take, stride_s) {
         return Ok((None, span, "like poses"));
@@ -246,7 +246,7 @@ fn left_contact_phase(left: &[f64], right: &[f64], from: f64, to: f64) -> f64 {
 
 /// A take that lacks the end of its only stride, with the way from its last pose to its
 /// first put in; none if too much is lacking.
-fn completed(take: &Take, stride: f64) -> Option<Take> {
+fn completed(take: &RetargetedMotion, stride: f64) -> Option<RetargetedMotion> {
     let last = take.len() - 1;
     if (take.len() as f64) < LEAST_RECORDED * stride {
         return None;

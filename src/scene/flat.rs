@@ -5,8 +5,8 @@
 //! is an error of the file, and the same throughout.
 
 use super::Body;
-use super::retarget::{Take, leg_length_m};
-use super::stance::{Steps, soles_of_body};
+use super::retarget::{RetargetedMotion, leg_length_m};
+use super::stance::{FeetMotion, soles_of_body};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
@@ -34,9 +34,9 @@ const UNEVEN_M: f64 = 0.02;
 /// Turns each foot of a walker by a constant rotation, so that it is level in the middle of its
 /// stances, and says by how much where that is much. Feet of runners and of those who never stand
 /// stay as they are. How high the ankles then are, metres, left first, if it is always the same.
-pub(super) fn stand_flat(take: &mut Take) -> Option<[f64; 2]> {
+pub(super) fn stand_flat(take: &mut RetargetedMotion) -> Option<[f64; 2]> {
     let (stands, duty) = {
-        let steps = Steps::of_take(take);
+        let steps = FeetMotion::of_take(take);
         (steps.stances(), steps.duty_factor())
     };
     if duty < WALKERS_STAND {
@@ -124,14 +124,14 @@ pub(super) fn lifts(standing_m: Option<[f64; 2]>, own: &[DVec3; JOINTS], body: &
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Span;
+    use crate::scene::UncutMotion;
     use crate::scene::cohort::Person;
     use edgegait_core::pack::Sex;
     use edgegait_core::skeleton::JOINTS;
 
     /// Two cycles of a made walker, on whose feet a file has other ideas.
-    fn take(speed_kmh: f64, tilts: [DQuat; 2]) -> Take {
-        let mut take = Take::of_person(&Person::average(Sex::Female), speed_kmh);
+    fn take(speed_kmh: f64, tilts: [DQuat; 2]) -> RetargetedMotion {
+        let mut take = RetargetedMotion::of_person(&Person::average(Sex::Female), speed_kmh);
         for pose in &mut take.rotations {
             for (foot, tilt) in [Joint::LeftFoot, Joint::RightFoot].into_iter().zip(tilts) {
                 pose[foot.index()] *= tilt;
@@ -184,7 +184,7 @@ mod tests {
         let before = standing.rotations.clone();
         stand_flat(&mut standing);
         assert!(standing.rotations == before);
-        assert_eq!(Span::of(&standing).roots.len(), 50);
+        assert_eq!(UncutMotion::of(&standing).roots.len(), 50);
     }
 
     #[test]

@@ -26,7 +26,7 @@ pub(crate) struct Flip {
 
 /// Whether the last frame is followed by the first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Ends {
+pub(crate) enum MotionEnds {
     /// As of a gait cycle.
     Meet,
     /// As of a take.
@@ -41,7 +41,11 @@ pub(crate) fn largest_step_deg(rate_hz: f64) -> f64 {
 
 /// The first flip in frames at this rate, by frame and joint.
 #[must_use]
-pub(crate) fn first_flip(rotations: &[[DQuat; JOINTS]], ends: Ends, rate_hz: f64) -> Option<Flip> {
+pub(crate) fn first_flip(
+    rotations: &[[DQuat; JOINTS]],
+    ends: MotionEnds,
+    rate_hz: f64,
+) -> Option<Flip> {
     let most = largest_step_deg(rate_hz);
     steps(rotations.len(), ends).find_map(|(before, after)| {
         Joint::ALL.into_iter().find_map(|joint| {
@@ -57,10 +61,10 @@ pub(crate) fn first_flip(rotations: &[[DQuat; JOINTS]], ends: Ends, rate_hz: f64
 }
 
 /// Each frame with the one behind it.
-pub(super) fn steps(count: usize, ends: Ends) -> impl Iterator<Item = (usize, usize)> {
+pub(super) fn steps(count: usize, ends: MotionEnds) -> impl Iterator<Item = (usize, usize)> {
     let last = match ends {
-        Ends::Meet => count,
-        Ends::Open => count.saturating_sub(1),
+        MotionEnds::Meet => count,
+        MotionEnds::Open => count.saturating_sub(1),
     };
     (0..last).map(move |frame| (frame, (frame + 1) % count))
 }

@@ -3,10 +3,10 @@
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
-use super::rest::{Globals, Rest};
+use super::rest::{Globals, RestCalibration};
 
 /// Where the canonical joints are in the source, source units and axes.
-pub(super) fn source_points(rest: &Rest, frame: &Globals) -> [DVec3; JOINTS] {
+pub(super) fn source_points(rest: &RestCalibration, frame: &Globals) -> [DVec3; JOINTS] {
     std::array::from_fn(|joint| {
         let at = rest.parts[joint].lies_at;
         frame.positions[at.joint] + frame.rotations[at.joint] * at.offset
@@ -18,7 +18,7 @@ pub(super) fn source_points(rest: &Rest, frame: &Globals) -> [DVec3; JOINTS] {
 /// which matters only where several source joints became one (the trunk) or where
 /// the file moves joints.
 pub(super) fn local_rotations(
-    rest: &Rest,
+    rest: &RestCalibration,
     world: DQuat,
     frame: &Globals,
     points: &[DVec3; JOINTS],

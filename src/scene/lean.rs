@@ -3,8 +3,8 @@
 //! Where a skeleton's hips and spine lie is a convention of its maker, and where its rest pose
 //! had to be taken from a moment of the motion, so is what upright means.
 
-use super::retarget::Take;
-use super::stance::Steps;
+use super::retarget::RetargetedMotion;
+use super::stance::FeetMotion;
 use super::{Cycle, forward_kinematics};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
@@ -25,7 +25,7 @@ const FARTHEST_SD: f64 = 3.0;
 const MOST_TURNS: usize = 12;
 const NO_LEAN: f64 = 1e-5;
 
-impl Take {
+impl RetargetedMotion {
     /// How far the thorax leans ahead of upright, mean over the frames, degrees; seen from the
     /// walker's side, whatever the heading.
     #[must_use]
@@ -122,8 +122,8 @@ impl Cycle {
 /// Turns the trunk of somebody who walks or runs by a constant to the published mean, and says so,
 /// where it leans as nobody's does or where the file does not say what upright is. The head and
 /// the arms keep their orientation in space.
-pub(super) fn stand_upright(take: &mut Take) {
-    let runs = Steps::of_take(take).duty_factor() < 0.5;
+pub(super) fn stand_upright(take: &mut RetargetedMotion) {
+    let runs = FeetMotion::of_take(take).duty_factor() < 0.5;
     let (mean_deg, sd_deg) = if runs { RUNNERS_DEG } else { WALKERS_DEG };
     let lean_deg = take.lean_deg();
     let leans = (lean_deg - mean_deg).abs() <= FARTHEST_SD * sd_deg;
@@ -154,8 +154,8 @@ mod tests {
     use edgegait_core::skeleton::Joint;
 
     /// Somebody who walks, or runs, along a heading and leans ahead by so many degrees more.
-    fn take(speed_kmh: f64, heading: f64, more_deg: f64) -> Take {
-        let mut take = Take::of_person(&Person::average(Sex::Male), speed_kmh);
+    fn take(speed_kmh: f64, heading: f64, more_deg: f64) -> RetargetedMotion {
+        let mut take = RetargetedMotion::of_person(&Person::average(Sex::Male), speed_kmh);
         let turn = DQuat::from_rotation_y(heading);
         for (root, pose) in take.roots.iter_mut().zip(&mut take.rotations) {
             *root = turn * *root;

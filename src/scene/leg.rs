@@ -4,7 +4,7 @@ use glam::{DMat3, DQuat, DVec3};
 
 /// The lengths of a leg in the rest pose, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Leg {
+pub(crate) struct LegLengths {
     /// From the hip to the knee.
     pub thigh_m: f64,
     /// From the knee to the ankle.
@@ -22,7 +22,7 @@ pub(crate) struct Reached {
     pub knee: f64,
 }
 
-impl Leg {
+impl LegLengths {
     /// The distance between hip and ankle at a flexion of the knee, radians.
     ///
     /// The law of cosines.
@@ -74,7 +74,7 @@ fn upright(up: DVec3, side: DVec3) -> DQuat {
 mod tests {
     use super::*;
 
-    const LEG: Leg = Leg {
+    const LEG: LegLengths = LegLengths {
         thigh_m: 0.42,
         shank_m: 0.41,
     };
@@ -108,7 +108,7 @@ mod tests {
     #[test]
     fn a_knee_bends_as_the_law_of_cosines_says() {
         // A right angle: 0.3, 0.4, 0.5.
-        let leg = Leg {
+        let leg = LegLengths {
             thigh_m: 0.3,
             shank_m: 0.4,
         };

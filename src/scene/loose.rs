@@ -8,7 +8,7 @@
 //! heads by 11 and move by 2 to 4.
 
 use super::filter::LowPass;
-use super::retarget::Take;
+use super::retarget::RetargetedMotion;
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
@@ -56,7 +56,7 @@ const ARMS: [[Joint; 3]; 2] = [
 /// collar bones turn by at most 12 from how they usually are, which stays, since arms hang from
 /// there; heads look up or down by at most 11 on average. All of them go through a low-pass of
 /// 5 Hz, if the take went through one.
-pub(super) fn steady(take: &mut Take) {
+pub(super) fn steady(take: &mut RetargetedMotion) {
     for arm in ARMS {
         bend_ahead(take, arm);
         line_up(take, arm[2]);
@@ -85,12 +85,12 @@ pub(super) fn steady(take: &mut Take) {
     }
 }
 
-fn track(take: &Take, joint: Joint) -> Vec<DQuat> {
+fn track(take: &RetargetedMotion, joint: Joint) -> Vec<DQuat> {
     let poses = take.rotations.iter();
     poses.map(|pose| pose[joint.index()]).collect()
 }
 
-fn put(take: &mut Take, joint: Joint, track: &[DQuat]) {
+fn put(take: &mut RetargetedMotion, joint: Joint, track: &[DQuat]) {
     for (pose, rotation) in take.rotations.iter_mut().zip(track) {
         pose[joint.index()] = rotation.normalize();
     }
@@ -140,7 +140,7 @@ fn twist(rotation: DQuat) -> DQuat {
 }
 
 /// Puts a hand in line with its forearm on average, its palm as it was, and keeps it near.
-fn line_up(take: &mut Take, hand: Joint) {
+fn line_up(take: &mut RetargetedMotion, hand: Joint) {
     let track = track(take, hand);
     let usual = usual(&track);
     let bent_deg = (usual * DVec3::Y).angle_between(DVec3::Y).to_degrees();
@@ -197,7 +197,7 @@ fn put_behind(
 
 /// Puts an elbow that bends backwards behind the line from shoulder to wrist, which stay where
 /// they are.
-fn bend_ahead(take: &mut Take, arm: [Joint; 3]) {
+fn bend_ahead(take: &mut RetargetedMotion, arm: [Joint; 3]) {
     let [upper_arm, forearm, hand] = arm;
     let poses: Vec<([DVec3; JOINTS], [DQuat; JOINTS])> =
         (0..take.len()).map(|frame| take.posed(frame)).collect();
@@ -261,7 +261,7 @@ fn bend_ahead(take: &mut Take, arm: [Joint; 3]) {
 }
 
 /// Turns the head by a constant, so that it looks up or down no further than heads do.
-fn level_head(take: &mut Take) {
+fn level_head(take: &mut RetargetedMotion) {
     let ahead: DVec3 = (0..take.len())
         .map(|frame| {
             let (_, turns) = take.posed(frame);
@@ -290,7 +290,7 @@ fn level_head(take: &mut Take) {
 }
 
 #[cfg(test)]
-impl Take {
+impl RetargetedMotion {
     /// Two cycles of a made walker.
     pub(super) fn of_person(person: &super::cohort::Person, speed_kmh: f64) -> Self {
         let cycle = person.cycle(speed_kmh);
@@ -325,8 +325,8 @@ mod tests {
     use edgegait_core::pack::Sex;
 
     /// Two cycles of a made walker, whose joint turns further by what `turn` says in each frame.
-    fn take(joint: Joint, turn: impl Fn(usize) -> DQuat) -> Take {
-        let mut take = Take::of_person(&Person::average(Sex::Male), 5.0);
+    fn take(joint: Joint, turn: impl Fn(usize) -> DQuat) -> RetargetedMotion {
+        let mut take = RetargetedMotion::of_person(&Person::average(Sex::Male), 5.0);
         for (frame, pose) in take.rotations.iter_mut().enumerate() {
             pose[joint.index()] *= turn(frame);
         }
@@ -398,7 +398,7 @@ mod tests {
             _ => usual * DQuat::from_rotation_z(-0.1),
         };
         let mut take = take(Joint::LeftClavicle, shrugs);
-        let made = Take::of_person(&Person::average(Sex::Male), 5.0).rotations[0];
+        let made = RetargetedMotion::of_person(&Person::average(Sex::Male), 5.0).rotations[0];
         take.cut_off_hz = None;
         let before = track(&take, Joint::LeftClavicle);
         steady(&mut take);
@@ -479,7 +479,7 @@ mod tests {
     #[test]
     fn only_what_went_through_a_low_pass_goes_through_a_harder_one() {
         // 12 Hz, by 10 degrees.
-        let rate_hz = Take::of_person(&Person::average(Sex::Male), 5.0).sample_rate_hz;
+        let rate_hz = RetargetedMotion::of_person(&Person::average(Sex::Male), 5.0).sample_rate_hz;
         let shakes = |frame: usize| {
             let angle = std::f64::consts::TAU * 12.0 * frame as f64 / rate_hz;
             DQuat::from_rotation_x(0.17 * libm::sin(angle))

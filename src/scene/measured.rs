@@ -3,8 +3,8 @@
 //! Whoever has tape and calipers knows more of a body than stature and mass tell. What a row
 //! lacks is left to the regressions of [`anthropometry`](super::cohort::anthropometry).
 
-use super::cohort::anthropometry::{DIMENSIONS, Dimensions, NAMES, Population};
-use crate::error::{Error, Place, Result};
+use super::cohort::anthropometry::{DIMENSIONS, Dimensions, NAMES, PopulationNorms};
+use crate::error::{Error, FilePlace, Result};
 use csv::{ErrorKind, Position, ReaderBuilder, StringRecord};
 use edgegait_core::pack::Sex;
 use std::collections::BTreeMap;
@@ -27,7 +27,7 @@ const BETWEEN_JOINTS: [&str; 10] = [
 
 /// What was measured of one person.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Measured {
+pub struct MeasuredPerson {
     /// Stature, metres.
     pub stature_m: Option<f64>,
     /// Mass, kg.
@@ -40,7 +40,7 @@ pub struct Measured {
 
 /// The measured people of a file, by name.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct MeasuredPeople(BTreeMap<String, Measured>);
+pub struct MeasuredPeople(BTreeMap<String, MeasuredPerson>);
 
 /// What a column holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,14 +62,14 @@ enum Others {
 }
 
 /// A column, and what its numbers are multiplied by to be in metres or kg.
-struct Column {
+struct CsvColumn {
     /// As the file calls it.
     name: String,
     quantity: Quantity,
     unit: f64,
 }
 
-impl Measured {
+impl MeasuredPerson {
     /// Nothing was measured.
     pub const NOTHING: Self = Self {
         stature_m: None,
@@ -114,7 +114,7 @@ impl MeasuredPeople {
     fn read_columns(path: &Path, others: Others) -> Result<(Self, Vec<Error>)> {
         let text = std::fs::read(path).map_err(|error| Error::io(path, error))?;
         let refuse = |position: Option<&Position>, problem| {
-            Error::at(path, Place::Line(line(&text, position)), problem)
+            Error::at(path, FilePlace::Line(line(&text, position)), problem)
         };
         let unreadable = |error: csv::Error| refuse(error.position(), problem(&error));
         let mut reader = ReaderBuilder::new()
@@ -151,7 +151,7 @@ impl MeasuredPeople {
 
     /// What was measured of a subject, if there is a row.
     #[must_use]
-    pub fn of(&self, subject: &str) -> Option<&Measured> {
+    pub fn of(&self, subject: &str) -> Option<&MeasuredPerson> {
         self.0.get(subject)
     }
 
@@ -206,17 +206,17 @@ impl MeasuredPeople {
 }
 
 /// What the columns hold.
-fn columns(headers: &StringRecord, others: Others) -> std::result::Result<Vec<Column>, String> {
-    let mut columns: Vec<Column> = Vec::new();
+fn columns(headers: &StringRecord, others: Others) -> std::result::Result<Vec<CsvColumn>, String> {
+    let mut columns: Vec<CsvColumn> = Vec::new();
     for name in headers {
         let known = match (others, name) {
-            (Others::PassedOver, "id") => Column::named("subject"),
-            (Others::PassedOver, _) => Some(Column::named(name).unwrap_or(Column {
+            (Others::PassedOver, "id") => CsvColumn::named("subject"),
+            (Others::PassedOver, _) => Some(CsvColumn::named(name).unwrap_or(CsvColumn {
                 name: name.into(),
                 quantity: Quantity::Other,
                 unit: 1.0,
             })),
-            (Others::Refused, _) => Column::named(name),
+            (Others::Refused, _) => CsvColumn::named(name),
         };
         let column = known.ok_or_else(|| {
             format!(
@@ -232,7 +232,7 @@ fn columns(headers: &StringRecord, others: Others) -> std::result::Result<Vec<Co
         }
         columns.push(column);
     }
-    let is_subject = |column: &Column| column.quantity == Quantity::Subject;
+    let is_subject = |column: &CsvColumn| column.quantity == Quantity::Subject;
     if !columns.iter().any(is_subject) {
         return Err(
             "no column \"subject\": expected the names that subjects are imported by".into(),
@@ -241,7 +241,7 @@ fn columns(headers: &StringRecord, others: Others) -> std::result::Result<Vec<Co
     Ok(columns)
 }
 
-impl Column {
+impl CsvColumn {
     fn named(name: &str) -> Option<Self> {
         let (quantity, unit) = match name {
             "subject" => (Quantity::Subject, 1.0),
@@ -290,11 +290,11 @@ impl Column {
 
 /// One person, and what is wrong with fields that are not used.
 fn row(
-    columns: &[Column],
+    columns: &[CsvColumn],
     record: &StringRecord,
-) -> std::result::Result<(String, Measured, Vec<String>), String> {
+) -> std::result::Result<(String, MeasuredPerson, Vec<String>), String> {
     let mut subject = String::new();
-    let mut measured = Measured::NOTHING;
+    let mut measured = MeasuredPerson::NOTHING;
     let mut problems = Vec::new();
     let fields = || {
         columns
@@ -318,7 +318,7 @@ fn row(
     }
     // What is plausible depends on the sex.
     let dimensions = Dimensions::plausible(measured.sex);
-    let stature = Population::plausible_stature(measured.sex);
+    let stature = PopulationNorms::plausible_stature(measured.sex);
     for (column, text) in fields() {
         let mut number = |range, of| {
             let found = column.number(text, range, of);

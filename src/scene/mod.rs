@@ -107,7 +107,7 @@ pub enum Track {
     /// One closed gait cycle.
     Loop(Cycle),
     /// A take as it is: starts, turns, whole trials.
-    Take(Span),
+    Take(UncutMotion),
 }
 
 /// One closed gait cycle of one walker, sampled evenly over the phase.
@@ -136,7 +136,7 @@ pub struct Cycle {
 /// Frame `i` is at `i / sample_rate_hz` seconds. The walker travels as recorded: along +Z
 /// on the whole, from x = z = 0, or as in the file's own world where its axes are stated.
 #[derive(Clone, Debug)]
-pub struct Span {
+pub struct UncutMotion {
     /// Frames a second.
     pub sample_rate_hz: f64,
     /// Pelvis position per frame, metres; y is the height above the floor.
@@ -159,7 +159,7 @@ pub struct Body {
     /// What the hulls include, of a body that is dressed.
     pub clothes: Option<Clothes>,
     /// How well they match the mesh that they were fitted to, if they were.
-    pub fit: Option<Fit>,
+    pub fit: Option<HullFit>,
 }
 
 impl Body {
@@ -171,7 +171,7 @@ impl Body {
 
 /// How well a body's hulls match the mesh that they were fitted to.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fit {
+pub struct HullFit {
     /// Mean Jaccard index of the silhouettes of hulls and mesh, 192 rows high, in poses and from
     /// cameras that the fit has not seen.
     pub jaccard: f64,

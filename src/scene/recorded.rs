@@ -1,19 +1,19 @@
 //! Recorded motions as subjects: from files to bodies that walk.
 
 use super::bridges::bridge_flips;
-use super::cohort::anthropometry::{DIMENSIONS, Dimensions, Population};
+use super::cohort::anthropometry::{DIMENSIONS, Dimensions, PopulationNorms};
 use super::cohort::body;
-use super::events::{Cut, cut};
+use super::events::{CutTake, cut};
 use super::flat::{lifts, stand_flat};
-use super::flips::Ends;
+use super::flips::MotionEnds;
 use super::lean::stand_upright;
 use super::loose::steady;
-use super::measured::{Measured, MeasuredPeople};
-use super::retarget::{DEFAULT_CUT_OFF_HZ, Take, leg_length_m};
-use super::stance::{Skate, Steps};
-use super::{Body, Span, Subject, Track, Walk};
-use crate::error::{Error, Refused, Remedy, Result};
-use crate::import::{Format, Motion, Options, Source};
+use super::measured::{MeasuredPeople, MeasuredPerson};
+use super::retarget::{DEFAULT_CUT_OFF_HZ, RetargetedMotion, leg_length_m};
+use super::stance::{FeetMotion, Skate};
+use super::{Body, Subject, Track, UncutMotion, Walk};
+use crate::error::{Error, RefusedWalk, Remedy, Result};
+use crate::import::{FileContents, ImportOptions, Motion, MotionFormat};
 use edgegait_core::pack::{Gait, Sex};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::DVec3;
@@ -69,7 +69,7 @@ pub enum Smoothing {
 
 impl Smoothing {
     /// The cut-off for motions of a format, Hz.
-    const fn cut_off_hz(self, format: Format) -> Option<f64> {
+    const fn cut_off_hz(self, format: MotionFormat) -> Option<f64> {
         match self {
             Self::Usual if format.is_authored() => None,
             Self::Usual => Some(DEFAULT_CUT_OFF_HZ),
@@ -119,15 +119,15 @@ pub struct Recording {
     /// The file.
     pub path: PathBuf,
     /// Its format.
-    pub format: Format,
+    pub format: MotionFormat,
     /// Who walks.
     pub subject: String,
     /// Name of the take: of its clip, or else the file's name without its extension.
     pub name: String,
     /// The motion.
-    pub take: Take,
+    pub take: RetargetedMotion,
     /// Its gait cycles; `None` for a take that is kept as it is.
-    pub cut: Option<Cut>,
+    pub cut: Option<CutTake>,
     /// How high the ankles of its walker are where its feet stand flat, metres, left first; unknown
     /// where they never do, or not always at one height, and of authored motion.
     pub standing_m: Option<[f64; 2]>,
@@ -142,29 +142,31 @@ impl Recording {
     /// When the file cannot be read, lacks joints or markers, or holds no gait cycle where those are
     /// kept.
     pub fn read(path: &Path, options: &ReadOptions) -> Result<Self> {
-        let source = Source::read_with(
+        let source = FileContents::read_with(
             path,
-            &Options {
+            &ImportOptions {
                 sample_rate_hz: options.sample_rate_hz,
                 asf: options.asf.clone(),
                 clip: options.clip.clone(),
             },
         )?;
         let (format, has_skin, read_warnings) = match &source {
-            Source::Motion(motion) => (motion.format, motion.skin.is_some(), &motion.warnings),
-            Source::Markers(markers) => (markers.format, false, &markers.warnings),
+            FileContents::Motion(motion) => {
+                (motion.format, motion.skin.is_some(), &motion.warnings)
+            }
+            FileContents::Markers(markers) => (markers.format, false, &markers.warnings),
         };
         let cut_off_hz = options.smoothing.cut_off_hz(format);
         let take = match &source {
-            Source::Motion(motion) => Take::from_motion(motion, cut_off_hz),
-            Source::Markers(markers) => Take::from_markers(markers, cut_off_hz),
+            FileContents::Motion(motion) => RetargetedMotion::from_motion(motion, cut_off_hz),
+            FileContents::Markers(markers) => RetargetedMotion::from_markers(markers, cut_off_hz),
         };
         let mut take = take.map_err(|problem| refusal(path, &problem, read_warnings))?;
         let mut standing_m = None;
         if options.mend && !format.is_authored() {
             standing_m = stand_flat(&mut take);
             steady(&mut take);
-            if matches!(source, Source::Motion(_)) && options.keep != Keep::Take {
+            if matches!(source, FileContents::Motion(_)) && options.keep != Keep::Take {
                 stand_upright(&mut take);
             }
         }
@@ -182,13 +184,14 @@ impl Recording {
                 for one in &mut cut.cycles {
                     let cycle = &mut one.cycle;
                     let rate_hz = cycle.rotations.len() as f64 / cycle.period_s;
-                    let bridged = bridge_flips(&mut cycle.rotations, Ends::Meet, rate_hz);
+                    let bridged = bridge_flips(&mut cycle.rotations, MotionEnds::Meet, rate_hz);
                     let at = |what| format!("the cycle at {:.2} s: {what}", one.start_s);
                     cut.warnings.extend(bridged.into_iter().map(at));
                 }
             }
             None => {
-                let bridged = bridge_flips(&mut take.rotations, Ends::Open, take.sample_rate_hz);
+                let bridged =
+                    bridge_flips(&mut take.rotations, MotionEnds::Open, take.sample_rate_hz);
                 take.warnings.extend(bridged);
             }
         }
@@ -217,7 +220,7 @@ impl Recording {
             cut,
             standing_m,
             mesh: match source {
-                Source::Motion(motion) if has_skin => Some(motion),
+                FileContents::Motion(motion) if has_skin => Some(motion),
                 _ => None,
             },
         })
@@ -235,7 +238,7 @@ impl Recording {
     pub fn speed_mps(&self) -> f64 {
         match &self.cut {
             Some(cut) => cut.speed_mps,
-            None => Span::of(&self.take).speed_mps(),
+            None => UncutMotion::of(&self.take).speed_mps(),
         }
     }
 
@@ -247,11 +250,11 @@ impl Recording {
         match &self.cut {
             Some(cut) => {
                 let cycles = cut.cycles.iter().map(|cut| &cut.cycle);
-                let skate = |cycle| Steps::of_cycle(cycle, offsets).own_skate(body);
+                let skate = |cycle| FeetMotion::of_cycle(cycle, offsets).own_skate(body);
                 cycles.filter_map(skate).collect()
             }
             None => {
-                let skate = Steps::of_take(&self.take).own_skate(body);
+                let skate = FeetMotion::of_take(&self.take).own_skate(body);
                 skate.into_iter().collect()
             }
         }
@@ -276,7 +279,7 @@ impl Recording {
                 shorts.max_by(|a, b| a.1.total_cmp(&b.1))?
             }
             None => {
-                let short = Span::of(&self.take).too_short(own, target, lifts);
+                let short = UncutMotion::of(&self.take).too_short(own, target, lifts);
                 (short.frame as f64 / self.take.sample_rate_hz, short.mm)
             }
         };
@@ -354,7 +357,7 @@ pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<S
         .with_remedy(Remedy::FolderIsSubject));
     }
     let mut subjects: Vec<Subject> = Vec::new();
-    let mut refused: Vec<Refused> = Vec::new();
+    let mut refused: Vec<RefusedWalk> = Vec::new();
     for recording in recordings.iter().copied() {
         if refused.iter().any(|one| one.subject == recording.subject) {
             continue;
@@ -370,7 +373,7 @@ pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<S
                     subjects.len() - 1
                 }
                 Err(error) => {
-                    refused.push(Refused {
+                    refused.push(RefusedWalk {
                         subject: recording.subject.clone(),
                         walk: None,
                         problem: error.to_string(),
@@ -400,7 +403,7 @@ pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<S
                 }
             }
             None => {
-                let span = Span::of(&recording.take);
+                let span = UncutMotion::of(&recording.take);
                 let moved = span.onto(own, &subject.body.offsets, lifts);
                 add(0, span.speed_mps(), Track::Take(moved));
             }
@@ -417,7 +420,7 @@ pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<S
 fn new_subject(recording: &Recording, options: &BodyOptions) -> Result<Subject> {
     let own = recording.take.offsets;
     let row = options.measured.of(&recording.subject);
-    let measured = row.unwrap_or(&Measured::NOTHING);
+    let measured = row.unwrap_or(&MeasuredPerson::NOTHING);
     let known_stature_m = measured.stature_m.or(options.stature_m);
     let known_mass_kg = measured.mass_kg.or(options.mass_kg);
     let sex = measured.sex.or(options.sex);
@@ -434,7 +437,7 @@ fn new_subject(recording: &Recording, options: &BodyOptions) -> Result<Subject> 
     }
     let stature_m = known_stature_m.unwrap_or_else(|| leg_length_m(&own) / LEG_SHARE);
     let mass_kg = known_mass_kg.unwrap_or_else(|| {
-        let bmi = |sex| Population::of(sex).bmi.0;
+        let bmi = |sex| PopulationNorms::of(sex).bmi.0;
         let mean = 0.5 * (bmi(Sex::Female) + bmi(Sex::Male));
         sex.map_or(mean, bmi) * stature_m * stature_m
     });

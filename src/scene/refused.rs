@@ -1,11 +1,11 @@
 //! Recordings less what cannot be encoded of them.
 
 use super::recorded::Recording;
-use crate::error::{Error, Refused};
+use crate::error::{Error, RefusedWalk};
 
 /// Takes refused walks out of their recordings, and recordings without any out of the list: an
 /// error for each walk, or for all of a person's recording, with its file.
-pub(crate) fn without(recordings: &mut Vec<Recording>, refused: &[Refused]) -> Vec<Error> {
+pub(crate) fn without(recordings: &mut Vec<Recording>, refused: &[RefusedWalk]) -> Vec<Error> {
     let mut errors = Vec::new();
     recordings.retain_mut(|recording| {
         let Recording {

@@ -9,7 +9,7 @@ use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DMat3, DQuat, DVec3};
 
 use super::follow::source_points;
-use super::roles::Roles;
+use super::roles::JointRoles;
 use super::unit::{choose_unit, leg_of};
 use crate::import::Motion;
 
@@ -32,7 +32,7 @@ pub(super) struct Anchor {
 
 /// One canonical joint in the source.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Part {
+pub(super) struct RestJoint {
     /// The source joint that turns like it.
     pub(super) turns_with: usize,
     /// Where it is.
@@ -42,8 +42,8 @@ pub(super) struct Part {
 }
 
 /// The calibration of one source skeleton.
-pub(super) struct Rest {
-    pub(super) parts: [Part; JOINTS],
+pub(super) struct RestCalibration {
+    pub(super) parts: [RestJoint; JOINTS],
     /// Global rotation of every source joint in the rest pose: identity in a file whose
     /// own rest pose stands.
     pub(super) zero: Vec<DQuat>,
@@ -69,7 +69,7 @@ pub(super) fn nearest_axis(direction: DVec3) -> DVec3 {
 }
 
 /// Leaves out the trunk joints of a fine trunk that never turn: they are part of what is below.
-fn keep_bending(motion: &Motion, roles: &mut Roles) {
+fn keep_bending(motion: &Motion, roles: &mut JointRoles) {
     let turns = |joint: usize| {
         let first = motion.frames[0].rotations[joint];
         let mut others = motion.frames.iter().map(|frame| frame.rotations[joint]);
@@ -101,7 +101,7 @@ pub(super) fn identity_pose(motion: &Motion) -> Globals {
 }
 
 /// Hips to the middle of the shoulders.
-fn trunk_of(positions: &[DVec3], roles: &Roles) -> DVec3 {
+fn trunk_of(positions: &[DVec3], roles: &JointRoles) -> DVec3 {
     middle(positions, roles.upper_arm) - middle(positions, roles.thigh)
 }
 
@@ -116,7 +116,7 @@ pub(super) fn across(positions: &[DVec3], thigh: [usize; 2], shank: [usize; 2]) 
 }
 
 /// Whether the legs continue the trunk downwards, hips across.
-fn stands(positions: &[DVec3], roles: &Roles) -> bool {
+fn stands(positions: &[DVec3], roles: &JointRoles) -> bool {
     let up = trunk_of(positions, roles).normalize_or_zero();
     let left = across(positions, roles.thigh, roles.shank).normalize_or_zero();
     (0..2).all(|side| {
@@ -129,7 +129,7 @@ fn stands(positions: &[DVec3], roles: &Roles) -> bool {
 }
 
 /// The frame whose legs are straightest under the trunk, with `up` of the world.
-fn best_standing(frames: &[Globals], roles: &Roles, up: DVec3) -> usize {
+fn best_standing(frames: &[Globals], roles: &JointRoles, up: DVec3) -> usize {
     let score = |globals: &Globals| {
         let p = &globals.positions;
         let limb = |a: usize, b: usize| (p[b] - p[a]).normalize_or_zero().dot(-up);
@@ -148,7 +148,7 @@ fn best_standing(frames: &[Globals], roles: &Roles, up: DVec3) -> usize {
 /// # Errors
 /// A joint that gait needs is missing, or the rest pose does not stand.
 pub(super) fn standing_points(motion: &Motion) -> Result<[DVec3; JOINTS], String> {
-    let mut roles = Roles::find(&motion.joints)?;
+    let mut roles = JointRoles::find(&motion.joints)?;
     let unit_m = choose_unit(leg_of(motion, &roles), motion.unit_m, &mut Vec::new())?;
     let mut own = identity_pose(motion);
     if let Some(skin) = &motion.skin {
@@ -160,7 +160,7 @@ pub(super) fn standing_points(motion: &Motion) -> Result<[DVec3; JOINTS], String
         return Err("the skeleton's rest pose does not stand".into());
     }
     let up = nearest_axis(trunk_of(&own.positions, &roles));
-    let rest = Rest::calibrate(motion, &mut roles, &[], None, up)?;
+    let rest = RestCalibration::calibrate(motion, &mut roles, &[], None, up)?;
     let world = DQuat::from_rotation_arc(up, DVec3::Y);
     Ok(source_points(&rest, &own).map(|point| world * point * unit_m))
 }
@@ -176,7 +176,7 @@ fn flat_foot(frames: &[Globals], foot: usize, toe: usize) -> usize {
         .unwrap_or(0)
 }
 
-impl Rest {
+impl RestCalibration {
     /// Calibrates. `frames`: the clean motion; `t_pose`: the pose before it, if there
     /// was one; `up`: the world's up axis in the source, from the motion.
     ///
@@ -184,7 +184,7 @@ impl Rest {
     /// The skeleton is too degenerate to have a left and an up.
     pub(super) fn calibrate(
         motion: &Motion,
-        roles: &mut Roles,
+        roles: &mut JointRoles,
         frames: &[Globals],
         t_pose: Option<&Globals>,
         up: DVec3,
@@ -317,7 +317,7 @@ pub(super) fn base_of(left: DVec3, up: DVec3) -> Option<DQuat> {
 fn swap_sides_if_needed(
     p: &[DVec3],
     up: DVec3,
-    roles: &mut Roles,
+    roles: &mut JointRoles,
     warnings: &mut Vec<String>,
 ) -> Result<DQuat, String> {
     let degenerate = || "the skeleton is degenerate: no left or no up".to_owned();
@@ -345,7 +345,7 @@ fn swap_sides_if_needed(
 }
 
 /// Chooses the source joint of every canonical joint; all axes are `base`.
-fn place(p: &[DVec3], roles: &Roles, base: DQuat, up: DVec3) -> [Part; JOINTS] {
+fn place(p: &[DVec3], roles: &JointRoles, base: DQuat, up: DVec3) -> [RestJoint; JOINTS] {
     let hips = middle(p, roles.thigh);
     let shoulders = middle(p, roles.upper_arm);
     // Height in the trunk: 0 at the hips, 1 at the shoulders.
@@ -398,13 +398,13 @@ fn place(p: &[DVec3], roles: &Roles, base: DQuat, up: DVec3) -> [Part; JOINTS] {
         None => (ribs, at(ribs, shoulders)),
     };
 
-    let mut parts = [Part {
+    let mut parts = [RestJoint {
         turns_with: roles.pelvis,
         lies_at: at(roles.pelvis, hips),
         axes: base,
     }; JOINTS];
     let mut set = |joint: Joint, turns_with: usize, lies_at: Anchor| {
-        parts[joint.index()] = Part {
+        parts[joint.index()] = RestJoint {
             turns_with,
             lies_at,
             axes: base,

@@ -12,8 +12,8 @@ use super::filter::LowPass;
 use super::follow::{local_rotations, main_child, source_points};
 use super::forward_kinematics;
 use super::residual::Residual;
-use super::rest::{Globals, Rest, nearest_axis};
-use super::roles::Roles;
+use super::rest::{Globals, RestCalibration, nearest_axis};
+use super::roles::JointRoles;
 use super::unit::{choose_unit, leg_of};
 use crate::import::Motion;
 
@@ -30,7 +30,7 @@ pub const DEFAULT_CUT_OFF_HZ: f64 = 10.0;
 
 /// A recorded motion on the canonical skeleton.
 #[derive(Clone, Debug)]
-pub struct Take {
+pub struct RetargetedMotion {
     /// Frames a second.
     pub sample_rate_hz: f64,
     /// Seconds from the source's frame 0 to the first frame here.
@@ -81,7 +81,7 @@ pub fn leg_length_m(offsets: &[DVec3; JOINTS]) -> f64 {
         / 2.0
 }
 
-impl Take {
+impl RetargetedMotion {
     /// Retargets a motion. `cut_off_hz`: of the low-pass, usually
     /// [`DEFAULT_CUT_OFF_HZ`]; `None` leaves the motion as recorded.
     ///
@@ -97,7 +97,7 @@ impl Take {
     pub fn from_motion(motion: &Motion, cut_off_hz: Option<f64>) -> Result<Self, String> {
         let motion = &*completed(motion)?;
         let mut warnings = motion.warnings.clone();
-        let mut roles = Roles::find(&motion.joints)?;
+        let mut roles = JointRoles::find(&motion.joints)?;
         let unit_m = choose_unit(leg_of(motion, &roles), motion.unit_m, &mut warnings)?;
         let roots: Vec<DVec3> = (0..motion.frames.len())
             .map(|i| motion.globals(i).0[roles.pelvis])
@@ -128,7 +128,7 @@ impl Take {
                 motion.format
             ));
         }
-        let rest = Rest::calibrate(motion, &mut roles, &frames, t_pose.as_ref(), up)?;
+        let rest = RestCalibration::calibrate(motion, &mut roles, &frames, t_pose.as_ref(), up)?;
         warnings.extend(rest.warnings.iter().cloned());
         let world = DQuat::from_rotation_arc(up, DVec3::Y);
         let mut positions: Vec<[DVec3; JOINTS]> = frames
@@ -264,7 +264,7 @@ fn filtered(
 }
 
 /// The signed axis next to the median of ankles-to-hips over the motion.
-pub(super) fn up_axis(frames: &[Globals], roles: &Roles) -> DVec3 {
+pub(super) fn up_axis(frames: &[Globals], roles: &JointRoles) -> DVec3 {
     let mut along: [Vec<f64>; 3] = Default::default();
     for Globals { positions: p, .. } in frames {
         let hips = p[roles.thigh[0]].midpoint(p[roles.thigh[1]]);
@@ -298,7 +298,7 @@ pub(super) fn floor(positions: &[[DVec3; JOINTS]], leg_m: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::import::{Format, SourceFrame, SourceJoint};
+    use crate::import::{MotionFormat, SourceFrame, SourceJoint};
 
     /// A T-posed figure of 0.9 m legs that swings, in centimetres, Y up, facing +Z.
     fn figure() -> Motion {
@@ -351,7 +351,7 @@ mod tests {
             })
             .collect();
         Motion {
-            format: Format::Bvh,
+            format: MotionFormat::Bvh,
             joints,
             sample_rate_hz: 100.0,
             frames,
@@ -375,7 +375,7 @@ mod tests {
         motion
     }
 
-    fn assert_same(a: &Take, b: &Take) {
+    fn assert_same(a: &RetargetedMotion, b: &RetargetedMotion) {
         for (x, y) in a.offsets.iter().zip(&b.offsets) {
             assert!(x.distance(*y) < 1e-9, "{x} {y}");
         }
@@ -388,7 +388,7 @@ mod tests {
 
     #[test]
     fn segments_hang_in_the_canonical_rest_pose_with_their_own_lengths() {
-        let take = Take::from_motion(&figure(), None).unwrap();
+        let take = RetargetedMotion::from_motion(&figure(), None).unwrap();
         assert!(take.warnings.is_empty(), "{:?}", take.warnings);
         assert_eq!(take.unit_m, 0.01);
         let offset = |joint: Joint| take.offsets[joint.index()];
@@ -400,7 +400,7 @@ mod tests {
 
     #[test]
     fn canonical_kinematics_puts_every_joint_where_the_source_has_it() {
-        let take = Take::from_motion(&figure(), None).unwrap();
+        let take = RetargetedMotion::from_motion(&figure(), None).unwrap();
         for frame in 0..take.len() {
             let reached = take.joint_positions(frame);
             for joint in Joint::ALL {
@@ -412,7 +412,7 @@ mod tests {
 
     #[test]
     fn thighs_turn_as_the_source_and_hanging_arms_are_near_rest() {
-        let take = Take::from_motion(&figure(), None).unwrap();
+        let take = RetargetedMotion::from_motion(&figure(), None).unwrap();
         let thigh = take.rotations[10][Joint::LeftThigh.index()].to_scaled_axis();
         assert!(
             thigh.distance(DVec3::X * -0.5 * libm::sin(1.0)) < 1e-9,
@@ -428,7 +428,7 @@ mod tests {
 
     #[test]
     fn any_up_axis_heading_and_unit_give_the_same_take() {
-        let plain = Take::from_motion(&figure(), None).unwrap();
+        let plain = RetargetedMotion::from_motion(&figure(), None).unwrap();
         let z_up = DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2);
         for (turn, scale) in [
             (z_up, 1.0),
@@ -438,7 +438,7 @@ mod tests {
         ] {
             assert_same(
                 &plain,
-                &Take::from_motion(&turned(figure(), turn, scale), None).unwrap(),
+                &RetargetedMotion::from_motion(&turned(figure(), turn, scale), None).unwrap(),
             );
         }
     }
@@ -452,13 +452,16 @@ mod tests {
                 None => joint.name.replace("Right", "Left"),
             };
         }
-        let take = Take::from_motion(&motion, None).unwrap();
+        let take = RetargetedMotion::from_motion(&motion, None).unwrap();
         assert!(
             take.warnings[0].contains("legs were named the wrong way"),
             "{:?}",
             take.warnings
         );
-        assert_same(&take, &Take::from_motion(&figure(), None).unwrap());
+        assert_same(
+            &take,
+            &RetargetedMotion::from_motion(&figure(), None).unwrap(),
+        );
     }
 
     #[test]
@@ -468,7 +471,7 @@ mod tests {
         still.rotations = vec![DQuat::IDENTITY; motion.joints.len()];
         motion.frames.insert(0, still);
         motion.frames[31].root.x += 300.0;
-        let take = Take::from_motion(&motion, None).unwrap();
+        let take = RetargetedMotion::from_motion(&motion, None).unwrap();
         assert_eq!(take.warnings[0], "frame 0 is a T-pose and was dropped");
         assert_eq!(
             take.warnings[1],

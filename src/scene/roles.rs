@@ -9,11 +9,11 @@
 use crate::import::SourceJoint;
 
 /// One limb pair's joint by side: 0 left, 1 right.
-pub(super) type Pair = [usize; 2];
+pub(super) type LimbPair = [usize; 2];
 
 /// Indices of source joints.
 #[derive(Clone, Debug)]
-pub(super) struct Roles {
+pub(super) struct JointRoles {
     pub(super) pelvis: usize,
     /// From the joint after the pelvis to the head, both included.
     pub(super) trunk: Vec<usize>,
@@ -21,15 +21,15 @@ pub(super) struct Roles {
     pub(super) is_fine_trunk: bool,
     /// The trunk joint that carries both arms (or the pelvis).
     pub(super) chest: usize,
-    pub(super) thigh: Pair,
-    pub(super) shank: Pair,
-    pub(super) foot: Pair,
+    pub(super) thigh: LimbPair,
+    pub(super) shank: LimbPair,
+    pub(super) foot: LimbPair,
     /// Ball of the foot, if it is a joint.
     pub(super) toe: [Option<usize>; 2],
     pub(super) clavicle: [Option<usize>; 2],
-    pub(super) upper_arm: Pair,
-    pub(super) forearm: Pair,
-    pub(super) hand: Pair,
+    pub(super) upper_arm: LimbPair,
+    pub(super) forearm: LimbPair,
+    pub(super) hand: LimbPair,
 }
 
 /// Joints by name alone, left and right; what is not there is added before the roles are found.
@@ -118,7 +118,7 @@ const COARSE_TRUNK: usize = 7;
 /// Rigify numbers its trunk up to the head.
 const HEAD: &[&str] = &["head", "spine006"];
 
-impl Roles {
+impl JointRoles {
     /// Finds the parts, or says which one is missing.
     pub(super) fn find(joints: &[SourceJoint]) -> Result<Self, String> {
         let names: Vec<String> = joints.iter().map(|joint| normalised(&joint.name)).collect();
@@ -245,7 +245,7 @@ fn position(names: &[String], side: usize, part: &str) -> Option<usize> {
         })
 }
 
-fn pair(what: &str, found: [Option<usize>; 2]) -> Result<Pair, String> {
+fn pair(what: &str, found: [Option<usize>; 2]) -> Result<LimbPair, String> {
     match found {
         [Some(left), Some(right)] => Ok([left, right]),
         [None, None] => Err(format!("no {what} joints")),
@@ -299,7 +299,7 @@ mod tests {
     #[test]
     fn a_shoulder_is_the_upper_arm_unless_there_is_an_arm() {
         let joints = skeleton(XSENS);
-        let roles = Roles::find(&joints).unwrap();
+        let roles = JointRoles::find(&joints).unwrap();
         let name = |joint: usize| joints[joint].name.as_str();
         assert_eq!(roles.upper_arm.map(name), ["LeftShoulder", "RightShoulder"]);
         assert_eq!(
@@ -319,7 +319,7 @@ mod tests {
             .replace("<RightShoulder ", "<RightArm ")
             .replace('@', "");
         let joints = skeleton(&renamed);
-        let roles = Roles::find(&joints).unwrap();
+        let roles = JointRoles::find(&joints).unwrap();
         assert_eq!(joints[roles.upper_arm[0]].name, "LeftArm");
         assert_eq!(joints[roles.clavicle[0].unwrap()].name, "LeftShoulder");
     }
@@ -451,7 +451,7 @@ mod tests {
         ];
         for spec in rigs {
             let joints = skeleton(&spec);
-            let roles = Roles::find(&joints).unwrap_or_else(|e| panic!("{e}: {spec}"));
+            let roles = JointRoles::find(&joints).unwrap_or_else(|e| panic!("{e}: {spec}"));
             let first = joints.len() - 16;
             for side in 0..2 {
                 let limb = [
@@ -481,7 +481,8 @@ mod tests {
 
     #[test]
     fn a_missing_side_is_named() {
-        let message = Roles::find(&skeleton(&XSENS.replace("RightKnee", "LeftKnee"))).unwrap_err();
+        let message =
+            JointRoles::find(&skeleton(&XSENS.replace("RightKnee", "LeftKnee"))).unwrap_err();
         assert_eq!(message, "no right shank joint");
     }
 }

@@ -6,8 +6,8 @@
 //! nowhere, where the walker first looks. A file that states which way people face (glTF) is
 //! a scene in which cameras have their places: there the take keeps its own.
 
-use super::Span;
-use super::retarget::Take;
+use super::UncutMotion;
+use super::retarget::RetargetedMotion;
 use edgegait_core::skeleton::Joint;
 use glam::{DQuat, DVec3};
 
@@ -15,10 +15,10 @@ use glam::{DQuat, DVec3};
 /// walker slower than 0.1 m/s stands or is on a treadmill. Ours.
 const SLOWEST_TRAVEL_M_S: f64 = 0.1;
 
-impl Span {
+impl UncutMotion {
     /// The whole take on its walker's own skeleton.
     #[must_use]
-    pub fn of(take: &Take) -> Self {
+    pub fn of(take: &RetargetedMotion) -> Self {
         if take.is_placed {
             return Self {
                 sample_rate_hz: take.sample_rate_hz,
@@ -78,10 +78,10 @@ mod tests {
     use edgegait_core::skeleton::JOINTS;
 
     /// Frames at 10 Hz of a walker who looks along +X.
-    fn take(roots: Vec<DVec3>) -> Take {
+    fn take(roots: Vec<DVec3>) -> RetargetedMotion {
         let mut pose = [DQuat::IDENTITY; JOINTS];
         pose[0] = DQuat::from_rotation_y(std::f64::consts::FRAC_PI_2);
-        Take {
+        RetargetedMotion {
             cut_off_hz: None,
             sample_rate_hz: 10.0,
             start_s: 0.0,
@@ -102,7 +102,7 @@ mod tests {
     #[test]
     fn a_take_travels_along_z_from_the_origin() {
         // Backwards along -X, 0.2 m a frame: 2 m/s.
-        let span = Span::of(&take(vec![
+        let span = UncutMotion::of(&take(vec![
             DVec3::new(5.0, 0.9, 3.0),
             DVec3::new(4.8, 0.91, 3.0),
             DVec3::new(4.6, 0.9, 3.0),
@@ -118,7 +118,7 @@ mod tests {
     fn a_take_of_stated_axes_stays_where_it_is() {
         let mut placed = take(vec![DVec3::new(5.0, 0.9, 3.0), DVec3::new(4.8, 0.91, 3.0)]);
         placed.is_placed = true;
-        let span = Span::of(&placed);
+        let span = UncutMotion::of(&placed);
         assert_eq!(span.roots, placed.roots);
         assert_eq!(span.rotations, placed.rotations);
     }
@@ -126,7 +126,7 @@ mod tests {
     #[test]
     fn one_who_stands_looks_along_z() {
         for frames in [1, 50] {
-            let span = Span::of(&take(vec![DVec3::new(-1.0, 0.9, 2.0); frames]));
+            let span = UncutMotion::of(&take(vec![DVec3::new(-1.0, 0.9, 2.0); frames]));
             let ahead = span.rotations[0][0] * DVec3::Z;
             assert!(ahead.distance(DVec3::Z) < 1e-12, "{ahead}");
             assert!(span.roots[0].distance(DVec3::new(0.0, 0.9, 0.0)) < 1e-12);

@@ -8,8 +8,8 @@
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
-use super::retarget::{ANKLE_HEIGHT, Take, leg_length_m};
-use super::{Body, Cycle, Span, Track, Walk, forward_kinematics};
+use super::retarget::{ANKLE_HEIGHT, RetargetedMotion, leg_length_m};
+use super::{Body, Cycle, Track, UncutMotion, Walk, forward_kinematics};
 
 /// Heel, ball and toe tip ahead of the ankle over hip-to-ankle length: -0.25, 0.48 and 0.75 of a
 /// foot of 0.152 statures, over 0.491 (Winter 2009, figure 4.1; ball: 0.73 of the foot from the
@@ -30,7 +30,7 @@ const SHORTEST_SWING_S: f64 = 0.08;
 
 /// A motion whose feet are looked at.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Steps<'a> {
+pub(crate) struct FeetMotion<'a> {
     /// Joint offsets of the body that moves, metres.
     offsets: &'a [DVec3; JOINTS],
     roots: &'a [DVec3],
@@ -72,14 +72,14 @@ impl Walk {
     #[must_use]
     pub fn skate(&self, body: &Body) -> Option<Skate> {
         let steps = match &self.motion {
-            Track::Loop(cycle) => Steps::of_cycle(cycle, &body.offsets),
-            Track::Take(span) => Steps::of_span(span, &body.offsets),
+            Track::Loop(cycle) => FeetMotion::of_cycle(cycle, &body.offsets),
+            Track::Take(span) => FeetMotion::of_span(span, &body.offsets),
         };
         steps.skate_on(body)
     }
 }
 
-impl<'a> Steps<'a> {
+impl<'a> FeetMotion<'a> {
     /// Those of a cycle on a skeleton with these joint offsets.
     #[must_use]
     pub(crate) fn of_cycle(cycle: &'a Cycle, offsets: &'a [DVec3; JOINTS]) -> Self {
@@ -94,7 +94,7 @@ impl<'a> Steps<'a> {
 
     /// Those of a whole take.
     #[must_use]
-    pub(crate) fn of_span(span: &'a Span, offsets: &'a [DVec3; JOINTS]) -> Self {
+    pub(crate) fn of_span(span: &'a UncutMotion, offsets: &'a [DVec3; JOINTS]) -> Self {
         Self {
             offsets,
             roots: &span.roots,
@@ -106,7 +106,7 @@ impl<'a> Steps<'a> {
 
     /// Those of a take on its walker's own skeleton.
     #[must_use]
-    pub(crate) fn of_take(take: &'a Take) -> Self {
+    pub(crate) fn of_take(take: &'a RetargetedMotion) -> Self {
         Self {
             offsets: &take.offsets,
             roots: &take.roots,
@@ -323,7 +323,7 @@ mod tests {
         ] {
             let person = Person::average(Sex::Female);
             let cycle = person.cycle(speed_kmh);
-            let duty_factor = Steps::of_cycle(&cycle, &person.body.offsets).duty_factor();
+            let duty_factor = FeetMotion::of_cycle(&cycle, &person.body.offsets).duty_factor();
             assert!(
                 expected.contains(&duty_factor),
                 "{speed_kmh}: {duty_factor}"
@@ -335,14 +335,14 @@ mod tests {
     fn a_foot_that_is_dragged_along_skates_as_far() {
         // One frame of rest, held for 11 while the body slides 2 mm a frame ahead: 20 mm.
         let body = Person::average(Sex::Female).body;
-        let span = Span {
+        let span = UncutMotion {
             sample_rate_hz: 40.0,
             roots: (0..11)
                 .map(|i| DVec3::new(0.0, 0.9, 0.002 * f64::from(i)))
                 .collect(),
             rotations: vec![[DQuat::IDENTITY; JOINTS]; 11],
         };
-        let steps = Steps::of_span(&span, &body.offsets);
+        let steps = FeetMotion::of_span(&span, &body.offsets);
         assert_eq!(steps.duty_factor(), 1.0);
         let skate = steps.skate(&soles_of_body(&body)).expect("both feet stand");
         assert!((skate.mean_mm - 20.0).abs() < 1e-9, "{skate:?}");
@@ -353,7 +353,7 @@ mod tests {
     fn feet_of_larger_legs_slide_as_much_further_as_these_are_longer() {
         let person = Person::average(Sex::Female);
         let cycle = person.cycle(5.0);
-        let steps = Steps::of_cycle(&cycle, &person.body.offsets);
+        let steps = FeetMotion::of_cycle(&cycle, &person.body.offsets);
         let own = steps.own_skate(&person.body).expect("both feet stand");
         assert_eq!(Some(own), steps.skate_on(&person.body));
         let mut larger = person.body.clone();
@@ -373,7 +373,7 @@ mod tests {
     fn a_swing_of_two_frames_is_none() {
         let person = Person::average(Sex::Female);
         let cycle = person.cycle(5.0);
-        let steps = Steps::of_cycle(&cycle, &person.body.offsets);
+        let steps = FeetMotion::of_cycle(&cycle, &person.body.offsets);
         let mut stands = vec![[true; 2]; 96];
         stands[95][0] = false;
         stands[0][0] = false;

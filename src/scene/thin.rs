@@ -76,11 +76,11 @@ pub(crate) fn with_thinner_bodies(people: &[Subject], most: usize) -> Result<Vec
 }
 
 /// A hull, and its mirror image on the walker's other side where there is one.
-struct Part {
+struct MirroredHull {
     /// Its number, and that of its image.
     hull: usize,
     other: Option<usize>,
-    groups: Vec<Group>,
+    groups: Vec<PointGroup>,
     /// How far the hull reaches in each direction with all its points.
     whole: Vec<f64>,
     /// What each group's absence costs, for each point that is saved.
@@ -88,19 +88,19 @@ struct Part {
 }
 
 /// Points of one hull that are kept or left out together.
-struct Group {
+struct PointGroup {
     points: Vec<DVec3>,
     /// How far it reaches in each direction.
     reach: Vec<f64>,
 }
 
-impl Group {
+impl PointGroup {
     fn has(&self, point: DVec3) -> bool {
         has(&self.points, point)
     }
 }
 
-impl Part {
+impl MirroredHull {
     fn has(&self, point: DVec3) -> bool {
         self.groups.iter().any(|group| group.has(point))
     }
@@ -124,7 +124,7 @@ impl Part {
 }
 
 /// The part and group whose points cost least, and what; none where every hull has as few as it may.
-fn least(parts: &[Part]) -> Option<(usize, usize, f64)> {
+fn least(parts: &[MirroredHull]) -> Option<(usize, usize, f64)> {
     let all = parts.iter().enumerate().flat_map(|(number, part)| {
         let losses = part.losses.iter().enumerate();
         let able = losses.filter(|&(group, _)| part.can_lack(group));
@@ -133,11 +133,11 @@ fn least(parts: &[Part]) -> Option<(usize, usize, f64)> {
     all.min_by(|(.., a), (.., b)| a.total_cmp(b))
 }
 
-fn parts(hulls: &[BodyHull]) -> Vec<Part> {
+fn parts(hulls: &[BodyHull]) -> Vec<MirroredHull> {
     let directions = directions(DIRECTIONS);
-    let mut parts: Vec<Part> = Vec::new();
+    let mut parts: Vec<MirroredHull> = Vec::new();
     for (index, hull) in hulls.iter().enumerate() {
-        let is_other = |part: &&mut Part| {
+        let is_other = |part: &&mut MirroredHull| {
             let first = &hulls[part.hull];
             part.other.is_none()
                 && first.joint == hull.joint.mirrored()
@@ -150,7 +150,7 @@ fn parts(hulls: &[BodyHull]) -> Vec<Part> {
         let groups = groups(&hull.points, &directions);
         let reach = |direction| farthest_two(&groups, direction).1;
         let whole: Vec<f64> = (0..directions.len()).map(reach).collect();
-        parts.push(Part {
+        parts.push(MirroredHull {
             hull: index,
             other: None,
             losses: losses(&groups, &whole),
@@ -162,9 +162,9 @@ fn parts(hulls: &[BodyHull]) -> Vec<Part> {
 }
 
 /// A hull's points in pairs where it is symmetric, else each alone.
-fn groups(points: &[DVec3], directions: &[DVec3]) -> Vec<Group> {
+fn groups(points: &[DVec3], directions: &[DVec3]) -> Vec<PointGroup> {
     let is_symmetric = is_image(points, points);
-    let mut groups: Vec<Group> = Vec::new();
+    let mut groups: Vec<PointGroup> = Vec::new();
     for &point in points {
         if groups.iter().any(|group| group.has(point)) {
             continue;
@@ -177,7 +177,7 @@ fn groups(points: &[DVec3], directions: &[DVec3]) -> Vec<Group> {
             let along = members.iter().map(|member| member.dot(*direction));
             along.fold(f64::NEG_INFINITY, f64::max)
         };
-        groups.push(Group {
+        groups.push(PointGroup {
             reach: directions.iter().map(reach).collect(),
             points: members,
         });
@@ -189,7 +189,7 @@ fn groups(points: &[DVec3], directions: &[DVec3]) -> Vec<Group> {
 /// groups: the sum over directions of fourth powers, m4, for each point that is saved. Ours: of first
 /// to tenth powers the fourth and sixth have GEIs of 160 to 320 points err least (`edgegait frontier
 /// --quick`, 2026-11-21).
-fn losses(groups: &[Group], whole: &[f64]) -> Vec<f64> {
+fn losses(groups: &[PointGroup], whole: &[f64]) -> Vec<f64> {
     let mut losses = vec![0.0; groups.len()];
     for (direction, whole) in whole.iter().enumerate() {
         let (group, reach, next) = farthest_two(groups, direction);
@@ -202,7 +202,7 @@ fn losses(groups: &[Group], whole: &[f64]) -> Vec<f64> {
 }
 
 /// The group that reaches farthest in a direction, how far, and how far the others do.
-fn farthest_two(groups: &[Group], direction: usize) -> (usize, f64, f64) {
+fn farthest_two(groups: &[PointGroup], direction: usize) -> (usize, f64, f64) {
     let mut found = (0, f64::NEG_INFINITY, f64::NEG_INFINITY);
     for (index, group) in groups.iter().enumerate() {
         let reach = group.reach[direction];

@@ -4,12 +4,12 @@
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
-use super::flips::Ends;
+use super::flips::MotionEnds;
 use super::forward_kinematics;
 use super::lean::carry_shoulders;
-use super::leg::Leg;
+use super::leg::LegLengths;
 use super::retarget::leg_length_m;
-use super::{Cycle, Span};
+use super::{Cycle, UncutMotion};
 
 /// Hip, knee and ankle of each side.
 const LEGS: [[Joint; 3]; 2] = [
@@ -51,7 +51,7 @@ impl Cycle {
     #[must_use]
     pub fn onto(&self, own: &[DVec3; JOINTS], target: &[DVec3; JOINTS], lifts: [f64; 2]) -> Self {
         let motion = (&self.root[..], &self.rotations[..]);
-        let moved = Moved::of(motion, (own, target, lifts), Ends::Meet);
+        let moved = Moved::of(motion, (own, target, lifts), MotionEnds::Meet);
         Self {
             drift_m: self.drift_m * moved.ratio,
             root: moved.roots,
@@ -68,17 +68,17 @@ impl Cycle {
         lifts: [f64; 2],
     ) -> TooShort {
         let motion = (&self.root[..], &self.rotations[..]);
-        Moved::of(motion, (own, target, lifts), Ends::Meet).too_short
+        Moved::of(motion, (own, target, lifts), MotionEnds::Meet).too_short
     }
 }
 
-impl Span {
+impl UncutMotion {
     /// This motion, of a walker with `own` joint offsets, on a body with `target` ones: as
     /// [`Cycle::onto`].
     #[must_use]
     pub fn onto(&self, own: &[DVec3; JOINTS], target: &[DVec3; JOINTS], lifts: [f64; 2]) -> Self {
         let motion = (&self.roots[..], &self.rotations[..]);
-        let moved = Moved::of(motion, (own, target, lifts), Ends::Open);
+        let moved = Moved::of(motion, (own, target, lifts), MotionEnds::Open);
         Self {
             roots: moved.roots,
             rotations: moved.rotations,
@@ -94,7 +94,7 @@ impl Span {
         lifts: [f64; 2],
     ) -> TooShort {
         let motion = (&self.roots[..], &self.rotations[..]);
-        Moved::of(motion, (own, target, lifts), Ends::Open).too_short
+        Moved::of(motion, (own, target, lifts), MotionEnds::Open).too_short
     }
 }
 
@@ -111,7 +111,7 @@ impl Moved {
     fn of(
         (roots, rotations): (&[DVec3], &[[DQuat; JOINTS]]),
         (own, target, lifts): (&[DVec3; JOINTS], &[DVec3; JOINTS], [f64; 2]),
-        ends: Ends,
+        ends: MotionEnds,
     ) -> Self {
         let [own_leg_m, target_leg_m] = [own, target].map(leg_length_m);
         let ratio = if own_leg_m > 0.0 {
@@ -152,15 +152,15 @@ impl Moved {
 }
 
 /// What both knees are asked to bend further about a frame, weighted by a raised cosine.
-fn smoothed(asked: &[[f64; 2]], frame: usize, ends: Ends) -> [f64; 2] {
+fn smoothed(asked: &[[f64; 2]], frame: usize, ends: MotionEnds) -> [f64; 2] {
     let last = asked.len() - 1;
     let near = -SMOOTH..=SMOOTH;
     let (mut sum, mut weights) = ([0.0; 2], 0.0);
     for by in near {
         let at = frame as isize + by;
         let at = match ends {
-            Ends::Meet => at.rem_euclid(asked.len() as isize),
-            Ends::Open => at.clamp(0, last as isize),
+            MotionEnds::Meet => at.rem_euclid(asked.len() as isize),
+            MotionEnds::Open => at.clamp(0, last as isize),
         };
         let weight = 1.0 + libm::cos(std::f64::consts::PI * by as f64 / (SMOOTH + 1) as f64);
         for (sum, asked) in sum.iter_mut().zip(asked[at as usize]) {
@@ -185,7 +185,7 @@ struct Other<'a> {
 }
 
 /// A pose on the other body.
-struct Posed {
+struct TransferredPose {
     root: DVec3,
     pose: [DQuat; JOINTS],
     /// How far an ankle is from its place, metres.
@@ -221,14 +221,19 @@ impl Other<'_> {
     }
 
     /// A pose on these legs, whose knees bend further as ankles ask for, or by what is given.
-    fn posed(&self, root: DVec3, pose: &[DQuat; JOINTS], bends: Option<[f64; 2]>) -> Posed {
+    fn posed(
+        &self,
+        root: DVec3,
+        pose: &[DQuat; JOINTS],
+        bends: Option<[f64; 2]>,
+    ) -> TransferredPose {
         let (at, turns) = forward_kinematics(self.own, root, pose);
         let pelvis = turns[Joint::Pelvis.index()];
         let hips = LEGS.map(|[thigh, ..]| pelvis * self.target[thigh.index()]);
         let [left, right] = LEGS.map(|[thigh, ..]| at[thigh.index()]);
         let higher = 0.5 * (self.lifts[0] + self.lifts[1]) - self.lower_m;
         let middle = self.ratio * left.midpoint(right) + higher * DVec3::Y;
-        let mut posed = Posed {
+        let mut posed = TransferredPose {
             root: middle - hips[0].midpoint(hips[1]),
             pose: *pose,
             short_m: 0.0,
@@ -241,7 +246,7 @@ impl Other<'_> {
                 turns[thigh.index()] * self.target[shank.index()],
                 turns[shank.index()] * self.target[foot.index()],
             ];
-            let Some(mut bend) = Bend::reaching(bones, turns[thigh.index()] * DVec3::X, wanted)
+            let Some(mut bend) = KneeBend::reaching(bones, turns[thigh.index()] * DVec3::X, wanted)
             else {
                 continue;
             };
@@ -268,14 +273,14 @@ impl Other<'_> {
 }
 
 /// How a knee bends further.
-struct Bend {
+struct KneeBend {
     /// About which axis, of unit length.
     axis: DVec3,
     /// By how much, radians.
     more: f64,
 }
 
-impl Bend {
+impl KneeBend {
     /// As it takes for the ankle to be as far from the hip as it is `wanted`; `None` for a leg
     /// without length.
     ///
@@ -286,7 +291,7 @@ impl Bend {
         // The part of the shank that the knee turns.
         let beside = shank.dot(axis);
         let turning = shank - beside * axis;
-        let leg = Leg {
+        let leg = LegLengths {
             thigh_m: thigh.length(),
             shank_m: turning.length(),
         };
@@ -351,7 +356,7 @@ mod tests {
 
     #[test]
     fn a_span_moves_as_a_cycle_does() {
-        let span = Span {
+        let span = UncutMotion {
             sample_rate_hz: 100.0,
             roots: cycle().root,
             rotations: cycle().rotations,
@@ -472,7 +477,7 @@ mod tests {
             target[Joint::LeftThigh.index()].x = half_m;
             target[Joint::RightThigh.index()].x = -half_m;
             let motion = (&straight.root[..], &straight.rotations[..]);
-            Moved::of(motion, (&legs(1.0), &target, [0.0; 2]), Ends::Meet)
+            Moved::of(motion, (&legs(1.0), &target, [0.0; 2]), MotionEnds::Meet)
         };
         assert!(on_hips(0.1).too_short.mm < 1e-6);
         // The hips come down: by 2.2 cm, and by a tenth of the leg at most.

@@ -2,7 +2,7 @@
 //!
 //! Files state no unit or a wrong one; people's legs differ less than units do.
 
-use super::roles::Roles;
+use super::roles::JointRoles;
 use crate::import::Motion;
 
 /// Hip-to-ankle lengths that a walker can have, metres: a small child to a giant
@@ -23,7 +23,7 @@ const UNITS: [(f64, &str); 6] = [
 ];
 
 /// Hip to knee to ankle, the longer of both sides, source units.
-pub(super) fn leg_of(motion: &Motion, roles: &Roles) -> f64 {
+pub(super) fn leg_of(motion: &Motion, roles: &JointRoles) -> f64 {
     let (points, _) = motion.globals(motion.frames.len() / 2);
     (0..2)
         .map(|side| {

@@ -5,7 +5,7 @@
 //! that are put down elsewhere, a pelvis that moves over them, and smooth periodic noise above
 //! it. Legs are solved for their feet, which neither slide nor cross.
 
-use crate::scene::leg::Leg;
+use crate::scene::leg::LegLengths;
 use edgegait_core::pose::{ModelPose, Pose};
 use edgegait_core::skeleton::{JOINTS, Joint, Skeleton};
 use glam::{DQuat, Mat3, Quat, Vec3};
@@ -60,7 +60,7 @@ struct Noise {
 
 /// Standard deviations of a joint's turns between takes and between cycles of one take.
 #[derive(Clone, Copy)]
-struct Spread {
+struct TurnSpread {
     /// Of its mean over the cycle about its flexion axis, degrees: takes, cycles.
     mean: [f64; 2],
     /// About each of the other two.
@@ -72,7 +72,7 @@ struct Spread {
 /// Spreads of the joints above the hips: means of CMU's walkers who have several takes or
 /// cycles (12 takes of 3 people, 23 cycles of 11 takes; [`super::cohort`]'s fit), swings from the
 /// spreads of their amplitudes and delays. Hands and clavicles are ours.
-const fn spread(joint: Joint) -> Option<Spread> {
+const fn spread(joint: Joint) -> Option<TurnSpread> {
     let (mean, other, swing) = match joint {
         Joint::Pelvis => ([0.6, 0.5], [0.3, 0.4], [0.4, 0.6]),
         Joint::Spine | Joint::Thorax => ([1.0, 0.5], [0.6, 0.4], [0.4, 0.6]),
@@ -88,7 +88,7 @@ const fn spread(joint: Joint) -> Option<Spread> {
         | Joint::LeftFoot
         | Joint::RightFoot => return None,
     };
-    Some(Spread { mean, other, swing })
+    Some(TurnSpread { mean, other, swing })
 }
 
 /// Standard deviation of the step width between takes and between cycles, metres: 1.0 and 1.3 cm
@@ -226,7 +226,7 @@ impl Noise {
         ankle.x += sign * self.aside_m[side];
         ankle.z = stored.positions[Joint::Pelvis.index()].z
             + (1.0 + self.longer) * (ankle.z - stored.positions[Joint::Pelvis.index()].z);
-        let leg = Leg {
+        let leg = LegLengths {
             thigh_m: f64::from(skeleton.offsets[shank].length()),
             shank_m: f64::from(skeleton.offsets[foot].length()),
         };

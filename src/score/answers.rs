@@ -2,7 +2,7 @@
 
 use super::{Distance, Outputs, Recognizer};
 use crate::error::{Result, ScoreError};
-use crate::source::{Form, Shown, Source};
+use crate::source::{Form, SequenceSource, Shown};
 use crate::template::Template;
 
 /// Most numbers given to a recognizer at once (4 MB), and most templates. Sequences of silhouettes are
@@ -53,7 +53,7 @@ impl Answers {
 }
 
 /// A recognizer, and which sequences it has to be shown.
-pub(crate) type Asked<'a> = (&'a dyn Recognizer, &'a dyn Fn(usize) -> bool);
+pub(crate) type Questioned<'a> = (&'a dyn Recognizer, &'a dyn Fn(usize) -> bool);
 
 /// One recognizer that is being shown sequences.
 struct Listener<'a> {
@@ -144,8 +144,8 @@ impl Listener<'_> {
 /// # Errors
 /// When a sequence cannot be shown, or a recognizer fails.
 pub(crate) fn ask(
-    recognizers: &[Asked<'_>],
-    source: &Source<'_>,
+    recognizers: &[Questioned<'_>],
+    source: &SequenceSource<'_>,
     wanted: &[usize],
     form: &Form,
     seen: &mut dyn FnMut(usize, &[u8]),

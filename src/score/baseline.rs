@@ -5,9 +5,9 @@
 //! of a person, before anything has been learnt; a random projection, which is a linear network
 //! that was not trained, what is left of that in as few numbers as a recognizer's embedding has.
 
-use super::{Contract, Distance, Layout, Outputs, Recognizer, RuntimeName};
+use super::{Contract, Distance, InputLayout, Outputs, Recognizer, RuntimeName};
 use crate::error::Result;
-use crate::sweep::Framing;
+use crate::sweep::FramingMode;
 use crate::template::Template;
 use edgegait_core::silhouette::Size;
 use ndarray::{Array1, Array2, ArrayView2, Axis};
@@ -43,12 +43,12 @@ struct Enrolled {
 impl Baseline {
     /// Compares templates of silhouettes of this size and framing pixel by pixel.
     #[must_use]
-    pub(crate) fn pixels(template: Template, size: Size, framing: Framing) -> Self {
+    pub(crate) fn pixels(template: Template, size: Size, framing: FramingMode) -> Self {
         Self::like(Contract {
             name: PIXELS.into(),
             rows: size.rows(),
             columns: size.columns(),
-            layout: Layout::of(template),
+            layout: InputLayout::of(template),
             framing,
             template,
             ..Contract::default()
@@ -192,7 +192,7 @@ mod tests {
     use super::*;
 
     fn pixels() -> Baseline {
-        Baseline::pixels(Template::Gei, Size::S50x30, Framing::Height)
+        Baseline::pixels(Template::Gei, Size::S50x30, FramingMode::Height)
     }
 
     /// A template with these at a few places.
@@ -257,7 +257,7 @@ mod tests {
     fn sequences_are_compared_by_their_mean() {
         let contract = Contract {
             template: Template::Silhouettes,
-            layout: Layout::of(Template::Silhouettes),
+            layout: InputLayout::of(Template::Silhouettes),
             ..Contract::default()
         };
         let two = [template(&[(0, 1.0), (5, 1.0)]), template(&[(0, 1.0)])].concat();

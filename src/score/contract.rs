@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::input::{Axis, Distance, InputRange, Layout};
+use super::input::{Distance, InputAxis, InputLayout, InputRange};
 use crate::error::{Error, Result, ScoreError, TemplateOrigin};
-use crate::sweep::Framing;
-use crate::template::{Shape, Template};
+use crate::sweep::FramingMode;
+use crate::template::{Template, TemplateShape};
 use edgegait_core::silhouette::Size;
 
 /// Most bytes a contract may have.
@@ -49,10 +49,10 @@ pub struct Contract {
     /// Order of the input's axes: `"NCHW"` (default), `"NHWC"`, `"NHW"` or, row by row, `"ND"` for GEIs
     /// and other single images, `"NCHW"` for several (frequency), `"NTHW"`, `"NTCHW"` or `"NCTHW"` for
     /// silhouettes, `"ND"` for vectors.
-    pub layout: Layout,
+    pub layout: InputLayout,
     /// How figures were framed in training: `"height"` (default), `"box"`, `"cycle"` or
     /// `"camera"`.
-    pub framing: Framing,
+    pub framing: FramingMode,
     /// Which template the recognizer takes: `"gei"` (default), `"silhouettes"`, `"mei"`, `"mhi"`,
     /// `"msi"`, `"ghi"`, `"geni"`, `"frequency"`, `"kfd"` or `"row-width"`.
     pub template: Template,
@@ -122,8 +122,8 @@ impl Default for Contract {
             channels: 1,
             rows: 50,
             columns: 30,
-            layout: Layout::Nchw,
-            framing: Framing::Height,
+            layout: InputLayout::Nchw,
+            framing: FramingMode::Height,
             template: Template::Gei,
             frames: None,
             view_input: None,
@@ -195,7 +195,7 @@ impl Contract {
 
     /// What the numbers of one template or silhouette are.
     #[must_use]
-    pub const fn shape(&self) -> Shape {
+    pub const fn shape(&self) -> TemplateShape {
         self.template.shape_of(self.rows, self.columns)
     }
 
@@ -229,8 +229,8 @@ impl Contract {
     /// Channels of the input: its images, or equal ones; 1 of a vector.
     pub(super) const fn input_channels(&self) -> usize {
         match self.shape() {
-            Shape::Image { planes, .. } => planes * self.channels,
-            Shape::Vector(_) => 1,
+            TemplateShape::Image { planes, .. } => planes * self.channels,
+            TemplateShape::Vector(_) => 1,
         }
     }
 
@@ -250,8 +250,8 @@ impl Contract {
         };
         let block = match self.layout {
             _ if self.channels == 1 => bytes.len(),
-            Layout::Nhwc => 1,
-            Layout::Ntchw => self.numbers(),
+            InputLayout::Nhwc => 1,
+            InputLayout::Ntchw => self.numbers(),
             _ => bytes.len(),
         };
         for block in bytes.chunks(block.max(1)) {
@@ -303,13 +303,13 @@ impl Contract {
     /// The shape in which `batch` inputs of `frames` frames are given.
     #[must_use]
     pub fn input_shape(&self, batch: usize, frames: usize) -> Vec<usize> {
-        let size = |axis: &Axis| match axis {
-            Axis::Batch => batch,
-            Axis::Frame => frames,
-            Axis::Channel => self.input_channels(),
-            Axis::Row => self.rows,
-            Axis::Column => self.columns,
-            Axis::Number => self.numbers(),
+        let size = |axis: &InputAxis| match axis {
+            InputAxis::Batch => batch,
+            InputAxis::Frame => frames,
+            InputAxis::Channel => self.input_channels(),
+            InputAxis::Row => self.rows,
+            InputAxis::Column => self.columns,
+            InputAxis::Number => self.numbers(),
         };
         self.layout.axes().iter().map(size).collect()
     }
@@ -342,7 +342,7 @@ impl Contract {
     pub fn require(
         &self,
         size: Size,
-        framing: Option<Framing>,
+        framing: Option<FramingMode>,
         origin: TemplateOrigin,
     ) -> Result<()> {
         let asked = format!("{}x{}", self.rows, self.columns);
@@ -381,13 +381,13 @@ fn one_or_many<'de, D: serde::Deserializer<'de>>(
 ) -> std::result::Result<Vec<f32>, D::Error> {
     #[derive(Deserialize)]
     #[serde(untagged, expecting = "expected a number, or a list of numbers")]
-    enum Numbers {
+    enum OneOrMany {
         One(f32),
         Many(Vec<f32>),
     }
-    Ok(match Numbers::deserialize(from)? {
-        Numbers::One(one) => vec![one],
-        Numbers::Many(many) => many,
+    Ok(match OneOrMany::deserialize(from)? {
+        OneOrMany::One(one) => vec![one],
+        OneOrMany::Many(many) => many,
     })
 }
 

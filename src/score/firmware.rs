@@ -1,9 +1,9 @@
 //! A recognizer of 8-bit weights as firmware has it, run as firmware runs it.
 
-use super::{Contract, Layout, OutputNames, Outputs, Recognizer, RuntimeName, SCORES};
+use super::{Contract, InputLayout, OutputNames, Outputs, Recognizer, RuntimeName, SCORES};
 use crate::dataset::{InputFile, sha256_of_bytes};
-use crate::error::{Error, Place, Result};
-use crate::sweep::Framing;
+use crate::error::{Error, FilePlace, Result};
+use crate::sweep::FramingMode;
 use crate::template::Template;
 use edgegait_core::camera;
 use edgegait_core::format::RECOGNIZER_MAGIC;
@@ -45,7 +45,7 @@ impl Firmware {
         let bytes: &'static [u8] = Box::leak(bytes.into_boxed_slice());
         let linear = Linear::parse(bytes).map_err(|error| {
             let problem = format!("expected {}", error.expected);
-            Error::at(path, Place::Byte(error.byte), problem)
+            Error::at(path, FilePlace::Byte(error.byte), problem)
         })?;
         let names = (0..linear.classes()).map(|class| linear.name(class).unwrap_or_default());
         let stem = path.file_stem().unwrap_or(path.as_os_str());
@@ -54,10 +54,10 @@ impl Firmware {
             input_range: super::InputRange::Byte,
             rows: linear.size().rows(),
             columns: linear.size().columns(),
-            layout: Layout::of(Template::Gei),
+            layout: InputLayout::of(Template::Gei),
             framing: match linear.framing() {
-                camera::Framing::Box => Framing::Box,
-                _ => Framing::Height,
+                camera::Framing::Box => FramingMode::Box,
+                _ => FramingMode::Height,
             },
             classes: names.map(str::to_owned).collect(),
             outputs: OutputNames {

@@ -15,10 +15,10 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::profile::is_of_8_bits;
-use super::protobuf::{Malformed, Reader};
-use crate::error::{Error, Place, Result};
-use walk::Walk;
-pub(super) use windows::Window;
+use super::protobuf::{Malformed, ProtobufReader};
+use crate::error::{Error, FilePlace, Result};
+use walk::GraphWalk;
+pub(super) use windows::SlidingWindow;
 
 /// What an ONNX file says about itself.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -48,7 +48,7 @@ pub struct Graph {
     /// Those of graphs inside of it, and of functions.
     inner: Vec<Node>,
     /// Its initialisers by name.
-    initializers: BTreeMap<String, Tensor>,
+    initializers: BTreeMap<String, StoredTensor>,
     /// Shapes that the file states for what operations give.
     stated: BTreeMap<String, Vec<Dimension>>,
 }
@@ -61,23 +61,23 @@ struct Node {
     /// Names; empty for optional ones that are left out.
     inputs: Vec<String>,
     outputs: Vec<String>,
-    attributes: BTreeMap<String, Attribute>,
+    attributes: BTreeMap<String, AttributeValue>,
 }
 
 /// The value of an attribute.
 #[derive(Clone, Debug, PartialEq, Eq)]
-enum Attribute {
+enum AttributeValue {
     Integer(i64),
     Integers(Vec<i64>),
     Text(String),
-    Tensor(Tensor),
+    Tensor(StoredTensor),
     /// A number with a fraction, a graph or a list of these.
     Other,
 }
 
 /// A tensor that the file holds.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-struct Tensor {
+struct StoredTensor {
     shape: Vec<u64>,
     /// Its numbers, if they are few 64-bit integers: a shape, axes or indices.
     integers: Option<Vec<i64>>,
@@ -120,11 +120,11 @@ impl Graph {
         if bytes.starts_with(b"version https://git-lfs") {
             return refuse("an ONNX model, found a Git LFS pointer (run git lfs pull)");
         }
-        let mut walk = Walk::default();
-        walk.model(Reader::new(bytes))
+        let mut walk = GraphWalk::default();
+        walk.model(ProtobufReader::new(bytes))
             .map_err(|Malformed { byte, problem }| {
                 let problem = format!("not an ONNX model, or cut short: {problem}");
-                Error::at(path, Place::Byte(byte), problem)
+                Error::at(path, FilePlace::Byte(byte), problem)
             })?;
         if !walk.has_graph {
             return refuse("an ONNX model, found no graph in it");
@@ -155,7 +155,7 @@ impl Graph {
     #[must_use]
     pub fn is_in_training_mode(&self) -> bool {
         let mut nodes = self.nodes.iter().chain(&self.inner);
-        nodes.any(|node| node.attributes.get("training_mode") == Some(&Attribute::Integer(1)))
+        nodes.any(|node| node.attributes.get("training_mode") == Some(&AttributeValue::Integer(1)))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::contract::{Contract, OutputNames};
 use super::graph::{Dimension, Graph, Port};
-use super::input::{Axis, InputRange, Layout};
+use super::input::{InputAxis, InputLayout, InputRange};
 use super::ports::Element;
 use crate::template::Template;
 use edgegait_core::silhouette::Size;
@@ -36,12 +36,12 @@ pub(super) fn contract(graph: &Graph) -> Option<Contract> {
         (Template::Silhouettes, 1),
     ];
     let mut all = templates.into_iter().flat_map(|(template, channels)| {
-        let layouts = Layout::ALL.into_iter();
+        let layouts = InputLayout::ALL.into_iter();
         let held = layouts.filter(move |layout| layout.holds(template));
         let held = held.filter(move |layout| channels == 1 || layout.has_channels());
         held.flat_map(move |layout| Size::ALL.map(|size| (template, channels, layout, size)))
     });
-    let of = |(template, channels, layout, size): (Template, usize, Layout, Size)| Contract {
+    let of = |(template, channels, layout, size): (Template, usize, InputLayout, Size)| Contract {
         input_range,
         template,
         channels,
@@ -91,8 +91,8 @@ fn is_shape_of(input: &Port, contract: &Contract) -> bool {
     };
     let axes = contract.layout.axes();
     let size = contract.input_shape(1, 1);
-    let is_like = |(axis, (size, dimension)): (&Axis, (&usize, &Dimension))| match axis {
-        Axis::Batch | Axis::Frame => true,
+    let is_like = |(axis, (size, dimension)): (&InputAxis, (&usize, &Dimension))| match axis {
+        InputAxis::Batch | InputAxis::Frame => true,
         _ => *dimension == Dimension::Fixed(*size as u64),
     };
     let sizes = size.iter().zip(shape);
@@ -137,7 +137,7 @@ mod tests {
 
     #[test]
     fn shapes_tell_template_layout_and_size() {
-        use Layout::{Nchw, Ncthw, Nd, Nhw, Nhwc, Ntchw, Nthw};
+        use InputLayout::{Nchw, Ncthw, Nd, Nhw, Nhwc, Ntchw, Nthw};
         use Template::{Gei, Silhouettes};
         let any = None;
         let cases = [
@@ -252,8 +252,8 @@ mod tests {
         let found = contract(&bytes).expect("a guess");
         assert_eq!((found.input_range, found.channels), (InputRange::Byte, 1));
         for (shape, layout) in [
-            (vec![None, Some(3), Some(64), Some(44)], Layout::Nchw),
-            (vec![None, Some(64), Some(44), Some(3)], Layout::Nhwc),
+            (vec![None, Some(3), Some(64), Some(44)], InputLayout::Nchw),
+            (vec![None, Some(64), Some(44), Some(3)], InputLayout::Nhwc),
         ] {
             let found = contract(&graph(&shape)).expect("a guess");
             let is = (found.template, found.channels, found.layout);

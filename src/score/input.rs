@@ -3,7 +3,7 @@
 //! Templates of several images have their channels first. One image may be given as several equal
 //! channels, in the layout's order.
 
-use crate::template::{Shape, Template};
+use crate::template::{Template, TemplateShape};
 use serde::{Deserialize, Serialize};
 
 /// The values of background and foreground.
@@ -47,7 +47,7 @@ impl InputRange {
 /// images), H rows, W columns, D numbers of a vector or of an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "UPPERCASE")]
-pub enum Layout {
+pub enum InputLayout {
     /// Images: batch, channel, row, column.
     #[default]
     Nchw,
@@ -68,7 +68,7 @@ pub enum Layout {
 
 /// What an axis of an input counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Axis {
+pub(super) enum InputAxis {
     Batch,
     Frame,
     Channel,
@@ -78,7 +78,7 @@ pub(super) enum Axis {
     Number,
 }
 
-impl Layout {
+impl InputLayout {
     /// All layouts.
     pub const ALL: [Self; 7] = [
         Self::Nchw,
@@ -109,8 +109,8 @@ impl Layout {
     pub fn holds(self, template: Template) -> bool {
         let is_sequence = template == Template::Silhouettes;
         match (self, template.shape_of(1, 1)) {
-            (Self::Nd, Shape::Vector(_)) => true,
-            (_, Shape::Vector(_)) => false,
+            (Self::Nd, TemplateShape::Vector(_)) => true,
+            (_, TemplateShape::Vector(_)) => false,
             (Self::Nd, shape) => !is_sequence && shape.numbers() == 1,
             (Self::Nthw | Self::Ntchw | Self::Ncthw, _) => is_sequence,
             (Self::Nchw, _) => !is_sequence,
@@ -128,11 +128,11 @@ impl Layout {
     /// Whether it has an axis of channels.
     #[must_use]
     pub fn has_channels(self) -> bool {
-        self.axes().contains(&Axis::Channel)
+        self.axes().contains(&InputAxis::Channel)
     }
 
-    pub(super) const fn axes(self) -> &'static [Axis] {
-        use Axis::{Batch, Channel, Column, Frame, Number, Row};
+    pub(super) const fn axes(self) -> &'static [InputAxis] {
+        use InputAxis::{Batch, Channel, Column, Frame, Number, Row};
         match self {
             Self::Nchw => &[Batch, Channel, Row, Column],
             Self::Nhwc => &[Batch, Row, Column, Channel],
@@ -184,14 +184,14 @@ mod tests {
 
     #[test]
     fn the_name_of_a_layout_spells_its_axes() {
-        for layout in Layout::ALL {
-            let letter = |axis: &Axis| match axis {
-                Axis::Batch => 'N',
-                Axis::Frame => 'T',
-                Axis::Channel => 'C',
-                Axis::Row => 'H',
-                Axis::Column => 'W',
-                Axis::Number => 'D',
+        for layout in InputLayout::ALL {
+            let letter = |axis: &InputAxis| match axis {
+                InputAxis::Batch => 'N',
+                InputAxis::Frame => 'T',
+                InputAxis::Channel => 'C',
+                InputAxis::Row => 'H',
+                InputAxis::Column => 'W',
+                InputAxis::Number => 'D',
             };
             let spelt: String = layout.axes().iter().map(letter).collect();
             assert_eq!(layout.name(), spelt);

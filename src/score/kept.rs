@@ -12,7 +12,7 @@ use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use super::{Contract, Model, Outputs, Recognizer, RuntimeName, join};
-use crate::cache::{Cache, Key, touch};
+use crate::cache::{Cache, CacheKey, touch};
 use crate::error::{Error, Result};
 use sha2::{Digest as _, Sha256};
 
@@ -32,13 +32,13 @@ const CHECK: usize = 8;
 type Hash = [u8; HASH];
 
 /// A recognizer that remembers what it answered.
-pub struct Kept {
+pub struct CachedRecognizer {
     recognizer: Box<dyn Recognizer>,
-    file: Mutex<Answered>,
+    file: Mutex<AnswerFile>,
 }
 
 /// A file of answers.
-struct Answered {
+struct AnswerFile {
     file: File,
     /// Where each answer begins.
     known: HashMap<Hash, u64>,
@@ -48,13 +48,13 @@ struct Answered {
 }
 
 /// What was answered to one input.
-struct Answer {
+struct CachedAnswer {
     embedding: Vec<f32>,
     parts: usize,
     scores: Vec<f32>,
 }
 
-impl Kept {
+impl CachedRecognizer {
     /// A recognizer that remembers, if things are kept and the model is worth it; else as it is.
     ///
     /// # Errors
@@ -67,12 +67,12 @@ impl Kept {
         // What cannot be counted may take long.
         let macs = model.macs().unwrap_or(LEAST_MACS);
         let stated = format!("{:?} {:?}", recognizer.contract(), recognizer.runtime());
-        let key = Key::of(&[model.bytes(), stated.as_bytes()]);
+        let key = CacheKey::of(&[model.bytes(), stated.as_bytes()]);
         let path = cache.path(KIND, &key).filter(|_| macs >= LEAST_MACS);
         Ok(match path {
             None => recognizer,
             Some(path) => {
-                let file = Mutex::new(Answered::open(&path)?);
+                let file = Mutex::new(AnswerFile::open(&path)?);
                 cache.make_room()?;
                 Box::new(Self { recognizer, file })
             }
@@ -80,7 +80,7 @@ impl Kept {
     }
 }
 
-impl Recognizer for Kept {
+impl Recognizer for CachedRecognizer {
     fn runtime(&self) -> &RuntimeName {
         self.recognizer.runtime()
     }
@@ -102,13 +102,14 @@ impl Recognizer for Kept {
         }
         let hashes: Vec<Hash> = inputs.iter().map(|input| hash(input)).collect();
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut answers: Vec<Option<Answer>> = hashes.iter().map(|hash| file.find(hash)).collect();
+        let mut answers: Vec<Option<CachedAnswer>> =
+            hashes.iter().map(|hash| file.find(hash)).collect();
         let lacking: Vec<usize> = (0..batch).filter(|&at| answers[at].is_none()).collect();
         if !lacking.is_empty() {
             let asked: Vec<f32> = lacking.iter().flat_map(|&at| inputs[at]).copied().collect();
             let found = self.recognizer.run(&asked, lacking.len())?;
             for (row, &at) in lacking.iter().enumerate() {
-                let answer = Answer::of(&found, row);
+                let answer = CachedAnswer::of(&found, row);
                 file.add(&hashes[at], &answer);
                 answers[at] = Some(answer);
             }
@@ -137,7 +138,7 @@ impl Recognizer for Kept {
     }
 }
 
-impl Answer {
+impl CachedAnswer {
     /// Of one input of a batch.
     fn of(outputs: &Outputs, row: usize) -> Self {
         let part = |numbers: &[f32], width: usize| {
@@ -155,7 +156,7 @@ impl Answer {
     }
 }
 
-impl Answered {
+impl AnswerFile {
     fn open(path: &Path) -> Result<Self> {
         let io = |error| Error::io(path, error);
         let folder = path.parent().unwrap_or(path);
@@ -203,7 +204,7 @@ impl Answered {
     }
 
     /// What was answered to an input, if it is known and not broken.
-    fn find(&mut self, hash: &Hash) -> Option<Answer> {
+    fn find(&mut self, hash: &Hash) -> Option<CachedAnswer> {
         let begin = *self.known.get(hash)?;
         let mut head = [0; HEAD];
         self.read_at(begin, &mut head)?;
@@ -221,7 +222,7 @@ impl Answered {
             .map(|&bytes| f32::from_le_bytes(bytes))
             .collect();
         let (embedding, scores) = numbers.split_at_checked(dims)?;
-        Some(Answer {
+        Some(CachedAnswer {
             embedding: embedding.to_vec(),
             parts,
             scores: scores.to_vec(),
@@ -229,7 +230,7 @@ impl Answered {
     }
 
     /// Keeps an answer, if there is room; what cannot be written is not kept.
-    fn add(&mut self, hash: &Hash, answer: &Answer) {
+    fn add(&mut self, hash: &Hash, answer: &CachedAnswer) {
         let mut record = hash.to_vec();
         for count in [answer.embedding.len(), answer.parts, answer.scores.len()] {
             let Ok(count) = u32::try_from(count) else {
@@ -329,16 +330,16 @@ mod tests {
         }
     }
 
-    fn kept(path: &Path) -> (Kept, Arc<AtomicUsize>) {
+    fn kept(path: &Path) -> (CachedRecognizer, Arc<AtomicUsize>) {
         let asked = Arc::new(AtomicUsize::new(0));
         let counting = Counting {
             asked: Arc::clone(&asked),
             contract: Contract::default(),
             runtime: RuntimeName::default(),
         };
-        let file = Mutex::new(Answered::open(path).unwrap());
+        let file = Mutex::new(AnswerFile::open(path).unwrap());
         let recognizer = Box::new(counting);
-        (Kept { recognizer, file }, asked)
+        (CachedRecognizer { recognizer, file }, asked)
     }
 
     const INPUT: [f32; 6] = [1.0, 2.0, 3.0, 4.0, 5.0, f32::NAN];

@@ -84,10 +84,12 @@ const MACH_O: [&[u8]; 3] = [
     b"\xCA\xFE\xBA\xBE",
 ];
 
+#[cfg(target_pointer_width = "32")]
+use elf::FileHeader32 as NativeFileHeader;
 #[cfg(target_pointer_width = "64")]
-type Header = elf::FileHeader64<NativeEndian>;
-#[cfg(not(target_pointer_width = "64"))]
-type Header = elf::FileHeader32<NativeEndian>;
+use elf::FileHeader64 as NativeFileHeader;
+
+type ElfHeader = NativeFileHeader<NativeEndian>;
 
 /// Checks that an ELF file is complete and for this machine; the version it states.
 fn version_in_elf(file: &ReadCache<File>) -> std::result::Result<Option<String>, String> {
@@ -108,7 +110,7 @@ fn version_in_elf(file: &ReadCache<File>) -> std::result::Result<Option<String>,
             "expected a {bits}-bit library, found a {found}-bit one"
         ));
     }
-    let header = Header::parse(file).map_err(unreadable)?;
+    let header = ElfHeader::parse(file).map_err(unreadable)?;
     let Ok(endian) = header.endian() else {
         return Err("the library is for the other byte order".into());
     };

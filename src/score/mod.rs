@@ -31,14 +31,14 @@ pub(crate) use contract::SAME_VIEW_DEG;
 pub use contract::{Contract, OutputNames, Training};
 pub use firmware::Firmware;
 pub use graph::{Dimension, Graph, Port};
-pub use input::{Distance, InputRange, Layout};
-pub use kept::Kept;
+pub use input::{Distance, InputLayout, InputRange};
+pub use kept::CachedRecognizer;
 pub use model::Model;
 pub(crate) use ports::list_of;
 pub use ports::{Batching, EMBEDDING, SCORES};
 pub use profile::{Arithmetic, OperatorTime, Ran};
 pub use quantize::GeiForm;
-pub use runtime::{Bare, BareOutputs, Provider, Runtime, RuntimeName};
+pub use runtime::{BareLoop, BareOutputs, Provider, Runtime, RuntimeName};
 pub use search::find_library;
 
 use crate::error::{Result, ScoreError};
@@ -119,21 +119,21 @@ impl Outputs {
 
 /// What a runtime gave back.
 #[derive(Clone)]
-struct Tensor {
+struct OutputTensor {
     shape: Vec<usize>,
     numbers: Vec<f32>,
 }
 
 /// What a runtime is given at once.
 #[derive(Clone, Copy)]
-struct Given<'a> {
+struct GivenInputs<'a> {
     numbers: &'a [f32],
     shape: &'a [usize],
     /// Azimuth and elevation of each input, degrees; empty for a model that does not take them.
     views: &'a [f32],
 }
 
-impl Given<'_> {
+impl GivenInputs<'_> {
     /// The shape of the viewpoints.
     fn views_shape(&self) -> [usize; 2] {
         [self.views.len() / 2, 2]
@@ -146,7 +146,7 @@ fn run_batch(
     contract: &Contract,
     ports: &Ports,
     (input, batch): (&[f32], usize),
-    mut run_once: impl FnMut(Given<'_>) -> Result<(Tensor, Option<Tensor>)>,
+    mut run_once: impl FnMut(GivenInputs<'_>) -> Result<(OutputTensor, Option<OutputTensor>)>,
 ) -> Result<Outputs> {
     let frames = contract.frames_in(input.len(), batch)?;
     let step = if ports.batching.is_one() { 1 } else { batch };
@@ -155,12 +155,12 @@ fn run_batch(
     let each = frames * contract.input_numbers() + contract.view_numbers();
     for input in input.chunks_exact(step * each) {
         let (numbers, views) = contract.apart(input, step);
-        let (embedding, scores) = run_once(Given {
+        let (embedding, scores) = run_once(GivenInputs {
             numbers: &numbers,
             shape: &shape,
             views: &views,
         })?;
-        let refuse = |name: &str, expected: String, found: &Tensor| ScoreError::Output {
+        let refuse = |name: &str, expected: String, found: &OutputTensor| ScoreError::Output {
             model: contract.name.clone(),
             output: name.to_owned(),
             expected,

@@ -19,8 +19,8 @@ use super::model::Model;
 use super::ports::{Element, Ports, byte_of};
 use super::profile;
 use super::{
-    Bare, BareOutputs, Contract, Given, OperatorTime, Outputs, Provider, Ran, Recognizer,
-    RuntimeName, Tensor, run_batch,
+    BareLoop, BareOutputs, Contract, GivenInputs, OperatorTime, OutputTensor, Outputs, Provider,
+    Ran, Recognizer, RuntimeName, run_batch,
 };
 use crate::dataset::Staging;
 use crate::error::{Cause, ChoiceError, Error, Result, ScoreError};
@@ -168,14 +168,14 @@ const SMALL: usize = 4096;
 /// A model loaded by ONNX Runtime.
 pub(super) struct OrtRecognizer {
     /// Sessions are not thread safe (see the documentation of [`Session`]).
-    loaded: Mutex<Loaded>,
+    loaded: Mutex<LoadedSession>,
     runtime: RuntimeName,
     contract: Contract,
     at_once: usize,
     ports: Ports,
 }
 
-struct Loaded {
+struct LoadedSession {
     session: Session,
     options: RunOptions<HasSelectedOutputs>,
     ready: Option<Ready>,
@@ -193,9 +193,9 @@ struct Ready {
 /// A model's inputs by name, in the numbers that it takes.
 fn inputs<'a>(
     ports: &'a Ports,
-    given: Given<'a>,
+    given: GivenInputs<'a>,
 ) -> ort::Result<Vec<(&'a str, SessionInputValue<'a>)>> {
-    let Given { numbers, shape, .. } = given;
+    let GivenInputs { numbers, shape, .. } = given;
     let input = match ports.element {
         Element::F32 => TensorRef::from_array_view((shape, numbers))?.into(),
         Element::F64 => {
@@ -216,7 +216,7 @@ fn inputs<'a>(
 }
 
 /// What a model gives: embedding and scores.
-type Found = (Tensor, Option<Tensor>);
+type ModelOutputs = (OutputTensor, Option<OutputTensor>);
 
 impl OrtRecognizer {
     pub(super) fn load(ort: &Ort, model: &Model, how: (Provider, usize)) -> Result<Self> {
@@ -234,7 +234,7 @@ impl OrtRecognizer {
             .map_err(refuse)?
             .with_outputs(selected(&ports));
         Ok(Self {
-            loaded: Mutex::new(Loaded {
+            loaded: Mutex::new(LoadedSession {
                 session,
                 options,
                 ready: None,
@@ -247,7 +247,7 @@ impl OrtRecognizer {
     }
 
     /// A loop body with this session and nothing around it.
-    pub(super) fn into_bare(self, input: &[f32], outputs: BareOutputs) -> Result<Bare> {
+    pub(super) fn into_bare(self, input: &[f32], outputs: BareOutputs) -> Result<BareLoop> {
         let shape = self
             .contract
             .input_shape(1, self.contract.frames_in(input.len(), 1)?);
@@ -256,7 +256,7 @@ impl OrtRecognizer {
                 .failed("expected a model that takes f32, and no viewpoints, for a loop around the runtime alone")
                 .into());
         }
-        let found = self.run_once(Given {
+        let found = self.run_once(GivenInputs {
             numbers: input,
             shape: &shape,
             views: &[],
@@ -291,15 +291,15 @@ impl OrtRecognizer {
         }))
     }
 
-    fn run_once(&self, given: Given<'_>) -> Result<Found> {
-        let Given {
+    fn run_once(&self, given: GivenInputs<'_>) -> Result<ModelOutputs> {
+        let GivenInputs {
             numbers: input,
             shape,
             ..
         } = given;
         let failed = |error: ort::Error| self.failed(error);
         let mut guard = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
-        let Loaded {
+        let LoadedSession {
             session,
             options,
             ready,
@@ -323,7 +323,7 @@ impl OrtRecognizer {
     }
 
     /// Tensors for inputs and outputs of these shapes.
-    fn ready(&self, shape: &[usize], found: &Found) -> ort::Result<Ready> {
+    fn ready(&self, shape: &[usize], found: &ModelOutputs) -> ort::Result<Ready> {
         let allocator = Allocator::default();
         let mut outputs = selected(&self.ports);
         let scores = self.ports.scores.iter().zip(&found.1);
@@ -355,7 +355,7 @@ impl OrtRecognizer {
         }
     }
 
-    fn found(&self, outputs: &SessionOutputs<'_>) -> Result<Found> {
+    fn found(&self, outputs: &SessionOutputs<'_>) -> Result<ModelOutputs> {
         let embedding = self.tensor(outputs, &self.ports.embedding)?;
         let scores = match &self.ports.scores {
             Some(name) => Some(self.tensor(outputs, name)?),
@@ -364,7 +364,7 @@ impl OrtRecognizer {
         Ok((embedding, scores))
     }
 
-    fn tensor(&self, outputs: &SessionOutputs<'_>, name: &str) -> Result<Tensor> {
+    fn tensor(&self, outputs: &SessionOutputs<'_>, name: &str) -> Result<OutputTensor> {
         let output = outputs
             .get(name)
             .ok_or_else(|| self.failed(format!("there is no output {name:?}")))?;
@@ -377,7 +377,7 @@ impl OrtRecognizer {
         if let Ok((shape, numbers)) = output.try_extract_tensor::<f64>() {
             #[expect(clippy::cast_possible_truncation, reason = "embeddings are f32")]
             let numbers = numbers.iter().map(|&number| number as f32).collect();
-            return Ok(Tensor {
+            return Ok(OutputTensor {
                 shape: sizes(shape),
                 numbers,
             });
@@ -385,7 +385,7 @@ impl OrtRecognizer {
         let (shape, numbers) = output.try_extract_tensor::<f32>().map_err(|error| {
             self.failed(format!("expected the output {name:?} as f32: {error}"))
         })?;
-        Ok(Tensor {
+        Ok(OutputTensor {
             shape: sizes(shape),
             numbers: numbers.to_vec(),
         })
@@ -417,7 +417,7 @@ pub(super) fn operator_times(
     };
     let shape = contract.input_shape(1, contract.frames_in(input.len(), 1)?);
     let (numbers, views) = input.split_at(input.len() - contract.view_numbers());
-    let given = Given {
+    let given = GivenInputs {
         numbers,
         shape: &shape,
         views,

@@ -2,7 +2,7 @@
 
 use super::contract::Contract;
 use super::graph::{Dimension, Graph, Port};
-use super::input::{Axis, InputRange, Layout};
+use super::input::{InputAxis, InputLayout, InputRange};
 use crate::template::Template;
 use edgegait_core::silhouette::Size;
 
@@ -110,14 +110,14 @@ impl Ports {
                 if is_plain { "" } else { " with mean or std" },
             ));
         }
-        let fixed = |wanted: Axis| {
+        let fixed = |wanted: InputAxis| {
             let at = axes.iter().position(|axis| *axis == wanted)?;
             match shape.get(at)? {
                 Dimension::Fixed(size) => usize::try_from(*size).ok(),
                 _ => None,
             }
         };
-        let batching = match fixed(Axis::Batch) {
+        let batching = match fixed(InputAxis::Batch) {
             Some(1) => Batching::FixedOne,
             Some(size) => {
                 return Err(format!(
@@ -139,7 +139,7 @@ impl Ports {
             batching,
             element,
         };
-        Ok((ports, fixed(Axis::Frame)))
+        Ok((ports, fixed(InputAxis::Frame)))
     }
 }
 
@@ -263,15 +263,15 @@ fn remedy_of_outputs(graph: &Graph, role: &str, ranks: &[usize]) -> String {
 
 /// The input as the contract has it: `f32 [N, 1, 50, 30]`.
 fn expected_input(element: Option<Element>, contract: &Contract) -> String {
-    let size = |axis: &Axis| match axis {
-        Axis::Batch => "N".to_owned(),
-        Axis::Frame => contract
+    let size = |axis: &InputAxis| match axis {
+        InputAxis::Batch => "N".to_owned(),
+        InputAxis::Frame => contract
             .frames
             .map_or("T".to_owned(), |frames| frames.to_string()),
-        Axis::Channel => contract.input_channels().to_string(),
-        Axis::Row => contract.rows.to_string(),
-        Axis::Column => contract.columns.to_string(),
-        Axis::Number => contract.numbers().to_string(),
+        InputAxis::Channel => contract.input_channels().to_string(),
+        InputAxis::Row => contract.rows.to_string(),
+        InputAxis::Column => contract.columns.to_string(),
+        InputAxis::Number => contract.numbers().to_string(),
     };
     let sizes: Vec<String> = contract.layout.axes().iter().map(size).collect();
     let element = element.unwrap_or(Element::F32).name();
@@ -283,14 +283,14 @@ fn fits(shape: &[Dimension], contract: &Contract) -> bool {
     let axes = contract.layout.axes();
     shape.len() == axes.len()
         && shape.iter().zip(axes).all(|(dimension, axis)| match axis {
-            Axis::Batch => true,
-            Axis::Frame => contract
+            InputAxis::Batch => true,
+            InputAxis::Frame => contract
                 .frames
                 .is_none_or(|frames| may_be(dimension, frames)),
-            Axis::Channel => may_be(dimension, contract.input_channels()),
-            Axis::Row => may_be(dimension, contract.rows),
-            Axis::Column => may_be(dimension, contract.columns),
-            Axis::Number => may_be(dimension, contract.numbers()),
+            InputAxis::Channel => may_be(dimension, contract.input_channels()),
+            InputAxis::Row => may_be(dimension, contract.rows),
+            InputAxis::Column => may_be(dimension, contract.columns),
+            InputAxis::Number => may_be(dimension, contract.numbers()),
         })
 }
 
@@ -314,7 +314,7 @@ fn remedy(input: &Port, contract: &Contract) -> String {
     let sizes = sizes.chain(Size::ALL.map(|size| (size.rows(), size.columns())));
     let all = sizes.flat_map(|size| templates.map(|template| (size, template)));
     let all = all.flat_map(|(size, template)| {
-        let layouts = Layout::ALL.into_iter();
+        let layouts = InputLayout::ALL.into_iter();
         let held = layouts.filter(move |layout| layout.holds(template));
         held.flat_map(move |layout| {
             [contract.channels, 1, 3].map(|channels| (size, template, layout, channels))
@@ -368,7 +368,7 @@ fn remedy(input: &Port, contract: &Contract) -> String {
 /// Frames that a shape fixes.
 fn frames_of(shape: &[Dimension], contract: &Contract) -> Option<u64> {
     let axes = contract.layout.axes().iter();
-    let at = { axes }.position(|axis| *axis == Axis::Frame)?;
+    let at = { axes }.position(|axis| *axis == InputAxis::Frame)?;
     match shape.get(at)? {
         Dimension::Fixed(frames) => Some(*frames),
         _ => None,

@@ -79,7 +79,7 @@ pub(super) fn is_of_8_bits(operator: &str) -> bool {
 
 /// An event of a profile.
 #[derive(Deserialize)]
-struct Event {
+struct ProfileEvent {
     #[serde(default)]
     cat: String,
     #[serde(default)]
@@ -109,18 +109,18 @@ struct Arguments {
 /// # Errors
 /// If the text is no profile.
 pub(super) fn read_times(text: &str, runs: usize) -> serde_json::Result<Vec<OperatorTime>> {
-    let events: Vec<Event> = serde_json::from_str(text)?;
+    let events: Vec<ProfileEvent> = serde_json::from_str(text)?;
     let events = events.into_iter();
     // Older versions tell of the fences around an operation too, without a provider.
     let events = events.filter(|event| event.cat == "Node" && !event.args.provider.is_empty());
-    let events: Vec<Event> = events.collect();
+    let events: Vec<ProfileEvent> = events.collect();
     // Each inference runs the same operations, those of loops aside.
     let first = if runs > 1 { events.len() / runs } else { 0 };
     let mut seen = HashSet::new();
     let mut all: BTreeMap<(String, String, Arithmetic), (usize, f64)> = BTreeMap::new();
     for (
         at,
-        Event {
+        ProfileEvent {
             name, dur, args, ..
         },
     ) in events.into_iter().enumerate()

@@ -18,24 +18,24 @@ pub(super) struct Malformed {
 }
 
 /// The value of a field.
-pub(super) enum Field<'a> {
+pub(super) enum ProtobufField<'a> {
     /// An integer.
     Number(u64),
     /// Text, raw bytes, packed numbers or a message.
-    Bytes(Reader<'a>),
+    Bytes(ProtobufReader<'a>),
     /// Four or eight fixed bytes, which nothing here needs.
     Fixed,
 }
 
 /// A message, or the part of it that is still to be read.
 #[derive(Clone, Copy)]
-pub(super) struct Reader<'a> {
+pub(super) struct ProtobufReader<'a> {
     rest: &'a [u8],
     /// Offset of `rest` in the file.
     byte: usize,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> ProtobufReader<'a> {
     pub(super) fn new(bytes: &'a [u8]) -> Self {
         Self {
             rest: bytes,
@@ -55,7 +55,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The next field's number and value; `None` at the end.
-    pub(super) fn next(&mut self) -> Result<Option<(u64, Field<'a>)>, Malformed> {
+    pub(super) fn next(&mut self) -> Result<Option<(u64, ProtobufField<'a>)>, Malformed> {
         if self.rest.is_empty() {
             return Ok(None);
         }
@@ -66,13 +66,13 @@ impl<'a> Reader<'a> {
             return Err(start.malformed("a field with the number 0"));
         }
         let field = match tag & 7 {
-            0 => Field::Number(self.varint()?),
-            1 => self.take(8).map(|_| Field::Fixed)?,
+            0 => ProtobufField::Number(self.varint()?),
+            1 => self.take(8).map(|_| ProtobufField::Fixed)?,
             2 => {
                 let length = self.varint()?;
-                Field::Bytes(self.take(length)?)
+                ProtobufField::Bytes(self.take(length)?)
             }
-            5 => self.take(4).map(|_| Field::Fixed)?,
+            5 => self.take(4).map(|_| ProtobufField::Fixed)?,
             kind => return Err(start.malformed(format!("a field of unknown kind {kind}"))),
         };
         Ok(Some((number, field)))
@@ -145,9 +145,12 @@ mod tests {
 
     #[test]
     fn the_guides_examples_are_read() {
-        let mut message = Reader::new(b"\x08\x96\x01\x12\x07testing");
-        assert!(matches!(message.next(), Ok(Some((1, Field::Number(150))))));
-        let Ok(Some((2, Field::Bytes(text)))) = message.next() else {
+        let mut message = ProtobufReader::new(b"\x08\x96\x01\x12\x07testing");
+        assert!(matches!(
+            message.next(),
+            Ok(Some((1, ProtobufField::Number(150))))
+        ));
+        let Ok(Some((2, ProtobufField::Bytes(text)))) = message.next() else {
             panic!("expected field 2");
         };
         assert_eq!(text.text().expect("UTF-8"), "testing");
@@ -158,15 +161,15 @@ mod tests {
     fn the_largest_integer_is_read_and_an_endless_one_refused() {
         let largest = [0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x01];
         assert!(matches!(
-            Reader::new(&largest).packed_number(),
+            ProtobufReader::new(&largest).packed_number(),
             Ok(Some(u64::MAX))
         ));
-        assert!(Reader::new(&[0xFF; 11]).packed_number().is_err());
+        assert!(ProtobufReader::new(&[0xFF; 11]).packed_number().is_err());
     }
 
     #[test]
     fn errors_point_at_the_byte_in_the_file() {
-        let mut message = Reader::new(b"\x08\x01\x12\x7Fshort");
+        let mut message = ProtobufReader::new(b"\x08\x01\x12\x7Fshort");
         assert!(message.next().is_ok());
         let error = message.next().err().expect("cut short");
         assert_eq!(

@@ -9,7 +9,7 @@
 
 use super::{Affine, Contract};
 use crate::error::{Result, ScoreError};
-use crate::sweep::Framing;
+use crate::sweep::FramingMode;
 use crate::template::Template;
 use edgegait_core::format::{
     FRAMING_BOX, FRAMING_HEIGHT, RECOGNIZER_CRC_AT, RECOGNIZER_MAGIC, RECOGNIZER_VERSION,
@@ -50,8 +50,8 @@ impl GeiForm {
             return refuse("50x30, 64x44 or 64x64 pixels", &asked);
         };
         let framing = match contract.framing {
-            Framing::Height => FRAMING_HEIGHT,
-            Framing::Box => FRAMING_BOX,
+            FramingMode::Height => FRAMING_HEIGHT,
+            FramingMode::Box => FRAMING_BOX,
             other => return refuse("framing height or box", other.name()),
         };
         Ok(Self { size, framing })
@@ -191,7 +191,7 @@ mod tests {
         let contract = Contract {
             rows: 64,
             columns: 44,
-            framing: Framing::Box,
+            framing: FramingMode::Box,
             ..Contract::default()
         };
         let bytes = form(&contract).write(&map, &[]).expect("a file");
@@ -235,7 +235,7 @@ mod tests {
             "{wide}"
         );
         let cycle = of(Contract {
-            framing: Framing::Cycle,
+            framing: FramingMode::Cycle,
             ..default()
         });
         assert!(

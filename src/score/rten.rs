@@ -8,10 +8,12 @@ use std::sync::{Arc, OnceLock};
 
 use rten::{ModelOptions, NodeId, RunOptions, ThreadPool, Value, ValueOrView, ValueView};
 
-use super::graph::Window;
+use super::graph::SlidingWindow;
 use super::model::Model;
 use super::ports::{Element, Ports, byte_of};
-use super::{Contract, Given, Outputs, Provider, Recognizer, RuntimeName, Tensor, run_batch};
+use super::{
+    Contract, GivenInputs, OutputTensor, Outputs, Provider, Recognizer, RuntimeName, run_batch,
+};
 use crate::error::{Cause, Error, Remedy, Result, ScoreError};
 
 /// The version in `Cargo.lock`, which a test compares.
@@ -50,7 +52,7 @@ fn objection(operator: &str) -> Option<&'static str> {
 
 /// Why a window cannot slide here, if so: rten 0.27 says it only when it comes to it, in
 /// `ops::conv`, `ops::conv_transpose` and `ops::pooling`. (Its global pooling takes any.)
-fn window_objection(window: &Window<'_>) -> Option<String> {
+fn window_objection(window: &SlidingWindow<'_>) -> Option<String> {
     match window.axes {
         Some(axes) if axes > 2 => Some(format!(
             "slides over {axes} axes, and the embedded runtime has it over 1 or 2"
@@ -135,7 +137,7 @@ impl RtenRecognizer {
         })
     }
 
-    fn run_once(&self, given: Given<'_>) -> Result<(Tensor, Option<Tensor>)> {
+    fn run_once(&self, given: GivenInputs<'_>) -> Result<(OutputTensor, Option<OutputTensor>)> {
         let failed = |cause: Cause| ScoreError::Embedded {
             model: self.contract.name.clone(),
             cause,
@@ -178,7 +180,7 @@ impl RtenRecognizer {
         Ok((embedding, scores))
     }
 
-    fn tensor(&self, output: &str, value: Value) -> Result<Tensor> {
+    fn tensor(&self, output: &str, value: Value) -> Result<OutputTensor> {
         use rten_tensor::prelude::*;
         let found = value.dtype();
         let Some(tensor) = value.into_tensor::<f32>() else {
@@ -190,7 +192,7 @@ impl RtenRecognizer {
             }
             .into());
         };
-        Ok(Tensor {
+        Ok(OutputTensor {
             shape: tensor.shape().to_vec(),
             numbers: tensor.into_data(),
         })

@@ -104,7 +104,7 @@ impl Provider {
 }
 
 /// What [`Runtime::bare`] makes.
-pub type Bare = Box<dyn FnMut() -> Result<f32>>;
+pub type BareLoop = Box<dyn FnMut() -> Result<f32>>;
 
 /// Where a bare loop's outputs lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -196,7 +196,7 @@ impl Runtime {
     ///
     /// # Errors
     /// With the embedded runtime, or if ONNX Runtime refuses the model or the input.
-    pub fn bare(&self, model: &Model, input: &[f32], outputs: BareOutputs) -> Result<Bare> {
+    pub fn bare(&self, model: &Model, input: &[f32], outputs: BareOutputs) -> Result<BareLoop> {
         match &self.engine {
             Engine::Rten => Err(ChoiceError::BareEmbedded.into()),
             Engine::Ort(ort, provider) => {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{Contract, Layout, Model, Outputs, Recognizer, RuntimeName};
+use super::{Contract, InputLayout, Model, Outputs, Recognizer, RuntimeName};
 use crate::error::Result;
 use crate::template::Template;
 use crate::train::{onnx, testing::small_recognizer};
@@ -179,7 +179,7 @@ pub(crate) fn contract_of_sequences() -> Contract {
         rows: 64,
         columns: 44,
         template: Template::Silhouettes,
-        layout: Layout::Nthw,
+        layout: InputLayout::Nthw,
         ..Contract::default()
     }
 }

@@ -5,18 +5,19 @@ use super::testing::{
     bytes_with_operator, contract_of_sequences, ort_library, small_model,
 };
 use super::*;
-use crate::train::{self, LinearRecognizer, Options, testing::people};
+use crate::train::{self, LinearModel, TrainOptions, testing::people};
 use std::path::Path;
 
 /// Twelve people, and GEIs that the fit has not seen, one after another.
-fn twelve_people() -> (LinearRecognizer, Vec<f32>) {
+fn twelve_people() -> (LinearModel, Vec<f32>) {
     let (geis, labels) = people(360, 12, 21);
-    let recognizer = train::fit(geis.view(), &labels, 12, Options::default()).expect("12 people");
+    let recognizer =
+        train::fit(geis.view(), &labels, 12, TrainOptions::default()).expect("12 people");
     let probes = people(64, 12, 22).0.into_raw_vec_and_offset().0;
     (recognizer, probes)
 }
 
-fn model_of(recognizer: &LinearRecognizer) -> Model {
+fn model_of(recognizer: &LinearModel) -> Model {
     let bytes = train::onnx::write(recognizer, "twelve", &[("people", "12")]);
     Model::from_bytes("twelve.onnx", bytes, Contract::default()).expect("our own model")
 }
@@ -33,7 +34,7 @@ fn relative(found: &[f32], expected: &[f64]) -> f64 {
         / scale
 }
 
-/// Compares a runtime with the arithmetic of [`LinearRecognizer`] in double precision.
+/// Compares a runtime with the arithmetic of [`LinearModel`] in double precision.
 fn assert_agrees_with_rust(runtime: &Runtime) {
     let (recognizer, probes) = twelve_people();
     let loaded = runtime.load(&model_of(&recognizer)).expect("our own model");

@@ -1,6 +1,6 @@
 //! The empty scene, where nobody took a picture of it: the median of frames, and whether to trust it.
 
-use super::{Segmenter, Settings};
+use super::{SegmentSettings, Segmenter};
 use crate::error::{Error, Remedy, Result};
 use image::RgbImage;
 use rayon::prelude::*;
@@ -76,7 +76,7 @@ pub(super) fn check_background(
     path: &Path,
 ) -> Result<()> {
     let whole = Segmenter {
-        settings: Settings::default(),
+        settings: SegmentSettings::default(),
         ..segmenter.clone()
     };
     let masks: Vec<_> = frames
@@ -160,7 +160,7 @@ mod tests {
     #[test]
     fn who_crosses_the_image_is_trusted_and_who_grows_or_stands_is_not() {
         let check = |frames: &[RgbImage]| {
-            let segmenter = Segmenter::new(median(frames).unwrap(), Settings::default());
+            let segmenter = Segmenter::new(median(frames).unwrap(), SegmentSettings::default());
             check_background(&segmenter, frames, Path::new("walk"))
         };
         let crossing: Vec<RgbImage> = (0..20).map(|at| scene(5 * at, 20)).collect();

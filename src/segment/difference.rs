@@ -26,7 +26,7 @@ const LEVELS: f32 = 40.0;
 
 /// The scene without anybody.
 #[derive(Clone, Debug)]
-pub(super) struct Scene {
+pub(super) struct EmptyScene {
     tables: Tables,
     columns: u32,
     rows: u32,
@@ -36,7 +36,7 @@ pub(super) struct Scene {
 
 /// How a frame differs from a scene, row by row.
 #[derive(Clone, Debug)]
-pub(super) struct Difference {
+pub(super) struct SceneDifference {
     /// By how much, in LAB, over the noise.
     pub raw: Vec<f32>,
     /// The same without what a shadow would explain, as grey levels: [`level`].
@@ -47,7 +47,7 @@ pub(super) struct Difference {
     pub gain: [f32; 3],
 }
 
-impl Scene {
+impl EmptyScene {
     pub(super) fn new(picture: RgbImage) -> Self {
         let tables = Tables::new();
         Self {
@@ -73,7 +73,7 @@ impl Scene {
     ///
     /// # Panics
     /// If its size is another.
-    pub(super) fn difference(&self, frame: &RgbImage) -> Difference {
+    pub(super) fn difference(&self, frame: &RgbImage) -> SceneDifference {
         assert_eq!(frame.dimensions(), self.size(), "the scene's size");
         let gain = self.gain(frame);
         let without = gain.map(|gain| 1.0 / gain);
@@ -91,7 +91,7 @@ impl Scene {
         let noise = noise.max(LEAST_NOISE);
         let pairs = away.iter().zip(&empty);
         let levels = pairs.map(|(away, Lab(empty))| level(lit(*away, *empty) / noise));
-        Difference {
+        SceneDifference {
             levels: levels.collect(),
             raw: raw.iter().map(|raw| raw / noise).collect(),
             noise,
@@ -209,7 +209,7 @@ mod tests {
 
     #[test]
     fn light_and_tint_are_found_and_taken_out() {
-        let scene = Scene::new(picture(|x, y| [60 + 4 * x as u8, 90 + 3 * y as u8, 120]));
+        let scene = EmptyScene::new(picture(|x, y| [60 + 4 * x as u8, 90 + 3 * y as u8, 120]));
         // By 1.1, 1.0 and 0.9 of linear light, rounded to bytes.
         let brighter = |byte: u8, gain: f64| {
             let light = f64::from(scene.tables.linear(byte)) * gain;
@@ -242,7 +242,7 @@ mod tests {
                 [other; 3]
             }
         };
-        let scene = Scene::new(picture(|x, _| colour(x, 0.95, 0.2)));
+        let scene = EmptyScene::new(picture(|x, _| colour(x, 0.95, 0.2)));
         let found = scene.difference(&picture(|x, _| colour(x, 1.14, 0.24)));
         let most = found.raw.iter().copied().fold(0.0, f32::max) * found.noise;
         assert!(most < 0.6, "{most}");
@@ -294,7 +294,7 @@ mod tests {
     #[test]
     fn noise_is_its_deviation_whatever_the_figure() {
         // Medians know nothing of a quarter that differs by far.
-        let scene = Scene::new(picture(|_, _| [128; 3]));
+        let scene = EmptyScene::new(picture(|_, _| [128; 3]));
         let frame = picture(|x, _| if x < 10 { [250, 20, 20] } else { [128; 3] });
         let found = scene.difference(&frame);
         assert_eq!((found.noise, found.gain), (LEAST_NOISE, [1.0; 3]));

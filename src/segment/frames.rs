@@ -1,7 +1,7 @@
 //! The frames of a video, a batch at a time: a folder of pictures, a stream, or a file.
 
 use super::background::{MIN_FRAMES, median, sample};
-use super::spread::Spread;
+use super::spread::EvenlySpaced;
 use super::stream::Stream;
 use super::y4m::{MAX_PIXELS, MAX_SIDE};
 use crate::dataset::{InputFile, hex};
@@ -24,10 +24,10 @@ pub struct Video {
     path: PathBuf,
     size: (u32, u32),
     read: usize,
-    source: Source,
+    source: FrameSource,
 }
 
-enum Source {
+enum FrameSource {
     /// Pictures in order, and what was read of them so far.
     Folder(Vec<PathBuf>, Box<Sha256>),
     Stream(Box<Stream>),
@@ -51,7 +51,7 @@ impl Video {
                 path: path.to_path_buf(),
                 size,
                 read: 0,
-                source: Source::Folder(files, Box::new(Sha256::new())),
+                source: FrameSource::Folder(files, Box::new(Sha256::new())),
             });
         }
         let stream = Stream::open(path)?;
@@ -59,7 +59,7 @@ impl Video {
             path: path.to_path_buf(),
             size: stream.size(),
             read: 0,
-            source: Source::Stream(Box::new(stream)),
+            source: FrameSource::Stream(Box::new(stream)),
         })
     }
 
@@ -73,8 +73,8 @@ impl Video {
     #[must_use]
     pub fn frames(&self) -> Option<usize> {
         match &self.source {
-            Source::Folder(files, _) => Some(files.len()),
-            Source::Stream(_) => None,
+            FrameSource::Folder(files, _) => Some(files.len()),
+            FrameSource::Stream(_) => None,
         }
     }
 
@@ -87,7 +87,7 @@ impl Video {
         let most = (BATCH_BYTES / bytes.max(1)).clamp(1, BATCH);
         let first = self.read;
         let frames = match &mut self.source {
-            Source::Folder(files, hash) => {
+            FrameSource::Folder(files, hash) => {
                 let end = (first + most).min(files.len());
                 let read: Vec<Result<_>> = files[first..end]
                     .par_iter()
@@ -106,7 +106,7 @@ impl Video {
                 }
                 frames
             }
-            Source::Stream(stream) => stream.read(most)?,
+            FrameSource::Stream(stream) => stream.read(most)?,
         };
         self.read += frames.len();
         if self.read == 0 {
@@ -122,7 +122,7 @@ impl Video {
     /// As [`Self::batch`].
     pub(crate) fn frame(&mut self) -> Result<Option<RgbImage>> {
         let frame = match &mut self.source {
-            Source::Folder(files, _) => {
+            FrameSource::Folder(files, _) => {
                 let Some(file) = files.get(self.read) else {
                     return Ok(None);
                 };
@@ -130,7 +130,7 @@ impl Video {
                 check_size(file, frame.dimensions(), self.size)?;
                 Some(frame)
             }
-            Source::Stream(stream) => stream.frame()?,
+            FrameSource::Stream(stream) => stream.frame()?,
         };
         self.read += usize::from(frame.is_some());
         Ok(frame)
@@ -144,7 +144,7 @@ impl Video {
     /// # Panics
     /// On standard input, which cannot be read again.
     pub(crate) fn again(&mut self) -> Result<()> {
-        if let Source::Stream(stream) = &mut self.source {
+        if let FrameSource::Stream(stream) = &mut self.source {
             assert!(self.path != Path::new("-"), "a file");
             let anew = Stream::open(&self.path)?;
             check_size(&self.path, anew.size(), self.size)?;
@@ -157,16 +157,16 @@ impl Video {
     /// Frames a second, if the video says it.
     pub(crate) fn fps(&self) -> Option<f64> {
         match &self.source {
-            Source::Folder(..) => None,
-            Source::Stream(stream) => stream.fps(),
+            FrameSource::Folder(..) => None,
+            FrameSource::Stream(stream) => stream.fps(),
         }
     }
 
     /// Whether another process decodes it.
     pub(crate) fn is_decoded_elsewhere(&self) -> bool {
         match &self.source {
-            Source::Folder(..) => false,
-            Source::Stream(stream) => stream.has_ffmpeg(),
+            FrameSource::Folder(..) => false,
+            FrameSource::Stream(stream) => stream.has_ffmpeg(),
         }
     }
 
@@ -177,11 +177,11 @@ impl Video {
     /// The system's, if a file cannot be read.
     pub fn input(self) -> Result<InputFile> {
         match self.source {
-            Source::Folder(_, hash) => Ok(InputFile {
+            FrameSource::Folder(_, hash) => Ok(InputFile {
                 path: self.path.display().to_string(),
                 sha256: hex(&hash.finalize()),
             }),
-            Source::Stream(stream) => stream.input(&self.path),
+            FrameSource::Stream(stream) => stream.input(&self.path),
         }
     }
 }
@@ -202,10 +202,10 @@ pub(super) fn background_of(path: &Path) -> Result<Vec<RgbImage>> {
     }
     let mut video = Video::open(path)?;
     let most = sample(video.size);
-    let (frames, count) = if let Source::Folder(files, _) = &video.source {
+    let (frames, count) = if let FrameSource::Folder(files, _) = &video.source {
         (spaced(files, most, video.size)?, files.len())
     } else {
-        let mut spread = Spread::new(most);
+        let mut spread = EvenlySpaced::new(most);
         loop {
             let batch = video.batch()?;
             if batch.is_empty() {

@@ -15,7 +15,7 @@
 //! 5. The largest part is kept, and small gaps in it are closed.
 //!
 //! ```
-//! use edgegait::segment::{Segmenter, Settings};
+//! use edgegait::segment::{Segmenter, SegmentSettings};
 //! use image::{Rgb, RgbImage};
 //!
 //! // A red square of 20 by 30 pixels before a grey wall.
@@ -24,7 +24,7 @@
 //! for (x, y) in (0..20).flat_map(|x| (0..30).map(move |y| (30 + x, 15 + y))) {
 //!     frame.put_pixel(x, y, Rgb([160, 40, 40]));
 //! }
-//! let segmenter = Segmenter::new(wall, Settings::default());
+//! let segmenter = Segmenter::new(wall, SegmentSettings::default());
 //! assert_eq!(segmenter.segment(&frame).mask.area(), 20 * 30);
 //! ```
 
@@ -47,12 +47,12 @@ pub(crate) use painted::Painted;
 #[cfg(all(feature = "import", feature = "train", feature = "plots"))]
 pub(crate) use painted::softened;
 pub use sheet::Sheet;
-pub use writer::{Names, SequenceWriter, check_replaceable};
+pub use writer::{SequenceNames, SequenceWriter, check_replaceable};
 
 use crate::dataset::InputFile;
 use crate::error::{Error, Result};
 use crate::two_means::threshold;
-use difference::{Difference, Scene, over_noise};
+use difference::{EmptyScene, SceneDifference, over_noise};
 use image::RgbImage;
 use std::path::Path;
 
@@ -75,14 +75,14 @@ const LEAST_SHARE: f64 = 0.002;
 
 /// What is done beyond the threshold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Settings {
+pub struct SegmentSettings {
     /// Whether only the largest connected part is the figure.
     pub largest_part: bool,
     /// Half the side of the square by which it is closed at the end, pixels; 0 closes nothing.
     pub closing_px: usize,
 }
 
-impl Default for Settings {
+impl Default for SegmentSettings {
     /// The largest part, closed by three by three pixels.
     fn default() -> Self {
         Self {
@@ -108,8 +108,8 @@ pub struct Segmented {
 /// An empty scene that frames are compared with.
 #[derive(Clone, Debug)]
 pub struct Segmenter {
-    scene: Scene,
-    settings: Settings,
+    scene: EmptyScene,
+    settings: SegmentSettings,
 }
 
 impl Segmenter {
@@ -118,10 +118,10 @@ impl Segmenter {
     /// # Panics
     /// If it has no pixels.
     #[must_use]
-    pub fn new(background: RgbImage, settings: Settings) -> Self {
+    pub fn new(background: RgbImage, settings: SegmentSettings) -> Self {
         assert!(!background.is_empty(), "pixels");
         Self {
-            scene: Scene::new(background),
+            scene: EmptyScene::new(background),
             settings,
         }
     }
@@ -140,7 +140,7 @@ impl Segmenter {
         video: &Path,
         size: (u32, u32),
         background: Option<&Path>,
-        settings: Settings,
+        settings: SegmentSettings,
     ) -> Result<(Self, Vec<InputFile>)> {
         if let Some(path) = background {
             let (picture, inputs) = frames::given_background(path, size)?;
@@ -197,7 +197,7 @@ impl Segmenter {
 }
 
 /// The level midway between the two clusters of a frame's levels.
-fn clusters(found: &Difference) -> f64 {
+fn clusters(found: &SceneDifference) -> f64 {
     let mut counts = [0; 256];
     for level in &found.levels {
         counts[usize::from(*level)] += 1;

@@ -1,7 +1,7 @@
 //! A contact sheet: frames of the whole video with the outlines of what was found in them.
 
 use super::mask::Mask;
-use super::spread::Spread;
+use super::spread::EvenlySpaced;
 use image::{Rgb, RgbImage, imageops};
 
 /// Most frames of a sheet: 16 to 32 of a long video are shown.
@@ -19,13 +19,13 @@ const OUTLINE: Rgb<u8> = Rgb([255, 0, 255]);
 /// Frames with outlines, evenly spaced over a video of any length.
 #[derive(Clone, Debug)]
 pub struct Sheet {
-    frames: Spread<RgbImage>,
+    frames: EvenlySpaced<RgbImage>,
 }
 
 impl Default for Sheet {
     fn default() -> Self {
         Self {
-            frames: Spread::new(MOST),
+            frames: EvenlySpaced::new(MOST),
         }
     }
 }

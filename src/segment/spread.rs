@@ -3,7 +3,7 @@
 /// Keeps every one of some, then every second of them, and so on, so that there are never more than
 /// a number.
 #[derive(Clone, Debug)]
-pub(super) struct Spread<T> {
+pub(super) struct EvenlySpaced<T> {
     kept: Vec<T>,
     most: usize,
     /// Which of those that come are kept: numbers that this divides.
@@ -11,7 +11,7 @@ pub(super) struct Spread<T> {
     seen: usize,
 }
 
-impl<T> Spread<T> {
+impl<T> EvenlySpaced<T> {
     /// At most `most`, an even number above 0.
     pub(super) fn new(most: usize) -> Self {
         assert!(most > 0 && most.is_multiple_of(2), "pairs");
@@ -70,7 +70,7 @@ mod tests {
             (9, vec![0, 4, 8]),
             (100, vec![0, 32, 64, 96]),
         ] {
-            let mut spread = Spread::new(4);
+            let mut spread = EvenlySpaced::new(4);
             for number in 0..count {
                 spread.push(|| number);
             }

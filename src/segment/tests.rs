@@ -70,7 +70,7 @@ fn a_disc_is_found_under_any_light_with_a_given_or_a_median_background() {
         Rgb(wall(x, y).map(|value| value as u8))
     });
     for background in [empty.clone(), median(&frames).unwrap()] {
-        let segmenter = Segmenter::new(background, Settings::default());
+        let segmenter = Segmenter::new(background, SegmentSettings::default());
         for (frame, at) in frames.iter().zip(&places) {
             let found = segmenter.segment(frame);
             assert!(
@@ -80,7 +80,7 @@ fn a_disc_is_found_under_any_light_with_a_given_or_a_median_background() {
             );
         }
     }
-    let segmenter = Segmenter::new(empty.clone(), Settings::default());
+    let segmenter = Segmenter::new(empty.clone(), SegmentSettings::default());
     // The light of the last one is 1.111 times as strong.
     let last = segmenter.segment(&frames[23]);
     assert!(
@@ -108,7 +108,7 @@ fn a_shadow_beside_the_disc_is_not_its_part() {
         let dark = wall(x, y).map(|value| noise.byte(value * 0.7_f64.powf(1.0 / 2.4)));
         frame.put_pixel(x, y, Rgb(dark));
     }
-    let found = Segmenter::new(empty, Settings::default()).segment(&frame);
+    let found = Segmenter::new(empty, SegmentSettings::default()).segment(&frame);
     assert!(
         jaccard(&found.mask, 60) > 0.96,
         "{}",
@@ -128,7 +128,7 @@ fn settings_keep_all_parts_and_close_or_leave_gaps() {
     fill(20..50);
     fill(80..90);
     let area = |largest_part, closing_px| {
-        let settings = Settings {
+        let settings = SegmentSettings {
             largest_part,
             closing_px,
         };
@@ -147,7 +147,7 @@ fn pictures_of_any_size_and_colour_are_taken() {
     for size in [(1, 1), (2, 1), (1, 9), (3, 3)] {
         for byte in [0, 255] {
             let background = RgbImage::from_pixel(size.0, size.1, Rgb([byte; 3]));
-            let segmenter = Segmenter::new(background.clone(), Settings::default());
+            let segmenter = Segmenter::new(background.clone(), SegmentSettings::default());
             assert_eq!(segmenter.segment(&background).mask.area(), 0);
             let other = RgbImage::from_pixel(size.0, size.1, Rgb([255 - byte, byte, 0]));
             let found = segmenter.segment(&other);

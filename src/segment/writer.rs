@@ -15,13 +15,13 @@ const LEAST_DIGITS: usize = 3;
 
 /// Who walks, in which take, seen from where.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Names {
+pub struct SequenceNames {
     person: String,
     take: String,
     view: String,
 }
 
-impl Names {
+impl SequenceNames {
     /// Names that can be folders', and a view's that states its azimuth, as `090` and `090e15` do.
     ///
     /// # Errors
@@ -54,7 +54,7 @@ impl Names {
 ///
 /// # Errors
 /// Naming what is there.
-pub fn check_replaceable(tree: &Path, names: &Names, overwrite: bool) -> Result<()> {
+pub fn check_replaceable(tree: &Path, names: &SequenceNames, overwrite: bool) -> Result<()> {
     let folder = names.folder(tree);
     if !folder.exists() {
         return Ok(());
@@ -91,7 +91,7 @@ impl SequenceWriter {
     ///
     /// # Errors
     /// The system's.
-    pub fn new(tree: &Path, names: &Names) -> Result<Self> {
+    pub fn new(tree: &Path, names: &SequenceNames) -> Result<Self> {
         let folder = names.folder(tree);
         let mut beside = std::path::absolute(&folder).map_err(|error| Error::io(&folder, error))?;
         while let Some(parent) = beside.parent().filter(|parent| !parent.exists()) {
@@ -146,8 +146,8 @@ impl SequenceWriter {
 mod tests {
     use super::*;
 
-    fn names() -> Names {
-        Names::new("001", "nm-01", "090").unwrap()
+    fn names() -> SequenceNames {
+        SequenceNames::new("001", "nm-01", "090").unwrap()
     }
 
     fn listed(folder: &Path) -> Vec<String> {
@@ -210,9 +210,11 @@ mod tests {
             ("001", "a/b", "090", "\"a/b\""),
             ("001", "nm-01", "left", "\"left\""),
         ] {
-            let error = Names::new(person, take, view).unwrap_err().to_string();
+            let error = SequenceNames::new(person, take, view)
+                .unwrap_err()
+                .to_string();
             assert!(error.contains(expected), "{error}");
         }
-        Names::new("Anna", "bg-02", "090e15").unwrap();
+        SequenceNames::new("Anna", "bg-02", "090e15").unwrap();
     }
 }

@@ -2,7 +2,7 @@
 //! (mjpegtools, yuv4mpeg(5)).
 
 use crate::dataset::hex;
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, FilePlace, Result};
 use image::RgbImage;
 use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
@@ -210,7 +210,7 @@ impl<R: BufRead> Y4m<R> {
     }
 
     fn refuse(&self, problem: impl Into<String>) -> Error {
-        Error::at(&self.path, Place::Byte(self.at), problem)
+        Error::at(&self.path, FilePlace::Byte(self.at), problem)
     }
 }
 

@@ -1,22 +1,22 @@
 //! Sequences of a dataset: templates as they are.
 
-use super::{Form, Labels, Made, Origin, Sequences, Shown, ViewLabel};
+use super::{Form, Labels, MadeTake, SequenceOrigin, Sequences, Shown, ViewLabel};
 use crate::dataset::Dataset;
 use crate::error::{Error, Result};
 use crate::template::Template;
 use std::path::PathBuf;
 
 /// The templates of a dataset with their labels.
-pub struct Geis {
+pub struct DatasetTemplates {
     dataset: Dataset,
     path: PathBuf,
     pub(super) sequences: Sequences,
 }
 
-impl Geis {
+impl DatasetTemplates {
     /// Takes are the walks of each person under each condition. If nobody has more than one, those
     /// variations that `made` names are takes of their own.
-    pub(super) fn new(dataset: Dataset, path: PathBuf, made: &[Made]) -> Self {
+    pub(super) fn new(dataset: Dataset, path: PathBuf, made: &[MadeTake]) -> Self {
         let label = |is_made: bool| {
             let mut labels = Labels::default();
             for row in dataset.index() {
@@ -26,7 +26,7 @@ impl Geis {
                 let name = of_variation.map_or(row.walk.as_str(), |one| one.take.as_str());
                 let take = labels.take(&row.subject, name, &row.condition);
                 let view = labels.view(ViewLabel::Angles(row.azimuth_deg, row.elevation_deg));
-                let origin = labels.origin(Origin {
+                let origin = labels.origin(SequenceOrigin {
                     walk: row.walk.clone(),
                     cycle: Some(row.cycle),
                     variation: row.variation,

@@ -16,9 +16,9 @@ pub(crate) use packs::require;
 pub(crate) use packs::{BUILT_IN_WALK, built_in, is_pack_or_folder};
 pub use packs::{PackSource, Selection};
 pub(crate) use tree::{Recordings, in_form};
-pub(crate) use walks::{Made, Walks};
+pub(crate) use walks::{MadeTake, PackWalks};
 
-use crate::dataset::{Dataset, Layout, Tree};
+use crate::dataset::{Dataset, Tree, TreeLayout};
 use crate::error::{Error, Result};
 use crate::sweep::{Settings, View};
 use edgegait_core::silhouette::Size;
@@ -29,7 +29,7 @@ use std::path::Path;
 
 /// One recording of a person: all cycles of one walk.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Take {
+pub struct SequenceTake {
     /// Number of the person in [`Sequences::subjects`].
     pub subject: usize,
     /// What it is called, such as `nm-01`.
@@ -40,7 +40,7 @@ pub struct Take {
 
 /// What a sequence shows, whoever's it is: which cycle of which walk, and which variation of it.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Origin {
+pub struct SequenceOrigin {
     /// The walk by its name in the source, which is the take's unless takes were made of walks.
     pub walk: String,
     /// Which recorded cycle of the walk, from 0; none where a sequence is a whole recording.
@@ -116,9 +116,9 @@ pub struct Sequences {
     /// Names of the people, each once.
     pub subjects: Vec<String>,
     /// The takes, in the source's order.
-    pub takes: Vec<Take>,
+    pub takes: Vec<SequenceTake>,
     /// What the sequences show, each once.
-    pub origins: Vec<Origin>,
+    pub origins: Vec<SequenceOrigin>,
     /// Viewpoints, each once.
     pub views: Vec<ViewLabel>,
     /// The sequences.
@@ -134,7 +134,7 @@ impl Sequences {
 
     /// What a sequence shows.
     #[must_use]
-    pub fn origin(&self, sequence: usize) -> &Origin {
+    pub fn origin(&self, sequence: usize) -> &SequenceOrigin {
         &self.origins[self.list[sequence].origin]
     }
 
@@ -176,7 +176,7 @@ struct Labels {
     sequences: Sequences,
     subjects: Register<String>,
     takes: Register<(usize, String, String)>,
-    origins: Register<Origin>,
+    origins: Register<SequenceOrigin>,
     views: Register<String>,
 }
 
@@ -191,7 +191,7 @@ impl Labels {
             .number(subject.to_owned(), || subjects.push(subject.to_owned()));
         let key = (person, name.to_owned(), condition.to_owned());
         self.takes.number(key, || {
-            takes.push(Take {
+            takes.push(SequenceTake {
                 subject: person,
                 name: name.to_owned(),
                 condition: condition.to_owned(),
@@ -214,7 +214,7 @@ impl Labels {
     }
 
     /// The number of what a sequence shows, which is added if it is new.
-    fn origin(&mut self, origin: Origin) -> usize {
+    fn origin(&mut self, origin: SequenceOrigin) -> usize {
         let origins = &mut self.sequences.origins;
         self.origins.number(origin.clone(), || origins.push(origin))
     }
@@ -261,22 +261,22 @@ impl Shown {
 }
 
 /// Where sequences come from.
-pub enum Source<'a> {
+pub enum SequenceSource<'a> {
     /// Walks that are drawn.
-    Walks(Walks<'a>),
+    Walks(PackWalks<'a>),
     /// GEIs in a folder.
-    Dataset(Box<dataset::Geis>),
+    Dataset(Box<dataset::DatasetTemplates>),
     /// Silhouettes in folders.
     Tree(Box<Recordings>),
 }
 
-impl Source<'_> {
+impl SequenceSource<'_> {
     /// A dataset, or a tree of silhouettes that is read as `layout` says: `path` is a folder of one or
     /// the other kind.
     ///
     /// # Errors
     /// If it is neither, or cannot be read.
-    pub fn open(path: &Path, made: &[Made], layout: &Layout) -> Result<Self> {
+    pub fn open(path: &Path, made: &[MadeTake], layout: &TreeLayout) -> Result<Self> {
         // A tree that was made here has a manifest too, and no templates.
         let has_templates =
             path.join("manifest.json").exists() && !path.join("sequences.csv").exists();
@@ -291,7 +291,7 @@ impl Source<'_> {
             ));
         }
         let dataset = Dataset::open(path)?;
-        let geis = dataset::Geis::new(dataset, path.to_path_buf(), made);
+        let geis = dataset::DatasetTemplates::new(dataset, path.to_path_buf(), made);
         Ok(Self::Dataset(Box::new(geis)))
     }
 

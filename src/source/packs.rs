@@ -3,7 +3,7 @@
 use super::cohort::stored;
 use crate::dataset::{InputFile, sha256_of_bytes};
 use crate::encode::{MAX_ERROR_MM, encode_subjects};
-use crate::error::{ChoiceError, Error, Place, Result};
+use crate::error::{ChoiceError, Error, FilePlace, Result};
 use crate::scene::cohort::{self, CohortOptions, SPEEDS_KMH};
 use edgegait_core::budget::MAX_PACK_BYTES;
 use edgegait_core::format::MAGIC;
@@ -107,7 +107,7 @@ impl PackSource {
         let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
         Pack::parse(&bytes).map_err(|error| {
             let problem = format!("expected {}", error.expected);
-            Error::at(path, Place::Byte(error.byte), problem)
+            Error::at(path, FilePlace::Byte(error.byte), problem)
         })?;
         let name = path.display().to_string();
         // Of the bytes that were read: the file may be another by now.

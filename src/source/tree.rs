@@ -1,13 +1,13 @@
 //! Sequences of a tree of silhouettes.
 
 use super::packs::{Selection, require};
-use super::{Form, Labels, Origin, Sequences, Shown, ViewLabel, mean};
+use super::{Form, Labels, SequenceOrigin, Sequences, Shown, ViewLabel, mean};
 use crate::cycle::{CycleFinder, whole_frames};
-use crate::dataset::{Layout, Partition, Tree, TreeSequence};
+use crate::dataset::{Partition, Tree, TreeLayout, TreeSequence};
 use crate::error::{Error, Result};
 use crate::sweep::Views;
 use crate::template::{Builder, Template};
-use edgegait_core::silhouette::{Coverage, Frame, Size};
+use edgegait_core::silhouette::{AnySilhouette, Coverage, Size};
 use rayon::prelude::*;
 use std::collections::HashSet;
 use std::ops::Range;
@@ -26,7 +26,7 @@ pub struct Recordings {
     cycles: Vec<Vec<Range<usize>>>,
     as_stored: bool,
     /// Which sequences are looked for among which, if a partition says so.
-    roles: Option<Roles>,
+    roles: Option<SequenceRoles>,
 }
 
 /// What takes are called that people are known by, and those that are looked for, as conditions.
@@ -35,12 +35,12 @@ const PROBE: &str = "probe";
 
 /// Names of sequences, `<person>-<take>-<view>`.
 #[derive(Clone, Debug)]
-struct Roles {
+struct SequenceRoles {
     gallery: Option<HashSet<String>>,
     probes: Option<HashSet<String>>,
 }
 
-impl Roles {
+impl SequenceRoles {
     /// The part of a sequence; empty if it has none.
     fn of(&self, name: &str) -> &'static str {
         let is_in =
@@ -67,7 +67,7 @@ fn name_of(sequence: &TreeSequence) -> String {
 }
 
 impl Recordings {
-    pub(super) fn open(path: &Path, layout: &Layout) -> Result<Self> {
+    pub(super) fn open(path: &Path, layout: &TreeLayout) -> Result<Self> {
         let all = Self {
             tree: Tree::open(path, layout)?,
             parts: Vec::new(),
@@ -102,7 +102,7 @@ impl Recordings {
                 None => ViewLabel::Named(recording.view.clone()),
             });
             let mut push = |cycle: Option<u32>, frames: Range<usize>| {
-                let origin = labels.origin(Origin {
+                let origin = labels.origin(SequenceOrigin {
                     walk: recording.take.clone(),
                     cycle,
                     variation: 0,
@@ -221,7 +221,7 @@ impl Recordings {
         let set = |names: &Option<Vec<String>>| {
             names.as_ref().map(|names| names.iter().cloned().collect())
         };
-        let roles = partition.has_roles().then(|| Roles {
+        let roles = partition.has_roles().then(|| SequenceRoles {
             gallery: set(&partition.gallery),
             probes: set(&partition.probes),
         });
@@ -494,7 +494,7 @@ fn whole(template: Template, silhouettes: &[u8], size: Size) -> Result<Vec<u8>> 
     for bytes in frames {
         let mut coverage = Coverage::empty(size);
         coverage.pixels_mut().copy_from_slice(bytes);
-        builder.add(&Frame::Grey(coverage))?;
+        builder.add(&AnySilhouette::Grey(coverage))?;
     }
     Ok(builder.finish())
 }

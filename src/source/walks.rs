@@ -1,12 +1,12 @@
 //! Sequences of a pack's walks, drawn when they are wanted.
 
-use super::{Form, Labels, Origin, Sequences, Shown};
+use super::{Form, Labels, SequenceOrigin, Sequences, Shown};
 use crate::confound::Condition;
 use crate::error::{ChoiceError, Error, Result};
 use crate::sweep::{Job, Moments, Settings, Shot, Swept, View, jobs, silhouettes, sweep};
 use crate::template::Template;
 use edgegait_core::pack::Pack;
-use edgegait_core::silhouette::Frame;
+use edgegait_core::silhouette::AnySilhouette;
 use rayon::prelude::*;
 use serde::Deserialize;
 
@@ -16,7 +16,7 @@ const VIEWS_AT_ONCE: usize = 37;
 /// A take that a made walk stands for: cycles that differ from the stored one by a seed.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Made {
+pub struct MadeTake {
     /// What the take is called.
     pub take: String,
     /// Which variation of the stored cycle it begins with; 0 is that cycle itself.
@@ -27,7 +27,7 @@ pub struct Made {
 
 /// Which sequences of a pack there are.
 #[derive(Clone, Debug)]
-pub struct Walks<'a> {
+pub struct PackWalks<'a> {
     pack: &'a Pack<'a>,
     pub(super) sequences: Sequences,
     /// The cycles, and where the sequences of each begin.
@@ -36,7 +36,7 @@ pub struct Walks<'a> {
 
 /// The takes of walks, before it is said from where each is seen.
 #[derive(Clone, Debug)]
-pub struct Cycles<'a> {
+pub struct WalkCycles<'a> {
     pack: &'a Pack<'a>,
     labels: Vec<Label>,
     jobs: Vec<Job<'a>>,
@@ -53,14 +53,14 @@ struct Label {
 }
 
 /// A take of a walk: its name, which variation of its cycle, and under which condition.
-type Taken<'a> = (String, u32, Option<&'a Condition>);
+type WalkTake<'a> = (String, u32, Option<&'a Condition>);
 
-impl<'a> Walks<'a> {
+impl<'a> PackWalks<'a> {
     /// The recorded cycles of the walks of these numbers.
     ///
     /// # Errors
     /// If one of them is a whole take, not a cycle.
-    pub fn recorded(pack: &'a Pack<'a>, walks: &[usize]) -> Result<Cycles<'a>> {
+    pub fn recorded(pack: &'a Pack<'a>, walks: &[usize]) -> Result<WalkCycles<'a>> {
         Self::cycles(pack, walks, &|name| vec![(name.to_owned(), 0, None)])
     }
 
@@ -71,9 +71,9 @@ impl<'a> Walks<'a> {
     pub fn made(
         pack: &'a Pack<'a>,
         walks: &[usize],
-        made: &[Made],
+        made: &[MadeTake],
         conditions: &'a [Condition],
-    ) -> Result<Cycles<'a>> {
+    ) -> Result<WalkCycles<'a>> {
         let condition = |name: &String| {
             let found = conditions.iter().find(|condition| condition.name == *name);
             found.ok_or_else(|| {
@@ -97,8 +97,8 @@ impl<'a> Walks<'a> {
     fn cycles(
         pack: &'a Pack<'a>,
         walks: &[usize],
-        takes: &dyn Fn(&str) -> Vec<Taken<'a>>,
-    ) -> Result<Cycles<'a>> {
+        takes: &dyn Fn(&str) -> Vec<WalkTake<'a>>,
+    ) -> Result<WalkCycles<'a>> {
         // Refuses what has no cycles.
         jobs(pack, walks, 0..1)?;
         let all: Vec<_> = pack.walks().collect();
@@ -120,11 +120,11 @@ impl<'a> Walks<'a> {
                 jobs.push(job);
             }
         }
-        Ok(Cycles { pack, labels, jobs })
+        Ok(WalkCycles { pack, labels, jobs })
     }
 }
 
-impl<'a> Cycles<'a> {
+impl<'a> WalkCycles<'a> {
     /// Whether no person has more than one take.
     #[must_use]
     pub fn are_of_one_take(&self) -> bool {
@@ -189,7 +189,12 @@ impl<'a> Cycles<'a> {
     /// The cycles seen from the viewpoints that `views` gives for each take; of a take without any
     /// there is no sequence. Those of `first` are listed first; `seed` is that of the variations.
     #[must_use]
-    pub fn seen(self, first: &[View], seed: u64, views: impl Fn(usize) -> Vec<View>) -> Walks<'a> {
+    pub fn seen(
+        self,
+        first: &[View],
+        seed: u64,
+        views: impl Fn(usize) -> Vec<View>,
+    ) -> PackWalks<'a> {
         let mut labels = Labels::default();
         for &view in first {
             labels.view(view.into());
@@ -198,7 +203,7 @@ impl<'a> Cycles<'a> {
         for (label, &job) in self.labels.iter().zip(&self.jobs) {
             let take = labels.take(&label.person, &label.take, &label.condition);
             let (walk, cycle) = label.walk.clone();
-            let origin = labels.origin(Origin {
+            let origin = labels.origin(SequenceOrigin {
                 walk,
                 cycle: Some(cycle),
                 variation: job.variation,
@@ -210,7 +215,7 @@ impl<'a> Cycles<'a> {
                 labels.push(take, origin, view);
             }
         }
-        Walks {
+        PackWalks {
             pack: self.pack,
             sequences: labels.sequences,
             jobs: begins,
@@ -219,11 +224,11 @@ impl<'a> Cycles<'a> {
 }
 
 /// A cycle, and the sequences that are wanted of it with their viewpoints.
-type Wanted<'a> = (Job<'a>, Vec<usize>, Vec<View>);
+type WantedCycle<'a> = (Job<'a>, Vec<usize>, Vec<View>);
 
-impl Walks<'_> {
+impl PackWalks<'_> {
     /// What is wanted of each cycle.
-    fn by_job(&self, wanted: &[usize]) -> Result<Vec<Wanted<'_>>> {
+    fn by_job(&self, wanted: &[usize]) -> Result<Vec<WantedCycle<'_>>> {
         let mut rest = wanted;
         let mut found = Vec::new();
         for (at, &(job, _)) in self.jobs.iter().enumerate() {
@@ -271,7 +276,7 @@ impl Walks<'_> {
 
     fn show_templates(
         &self,
-        wanted: &[Wanted<'_>],
+        wanted: &[WantedCycle<'_>],
         settings: Settings,
         sink: &mut dyn FnMut(usize, &[u8]) -> Result<()>,
     ) -> Result<(f64, u64)> {
@@ -296,7 +301,7 @@ impl Walks<'_> {
     /// Frames as they come from the core: coverage of those that have more than a bit a pixel.
     fn show_silhouettes(
         &self,
-        wanted: &[Wanted<'_>],
+        wanted: &[WantedCycle<'_>],
         settings: Settings,
         sink: &mut dyn FnMut(usize, &[u8]) -> Result<()>,
     ) -> Result<()> {
@@ -320,8 +325,8 @@ impl Walks<'_> {
                         views,
                     };
                     let frames = silhouettes(self.pack, shot, settings)?;
-                    let bytes = |frames: &Vec<Frame>| {
-                        let coverage = frames.iter().map(Frame::to_coverage);
+                    let bytes = |frames: &Vec<AnySilhouette>| {
+                        let coverage = frames.iter().map(AnySilhouette::to_coverage);
                         coverage.flat_map(|one| one.pixels().to_vec()).collect()
                     };
                     Ok(frames.iter().map(bytes).collect())

@@ -3,9 +3,9 @@
 
 use super::example::{Example, SIZE};
 use super::likeness::{mean, shifted};
-use super::recognition::{Curve, Experiment, Point, curve};
+use super::recognition::{AccuracyCurve, AccuracyPoint, Experiment, curve};
 use super::similarity::mean_likeness;
-use super::splits::Unit;
+use super::splits::SplitUnit;
 use crate::error::Result;
 use crate::template::augment::Augmentation;
 use edgegait_core::silhouette::Silhouette;
@@ -55,9 +55,9 @@ pub(crate) struct Price {
     pub own: Option<f64>,
     /// How many real cycles are found by what was learnt of twins: [`Experiment::SyntheticReal`], with
     /// the most components.
-    pub learnt: Point,
+    pub learnt: AccuracyPoint,
     /// The same by the nearest pixels.
-    pub nearest: Point,
+    pub nearest: AccuracyPoint,
 }
 
 impl Price {
@@ -75,11 +75,11 @@ impl Price {
         let found = curve(
             Experiment::SyntheticReal,
             (real, synthetic),
-            (Unit::Cycle, &[seed]),
+            (SplitUnit::Cycle, &[seed]),
             Augmentation::default(),
             &|| (),
         )?;
-        let priced = |curve: Curve| {
+        let priced = |curve: AccuracyCurve| {
             Some(Self {
                 view: view.to_owned(),
                 change: change.into(),

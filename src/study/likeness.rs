@@ -27,12 +27,12 @@ pub(crate) struct Likeness {
     /// Of the same, shifted and scaled so that they are most alike.
     pub fitted: Vec<f64>,
     /// By what they were moved, scaled and how much later they come.
-    pub fit: Fit,
+    pub fit: Alignment,
 }
 
 /// What makes frames most like a cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub(crate) struct Fit {
+pub(crate) struct Alignment {
     /// By which share of a cycle the frames are earlier than the cycle's own, -0.5..=0.5.
     pub phase: f64,
     /// How far the frames are moved to the right, pixels.
@@ -74,10 +74,10 @@ pub(crate) fn likeness(frames: &[(f64, Silhouette)], cycle: &[Silhouette]) -> Li
     let mut found = Likeness {
         unaligned: indices(frames, cycle, 0),
         fitted: by_phase.clone(),
-        fit: Fit {
+        fit: Alignment {
             phase: if share > 0.5 { share - 1.0 } else { share },
             scale: 1.0,
-            ..Fit::default()
+            ..Alignment::default()
         },
         by_phase,
     };
@@ -94,7 +94,7 @@ pub(crate) fn likeness(frames: &[(f64, Silhouette)], cycle: &[Silhouette]) -> Li
             let indices = indices(&moved, cycle, offset);
             if mean(&indices) > mean(&found.fitted) {
                 found.fitted = indices;
-                found.fit = Fit {
+                found.fit = Alignment {
                     across,
                     down,
                     scale,

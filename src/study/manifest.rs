@@ -1,6 +1,6 @@
 //! The manifest of a study: which recording each take of silhouettes shows.
 
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, FilePlace, Result};
 use csv::ReaderBuilder;
 use std::path::Path;
 
@@ -55,14 +55,14 @@ pub(crate) fn read(path: &Path) -> Result<Vec<Pairing>> {
         |position: Option<&csv::Position>| position.map_or(1, |position| position.line() as usize);
     let broken = |error: csv::Error| {
         let line = line_of(error.position());
-        Error::at(path, Place::Line(line), error.to_string())
+        Error::at(path, FilePlace::Line(line), error.to_string())
     };
     let headers = reader.headers().map_err(broken)?.clone();
     let column = |name: &str| headers.iter().position(|header| header == name);
     if let Some(lacking) = REQUIRED.into_iter().find(|name| column(name).is_none()) {
         return Err(Error::at(
             path,
-            Place::Line(1),
+            FilePlace::Line(1),
             format!(
                 "expected the columns {}, found no {lacking:?}",
                 REQUIRED.join(", ")
@@ -75,7 +75,7 @@ pub(crate) fn read(path: &Path) -> Result<Vec<Pairing>> {
         let line = line_of(record.position());
         let field = |name| column(name).and_then(|at| record.get(at)).unwrap_or("");
         let row =
-            row(line, field).map_err(|problem| Error::at(path, Place::Line(line), problem))?;
+            row(line, field).map_err(|problem| Error::at(path, FilePlace::Line(line), problem))?;
         let is_same = |other: &&Pairing| {
             (&other.person, &other.take, &other.view) == (&row.person, &row.take, &row.view)
         };
@@ -85,7 +85,7 @@ pub(crate) fn read(path: &Path) -> Result<Vec<Pairing>> {
             } = &row;
             return Err(Error::at(
                 path,
-                Place::Line(line),
+                FilePlace::Line(line),
                 format!(
                     "{person}/{take}/{view} is in line {} already: expected one row for each",
                     first.line

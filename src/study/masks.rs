@@ -1,7 +1,7 @@
 //! Masks as video gives them: silhouettes through a video that is made of them and segmented, or
 //! with the faults that segmentation leaves.
 
-use crate::segment::{Painted, Segmenter, Settings, softened};
+use crate::segment::{Painted, SegmentSettings, Segmenter, softened};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -69,7 +69,7 @@ fn segmented(frames: &[Vec<u8>], columns: usize, rng: &mut ChaCha8Rng) -> Vec<Ve
         return Vec::new();
     }
     let mut video = Painted::new((columns, rows), rng);
-    let segmenter = Segmenter::new(video.empty(), Settings::default());
+    let segmenter = Segmenter::new(video.empty(), SegmentSettings::default());
     let one = |frame: &Vec<u8>| segmenter.segment(&video.frame(frame)).mask.grey();
     frames.iter().map(one).collect()
 }

@@ -25,17 +25,17 @@ pub(crate) use differences::{BANDS, Price, banded};
 pub(crate) use example::SIZE;
 pub(crate) use likeness::BoxPlot;
 pub(crate) use masks::Masks;
-pub(crate) use order::Order;
-pub(crate) use plan::{Paths, Plan};
-pub(crate) use recognition::{Curve, Experiment};
-pub(crate) use similarity::{Group, Overlay, Similarity};
-pub(crate) use splits::Unit;
-pub(crate) use subspaces::Subspaces;
+pub(crate) use order::PaperOrder;
+pub(crate) use plan::{Paths, StudyPlan};
+pub(crate) use recognition::{AccuracyCurve, Experiment};
+pub(crate) use similarity::{Overlay, Similarity, SimilarityGroup};
+pub(crate) use splits::SplitUnit;
+pub(crate) use subspaces::ComparedSubspaces;
 
 use crate::confound::{Condition, Doses, dose};
 use crate::error::{Error, Result};
 use crate::scene::measured::MeasuredPeople;
-use crate::sweep::{Framing, View};
+use crate::sweep::{FramingMode, View};
 use crate::template::augment::{Augmentation, Crops};
 use example::Example;
 use likeness::{mean, shifted};
@@ -49,7 +49,7 @@ pub(crate) struct Choices {
     /// Which masks of real people.
     pub masks: Vec<Masks>,
     /// How figures are framed; the first is that of parts 1 and 2.
-    pub framings: Vec<Framing>,
+    pub framings: Vec<FramingMode>,
     /// What is trained on besides the GEIs themselves.
     pub augmentations: Vec<Augmentation>,
     /// Seeds of the splits.
@@ -61,7 +61,7 @@ impl Choices {
     pub(crate) fn usual(seed: u64, splits: u32) -> Self {
         Self {
             masks: vec![Masks::Given, Masks::Segmented],
-            framings: vec![Framing::Height],
+            framings: vec![FramingMode::Height],
             augmentations: vec![Augmentation::default()],
             seeds: (0..u64::from(splits))
                 .map(|at| seed.wrapping_add(at))
@@ -73,7 +73,7 @@ impl Choices {
     pub(crate) fn full(seed: u64, splits: u32) -> Self {
         Self {
             masks: vec![Masks::Given, Masks::Segmented, Masks::Degraded],
-            framings: vec![Framing::Height, Framing::Box],
+            framings: vec![FramingMode::Height, FramingMode::Box],
             augmentations: vec![
                 Augmentation::default(),
                 Augmentation {
@@ -99,12 +99,12 @@ pub(crate) struct Recognition {
     pub augmented: bool,
     /// The experiment.
     #[serde(flatten)]
-    pub curve: Curve,
+    pub curve: AccuracyCurve,
 }
 
 /// How many cycles there are of a view.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct Counts {
+pub(crate) struct CycleCounts {
     /// The view's name.
     pub view: String,
     /// What the masks are called.
@@ -127,15 +127,15 @@ pub(crate) struct Findings {
     /// Names of the people.
     pub people: Vec<String>,
     /// Cycles.
-    pub counts: Vec<Counts>,
+    pub counts: Vec<CycleCounts>,
     /// Part 1.
     pub similarity: Vec<Similarity>,
     /// Part 2.
-    pub subspaces: Vec<Subspaces>,
+    pub subspaces: Vec<ComparedSubspaces>,
     /// Part 3.
     pub recognition: Vec<Recognition>,
     /// The paper's order beside it.
-    pub orders: Vec<Order>,
+    pub orders: Vec<PaperOrder>,
     /// What separates S from R.
     pub prices: Vec<Price>,
     /// What a user should know.
@@ -168,7 +168,7 @@ const CHANGES: [(&str, &str); 11] = [
 const COHORT: (u32, u32) = (3, 3);
 
 /// How often `progress` is called by [`run`], about.
-pub(crate) fn steps(plan: &Plan, choices: &Choices) -> usize {
+pub(crate) fn steps(plan: &StudyPlan, choices: &Choices) -> usize {
     let Choices {
         masks,
         framings,
@@ -187,7 +187,7 @@ pub(crate) fn steps(plan: &Plan, choices: &Choices) -> usize {
 /// # Errors
 /// For files that are broken, and what cannot be drawn or learnt.
 pub(crate) fn run(
-    plan: &Plan,
+    plan: &StudyPlan,
     choices: &Choices,
     progress: &(dyn Fn() + Sync),
 ) -> Result<Findings> {
@@ -217,7 +217,7 @@ pub(crate) fn run(
         for (number, &masks) in choices.masks.iter().enumerate() {
             let seed = choices.seeds.first().copied().unwrap_or(1);
             let real = real::read(&plan.tree, &shown, (masks, seed), &framings, progress)?;
-            findings.counts.push(Counts {
+            findings.counts.push(CycleCounts {
                 view: seen.name.clone(),
                 masks: masks.name(),
                 real: real.by_framing.first().map_or(0, Vec::len),
@@ -252,7 +252,7 @@ pub(crate) fn run(
             let both = (real.as_slice(), synthetic.as_slice());
             findings
                 .subspaces
-                .extend(Subspaces::of(&seen.name, real, synthetic)?);
+                .extend(ComparedSubspaces::of(&seen.name, real, synthetic)?);
             let priced = prices(seen, both, (&twins, &others), choices)?;
             findings.prices.extend(priced);
             if let Some((real, synthetic)) = real_all.last().zip(synthetic_all.last()) {
@@ -275,9 +275,12 @@ fn experiments(masks: usize) -> impl Iterator<Item = Experiment> {
 }
 
 /// These framings and, at the end, by box, which is priced beside the first.
-fn with_box(framings: &[Framing]) -> Vec<Framing> {
-    let others = framings.iter().copied().filter(|&one| one != Framing::Box);
-    others.chain([Framing::Box]).collect()
+fn with_box(framings: &[FramingMode]) -> Vec<FramingMode> {
+    let others = framings
+        .iter()
+        .copied()
+        .filter(|&one| one != FramingMode::Box);
+    others.chain([FramingMode::Box]).collect()
 }
 
 /// Twins with other bodies and another carriage.
@@ -358,8 +361,8 @@ pub(crate) fn run_synthetic(
             }
             findings
                 .subspaces
-                .extend(Subspaces::of(&name, &synthetic, &synthetic)?);
-            findings.counts.push(Counts {
+                .extend(ComparedSubspaces::of(&name, &synthetic, &synthetic)?);
+            findings.counts.push(CycleCounts {
                 view: name.clone(),
                 masks: Masks::Given.name(),
                 real: 0,
@@ -400,7 +403,7 @@ fn recognized(
 
 /// What separates twins from real people, seen from one viewpoint.
 fn prices(
-    seen: &plan::Seen,
+    seen: &plan::StudyView,
     (real, synthetic): (&[Example], &[Example]),
     (twins, others): (&Twins, &[(&str, Twins)]),
     choices: &Choices,

@@ -2,13 +2,13 @@
 
 use super::Recognition;
 use super::recognition::Experiment;
-use super::splits::Unit;
+use super::splits::SplitUnit;
 use serde::Serialize;
 
 /// What the paper says of accuracies "given a sufficient number" of components (section 4.2), and whether
 /// it holds here, with the most components that there are.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct Order {
+pub(crate) struct PaperOrder {
     /// The view's name.
     pub view: String,
     /// What the masks are called.
@@ -18,7 +18,7 @@ pub(crate) struct Order {
     /// Whether what is trained on is flipped and cropped besides.
     pub augmented: bool,
     /// How cycles are parted.
-    pub split: Unit,
+    pub split: SplitUnit,
     /// Experiments and accuracies, the best first.
     pub ranked: Vec<(Experiment, f64)>,
     /// R-R and S-S are at least as good as all others.
@@ -34,13 +34,13 @@ pub(crate) struct Order {
 }
 
 /// The order under each setting that has all experiments.
-pub(crate) fn orders(all: &[Recognition]) -> Vec<Order> {
-    let mut orders: Vec<Order> = Vec::new();
+pub(crate) fn orders(all: &[Recognition]) -> Vec<PaperOrder> {
+    let mut orders: Vec<PaperOrder> = Vec::new();
     for first in all {
         let Some(split) = first.curve.split else {
             continue;
         };
-        let is_setting = |one: &Order| {
+        let is_setting = |one: &PaperOrder| {
             one.view == first.view
                 && (one.masks, one.framing) == (first.masks, first.framing)
                 && (one.augmented, one.split) == (first.augmented, split)
@@ -70,7 +70,7 @@ pub(crate) fn orders(all: &[Recognition]) -> Vec<Order> {
         let own = of(Experiment::RealReal).min(of(Experiment::SyntheticSynthetic));
         let mixed = [Experiment::MixedSeventy, Experiment::MixedThirty].map(of);
         let across = of(Experiment::RealSynthetic).max(of(Experiment::SyntheticReal));
-        let order = Order {
+        let order = PaperOrder {
             view: first.view.clone(),
             masks: first.masks,
             framing: first.framing,
@@ -93,11 +93,11 @@ pub(crate) fn orders(all: &[Recognition]) -> Vec<Order> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::recognition::{Curve, Point};
+    use super::super::recognition::{AccuracyCurve, AccuracyPoint};
     use super::*;
 
     fn found(experiment: Experiment, masks: &'static str, accuracy: f64) -> Recognition {
-        let point = Point {
+        let point = AccuracyPoint {
             components: 60,
             accuracy,
             low: None,
@@ -108,9 +108,9 @@ mod tests {
             masks,
             framing: "height",
             augmented: false,
-            curve: Curve {
+            curve: AccuracyCurve {
                 experiment,
-                split: experiment.is_split().then_some(Unit::Cycle),
+                split: experiment.is_split().then_some(SplitUnit::Cycle),
                 splits: 1,
                 classes: 2,
                 people: 2,

@@ -2,10 +2,10 @@
 //! any long work.
 
 use super::manifest::{self, Pairing, listed};
-use super::real::Shown;
-use super::twins::{Source, find};
+use super::real::ShownTake;
+use super::twins::{TwinRecording, find};
 use crate::dataset::{InputFile, Tree};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, FilePlace, Result};
 use crate::scene::measured::MeasuredPeople;
 use crate::sweep::View;
 use std::collections::BTreeSet;
@@ -28,7 +28,7 @@ pub(crate) struct Paths {
 
 /// A viewpoint of a study.
 #[derive(Clone, Debug)]
-pub(crate) struct Seen {
+pub(crate) struct StudyView {
     /// As the tree calls it.
     pub name: String,
     /// From where.
@@ -38,7 +38,7 @@ pub(crate) struct Seen {
 }
 
 /// What a study is of.
-pub(crate) struct Plan {
+pub(crate) struct StudyPlan {
     /// The real silhouettes.
     pub tree: Tree,
     /// Names of the people.
@@ -46,11 +46,11 @@ pub(crate) struct Plan {
     /// Names of the takes, as `<person>/<take>`.
     pub takes: Vec<String>,
     /// Takes by viewpoint.
-    pub shown: Vec<Shown>,
+    pub shown: Vec<ShownTake>,
     /// Viewpoints.
-    pub views: Vec<Seen>,
+    pub views: Vec<StudyView>,
     /// Recordings.
-    pub sources: Vec<Source>,
+    pub sources: Vec<TwinRecording>,
     /// Bodies of the twins, if they were measured.
     pub bodies: Option<MeasuredPeople>,
     /// The same with clothes and hair.
@@ -64,7 +64,7 @@ pub(crate) struct Plan {
 /// Viewpoints unless a user says otherwise: those of the three that the manifest has.
 const VIEWS: [&str; 3] = ["090", "045", "000"];
 
-impl Plan {
+impl StudyPlan {
     /// Checks everything that can be checked before silhouettes are read. `views` and `people` are those
     /// that are wanted, all where there are none; `distance_m` is where the manifest does not say.
     ///
@@ -77,7 +77,7 @@ impl Plan {
         distance_m: f64,
     ) -> Result<Self> {
         let rows = manifest::read(&paths.manifest)?;
-        let tree = Tree::open(&paths.real, &crate::dataset::Layout::default())?;
+        let tree = Tree::open(&paths.real, &crate::dataset::TreeLayout::default())?;
         let wanted = chosen_views(&rows, views)?;
         check_people(&rows, people)?;
         let rows: Vec<Pairing> = rows
@@ -184,7 +184,7 @@ impl Plan {
                 .iter()
                 .position(|source| source.person == person && source.path == path);
             let source = source.unwrap_or_else(|| {
-                self.sources.push(Source {
+                self.sources.push(TwinRecording {
                     person,
                     path,
                     takes: Vec::new(),
@@ -201,7 +201,7 @@ impl Plan {
                 let end = end.map_or(f64::INFINITY, |frame| start + frame / row.fps);
                 takes.push((take, (start, end)));
             }
-            self.shown.push(Shown {
+            self.shown.push(ShownTake {
                 pairing: row,
                 sequence,
                 person,
@@ -221,7 +221,7 @@ impl Plan {
             let angles = row
                 .angles_deg
                 .or_else(|| named.map(|(azimuth, elevation)| (azimuth as f32, elevation as f32)));
-            let refuse = |problem| Err(Error::at(manifest, Place::Line(row.line), problem));
+            let refuse = |problem| Err(Error::at(manifest, FilePlace::Line(row.line), problem));
             let Some((azimuth, elevation)) = angles else {
                 return refuse(format!(
                     "azimuth: expected degrees, since the view's name {name:?} states none"
@@ -239,7 +239,7 @@ impl Plan {
             }
         }
         if let Some((view, distance_m, _)) = found {
-            self.views.push(Seen {
+            self.views.push(StudyView {
                 name: name.to_owned(),
                 view,
                 distance_m,

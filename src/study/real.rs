@@ -7,12 +7,12 @@ use super::masks::{Masks, jaccard};
 use crate::cycle::{CycleFinder, LowerBody};
 use crate::dataset::{Tree, framed};
 use crate::error::Result;
-use crate::sweep::Framing;
+use crate::sweep::FramingMode;
 use rayon::prelude::*;
 
 /// A take of a person seen from one viewpoint.
 #[derive(Clone, Debug)]
-pub(crate) struct Shown {
+pub(crate) struct ShownTake {
     /// What the manifest says of it.
     pub pairing: Pairing,
     /// Number of its sequence in the tree.
@@ -25,7 +25,7 @@ pub(crate) struct Shown {
 
 /// Gait cycles from one viewpoint, of one kind of masks, each way of framing them.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Real {
+pub(crate) struct RealCycles {
     /// The cycles, framed in the ways that were asked for, in their order.
     pub by_framing: Vec<Vec<Example>>,
     /// Takes without a cycle, and why.
@@ -41,20 +41,20 @@ pub(crate) struct Real {
 /// For files that are broken.
 pub(crate) fn read(
     tree: &Tree,
-    takes: &[&Shown],
+    takes: &[&ShownTake],
     (masks, seed): (Masks, u64),
-    framings: &[Framing],
+    framings: &[FramingMode],
     progress: &(dyn Fn() + Sync),
-) -> Result<Real> {
-    let one = |shown: &&Shown| {
+) -> Result<RealCycles> {
+    let one = |shown: &&ShownTake| {
         let found = take(tree, shown, (masks, seed), framings);
         progress();
         found
     };
-    let found: Vec<Result<Take>> = takes.par_iter().map(one).collect();
-    let mut real = Real {
+    let found: Vec<Result<RealTake>> = takes.par_iter().map(one).collect();
+    let mut real = RealCycles {
         by_framing: vec![Vec::new(); framings.len()],
-        ..Real::default()
+        ..RealCycles::default()
     };
     for found in found {
         match found? {
@@ -71,14 +71,14 @@ pub(crate) fn read(
 }
 
 /// The cycles of a take by framing, and how alike its masks are to the tree's; or why there are none.
-type Take = std::result::Result<(Vec<Vec<Example>>, f64), String>;
+type RealTake = std::result::Result<(Vec<Vec<Example>>, f64), String>;
 
 fn take(
     tree: &Tree,
-    shown: &Shown,
+    shown: &ShownTake,
     (masks, seed): (Masks, u64),
-    framings: &[Framing],
-) -> Result<Take> {
+    framings: &[FramingMode],
+) -> Result<RealTake> {
     let Pairing {
         person,
         take,

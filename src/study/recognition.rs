@@ -3,13 +3,13 @@
 
 use super::example::{Example, SIZE};
 use super::likeness::mean;
-use super::splits::{Split, Unit, split};
+use super::splits::{ExampleSplit, SplitUnit, split};
 use crate::error::Result;
 use crate::evaluate::bootstrap::interval_95;
-use crate::evaluate::rank::{Outcome, Tally, closed_set};
+use crate::evaluate::rank::{ProbeOutcome, Tally, closed_set};
 use crate::template::Template;
 use crate::template::augment::{Augmentation, varied};
-use crate::train::{Analysed, Components, Method, Options};
+use crate::train::{Analysed, Components, TrainMethod, TrainOptions};
 use ndarray::Array2;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -78,11 +78,11 @@ impl Experiment {
     }
 
     /// How it parts cycles; where it does not, one of them, which changes nothing.
-    pub(crate) const fn units(self) -> &'static [Unit] {
+    pub(crate) const fn units(self) -> &'static [SplitUnit] {
         if self.is_split() {
-            &[Unit::Cycle, Unit::Take]
+            &[SplitUnit::Cycle, SplitUnit::Take]
         } else {
-            &[Unit::Cycle]
+            &[SplitUnit::Cycle]
         }
     }
 
@@ -93,14 +93,14 @@ impl Experiment {
 }
 
 /// What is learnt and looked for.
-struct Trial<'a> {
+struct RecognitionTrial<'a> {
     train: Vec<&'a Example>,
     test: Vec<&'a Example>,
 }
 
 /// How well people were told apart, with so many components.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct Point {
+pub(crate) struct AccuracyPoint {
     /// Principal components.
     pub components: usize,
     /// The share of cycles whose person was found, 0..1, over all splits.
@@ -113,11 +113,11 @@ pub(crate) struct Point {
 
 /// One experiment.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct Curve {
+pub(crate) struct AccuracyCurve {
     /// Which.
     pub experiment: Experiment,
     /// How cycles are parted; none where they are not.
-    pub split: Option<Unit>,
+    pub split: Option<SplitUnit>,
     /// How many splits were drawn.
     pub splits: usize,
     /// People who are told apart, and among them those who are looked for.
@@ -127,16 +127,16 @@ pub(crate) struct Curve {
     pub trained: f64,
     pub tested: f64,
     /// Over the number of components.
-    pub points: Vec<Point>,
+    pub points: Vec<AccuracyPoint>,
     /// The same of the nearest pixels: no components and no learning.
-    pub nearest: Point,
+    pub nearest: AccuracyPoint,
     /// What guessing finds.
     pub chance: f64,
 }
 
-impl Curve {
+impl AccuracyCurve {
     /// The point of the most components.
-    pub(crate) fn last(&self) -> Option<&Point> {
+    pub(crate) fn last(&self) -> Option<&AccuracyPoint> {
         self.points.last()
     }
 }
@@ -149,35 +149,35 @@ impl Curve {
 pub(crate) fn curve(
     experiment: Experiment,
     (real, synthetic): (&[Example], &[Example]),
-    (unit, seeds): (Unit, &[u64]),
+    (unit, seeds): (SplitUnit, &[u64]),
     augmentation: Augmentation,
     progress: &(dyn Fn() + Sync),
-) -> Result<Option<Curve>> {
+) -> Result<Option<AccuracyCurve>> {
     let seeds = if experiment.is_split() {
         seeds
     } else {
         &seeds[..1]
     };
-    let one = |&seed: &u64| -> Result<Option<Judged>> {
+    let one = |&seed: &u64| -> Result<Option<TrialOutcome>> {
         let trial = trial(experiment, (real, synthetic), (unit, seed));
         let judged = judge(&trial, augmentation)?;
         progress();
         Ok(judged)
     };
-    let judged: Vec<Result<Option<Judged>>> = seeds.par_iter().map(one).collect();
-    let judged: Vec<Option<Judged>> = judged.into_iter().collect::<Result<_>>()?;
-    let Some(judged) = judged.into_iter().collect::<Option<Vec<Judged>>>() else {
+    let judged: Vec<Result<Option<TrialOutcome>>> = seeds.par_iter().map(one).collect();
+    let judged: Vec<Option<TrialOutcome>> = judged.into_iter().collect::<Result<_>>()?;
+    let Some(judged) = judged.into_iter().collect::<Option<Vec<TrialOutcome>>>() else {
         return Ok(None);
     };
     let seed = seeds.first().copied().unwrap_or(1);
-    let point = |components, of: &dyn Fn(&Judged) -> &BTreeMap<usize, Tally>| {
+    let point = |components, of: &dyn Fn(&TrialOutcome) -> &BTreeMap<usize, Tally>| {
         let mut people: BTreeMap<usize, Tally> = BTreeMap::new();
         for (&person, tally) in judged.iter().flat_map(of) {
             *people.entry(person).or_default() += tally;
         }
         let people: Vec<Tally> = people.into_values().collect();
         let interval = interval_95(&people, seed, Tally::rank1);
-        Point {
+        AccuracyPoint {
             components,
             accuracy: people.iter().copied().sum::<Tally>().rank1().unwrap_or(0.0),
             low: interval.map(|interval| interval.low),
@@ -188,10 +188,10 @@ pub(crate) fn curve(
         // A split may have fewer samples than the most components.
         judged.iter().all(|judged| judged.by_components.len() > *at)
     });
-    let points: Vec<Point> = points
+    let points: Vec<AccuracyPoint> = points
         .map(|(at, &components)| point(components, &|judged| &judged.by_components[at]))
         .collect();
-    let over = |of: &dyn Fn(&Judged) -> usize| {
+    let over = |of: &dyn Fn(&TrialOutcome) -> usize| {
         mean(
             &judged
                 .iter()
@@ -204,7 +204,7 @@ pub(crate) fn curve(
         .map(|judged| judged.classes)
         .max()
         .unwrap_or(0);
-    Ok(Some(Curve {
+    Ok(Some(AccuracyCurve {
         experiment,
         split: experiment.is_split().then_some(unit),
         splits: seeds.len(),
@@ -225,11 +225,11 @@ pub(crate) fn curve(
 fn trial<'a>(
     experiment: Experiment,
     (real, synthetic): (&'a [Example], &'a [Example]),
-    (unit, seed): (Unit, u64),
-) -> Trial<'a> {
+    (unit, seed): (SplitUnit, u64),
+) -> RecognitionTrial<'a> {
     let all = |examples: &'a [Example]| examples.iter().collect::<Vec<_>>();
     let parts = |examples: &'a [Example]| {
-        let Split {
+        let ExampleSplit {
             smaller,
             larger,
             whole,
@@ -242,11 +242,11 @@ fn trial<'a>(
         })
     };
     match experiment {
-        Experiment::RealSynthetic => Trial {
+        Experiment::RealSynthetic => RecognitionTrial {
             train: all(real),
             test: all(synthetic),
         },
-        Experiment::SyntheticReal => Trial {
+        Experiment::SyntheticReal => RecognitionTrial {
             train: all(synthetic),
             test: all(real),
         },
@@ -257,14 +257,14 @@ fn trial<'a>(
                 synthetic
             };
             let [smaller, larger, whole] = parts(of);
-            Trial {
+            RecognitionTrial {
                 train: [larger, whole].concat(),
                 test: smaller,
             }
         }
         Experiment::MixedSeventy => {
             let [smaller, larger, whole] = parts(real);
-            Trial {
+            RecognitionTrial {
                 train: [larger, whole, all(synthetic)].concat(),
                 test: smaller,
             }
@@ -275,7 +275,7 @@ fn trial<'a>(
             if experiment == Experiment::MixedThirty {
                 train.extend(synthetic);
             }
-            Trial {
+            RecognitionTrial {
                 train,
                 test: larger,
             }
@@ -284,7 +284,7 @@ fn trial<'a>(
 }
 
 /// What became of one trial, by person.
-struct Judged {
+struct TrialOutcome {
     classes: usize,
     trained: usize,
     tested: usize,
@@ -294,7 +294,7 @@ struct Judged {
 }
 
 /// Learns and looks for; people who are not among those trained on are not looked for.
-fn judge(trial: &Trial<'_>, augmentation: Augmentation) -> Result<Option<Judged>> {
+fn judge(trial: &RecognitionTrial<'_>, augmentation: Augmentation) -> Result<Option<TrialOutcome>> {
     let mut people: Vec<usize> = trial.train.iter().map(|example| example.person).collect();
     people.sort_unstable();
     people.dedup();
@@ -324,9 +324,9 @@ fn judge(trial: &Trial<'_>, augmentation: Augmentation) -> Result<Option<Judged>
         if components >= trial.train.len() {
             break;
         }
-        let learnt = analysed.fit(Options {
+        let learnt = analysed.fit(TrainOptions {
             components: Components::Count(components),
-            method: Method::Svm { c: C },
+            method: TrainMethod::Svm { c: C },
         })?;
         let hits = test.iter().map(|(example, class)| {
             let gei: Vec<f32> = example
@@ -347,10 +347,14 @@ fn judge(trial: &Trial<'_>, augmentation: Augmentation) -> Result<Option<Judged>
         let is_own = found.is_some_and(|found| found.person == example.person);
         (
             example.person,
-            if is_own { Outcome::Hit } else { Outcome::Miss },
+            if is_own {
+                ProbeOutcome::Hit
+            } else {
+                ProbeOutcome::Miss
+            },
         )
     });
-    Ok(Some(Judged {
+    Ok(Some(TrialOutcome {
         classes: people.len(),
         trained: trial.train.len(),
         tested: test.len(),
@@ -368,7 +372,7 @@ fn apart(a: &[u8], b: &[u8]) -> u64 {
     squares.sum()
 }
 
-fn tallies(outcomes: impl Iterator<Item = (usize, Outcome)>) -> BTreeMap<usize, Tally> {
+fn tallies(outcomes: impl Iterator<Item = (usize, ProbeOutcome)>) -> BTreeMap<usize, Tally> {
     let mut tallies: BTreeMap<usize, Tally> = BTreeMap::new();
     for (person, outcome) in outcomes {
         tallies.entry(person).or_default().add(outcome);

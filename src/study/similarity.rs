@@ -1,7 +1,7 @@
 //! How like real silhouettes are to each other and to those of their synthetic twins, frame by frame.
 
 use super::example::{Example, SIZE};
-use super::likeness::{BoxPlot, Fit, Likeness, PHASES, aligned, lacking, likeness, mean};
+use super::likeness::{Alignment, BoxPlot, Likeness, PHASES, aligned, lacking, likeness, mean};
 use edgegait_core::silhouette::Silhouette;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -12,7 +12,7 @@ const OVERLAID: usize = 8;
 
 /// Jaccard indices of pairs of cycles.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct Group {
+pub(crate) struct SimilarityGroup {
     /// Pairs of cycles.
     pub pairs: usize,
     /// Of all frames, by the phase that each has.
@@ -52,11 +52,11 @@ pub(crate) struct Similarity {
     /// What the framing is called.
     pub framing: &'static str,
     /// Two cycles of one take.
-    pub same_take: Option<Group>,
+    pub same_take: Option<SimilarityGroup>,
     /// Two cycles of two takes of one person.
-    pub other_take: Option<Group>,
+    pub other_take: Option<SimilarityGroup>,
     /// A cycle and the twin's that is nearest in time.
-    pub synthetic: Option<Group>,
+    pub synthetic: Option<SimilarityGroup>,
     /// What a real silhouette has in each row and the twin's has not, and the other way round, aligned
     /// by phase: shares of the union, which add up to what the index lacks of 1.
     pub rows: Vec<(f64, f64)>,
@@ -66,7 +66,7 @@ pub(crate) struct Similarity {
 }
 
 /// A pair of cycles, compared.
-struct Pair {
+struct CyclePair {
     person: usize,
     likeness: Likeness,
 }
@@ -105,7 +105,7 @@ pub(crate) fn by_time(real: &Example, twin: &Example) -> Vec<(f64, Silhouette)> 
 
 impl Similarity {
     /// The groups that there are, and what they are called.
-    pub(crate) fn groups(&self) -> impl Iterator<Item = (&'static str, &Group)> {
+    pub(crate) fn groups(&self) -> impl Iterator<Item = (&'static str, &SimilarityGroup)> {
         let all = [
             ("R-R, one take", &self.same_take),
             ("R-R, two takes", &self.other_take),
@@ -132,17 +132,17 @@ impl Similarity {
             }
         }
         let [same_take, other_take] = pairs.map(|pairs| {
-            let compare = |&(a, b): &(usize, usize)| Pair {
+            let compare = |&(a, b): &(usize, usize)| CyclePair {
                 person: real[a].person,
                 likeness: likeness(&real[a].frames, &cycles[b]),
             };
-            Group::of(&pairs.par_iter().map(compare).collect::<Vec<_>>(), names)
+            SimilarityGroup::of(&pairs.par_iter().map(compare).collect::<Vec<_>>(), names)
         });
         let twins: Vec<(&Example, usize)> = real
             .iter()
             .filter_map(|one| nearest(one, synthetic).map(|twin| (one, twin)))
             .collect();
-        let compared: Vec<(Pair, Vec<(f64, f64)>)> = twins
+        let compared: Vec<(CyclePair, Vec<(f64, f64)>)> = twins
             .par_iter()
             .map(|&(one, twin)| compared(one, &synthetic[twin]))
             .collect();
@@ -151,7 +151,7 @@ impl Similarity {
             rows[sum].0 += row.0 / compared.len() as f64;
             rows[sum].1 += row.1 / compared.len() as f64;
         }
-        let pairs: Vec<Pair> = compared.into_iter().map(|(pair, _)| pair).collect();
+        let pairs: Vec<CyclePair> = compared.into_iter().map(|(pair, _)| pair).collect();
         let mut overlays: Vec<Overlay> = Vec::new();
         for ((one, twin), pair) in twins.iter().zip(&pairs) {
             let name = &names[one.person];
@@ -168,7 +168,7 @@ impl Similarity {
             framing,
             same_take,
             other_take,
-            synthetic: Group::of(&pairs, names),
+            synthetic: SimilarityGroup::of(&pairs, names),
             rows,
             overlays,
         }
@@ -180,7 +180,7 @@ fn rows_of(rows: &[(f64, f64)]) -> impl Iterator<Item = (usize, (f64, f64))> + '
 }
 
 /// A real cycle beside its twin's, and what each lacks by rows.
-fn compared(real: &Example, twin: &Example) -> (Pair, Vec<(f64, f64)>) {
+fn compared(real: &Example, twin: &Example) -> (CyclePair, Vec<(f64, f64)>) {
     let cycle = twin.at_phases(PHASES);
     let frames = by_time(real, twin);
     let found = likeness(&frames, &cycle);
@@ -192,7 +192,7 @@ fn compared(real: &Example, twin: &Example) -> (Pair, Vec<(f64, f64)>) {
             rows[row].1 += lacking.1 / frames.len() as f64;
         }
     }
-    let pair = Pair {
+    let pair = CyclePair {
         person: real.person,
         likeness: found,
     };
@@ -200,12 +200,12 @@ fn compared(real: &Example, twin: &Example) -> (Pair, Vec<(f64, f64)>) {
 }
 
 /// Which of [`PHASES`] goes with a frame at this phase.
-fn place(phase: f64, fit: Fit) -> usize {
+fn place(phase: f64, fit: Alignment) -> usize {
     let phase = (phase + fit.phase).rem_euclid(1.0);
     (phase * PHASES as f64).round() as usize % PHASES
 }
 
-fn overlaid(real: &Example, twin: &Example, fit: Fit) -> Vec<(Silhouette, Silhouette)> {
+fn overlaid(real: &Example, twin: &Example, fit: Alignment) -> Vec<(Silhouette, Silhouette)> {
     let cycle = twin.at_phases(PHASES);
     let frames = by_time(real, twin);
     let count = OVERLAID.min(frames.len());
@@ -215,13 +215,13 @@ fn overlaid(real: &Example, twin: &Example, fit: Fit) -> Vec<(Silhouette, Silhou
         .collect()
 }
 
-impl Group {
-    fn of(pairs: &[Pair], names: &[String]) -> Option<Self> {
+impl SimilarityGroup {
+    fn of(pairs: &[CyclePair], names: &[String]) -> Option<Self> {
         let all = |of: fn(&Likeness) -> &Vec<f64>| {
             let values = pairs.iter().flat_map(|pair| of(&pair.likeness));
             BoxPlot::of(values.copied().collect())
         };
-        let over = |of: &dyn Fn(Fit) -> f64| {
+        let over = |of: &dyn Fn(Alignment) -> f64| {
             mean(
                 &pairs
                     .iter()

@@ -13,7 +13,7 @@ const SMALLER: f64 = 0.3;
 /// How a person's cycles are parted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub(crate) enum Unit {
+pub(crate) enum SplitUnit {
     /// Into two runs of cycles. A cycle of the larger part that is next to one of the smaller part, in
     /// the same take, is left out: the guard.
     Cycle,
@@ -21,7 +21,7 @@ pub(crate) enum Unit {
     Take,
 }
 
-impl Unit {
+impl SplitUnit {
     /// What results call it.
     pub(crate) const fn name(self) -> &'static str {
         match self {
@@ -33,7 +33,7 @@ impl Unit {
 
 /// Numbers of examples, in two parts.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Split {
+pub(crate) struct ExampleSplit {
     /// About 30 % of each person's.
     pub smaller: Vec<usize>,
     /// The others, but for those on guard.
@@ -46,27 +46,27 @@ pub(crate) struct Split {
 ///
 /// By cycle, a person's cycles stand in the order of takes and time, and the smaller part is a run of
 /// them that begins anywhere where both parts have a cycle left.
-pub(crate) fn split(examples: &[Example], unit: Unit, seed: u64) -> Split {
+pub(crate) fn split(examples: &[Example], unit: SplitUnit, seed: u64) -> ExampleSplit {
     let mut people: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (number, example) in examples.iter().enumerate() {
         people.entry(example.person).or_default().push(number);
     }
-    let mut split = Split::default();
+    let mut split = ExampleSplit::default();
     for (&person, numbers) in &mut people {
         numbers.sort_by_key(|&number| (examples[number].take, examples[number].position));
         // A person's draw does not depend on who else is there.
         let mut rng =
             ChaCha8Rng::seed_from_u64(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ person as u64);
         let smaller = match unit {
-            Unit::Cycle => run(examples, numbers, &mut rng),
-            Unit::Take => takes(examples, numbers, &mut rng),
+            SplitUnit::Cycle => run(examples, numbers, &mut rng),
+            SplitUnit::Take => takes(examples, numbers, &mut rng),
         };
         if smaller.is_empty() {
             split.whole.extend(numbers.iter());
             continue;
         }
         let is_on_guard = |number: usize| {
-            unit == Unit::Cycle
+            unit == SplitUnit::Cycle
                 && smaller
                     .iter()
                     .any(|&other| are_neighbours(examples, number, other))
@@ -163,7 +163,7 @@ mod tests {
         ]);
         let mut seen = BTreeSet::new();
         for seed in 0..50 {
-            let split = split(&all, Unit::Cycle, seed);
+            let split = split(&all, SplitUnit::Cycle, seed);
             seen.insert(split.smaller.clone());
             for &a in &split.smaller {
                 assert!(!split.larger.contains(&a));
@@ -195,7 +195,7 @@ mod tests {
     fn by_take_a_take_is_on_one_side() {
         let all = examples(&[&[3, 3], &[2, 2, 2, 2, 2, 2], &[3]]);
         for seed in 0..20 {
-            let split = split(&all, Unit::Take, seed);
+            let split = split(&all, SplitUnit::Take, seed);
             let takes = |numbers: &[usize]| -> BTreeSet<usize> {
                 numbers.iter().map(|&number| all[number].take).collect()
             };
@@ -209,7 +209,7 @@ mod tests {
     #[test]
     fn a_persons_part_does_not_depend_on_the_others() {
         let (few, many) = (examples(&[&[3, 3], &[4]]), examples(&[&[3, 3], &[4], &[3]]));
-        for unit in [Unit::Cycle, Unit::Take] {
+        for unit in [SplitUnit::Cycle, SplitUnit::Take] {
             let [few, many] = [&few, &many].map(|all| split(all, unit, 7).smaller);
             let known: Vec<usize> = many.into_iter().filter(|&number| number < 10).collect();
             assert_eq!(few, known);

@@ -13,7 +13,7 @@ pub(crate) const SHOWN: usize = 9;
 
 /// The principal components of one set of GEIs.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct Side {
+pub(crate) struct SubspaceSide {
     /// Cycles.
     pub cycles: usize,
     /// Share of the variance that each of the first nine holds, 0..1.
@@ -30,13 +30,13 @@ pub(crate) struct Side {
 
 /// Real beside synthetic, from one viewpoint.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct Subspaces {
+pub(crate) struct ComparedSubspaces {
     /// The view's name.
     pub view: String,
     /// Of the real ones.
-    pub real: Side,
+    pub real: SubspaceSide,
     /// Of the synthetic ones.
-    pub synthetic: Side,
+    pub synthetic: SubspaceSide,
     /// Principal angles between the two spans of nine components, degrees, rising.
     pub angles_deg: Vec<f64>,
     /// The same of two halves of the real ones, every other cycle of each person: what sampling does.
@@ -45,7 +45,7 @@ pub(crate) struct Subspaces {
     pub means_apart: f64,
 }
 
-impl Subspaces {
+impl ComparedSubspaces {
     /// Of GEIs from one viewpoint; none where a side has fewer than three.
     ///
     /// # Errors
@@ -54,14 +54,16 @@ impl Subspaces {
         if real.len() < 3 || synthetic.len() < 3 {
             return Ok(None);
         }
-        let all = |examples: &[Example]| Side::of(&examples.iter().collect::<Vec<_>>());
+        let all = |examples: &[Example]| SubspaceSide::of(&examples.iter().collect::<Vec<_>>());
         let (real_side, synthetic_side) = (all(real)?, all(synthetic)?);
         let squares = real_side.mean.iter().zip(&synthetic_side.mean);
         let squares: f64 = squares.map(|(a, b)| (a - b).powi(2)).sum();
         let half = |odd: usize| {
             let every_other = real.iter().enumerate().filter(|(at, _)| at % 2 == odd);
             let half: Vec<&Example> = every_other.map(|(_, example)| example).collect();
-            (half.len() > 2).then(|| Side::of(&half)).transpose()
+            (half.len() > 2)
+                .then(|| SubspaceSide::of(&half))
+                .transpose()
         };
         let halves_deg = match (half(0)?, half(1)?) {
             (Some(a), Some(b)) => angles_deg(a.components.view(), b.components.view())?,
@@ -81,7 +83,7 @@ impl Subspaces {
     }
 }
 
-impl Side {
+impl SubspaceSide {
     fn of(examples: &[&Example]) -> Result<Self> {
         let samples = Array2::from_shape_fn((examples.len(), SIZE.pixels()), |(row, pixel)| {
             f64::from(examples[row].gei[pixel]) / 255.0
@@ -153,7 +155,7 @@ mod tests {
             };
             (0..6).map(one).collect()
         };
-        let found = Subspaces::of("090", &of(700), &of(701)).expect("no error");
+        let found = ComparedSubspaces::of("090", &of(700), &of(701)).expect("no error");
         let found = found.expect("enough");
         assert_eq!(found.real.components[[0, 700]], 1.0);
         assert_eq!((found.angles_deg[0], found.halves_deg[0]), (90.0, 0.0));
@@ -165,13 +167,13 @@ mod tests {
         let (mut even, mut odd) = (of(700).into_iter(), of(702).into_iter());
         let turns = (0..12).map(|at| if at % 2 == 0 { even.next() } else { odd.next() });
         let mixed: Vec<Example> = turns.flatten().collect();
-        let found_halves = Subspaces::of("090", &mixed, &of(701)).expect("no error");
+        let found_halves = ComparedSubspaces::of("090", &mixed, &of(701)).expect("no error");
         assert_eq!(found_halves.expect("enough").halves_deg, [90.0]);
         // Two pixels are 125 of 255 off, of 1,500.
         let expected = (2.0 * 125.0_f64.powi(2) / 1500.0).sqrt();
         assert!((found.means_apart - expected).abs() < 1e-9);
         assert!(
-            Subspaces::of("090", &of(1)[..2], &of(2))
+            ComparedSubspaces::of("090", &of(1)[..2], &of(2))
                 .expect("no error")
                 .is_none()
         );

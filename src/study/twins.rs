@@ -6,12 +6,12 @@ use super::likeness::PHASES;
 use super::manifest::{Pairing, listed};
 use crate::confound::Condition;
 use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, FilePlace, Result};
 use crate::scene::cohort::{self, CohortOptions};
 use crate::scene::measured::MeasuredPeople;
 use crate::scene::recorded::{BodyOptions, Keep, ReadOptions, Recording, SubjectName, subjects};
 use crate::scene::{Subject, Track};
-use crate::sweep::{Framing, Job, Lens, Moments, Sensor, Settings, Shot, View, silhouettes};
+use crate::sweep::{FramingMode, Job, Lens, Moments, Sensor, Settings, Shot, View, silhouettes};
 use edgegait_core::pack::Pack;
 use edgegait_core::raster::Rasterizer;
 use rayon::prelude::*;
@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 
 /// A recording of a person, and which takes show it.
 #[derive(Clone, Debug)]
-pub(crate) struct Source {
+pub(crate) struct TwinRecording {
     /// Number of the person.
     pub person: usize,
     /// The file.
@@ -44,7 +44,7 @@ struct TwinCycle {
 
 /// Recordings that were read, to be put onto bodies.
 pub(crate) struct Walkers {
-    sources: Vec<Source>,
+    sources: Vec<TwinRecording>,
     recordings: Vec<Recording>,
     /// What was assumed of the recordings.
     pub warnings: Vec<String>,
@@ -82,7 +82,7 @@ pub(crate) fn find(pairing: &Pairing, manifest: &Path, folders: &[PathBuf]) -> R
             let places: Vec<String> = places.iter().map(|it| it.display().to_string()).collect();
             Error::at(
                 manifest,
-                Place::Line(pairing.line),
+                FilePlace::Line(pairing.line),
                 format!(
                     "source: expected the recording {} in {} or in clips there, found none",
                     pairing.source,
@@ -103,11 +103,11 @@ impl Walkers {
     /// # Errors
     /// If none is left.
     pub(crate) fn read(
-        sources: &[Source],
+        sources: &[TwinRecording],
         names: &[String],
         progress: &(dyn Fn() + Sync),
     ) -> Result<Self> {
-        let read = |source: &Source| {
+        let read = |source: &TwinRecording| {
             let options = ReadOptions {
                 keep: Keep::Cycles,
                 subject: SubjectName::Given(names[source.person].clone()),
@@ -246,7 +246,7 @@ impl Twins {
     pub(crate) fn seen(
         &self,
         (view, distance_m): (View, f64),
-        framing: Framing,
+        framing: FramingMode,
         condition: Option<&Condition>,
     ) -> Result<Vec<Example>> {
         let pack = Pack::parse(&self.pack)?;

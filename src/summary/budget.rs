@@ -3,7 +3,7 @@
 use crate::table::Column::{Left, Right};
 use crate::table::Table;
 use edgegait_core::budget::{SKIA_TRANSIENT_BYTES, skia_resident_bytes};
-use edgegait_core::lean::{Budget, Posed, Rows};
+use edgegait_core::lean::{Budget, LeanFigure, LeanRows};
 use edgegait_core::pack::Pack;
 use edgegait_core::raster::{Skia, Window};
 use edgegait_core::silhouette::Size;
@@ -22,14 +22,14 @@ pub(super) struct BudgetSummary {
     body_bytes: usize,
     /// Of a loop that is unpacked, which is not needed.
     expanded_bytes: usize,
-    rows: Taken,
-    skia: Taken,
+    rows: MemoryTaken,
+    skia: MemoryTaken,
     /// With the core's types for hosts, and the rasteriser with the largest heap.
-    unpacked: Taken,
+    unpacked: MemoryTaken,
 }
 
 #[derive(Debug, Serialize)]
-struct Taken {
+struct MemoryTaken {
     /// Types and buffers, static or on the stack.
     ram_bytes: usize,
     /// As asked of the allocator.
@@ -48,9 +48,9 @@ impl BudgetSummary {
             facets: budget.room.facets,
             body_bytes: budget.room.bytes(),
             expanded_bytes: budget.expanded_bytes,
-            rows: Taken::lean::<Rows>(&budget, size, 0),
-            skia: Taken::lean::<Skia>(&budget, size, <Skia>::heap_bytes(size)),
-            unpacked: Taken {
+            rows: MemoryTaken::lean::<LeanRows>(&budget, size, 0),
+            skia: MemoryTaken::lean::<Skia>(&budget, size, <Skia>::heap_bytes(size)),
+            unpacked: MemoryTaken {
                 ram_bytes: Budget::UNPACKED_BYTES,
                 heap_bytes: skia_resident_bytes(size.rows()) + SKIA_TRANSIENT_BYTES,
             },
@@ -58,8 +58,12 @@ impl BudgetSummary {
     }
 }
 
-impl Taken {
-    fn lean<W: for<'a> Window<Posed<'a>>>(budget: &Budget, size: Size, heap_bytes: usize) -> Self {
+impl MemoryTaken {
+    fn lean<W: for<'a> Window<LeanFigure<'a>>>(
+        budget: &Budget,
+        size: Size,
+        heap_bytes: usize,
+    ) -> Self {
         Self {
             ram_bytes: budget.ram_bytes::<W>(size),
             heap_bytes,

@@ -2,13 +2,13 @@
 
 mod budget;
 
-use crate::dataset::Header;
+use crate::dataset::ResultHeader;
 use crate::error::{Error, Result};
 use crate::table::Column::{Left, Right};
 use crate::table::Table;
 use budget::BudgetSummary;
 use edgegait_core::avatar::Avatar;
-use edgegait_core::pack::{Gait, Pack, Walk};
+use edgegait_core::pack::{Gait, Pack, WalkEntry};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -30,7 +30,7 @@ const SECTIONS: [&str; 7] = [
 #[derive(Debug, Serialize)]
 pub(crate) struct Summary {
     #[serde(flatten)]
-    header: Header,
+    header: ResultHeader,
     bytes: usize,
     budget: BudgetSummary,
     sections: BTreeMap<&'static str, usize>,
@@ -229,9 +229,10 @@ impl Summary {
     ///
     /// # Errors
     /// When the bytes are no pack.
-    pub(crate) fn of(header: Header, path: &Path, bytes: &[u8]) -> Result<Self> {
+    pub(crate) fn of(header: ResultHeader, path: &Path, bytes: &[u8]) -> Result<Self> {
         let pack = Pack::parse(bytes).map_err(|error| Error::input(path, error.to_string()))?;
-        let clip_bytes = |walk: Walk<'_>| pack.clip(walk.clip).map_or(0, |clip| clip.len_bytes());
+        let clip_bytes =
+            |walk: WalkEntry<'_>| pack.clip(walk.clip).map_or(0, |clip| clip.len_bytes());
         // Of each person, how many walks there are and how many bytes they take.
         let mut own = vec![(0, 0); pack.subjects().len()];
         for walk in pack.walks() {

@@ -1,23 +1,23 @@
 //! Sweeps by columns: all elevations of an azimuth at once.
 
-use super::film::{Film, Sight};
-use super::painter::Seen;
+use super::film::{Film, FilmView};
+use super::painter::PaintedView;
 use super::views::{View, by_azimuth};
 use crate::error::{ChoiceError, Error, Result};
-use edgegait_core::raster::columns::{self, Azimuth, Images};
+use edgegait_core::raster::columns::{self, Azimuth, ElevationImages};
 use edgegait_core::raster::{Rasterizer, Renderer};
-use edgegait_core::silhouette::{Frame, Size};
+use edgegait_core::silhouette::{AnySilhouette, Size};
 use edgegait_core::template::GeiTally;
 
 /// What draws and sums by columns. 310 kB.
 pub(super) struct Columns {
-    renderer: ColumnRenderer,
+    renderer: SweepColumns,
     tally: GeiTally,
 }
 
 /// What draws by columns.
-pub(super) struct ColumnRenderer {
-    pub(super) columns: columns::Renderer,
+pub(super) struct SweepColumns {
+    pub(super) columns: columns::ColumnRenderer,
     /// Tells which share of a figure lies outside of an image.
     pub(super) measure: Renderer,
 }
@@ -25,8 +25,8 @@ pub(super) struct ColumnRenderer {
 impl Columns {
     pub(super) fn new(size: Size) -> Self {
         Self {
-            renderer: ColumnRenderer {
-                columns: columns::Renderer::new(),
+            renderer: SweepColumns {
+                columns: columns::ColumnRenderer::new(),
                 measure: Renderer::new(Rasterizer::Rows, size),
             },
             tally: GeiTally::new(size),
@@ -39,10 +39,10 @@ impl Columns {
         film: &mut Film<'_>,
         views: &[View],
         numbers: &[usize],
-    ) -> Result<Vec<Option<Seen>>> {
+    ) -> Result<Vec<Option<PaintedView>>> {
         let mut seen = vec![None; views.len()];
         for group in by_azimuth(views, numbers)? {
-            let sights: Vec<Sight<'_>> = group
+            let sights: Vec<FilmView<'_>> = group
                 .views
                 .iter()
                 .map(|&at| film.sight(&views[at]))
@@ -58,10 +58,10 @@ impl Columns {
                 }
             }
             for (elevation, (&at, clipped)) in group.views.iter().zip(clipped).enumerate() {
-                seen[at] = Some(Seen {
+                seen[at] = Some(PaintedView {
                     templates: vec![self.tally.gei(elevation).pixels().to_vec()],
                     clipped,
-                    ..Seen::default()
+                    ..PaintedView::default()
                 });
             }
         }
@@ -73,12 +73,12 @@ impl Columns {
         &mut self,
         film: &Film<'_>,
         frame: usize,
-        sight: Sight<'_>,
-    ) -> Result<Frame> {
+        sight: FilmView<'_>,
+    ) -> Result<AnySilhouette> {
         let azimuth = Azimuth::new(&[sight.viewpoint()])?;
-        let mut images = Images::empty(self.renderer.measure.size());
+        let mut images = ElevationImages::empty(self.renderer.measure.size());
         film.draw_elevations(frame, (&[sight], &azimuth), &mut self.renderer, &mut images)?;
-        Ok(Frame::Binary(images.silhouette(0)))
+        Ok(AnySilhouette::Binary(images.silhouette(0)))
     }
 }
 

@@ -1,16 +1,16 @@
 //! The frames of one job, posed once and seen from any view.
 
-use super::columns::ColumnRenderer;
+use super::columns::SweepColumns;
 use super::recording;
-use super::settings::{Aim, Framing, Lens, Settings};
+use super::settings::{Aim, FramingMode, Lens, Settings};
 use super::stage::Extras;
-use super::walker::{Dressed, Posed, Walker};
+use super::walker::{Dressed, PosedWalker, Walker};
 use super::{Job, Moments, View, walk_name};
-use crate::confound::Plan;
+use crate::confound::DosePlan;
 use crate::error::{Cause, Error, Result, SweepError};
 use edgegait_core::camera::{self, Camera, Viewpoint};
 use edgegait_core::pack::Pack;
-use edgegait_core::raster::columns::{Azimuth, Images, Place};
+use edgegait_core::raster::columns::{Azimuth, ElevationImages, FigurePlace};
 use edgegait_core::raster::{self, Drawing, Placement, Renderer};
 use edgegait_core::silhouette::Size;
 use glam::{DVec3, Vec2, Vec3};
@@ -29,8 +29,8 @@ pub(super) struct Film<'a> {
     /// For errors.
     name: String,
     pub(super) settings: Settings,
-    pub(super) plan: &'a Plan,
-    pub(super) frames: Vec<Posed<'a>>,
+    pub(super) plan: &'a DosePlan,
+    pub(super) frames: Vec<PosedWalker<'a>>,
     /// What their pictures have besides the figure, if anything acts on these.
     pub(super) extras: Vec<Extras<'a>>,
     /// Which frame each of them shows: itself, unless it was lost.
@@ -46,13 +46,13 @@ pub(super) struct Film<'a> {
 
 /// A view, and the framing that all frames share there, if they do.
 #[derive(Clone, Copy)]
-pub(super) struct Sight<'v> {
+pub(super) struct FilmView<'v> {
     view: &'v View,
     viewpoint: Viewpoint,
     framing: Option<camera::Framing>,
 }
 
-impl<'v> Sight<'v> {
+impl<'v> FilmView<'v> {
     /// The view that it is one of.
     pub(super) const fn view(&self) -> &'v View {
         self.view
@@ -112,7 +112,7 @@ impl<'a> Film<'a> {
         let sum: DVec3 = self.frames.iter().map(|f| f.pelvis.as_dvec3()).sum();
         self.mean = (sum / self.frames.len().max(1) as f64).as_vec3();
         self.fitted = None;
-        if self.settings.framing == Framing::Cycle {
+        if self.settings.framing == FramingMode::Cycle {
             self.gather();
         }
     }
@@ -130,7 +130,8 @@ impl<'a> Film<'a> {
 
     /// The points of each hull, frame by frame, metres.
     pub(super) fn figures(&self) -> Vec<Vec<Vec<Vec3>>> {
-        let points = |posed: &Posed<'_>| posed.figure.hulls().map(Iterator::collect).collect();
+        let points =
+            |posed: &PosedWalker<'_>| posed.figure.hulls().map(Iterator::collect).collect();
         self.frames.iter().map(points).collect()
     }
 
@@ -164,7 +165,7 @@ impl<'a> Film<'a> {
     pub(super) fn keypoints(
         &self,
         index: usize,
-        sight: &Sight<'_>,
+        sight: &FilmView<'_>,
         placed: Option<Placement>,
     ) -> Result<Vec<u8>> {
         let camera = self.seen(index, sight)?.camera;
@@ -185,15 +186,15 @@ impl<'a> Film<'a> {
     ///
     /// # Errors
     /// When the condition puts the camera where none can be.
-    pub(super) fn sight<'v>(&mut self, view: &'v View) -> Result<Sight<'v>> {
+    pub(super) fn sight<'v>(&mut self, view: &'v View) -> Result<FilmView<'v>> {
         let viewpoint = recording::viewpoint(self.plan, view)?;
         let framing = match self.settings.framing {
-            Framing::Height => Some(camera::Framing::Height),
-            Framing::Box => Some(camera::Framing::Box),
-            Framing::Cycle => Some(self.fit(view.viewpoint())),
-            Framing::Camera => None,
+            FramingMode::Height => Some(camera::Framing::Height),
+            FramingMode::Box => Some(camera::Framing::Box),
+            FramingMode::Cycle => Some(self.fit(view.viewpoint())),
+            FramingMode::Camera => None,
         };
-        Ok(Sight {
+        Ok(FilmView {
             view,
             viewpoint,
             framing,
@@ -207,11 +208,11 @@ impl<'a> Film<'a> {
     pub(super) fn draw<'r>(
         &self,
         index: usize,
-        sight: &Sight<'_>,
+        sight: &FilmView<'_>,
         renderer: &'r mut Renderer,
     ) -> Result<Drawing<'r>> {
         let posed = &self.frames[index];
-        let raster::View {
+        let raster::RenderView {
             camera,
             framing,
             jitter,
@@ -229,11 +230,11 @@ impl<'a> Film<'a> {
     pub(super) fn draw_views(
         &self,
         index: usize,
-        sights: &[Sight<'_>],
+        sights: &[FilmView<'_>],
         renderer: &mut Renderer,
         mut take: impl FnMut(usize, Drawing<'_>) -> Result<()>,
     ) -> Result<()> {
-        let views: Vec<raster::View> = sights
+        let views: Vec<raster::RenderView> = sights
             .iter()
             .map(|sight| self.seen(index, sight))
             .collect::<Result<_>>()?;
@@ -251,9 +252,9 @@ impl<'a> Film<'a> {
     pub(super) fn draw_elevations(
         &self,
         index: usize,
-        (sights, azimuth): (&[Sight<'_>], &Azimuth),
-        renderer: &mut ColumnRenderer,
-        images: &mut Images,
+        (sights, azimuth): (&[FilmView<'_>], &Azimuth),
+        renderer: &mut SweepColumns,
+        images: &mut ElevationImages,
     ) -> Result<Vec<f64>> {
         let Some(sight) = sights.first() else {
             return Ok(Vec::new());
@@ -267,7 +268,7 @@ impl<'a> Film<'a> {
         else {
             return Err(self.refusal(sight.view, "expected one scale for all elevations"));
         };
-        let place = Place {
+        let place = FigurePlace {
             centre,
             pixels_per_metre,
             jitter: self.settings.jitter.of_frame(self.sources[index]),
@@ -287,10 +288,10 @@ impl<'a> Film<'a> {
     }
 
     /// How one of the posed frames is drawn.
-    pub(super) fn seen(&self, index: usize, sight: &Sight<'_>) -> Result<raster::View> {
+    pub(super) fn seen(&self, index: usize, sight: &FilmView<'_>) -> Result<raster::RenderView> {
         let (camera, framing) = self.placed(sight, &self.frames[index])?;
         let jitter = self.settings.jitter.of_frame(self.sources[index]);
-        Ok(raster::View {
+        Ok(raster::RenderView {
             camera,
             framing,
             jitter: jitter * self.settings.rasterizer.spacing(),
@@ -298,7 +299,11 @@ impl<'a> Film<'a> {
     }
 
     /// The camera and the framing of one frame: what a sensor sees, unless frames share one.
-    fn placed(&self, sight: &Sight<'_>, posed: &Posed<'_>) -> Result<(Camera, camera::Framing)> {
+    fn placed(
+        &self,
+        sight: &FilmView<'_>,
+        posed: &PosedWalker<'_>,
+    ) -> Result<(Camera, camera::Framing)> {
         let Settings {
             sensor, lens, size, ..
         } = self.settings;

@@ -14,16 +14,16 @@ mod views;
 mod walker;
 mod wanted;
 
-pub use scene::{Hulls, Scene, Thing, scene};
-pub use settings::{Aim, FRAMES_PER_CYCLE, Framing, Jitter, Lens, Raster, Sensor, Settings};
+pub use scene::{Scene, SceneHulls, Thing, scene};
+pub use settings::{Aim, FRAMES_PER_CYCLE, FramingMode, Jitter, Lens, Raster, Sensor, Settings};
 pub use views::{View, Views};
 pub use walker::drawn;
 pub use wanted::{MAX_FRAMES, TAKE_FPS, Wanted};
 
-use crate::confound::{Condition, Kind, NORMAL};
+use crate::confound::{Condition, ConfounderKind, NORMAL};
 use crate::error::{Result, SweepError};
 use edgegait_core::pack::Pack;
-use edgegait_core::silhouette::Frame;
+use edgegait_core::silhouette::AnySilhouette;
 use film::Film;
 use glam::Vec3;
 use painter::Painter;
@@ -289,7 +289,12 @@ fn swept(
 ) -> Result<Swept> {
     let (moments, settings) = wanted.moments(pack, job, settings)?;
     let dressed = Dressed::new(pack, job, settings.seed)?;
-    if wanted.joints && dressed.plan().strength(Kind::RadialDistortion).is_some() {
+    if wanted.joints
+        && dressed
+            .plan()
+            .strength(ConfounderKind::RadialDistortion)
+            .is_some()
+    {
         return Err(SweepError::Undrawn {
             what: format!("condition {}", job.condition_name()),
             cause: "it distorts images, in which joints are not known".into(),
@@ -361,7 +366,11 @@ pub fn figures(
 ///
 /// # Errors
 /// When a figure cannot be drawn.
-pub fn silhouettes(pack: &Pack<'_>, shot: Shot<'_>, settings: Settings) -> Result<Vec<Vec<Frame>>> {
+pub fn silhouettes(
+    pack: &Pack<'_>,
+    shot: Shot<'_>,
+    settings: Settings,
+) -> Result<Vec<Vec<AnySilhouette>>> {
     settings.check()?;
     let dressed = Dressed::new(pack, shot.job, settings.seed)?;
     let mut film = Film::new(pack, shot.job, &dressed, settings)?;
@@ -372,7 +381,7 @@ pub fn silhouettes(pack: &Pack<'_>, shot: Shot<'_>, settings: Settings) -> Resul
         film.pose(shot.moments, range);
         for (at, view) in shot.views.iter().enumerate() {
             if firsts[at] < at {
-                let known: Vec<Frame> = all[firsts[at]][all[at].len()..].to_vec();
+                let known: Vec<AnySilhouette> = all[firsts[at]][all[at].len()..].to_vec();
                 all[at].extend(known);
                 continue;
             }

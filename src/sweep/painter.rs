@@ -1,13 +1,13 @@
 //! What draws the posed frames of one job, and makes of them what is wanted.
 
 use super::columns::Columns;
-use super::film::{Film, Sight};
+use super::film::{Film, FilmView};
 use super::{Raster, Settings, Swept, View, Wanted};
 use crate::confound::image::FineRenderer;
 use crate::error::Result;
 use crate::template::{Builder, Template};
 use edgegait_core::raster::{Drawing, Placement, Rasterizer, Renderer};
-use edgegait_core::silhouette::{Frame, Silhouette, Size};
+use edgegait_core::silhouette::{AnySilhouette, Silhouette, Size};
 
 /// Views whose templates are made at once: few enough for their sums to stay in a processor's
 /// cache, and many enough for a figure to be worth fetching.
@@ -75,8 +75,8 @@ impl Painter {
         &mut self,
         film: &Film<'_>,
         frame: usize,
-        sight: Sight<'_>,
-    ) -> Result<Frame> {
+        sight: FilmView<'_>,
+    ) -> Result<AnySilhouette> {
         match self {
             Self::Each(brush, _) => {
                 let drawn = brush.draw(film, frame, &sight)?;
@@ -94,7 +94,7 @@ pub(super) struct Brush {
     renderer: Renderer,
     /// Of what is confounded before it is framed; made when it is needed.
     fine: Option<FineRenderer>,
-    framed: Frame,
+    framed: AnySilhouette,
 }
 
 impl Brush {
@@ -102,7 +102,7 @@ impl Brush {
         Self {
             renderer: Renderer::new(rasterizer, size),
             fine: None,
-            framed: Frame::Binary(Silhouette::empty(size)),
+            framed: AnySilhouette::Binary(Silhouette::empty(size)),
         }
     }
 
@@ -112,12 +112,12 @@ impl Brush {
         &mut self,
         film: &Film<'_>,
         frame: usize,
-        sights: &[Sight<'_>],
-        mut take: impl FnMut(usize, Drawn<'_>) -> Result<()>,
+        sights: &[FilmView<'_>],
+        mut take: impl FnMut(usize, DrawnFrame<'_>) -> Result<()>,
     ) -> Result<()> {
         if !film.acts_on_images() {
             return film.draw_views(frame, sights, &mut self.renderer, |number, drawing| {
-                take(number, Drawn::of(drawing))
+                take(number, DrawnFrame::of(drawing))
             });
         }
         for (number, sight) in sights.iter().enumerate() {
@@ -127,9 +127,18 @@ impl Brush {
     }
 
     /// One of the posed frames.
-    fn draw(&mut self, film: &Film<'_>, frame: usize, sight: &Sight<'_>) -> Result<Drawn<'_>> {
+    fn draw(
+        &mut self,
+        film: &Film<'_>,
+        frame: usize,
+        sight: &FilmView<'_>,
+    ) -> Result<DrawnFrame<'_>> {
         if !film.acts_on_images() {
-            return Ok(Drawn::of(film.draw(frame, sight, &mut self.renderer)?));
+            return Ok(DrawnFrame::of(film.draw(
+                frame,
+                sight,
+                &mut self.renderer,
+            )?));
         }
         let fine = match &mut self.fine {
             Some(fine) => fine,
@@ -139,14 +148,14 @@ impl Brush {
             )?),
         };
         let Some(framed) = film.segmented(frame, sight, fine)? else {
-            return Ok(Drawn {
+            return Ok(DrawnFrame {
                 frame: None,
                 clipped: 0.0,
                 placement: None,
             });
         };
-        self.framed = Frame::Binary(framed.silhouette);
-        Ok(Drawn {
+        self.framed = AnySilhouette::Binary(framed.silhouette);
+        Ok(DrawnFrame {
             frame: Some(&self.framed),
             clipped: f64::from(framed.clipped_share),
             placement: Some(framed.placement),
@@ -155,16 +164,16 @@ impl Brush {
 }
 
 /// A frame from a view.
-struct Drawn<'f> {
+struct DrawnFrame<'f> {
     /// None if nothing is left of the figure.
-    frame: Option<&'f Frame>,
+    frame: Option<&'f AnySilhouette>,
     /// The share of the figure outside of the image.
     clipped: f64,
     /// Where points of the image appear; none if nothing is left.
     placement: Option<Placement>,
 }
 
-impl<'f> Drawn<'f> {
+impl<'f> DrawnFrame<'f> {
     fn of(drawing: Drawing<'f>) -> Self {
         Self {
             frame: Some(drawing.frame),
@@ -176,7 +185,7 @@ impl<'f> Drawn<'f> {
 
 /// What was made of a view.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Seen {
+pub(super) struct PaintedView {
     /// In the order in which they are wanted.
     pub(super) templates: Vec<Vec<u8>>,
     /// Sum over the frames of the share that lay outside of the image.
@@ -187,8 +196,8 @@ pub(super) struct Seen {
     pub(super) keypoints: Vec<u8>,
 }
 
-fn blank(size: Size) -> Frame {
-    Frame::Binary(Silhouette::empty(size))
+fn blank(size: Size) -> AnySilhouette {
+    AnySilhouette::Binary(Silhouette::empty(size))
 }
 
 /// What is wanted of the views of these numbers; none of the other views.
@@ -197,7 +206,7 @@ fn see(
     (views, numbers): (&[View], &[usize]),
     wanted: &Wanted,
     (brush, builders): (&mut Brush, &mut Vec<Vec<Builder>>),
-) -> Result<Vec<Option<Seen>>> {
+) -> Result<Vec<Option<PaintedView>>> {
     let mut seen = vec![None; views.len()];
     let frames = u32::try_from(film.len()).unwrap_or(u32::MAX);
     let is_fit = |builders: &Vec<Builder>| builders.iter().all(|one| one.frames() == frames);
@@ -209,8 +218,8 @@ fn see(
         builders.push(wanted.templates.iter().map(of).collect());
     }
     for batch in numbers.chunks(VIEWS_AT_ONCE) {
-        let mut all = vec![Seen::default(); batch.len()];
-        let sights: Vec<Sight<'_>> = batch
+        let mut all = vec![PaintedView::default(); batch.len()];
+        let sights: Vec<FilmView<'_>> = batch
             .iter()
             .map(|&at| film.sight(&views[at]))
             .collect::<Result<_>>()?;

@@ -1,8 +1,8 @@
 //! How a walk is recorded: which frames a recorder keeps, and where the camera stands.
 
-use super::settings::{Framing, Lens, Raster, Settings};
+use super::settings::{FramingMode, Lens, Raster, Settings};
 use super::views::View;
-use crate::confound::{Kind, Plan, Stage};
+use crate::confound::{ConfounderKind, DosePlan, Stage};
 use crate::error::{ChoiceError, Result};
 use edgegait_core::camera::Viewpoint;
 use rand::RngExt as _;
@@ -19,17 +19,19 @@ const LEAST_FOCAL_LENGTH: f64 = 0.25;
 ///
 /// At a lower rate a frame is shown until the next one is taken. In place of a lost one
 /// the one before is shown again, in place of the first ones the last of the cycle.
-pub(super) fn sources(plan: &Plan, frames: Range<u32>, all: u32) -> Vec<u32> {
-    let kept = plan.strength(Kind::FrameRate).map_or(all, |strength| {
-        let share = 1.0 - (1.0 - LEAST_RATE) * strength;
-        ((f64::from(all) * share).round() as u32).clamp(1, all.max(1))
-    });
-    let lost: Vec<bool> = plan
-        .amount(Kind::DroppedFrames)
-        .map_or(Vec::new(), |percent| {
-            let mut rng = plan.of_cycle(Kind::DroppedFrames);
-            (0..all).map(|_| rng.random_bool(percent / 100.0)).collect()
+pub(super) fn sources(plan: &DosePlan, frames: Range<u32>, all: u32) -> Vec<u32> {
+    let kept = plan
+        .strength(ConfounderKind::FrameRate)
+        .map_or(all, |strength| {
+            let share = 1.0 - (1.0 - LEAST_RATE) * strength;
+            ((f64::from(all) * share).round() as u32).clamp(1, all.max(1))
         });
+    let lost: Vec<bool> =
+        plan.amount(ConfounderKind::DroppedFrames)
+            .map_or(Vec::new(), |percent| {
+                let mut rng = plan.of_cycle(ConfounderKind::DroppedFrames);
+                (0..all).map(|_| rng.random_bool(percent / 100.0)).collect()
+            });
     let is_lost = |frame: u32| lost.get(frame as usize).is_some_and(|is_lost| *is_lost);
     let (kept, all) = (u64::from(kept), u64::from(all));
     let shown = |frame: u32| {
@@ -45,15 +47,15 @@ pub(super) fn sources(plan: &Plan, frames: Range<u32>, all: u32) -> Vec<u32> {
 }
 
 /// The settings with which a condition is drawn: a camera that comes nearer is one of perspective.
-pub(super) fn settings(plan: &Plan, settings: Settings) -> Settings {
+pub(super) fn settings(plan: &DosePlan, settings: Settings) -> Settings {
     let mut settings = settings;
-    if let Some(strength) = plan.strength(Kind::Distance) {
+    if let Some(strength) = plan.strength(ConfounderKind::Distance) {
         let far = match settings.lens {
             Lens::Ortho => 0.0,
             Lens::Persp => 1.0 / settings.sensor.distance_m,
         };
         let inverse = far + strength * (1.0 / NEAREST_M - far);
-        if settings.framing == Framing::Camera && settings.lens == Lens::Ortho {
+        if settings.framing == FramingMode::Camera && settings.lens == Lens::Ortho {
             // A figure of parallel rays is as large as at the sensor's distance.
             let own = 1.0 / settings.sensor.distance_m;
             settings.sensor.distance_m = 1.0 / (own + strength * (1.0 / NEAREST_M - own));
@@ -62,7 +64,7 @@ pub(super) fn settings(plan: &Plan, settings: Settings) -> Settings {
         }
         settings.lens = Lens::Persp;
     }
-    if let (Some(left), Framing::Camera) = (focal_length(plan), settings.framing) {
+    if let (Some(left), FramingMode::Camera) = (focal_length(plan), settings.framing) {
         let half = libm::tan(0.5 * settings.sensor.fov_deg.to_radians()) / left;
         settings.sensor.fov_deg = 2.0 * libm::atan(half).to_degrees();
     }
@@ -70,20 +72,20 @@ pub(super) fn settings(plan: &Plan, settings: Settings) -> Settings {
 }
 
 /// The share of the focal length that is left, if the condition changes it.
-fn focal_length(plan: &Plan) -> Option<f64> {
-    let strength = plan.strength(Kind::FocalLength)?;
+fn focal_length(plan: &DosePlan) -> Option<f64> {
+    let strength = plan.strength(ConfounderKind::FocalLength)?;
     Some(libm::pow(LEAST_FOCAL_LENGTH, strength))
 }
 
 /// How many fine samples of a figure that fills the image fall on one of a shorter lens; none
 /// where framing does not hide how large the figure is.
-pub(super) fn coarseness(plan: &Plan, framing: Framing) -> Option<f64> {
-    let left = focal_length(plan).filter(|_| framing != Framing::Camera)?;
+pub(super) fn coarseness(plan: &DosePlan, framing: FramingMode) -> Option<f64> {
+    let left = focal_length(plan).filter(|_| framing != FramingMode::Camera)?;
     Some(1.0 / left)
 }
 
 /// Whether silhouettes are confounded after they are drawn, before they are framed.
-pub(super) fn acts_on_images(plan: &Plan, framing: Framing) -> bool {
+pub(super) fn acts_on_images(plan: &DosePlan, framing: FramingMode) -> bool {
     plan.acts_at(Stage::Image) || coarseness(plan, framing).is_some()
 }
 
@@ -91,21 +93,21 @@ pub(super) fn acts_on_images(plan: &Plan, framing: Framing) -> bool {
 ///
 /// # Errors
 /// Never: azimuths are within a few turns, and elevations stop straight above and below.
-pub(super) fn viewpoint(plan: &Plan, view: &View) -> Result<Viewpoint> {
+pub(super) fn viewpoint(plan: &DosePlan, view: &View) -> Result<Viewpoint> {
     if !plan.acts_at(Stage::Camera) {
         return Ok(view.viewpoint());
     }
     let degrees = |kind| plan.amount(kind).unwrap_or(0.0) as f32;
-    let azimuth = view.azimuth_deg + degrees(Kind::Azimuth);
-    let elevation = (view.elevation_deg + degrees(Kind::Elevation)).clamp(-90.0, 90.0);
-    Ok(Viewpoint::from_degrees(azimuth, elevation)?.rolled(degrees(Kind::Roll)))
+    let azimuth = view.azimuth_deg + degrees(ConfounderKind::Azimuth);
+    let elevation = (view.elevation_deg + degrees(ConfounderKind::Elevation)).clamp(-90.0, 90.0);
+    Ok(Viewpoint::from_degrees(azimuth, elevation)?.rolled(degrees(ConfounderKind::Roll)))
 }
 
 /// Refuses what cannot be drawn by columns or in grey under a condition.
 ///
 /// # Errors
 /// Naming the raster and the condition.
-pub(super) fn check(plan: &Plan, settings: &Settings) -> Result<()> {
+pub(super) fn check(plan: &DosePlan, settings: &Settings) -> Result<()> {
     let refuse = |why| {
         Err(ChoiceError::RasterUnderCondition {
             raster: settings.rasterizer.name(),
@@ -131,35 +133,39 @@ mod tests {
     use crate::confound::{Condition, Dose, Doses};
     use crate::scene::variation::CycleSeed;
 
-    fn plan(doses: &[(Kind, f64)]) -> Plan {
-        let dose = |&(kind, strength): &(Kind, f64)| Dose { kind, strength };
+    fn plan(doses: &[(ConfounderKind, f64)]) -> DosePlan {
+        let dose = |&(kind, strength): &(ConfounderKind, f64)| Dose { kind, strength };
         let of = CycleSeed {
             seed: 1,
             subject: 2,
             walk: 3,
             variation: 0,
         };
-        Plan::new(Some(&Condition::of(Doses::new(doses.iter().map(dose)))), of)
+        DosePlan::new(Some(&Condition::of(Doses::new(doses.iter().map(dose)))), of)
     }
 
     #[test]
     fn at_a_lower_rate_each_frame_is_shown_until_the_next_one() {
         assert_eq!(sources(&plan(&[]), 0..4, 4), [0, 1, 2, 3]);
         // A tenth of 20 frames.
-        let two = sources(&plan(&[(Kind::FrameRate, 1.0)]), 0..20, 20);
+        let two = sources(&plan(&[(ConfounderKind::FrameRate, 1.0)]), 0..20, 20);
         assert_eq!(two, [[0; 10], [10; 10]].concat());
         // 1 - 0.9 x 0.5 of 8 frames are 4.4: 4.
-        let four = sources(&plan(&[(Kind::FrameRate, 0.5)]), 0..8, 8);
+        let four = sources(&plan(&[(ConfounderKind::FrameRate, 0.5)]), 0..8, 8);
         assert_eq!(four, [0, 0, 2, 2, 4, 4, 6, 6]);
         assert_eq!(
-            sources(&plan(&[(Kind::FrameRate, 0.5)]), 5..8, 8),
+            sources(&plan(&[(ConfounderKind::FrameRate, 0.5)]), 5..8, 8),
             four[5..]
         );
     }
 
     #[test]
     fn a_lost_frame_is_the_one_before_it() {
-        let shown = sources(&plan(&[(Kind::DroppedFrames, 1.0)]), 0..1000, 1000);
+        let shown = sources(
+            &plan(&[(ConfounderKind::DroppedFrames, 1.0)]),
+            0..1000,
+            1000,
+        );
         for (at, &source) in shown.iter().enumerate().skip(1) {
             let before = shown[at - 1];
             assert!(source as usize == at || source == before, "{at}: {source}");
@@ -171,12 +177,15 @@ mod tests {
         // A tenth of 1,000, with a standard deviation of 9.5.
         assert!((60..=140).contains(&kept.count()));
         // All lost: nothing is left to be shown but the frames themselves.
-        assert_eq!(sources(&plan(&[(Kind::DroppedFrames, 1.0)]), 0..1, 1), [0]);
+        assert_eq!(
+            sources(&plan(&[(ConfounderKind::DroppedFrames, 1.0)]), 0..1, 1),
+            [0]
+        );
     }
 
     #[test]
     fn the_camera_comes_as_near_as_is_said() {
-        let drawn = |doses: &[(Kind, f64)], framing, lens| {
+        let drawn = |doses: &[(ConfounderKind, f64)], framing, lens| {
             let settings = Settings {
                 framing,
                 lens,
@@ -185,7 +194,11 @@ mod tests {
             super::settings(&plan(doses), settings)
         };
         let distance = |strength, lens| {
-            let drawn = drawn(&[(Kind::Distance, strength)], Framing::Height, lens);
+            let drawn = drawn(
+                &[(ConfounderKind::Distance, strength)],
+                FramingMode::Height,
+                lens,
+            );
             assert_eq!(drawn.lens, Lens::Persp);
             drawn.sensor.distance_m
         };
@@ -194,23 +207,34 @@ mod tests {
         // Between the sensor's 4 m and 1.5 m: the mean of the inverses.
         assert!((distance(0.5, Lens::Persp) - 24.0 / 11.0).abs() < 1e-12);
         // A quarter of the focal length shows four times as many metres.
-        let wide = drawn(&[(Kind::FocalLength, 1.0)], Framing::Camera, Lens::Persp);
+        let wide = drawn(
+            &[(ConfounderKind::FocalLength, 1.0)],
+            FramingMode::Camera,
+            Lens::Persp,
+        );
         let ratio = Settings::default().sensor.pixels_per_metre(wide.size)
             / wide.sensor.pixels_per_metre(wide.size);
         assert!((ratio - 4.0).abs() < 1e-5);
-        let coarse = coarseness(&plan(&[(Kind::FocalLength, 0.5)]), Framing::Height);
+        let coarse = coarseness(
+            &plan(&[(ConfounderKind::FocalLength, 0.5)]),
+            FramingMode::Height,
+        );
         assert!(coarse.is_some_and(|cells| (cells - 2.0).abs() < 1e-12));
     }
 
     #[test]
     fn a_view_is_turned_and_stops_straight_above() {
         let view = View::new(90.0, 80.0).expect("a viewpoint");
-        let seen = |doses: &[(Kind, f64)]| viewpoint(&plan(doses), &view).expect("a viewpoint");
+        let seen =
+            |doses: &[(ConfounderKind, f64)]| viewpoint(&plan(doses), &view).expect("a viewpoint");
         let from =
             |azimuth, elevation| Viewpoint::from_degrees(azimuth, elevation).expect("a viewpoint");
         assert_eq!(seen(&[]), view.viewpoint());
-        assert_eq!(seen(&[(Kind::Azimuth, -0.5)]), from(75.0, 80.0));
-        assert_eq!(seen(&[(Kind::Elevation, 1.0)]), from(90.0, 90.0));
-        assert_eq!(seen(&[(Kind::Roll, 0.25)]), from(90.0, 80.0).rolled(5.0));
+        assert_eq!(seen(&[(ConfounderKind::Azimuth, -0.5)]), from(75.0, 80.0));
+        assert_eq!(seen(&[(ConfounderKind::Elevation, 1.0)]), from(90.0, 90.0));
+        assert_eq!(
+            seen(&[(ConfounderKind::Roll, 0.25)]),
+            from(90.0, 80.0).rolled(5.0)
+        );
     }
 }

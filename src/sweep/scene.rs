@@ -7,7 +7,7 @@ use super::{Job, Moments, Settings, View};
 use crate::confound::Doses;
 use crate::confound::image::Floor;
 use crate::error::Result;
-use crate::scene::wear::Part;
+use crate::scene::wear::BodyPart;
 use edgegait_core::body::Figure;
 use edgegait_core::camera::Camera;
 use edgegait_core::pack::Pack;
@@ -17,7 +17,7 @@ use glam::Vec3;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Thing {
     /// A part of the walker, and what it wears and carries.
-    Worn(Part),
+    Worn(BodyPart),
     /// Of the walker's shadow on the floor.
     Shadow,
     /// Between camera and walker.
@@ -25,15 +25,15 @@ pub enum Thing {
 }
 
 /// Convex hulls, each as its points in the walker's space, metres.
-pub type Hulls = Vec<(Thing, Vec<Vec3>)>;
+pub type SceneHulls = Vec<(Thing, Vec<Vec3>)>;
 
 /// One frame of a walk as it is before a camera, a lens and a segmentation take part.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// All hulls.
-    pub hulls: Hulls,
+    pub hulls: SceneHulls,
     /// Those of the walker at moments of the exposure, if that blurs.
-    pub exposures: Vec<Hulls>,
+    pub exposures: Vec<SceneHulls>,
     /// From where it is seen.
     pub camera: Camera,
     /// What it is walked on.
@@ -64,21 +64,21 @@ pub fn scene(
 }
 
 /// The hulls of a figure, each of its part.
-fn worn(figure: &Figure<'_>, parts: &[Part]) -> Hulls {
+fn worn(figure: &Figure<'_>, parts: &[BodyPart]) -> SceneHulls {
     let hulls = figure.hulls().map(Iterator::collect);
     let things = parts.iter().map(|&part| Thing::Worn(part));
     things.zip(hulls).collect()
 }
 
 impl Film<'_> {
-    fn scene(&mut self, index: usize, view: &View, parts: &[Part]) -> Result<Scene> {
+    fn scene(&mut self, index: usize, view: &View, parts: &[BodyPart]) -> Result<Scene> {
         let sight = self.sight(view)?;
         let camera = self.seen(index, &sight)?.camera;
         let (posed, extras) = (&self.frames[index], self.extras.get(index));
         let mut hulls = worn(&posed.figure, parts);
         let mut exposures = Vec::new();
         if let Some(extras) = extras {
-            let all = |figure: &Figure<'_>, thing| -> Hulls {
+            let all = |figure: &Figure<'_>, thing| -> SceneHulls {
                 figure
                     .hulls()
                     .map(|points| (thing, points.collect()))

@@ -21,7 +21,7 @@ pub struct Settings {
     /// Rows and columns.
     pub size: Size,
     /// How figures are fitted into the image.
-    pub framing: Framing,
+    pub framing: FramingMode,
     /// How rays run.
     pub lens: Lens,
     /// Where the sensor stands, for a perspective lens or the framing of a camera.
@@ -41,7 +41,7 @@ impl Default for Settings {
         Self {
             rasterizer: Rasterizer::Skia.into(),
             size: Size::default(),
-            framing: Framing::default(),
+            framing: FramingMode::default(),
             lens: Lens::default(),
             sensor: Sensor::default(),
             jitter: Jitter::default(),
@@ -56,12 +56,12 @@ impl Settings {
     /// Whether it matters where the sensor stands.
     #[must_use]
     pub fn uses_sensor(&self) -> bool {
-        self.lens == Lens::Persp || self.framing == Framing::Camera
+        self.lens == Lens::Persp || self.framing == FramingMode::Camera
     }
 
     /// Whether a frame's place depends on the other frames.
     pub(super) fn needs_all_frames(&self) -> bool {
-        self.framing == Framing::Cycle || (self.uses_sensor() && self.sensor.aim == Aim::Mean)
+        self.framing == FramingMode::Cycle || (self.uses_sensor() && self.sensor.aim == Aim::Mean)
     }
 
     /// Refuses what cannot be drawn.
@@ -69,7 +69,7 @@ impl Settings {
     /// # Errors
     /// When a number is out of its range, or the lens does not go with the framing.
     pub fn check(&self) -> Result<()> {
-        if self.framing == Framing::Cycle && self.lens == Lens::Persp {
+        if self.framing == FramingMode::Cycle && self.lens == Lens::Persp {
             return Err(ChoiceError::CycleNeedsParallelRays.into());
         }
         self.check_columns()?;
@@ -100,7 +100,7 @@ impl Settings {
             return Err(ChoiceError::ColumnsSumFrames(self.template.name()).into());
         }
         let (setting, value, has) = match (self.rasterizer, self.framing, self.lens) {
-            (Raster::Columns, Framing::Height | Framing::Box, _) => {
+            (Raster::Columns, FramingMode::Height | FramingMode::Box, _) => {
                 ("framing", self.framing.name(), "a scale for each frame")
             }
             (Raster::Columns, _, Lens::Persp) => ("lens", self.lens.name(), "an eye"),
@@ -171,7 +171,7 @@ impl fmt::Display for Raster {
 /// How a figure is fitted into the image. GEIs of different framings cannot be compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Framing {
+pub enum FramingMode {
     /// Each frame fills the rows, centred on its centroid.
     #[default]
     Height,
@@ -183,7 +183,7 @@ pub enum Framing {
     Camera,
 }
 
-impl Framing {
+impl FramingMode {
     /// The name under which flags, contracts and results state it.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -339,14 +339,14 @@ mod tests {
             settings.check().map_err(|error| error.to_string())
         };
         assert_eq!(refusal(&|_| ()), Ok(()));
-        let cycle = refusal(&|s| (s.framing, s.lens) = (Framing::Cycle, Lens::Persp));
+        let cycle = refusal(&|s| (s.framing, s.lens) = (FramingMode::Cycle, Lens::Persp));
         assert!(cycle.is_err_and(|text| text.contains("parallel rays")));
         for (framing, lens, is_drawn) in [
-            (Framing::Cycle, Lens::Ortho, true),
-            (Framing::Camera, Lens::Ortho, true),
-            (Framing::Camera, Lens::Persp, false),
-            (Framing::Height, Lens::Ortho, false),
-            (Framing::Box, Lens::Ortho, false),
+            (FramingMode::Cycle, Lens::Ortho, true),
+            (FramingMode::Camera, Lens::Ortho, true),
+            (FramingMode::Camera, Lens::Persp, false),
+            (FramingMode::Height, Lens::Ortho, false),
+            (FramingMode::Box, Lens::Ortho, false),
         ] {
             let columns = refusal(&|s| {
                 (s.rasterizer, s.framing, s.lens) = (Raster::Columns, framing, lens);
@@ -356,7 +356,7 @@ mod tests {
         }
         let history = refusal(&|s| {
             (s.rasterizer, s.framing, s.template) =
-                (Raster::Columns, Framing::Camera, Template::Mhi);
+                (Raster::Columns, FramingMode::Camera, Template::Mhi);
         });
         assert!(history.is_err_and(|text| text.ends_with("which makes a gei, not mhi")));
         for bad in [0.0, f64::NAN, 2e6] {

@@ -1,14 +1,14 @@
 //! Frames as a segmentation gives them: drawn finely, confounded, and framed again.
 
-use super::film::{Film, Sight};
+use super::film::{Film, FilmView};
 use super::recording;
-use super::walker::{Moment, Posed, Walker};
+use super::walker::{Moment, PosedWalker, Walker};
 use crate::confound::image::{
-    self, Crossing, Fine, FineRenderer, Framed, Light, Picture, Pillar, Sun,
+    self, BitPicture, Crossing, Fine, FineRenderer, Framed, Light, Pillar, Sun,
 };
-use crate::confound::{Dose, Kind, Plan};
+use crate::confound::{ConfounderKind, Dose, DosePlan};
 use crate::error::Result;
-use edgegait_core::body::{Body, Figure};
+use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::pose::ModelPose;
 use edgegait_core::raster::{self, DrawError};
 
@@ -28,19 +28,24 @@ fn sun() -> Option<Sun> {
 pub(super) struct Extras<'a> {
     /// Strides since the first frame.
     strides: f64,
-    shadow: Option<Box<Body>>,
+    shadow: Option<Box<UnpackedBody>>,
     /// The figure at moments around that of the frame, its own among them.
     pub exposures: Vec<Figure<'a>>,
 }
 
 impl<'a> Extras<'a> {
     /// Those of the figure at a moment.
-    pub(super) fn new(plan: &Plan, walker: &Walker<'a>, moment: Moment, posed: &Posed<'a>) -> Self {
+    pub(super) fn new(
+        plan: &DosePlan,
+        walker: &Walker<'a>,
+        moment: Moment,
+        posed: &PosedWalker<'a>,
+    ) -> Self {
         let floor = walker.floor(posed.pelvis);
-        let shadow = plan.strength(Kind::Shadow).zip(sun());
+        let shadow = plan.strength(ConfounderKind::Shadow).zip(sun());
         let shadow =
             shadow.map(|(strength, sun)| image::shadow_body(&posed.figure, sun, &floor, strength));
-        let blur = plan.amount(Kind::MotionBlur);
+        let blur = plan.amount(ConfounderKind::MotionBlur);
         let exposures = blur.map_or(Vec::new(), |exposure_s| {
             let exposure = |number: u32| {
                 let share = f64::from(number) / f64::from(EXPOSURES - 1) - 0.5;
@@ -72,7 +77,7 @@ impl Film<'_> {
     pub(super) fn segmented(
         &self,
         index: usize,
-        sight: &Sight<'_>,
+        sight: &FilmView<'_>,
         renderer: &mut FineRenderer,
     ) -> Result<Option<Framed>> {
         let seen = self.seen(index, sight)?;
@@ -83,8 +88,8 @@ impl Film<'_> {
     fn confounded(
         &self,
         index: usize,
-        sight: &Sight<'_>,
-        seen: raster::View,
+        sight: &FilmView<'_>,
+        seen: raster::RenderView,
         renderer: &mut FineRenderer,
     ) -> std::result::Result<Option<Framed>, DrawError> {
         let (posed, extras, plan) = (&self.frames[index], &self.extras[index], self.plan);
@@ -114,7 +119,7 @@ impl Film<'_> {
         }
         let cell = recording::coarseness(plan, self.settings.framing);
         if let Some(cell) = cell {
-            let mut rng = plan.of_view(Kind::FocalLength, view);
+            let mut rng = plan.of_view(ConfounderKind::FocalLength, view);
             image::to_cells(&mut picture, &fine, cell, &mut rng);
         }
         for &Dose { kind, strength } in plan.doses().list() {
@@ -123,19 +128,25 @@ impl Film<'_> {
             let mut passing = plan.of_picture(kind, view, frame);
             let picture = &mut picture;
             match kind {
-                Kind::RadialDistortion => image::distort(picture, &fine, strength),
-                Kind::Resolution => image::coarsen(picture, &fine, strength, &mut lasting),
-                Kind::Light => {
+                ConfounderKind::RadialDistortion => image::distort(picture, &fine, strength),
+                ConfounderKind::Resolution => {
+                    image::coarsen(picture, &fine, strength, &mut lasting)
+                }
+                ConfounderKind::Light => {
                     Light::new(strength, &mut lasting).segment(picture, &fine, &mut passing);
                 }
-                Kind::Holes => image::holes(picture, &fine, strength, &mut passing),
-                Kind::MissingParts => image::missing_part(picture, strength, &mut lasting),
-                Kind::MergedBackground => {
+                ConfounderKind::Holes => image::holes(picture, &fine, strength, &mut passing),
+                ConfounderKind::MissingParts => {
+                    image::missing_part(picture, strength, &mut lasting)
+                }
+                ConfounderKind::MergedBackground => {
                     image::merged_background(picture, &fine, strength, &mut lasting);
                 }
-                Kind::Erosion => image::erode(picture, &fine, strength, &mut passing),
-                Kind::Dilation => image::dilate(picture, &fine, strength, &mut passing),
-                Kind::SaltAndPepper => image::salt_and_pepper(picture, strength, &mut passing),
+                ConfounderKind::Erosion => image::erode(picture, &fine, strength, &mut passing),
+                ConfounderKind::Dilation => image::dilate(picture, &fine, strength, &mut passing),
+                ConfounderKind::SaltAndPepper => {
+                    image::salt_and_pepper(picture, strength, &mut passing)
+                }
                 _ => {}
             }
         }
@@ -143,12 +154,12 @@ impl Film<'_> {
     }
 
     /// What stands or walks between the camera and the walker.
-    pub(super) fn in_front(&self, index: usize, sight: &Sight<'_>) -> Vec<InFront> {
+    pub(super) fn in_front(&self, index: usize, sight: &FilmView<'_>) -> Vec<InFront> {
         let (posed, extras, plan) = (&self.frames[index], &self.extras[index], self.plan);
         let (stride_m, _) = self.walker.stride();
         let mut all = Vec::new();
-        if let Some(strength) = plan.strength(Kind::StaticOccluder) {
-            let mut rng = plan.of_cycle(Kind::StaticOccluder);
+        if let Some(strength) = plan.strength(ConfounderKind::StaticOccluder) {
+            let mut rng = plan.of_cycle(ConfounderKind::StaticOccluder);
             let pillar = Pillar::new(strength, &mut rng);
             all.push(InFront::Pillar(pillar.body(
                 extras.strides,
@@ -156,8 +167,8 @@ impl Film<'_> {
                 sight.viewpoint(),
             )));
         }
-        if let Some(strength) = plan.strength(Kind::MovingOccluder) {
-            let mut rng = plan.of_cycle(Kind::MovingOccluder);
+        if let Some(strength) = plan.strength(ConfounderKind::MovingOccluder) {
+            let mut rng = plan.of_cycle(ConfounderKind::MovingOccluder);
             let crossing = Crossing::new(strength, &mut rng);
             let pose = crossing.pose(&posed.model, extras.strides, stride_m, sight.viewpoint());
             all.push(InFront::Walker(Box::new(pose)));
@@ -172,7 +183,7 @@ fn in_sight(
     fine: &Fine,
     renderer: &mut FineRenderer,
     figure: &Figure<'_>,
-) -> std::result::Result<Picture, DrawError> {
+) -> std::result::Result<BitPicture, DrawError> {
     match fine.draw(renderer, figure) {
         Err(DrawError::TooNear(_) | DrawError::TooWide(_)) => Ok(fine.blank()),
         drawn => drawn,
@@ -182,14 +193,14 @@ fn in_sight(
 /// What is in the way.
 pub(super) enum InFront {
     /// It stands.
-    Pillar(Box<Body>),
+    Pillar(Box<UnpackedBody>),
     /// Somebody crosses.
     Walker(Box<ModelPose>),
 }
 
 impl InFront {
     /// Its figure; `body` is that of who crosses.
-    pub(super) fn figure<'f>(&'f self, body: &'f Body) -> Figure<'f> {
+    pub(super) fn figure<'f>(&'f self, body: &'f UnpackedBody) -> Figure<'f> {
         match self {
             Self::Pillar(own) => Figure::at_rest(own),
             Self::Walker(pose) => Figure::new(body, pose),

@@ -1,6 +1,6 @@
 //! Lists of viewpoints: the paper's grid, the side view, or a user's own.
 
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, FilePlace, Result};
 use edgegait_core::budget::MAX_ELEVATIONS;
 use edgegait_core::camera::Viewpoint;
 use edgegait_core::raster::columns::Azimuth;
@@ -131,7 +131,7 @@ impl Views {
 
     fn from_csv(path: &Path) -> Result<Self> {
         #[derive(serde::Deserialize)]
-        struct Row {
+        struct ViewRow {
             azimuth_deg: f32,
             elevation_deg: f32,
         }
@@ -142,17 +142,17 @@ impl Views {
         let mut list = Vec::new();
         for row in reader.deserialize() {
             let line = list.len() + 2;
-            let row: Row = row.map_err(|error| {
+            let row: ViewRow = row.map_err(|error| {
                 Error::at(
                     path,
-                    Place::Line(line),
+                    FilePlace::Line(line),
                     format!(
                         "{error}; expected the columns azimuth_deg and elevation_deg in degrees"
                     ),
                 )
             })?;
             let view = View::new(row.azimuth_deg, row.elevation_deg)
-                .map_err(|error| Error::at(path, Place::Line(line), error.to_string()))?;
+                .map_err(|error| Error::at(path, FilePlace::Line(line), error.to_string()))?;
             list.push(view);
         }
         if list.is_empty() {

@@ -1,17 +1,17 @@
 //! One job's figure at any moment.
 
 use super::{Job, Moments, walk_name};
-use crate::confound::appearance::{self, Outfit, Part, Wearer};
+use crate::confound::appearance::{self, BodyPart, Outfit, Wearer};
 use crate::confound::image::{Crossing, Floor};
-use crate::confound::motion::{self, Gait};
-use crate::confound::{Condition, Kind, Plan, Stage};
+use crate::confound::motion::{self, GaitFacts};
+use crate::confound::{Condition, ConfounderKind, DosePlan, Stage};
 use crate::error::{Result, SweepError};
 use crate::scene::variation::{CycleSeed, Variation};
 use edgegait_core::avatar::Avatar;
-use edgegait_core::body::{Body, Figure};
+use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::clip::Clip;
 use edgegait_core::format::crc32;
-use edgegait_core::pack::{Pack, Subject, Walk};
+use edgegait_core::pack::{Pack, SubjectEntry, WalkEntry};
 use edgegait_core::pose::{ModelPose, Pose};
 use edgegait_core::skeleton::Skeleton;
 use glam::{DVec3, Vec3};
@@ -48,15 +48,15 @@ impl Moments {
 
 /// A job's body, unpacked and dressed: 81 kB, and as much again where it is not as the pack has it.
 pub(super) struct Dressed {
-    plan: Plan,
-    body: Box<Body>,
+    plan: DosePlan,
+    body: Box<UnpackedBody>,
     skeleton: Skeleton,
     /// The body as the pack has it.
-    bare: Option<Box<Body>>,
+    bare: Option<Box<UnpackedBody>>,
     /// That of somebody of another size who crosses.
-    crossing: Option<Box<Body>>,
+    crossing: Option<Box<UnpackedBody>>,
     /// What each of the body's hulls is.
-    parts: Vec<Part>,
+    parts: Vec<BodyPart>,
 }
 
 impl Dressed {
@@ -66,10 +66,10 @@ impl Dressed {
     /// When there is no such walk, or too much is worn.
     pub(super) fn new(pack: &Pack<'_>, job: Job<'_>, seed: u64) -> Result<Self> {
         let (walk, subject, avatar, _) = parts(pack, job)?;
-        let plan = Plan::new(job.condition, seed_of(job, seed, &walk, &subject));
+        let plan = DosePlan::new(job.condition, seed_of(job, seed, &walk, &subject));
         let mut dressed = Self {
             plan,
-            body: Box::new(Body::new(&avatar)),
+            body: Box::new(UnpackedBody::new(&avatar)),
             skeleton: avatar.skeleton(),
             bare: None,
             crossing: None,
@@ -91,9 +91,9 @@ impl Dressed {
     }
 
     /// Changes the body as the condition asks, and makes that of who crosses.
-    fn put_on(&mut self, avatar: &Avatar<'_>, subject: &Subject<'_>) -> Result<()> {
+    fn put_on(&mut self, avatar: &Avatar<'_>, subject: &SubjectEntry<'_>) -> Result<()> {
         let wearer = Wearer::new(avatar.skeleton(), subject);
-        if let Some(strength) = self.plan.strength(Kind::Age) {
+        if let Some(strength) = self.plan.strength(ConfounderKind::Age) {
             self.skeleton = wearer.aged(strength).skeleton;
         }
         let mut outfit = outfit(&self.plan, avatar, &wearer);
@@ -101,8 +101,8 @@ impl Dressed {
             self.bare = Some(std::mem::replace(&mut self.body, outfit.body()?));
             self.parts = outfit.hulls.iter().map(|hull| hull.part).collect();
         }
-        if let Some(strength) = self.plan.strength(Kind::MovingOccluder) {
-            let mut rng = self.plan.of_cycle(Kind::MovingOccluder);
+        if let Some(strength) = self.plan.strength(ConfounderKind::MovingOccluder) {
+            let mut rng = self.plan.of_cycle(ConfounderKind::MovingOccluder);
             let scale = Crossing::new(strength, &mut rng).scale();
             for (_, point) in outfit.hulls.iter_mut().flat_map(|hull| &mut hull.points) {
                 *point *= scale;
@@ -113,38 +113,38 @@ impl Dressed {
     }
 
     /// The body as the pack has it.
-    fn bare(&self) -> &Body {
+    fn bare(&self) -> &UnpackedBody {
         self.bare.as_ref().unwrap_or(&self.body)
     }
 
     /// What each of the body's hulls is.
-    pub(super) fn parts(&self) -> &[Part] {
+    pub(super) fn parts(&self) -> &[BodyPart] {
         &self.parts
     }
 
     /// What acts.
-    pub(super) const fn plan(&self) -> &Plan {
+    pub(super) const fn plan(&self) -> &DosePlan {
         &self.plan
     }
 }
 
 /// The hulls of an avatar and of all that it wears and carries.
-fn outfit(plan: &Plan, avatar: &Avatar<'_>, wearer: &Wearer) -> Outfit {
+fn outfit(plan: &DosePlan, avatar: &Avatar<'_>, wearer: &Wearer) -> Outfit {
     let mut outfit = Outfit::of(avatar);
     for dose in plan.doses().list() {
         let put_on = match dose.kind {
-            Kind::BodyMass => appearance::body_mass,
-            Kind::Build => appearance::build,
-            Kind::Age => appearance::age_body,
-            Kind::Hair => appearance::hair,
-            Kind::Shoes => appearance::shoes,
-            Kind::WideTrousers => appearance::wide_trousers,
-            Kind::Skirt => appearance::skirt,
-            Kind::Coat => appearance::coat,
-            Kind::Hat => appearance::hat,
-            Kind::Backpack => appearance::backpack,
-            Kind::ShoulderBag => appearance::shoulder_bag,
-            Kind::Suitcase => appearance::suitcase,
+            ConfounderKind::BodyMass => appearance::body_mass,
+            ConfounderKind::Build => appearance::build,
+            ConfounderKind::Age => appearance::age_body,
+            ConfounderKind::Hair => appearance::hair,
+            ConfounderKind::Shoes => appearance::shoes,
+            ConfounderKind::WideTrousers => appearance::wide_trousers,
+            ConfounderKind::Skirt => appearance::skirt,
+            ConfounderKind::Coat => appearance::coat,
+            ConfounderKind::Hat => appearance::hat,
+            ConfounderKind::Backpack => appearance::backpack,
+            ConfounderKind::ShoulderBag => appearance::shoulder_bag,
+            ConfounderKind::Suitcase => appearance::suitcase,
             _ => continue,
         };
         put_on(&mut outfit, wearer, dose.strength);
@@ -153,7 +153,7 @@ fn outfit(plan: &Plan, avatar: &Avatar<'_>, wearer: &Wearer) -> Outfit {
 }
 
 /// A figure at one moment.
-pub(super) struct Posed<'a> {
+pub(super) struct PosedWalker<'a> {
     pub figure: Figure<'a>,
     pub model: ModelPose,
     pub pelvis: Vec3,
@@ -168,7 +168,7 @@ pub(super) struct Walker<'a> {
     clip: Clip<'a>,
     variation: Variation,
     /// What motion effects and those of time know of the walk.
-    gait: Gait,
+    gait: GaitFacts,
     floor_m: f32,
 }
 
@@ -195,7 +195,7 @@ impl<'a> Walker<'a> {
         let bare = avatar.skeleton();
         Ok(Self {
             floor_m: floor_m(dressed.bare(), &bare, &poses),
-            gait: Gait::of(dressed.skeleton.clone(), poses, speed_mps, duration_s),
+            gait: GaitFacts::of(dressed.skeleton.clone(), poses, speed_mps, duration_s),
             skeleton: dressed.skeleton.clone(),
             bare,
             dressed,
@@ -209,8 +209,8 @@ impl<'a> Walker<'a> {
     pub(super) fn stride(&self) -> (f64, f64) {
         let plan = &self.dressed.plan;
         let paces = [
-            plan.strength(Kind::Speed).map(motion::speed_pace),
-            plan.strength(Kind::Age).map(motion::age_pace),
+            plan.strength(ConfounderKind::Speed).map(motion::speed_pace),
+            plan.strength(ConfounderKind::Age).map(motion::age_pace),
         ];
         let own = (self.gait.stride_m, self.gait.duration_s);
         paces
@@ -238,7 +238,7 @@ impl<'a> Walker<'a> {
             Moment::Phase(phase) => Moment::Phase(phase + (seconds / duration_s) as f32),
             Moment::Seconds(at) => Moment::Seconds(at + seconds),
         };
-        let Posed {
+        let PosedWalker {
             mut figure,
             mut model,
             ..
@@ -255,7 +255,7 @@ impl<'a> Walker<'a> {
     }
 
     /// The body of who crosses: the walker's, as large as the condition says.
-    pub(super) fn crossing(&self) -> &'a Body {
+    pub(super) fn crossing(&self) -> &'a UnpackedBody {
         self.dressed.crossing.as_ref().unwrap_or(&self.dressed.body)
     }
 
@@ -269,12 +269,12 @@ impl<'a> Walker<'a> {
 
     /// The upward normal of the floor, a unit vector.
     fn floor_normal(&self) -> DVec3 {
-        let slope = self.dressed.plan.strength(Kind::Slope);
+        let slope = self.dressed.plan.strength(ConfounderKind::Slope);
         slope.map_or(DVec3::Y, motion::floor_normal)
     }
 
     /// The posed figure; one that was changed keeps the stored cycle's clearance from the floor.
-    pub(super) fn at(&self, moment: Moment) -> Posed<'a> {
+    pub(super) fn at(&self, moment: Moment) -> PosedWalker<'a> {
         let (mut pose, phase) = self.stored(moment);
         let model = |pose: &Pose| ModelPose::new(&self.skeleton, pose);
         let mut found = ModelPose::new(&self.bare, &pose);
@@ -283,7 +283,7 @@ impl<'a> Walker<'a> {
         self.variation.apply(&mut pose, phase, &self.skeleton);
         self.act(&mut pose);
         if pose.rotations == before && self.dressed.bare.is_none() {
-            return Posed {
+            return PosedWalker {
                 figure: stored,
                 model: found,
                 pelvis: pose.root,
@@ -304,7 +304,7 @@ impl<'a> Walker<'a> {
         pose.root.y += clearance - lowest(&figure, rise, pose.root.z);
         found = model(&pose);
         figure.update(&found);
-        Posed {
+        PosedWalker {
             figure,
             model: found,
             pelvis: pose.root,
@@ -316,7 +316,7 @@ impl<'a> Walker<'a> {
         let duration_s = self.clip.duration_s();
         match (moment, self.clip.as_loop()) {
             (Moment::Phase(phase), Some(cycle)) => {
-                let limp = self.dressed.plan.strength(Kind::AsymmetricGait);
+                let limp = self.dressed.plan.strength(ConfounderKind::AsymmetricGait);
                 #[expect(clippy::cast_possible_truncation, reason = "a phase")]
                 let phase = limp.map_or(phase, |strength| {
                     motion::limp_phase(f64::from(phase), strength) as f32
@@ -336,15 +336,15 @@ impl<'a> Walker<'a> {
 
     /// Changes a pose as the condition asks.
     fn act(&self, pose: &mut Pose) {
-        let effects: [(Kind, motion::Effect); 8] = [
-            (Kind::Speed, motion::speed),
-            (Kind::Age, motion::age_gait),
-            (Kind::ArmStill, motion::arm_still),
-            (Kind::HandsInPockets, motion::hands_in_pockets),
-            (Kind::Backpack, motion::load_lean),
-            (Kind::Suitcase, motion::carried_arm),
-            (Kind::AsymmetricGait, motion::limp),
-            (Kind::Slope, motion::slope),
+        let effects: [(ConfounderKind, motion::Effect); 8] = [
+            (ConfounderKind::Speed, motion::speed),
+            (ConfounderKind::Age, motion::age_gait),
+            (ConfounderKind::ArmStill, motion::arm_still),
+            (ConfounderKind::HandsInPockets, motion::hands_in_pockets),
+            (ConfounderKind::Backpack, motion::load_lean),
+            (ConfounderKind::Suitcase, motion::carried_arm),
+            (ConfounderKind::AsymmetricGait, motion::limp),
+            (ConfounderKind::Slope, motion::slope),
         ];
         for (kind, effect) in effects {
             if let Some(strength) = self.dressed.plan.strength(kind) {
@@ -364,7 +364,7 @@ pub fn drawn(pack: &Pack<'_>, job: Job<'_>, seed: u64) -> Result<String> {
         return Ok(String::new());
     }
     let (walk, subject, ..) = parts(pack, job)?;
-    let plan = Plan::new(job.condition, seed_of(job, seed, &walk, &subject));
+    let plan = DosePlan::new(job.condition, seed_of(job, seed, &walk, &subject));
     Ok(plan.doses().to_string())
 }
 
@@ -374,7 +374,7 @@ fn subject_hash(name: &str) -> u64 {
 }
 
 /// Of what a cycle's variation and all that is drawn for it depend.
-fn seed_of(job: Job<'_>, seed: u64, walk: &Walk<'_>, subject: &Subject<'_>) -> CycleSeed {
+fn seed_of(job: Job<'_>, seed: u64, walk: &WalkEntry<'_>, subject: &SubjectEntry<'_>) -> CycleSeed {
     CycleSeed {
         seed,
         subject: subject_hash(subject.name),
@@ -383,10 +383,10 @@ fn seed_of(job: Job<'_>, seed: u64, walk: &Walk<'_>, subject: &Subject<'_>) -> C
     }
 }
 
-type Parts<'a> = (Walk<'a>, Subject<'a>, Avatar<'a>, Clip<'a>);
+type JobParts<'a> = (WalkEntry<'a>, SubjectEntry<'a>, Avatar<'a>, Clip<'a>);
 
 /// What a job is made of.
-fn parts<'a>(pack: &Pack<'a>, job: Job<'_>) -> Result<Parts<'a>> {
+fn parts<'a>(pack: &Pack<'a>, job: Job<'_>) -> Result<JobParts<'a>> {
     let walk = pack.walk(job.walk);
     let subject = walk.and_then(|walk| pack.subject(walk.subject));
     let parts = walk.zip(subject).and_then(|(walk, subject)| {
@@ -403,7 +403,7 @@ fn parts<'a>(pack: &Pack<'a>, job: Job<'_>) -> Result<Parts<'a>> {
 }
 
 /// The height of the lowest point of a body in all poses, metres; 0 of none.
-fn floor_m(body: &Body, skeleton: &Skeleton, poses: &[Pose]) -> f32 {
+fn floor_m(body: &UnpackedBody, skeleton: &Skeleton, poses: &[Pose]) -> f32 {
     let height = |pose| {
         lowest(
             &Figure::new(body, &ModelPose::new(skeleton, pose)),

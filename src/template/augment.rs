@@ -5,7 +5,7 @@
 //! which stand for shoes, grass and shadows that change a silhouette's lowest part. Nothing is
 //! random.
 
-use super::{Shape, Template};
+use super::{Template, TemplateShape};
 use crate::error::{ChoiceError, Result};
 use edgegait_core::silhouette::Size;
 
@@ -65,7 +65,7 @@ impl Augmentation {
         if self == Self::default() {
             return Ok(());
         }
-        let is_image = matches!(template.shape(size), Shape::Image { .. });
+        let is_image = matches!(template.shape(size), TemplateShape::Image { .. });
         if !is_image || template == Template::Silhouettes {
             return Err(ChoiceError::NoImage(template.name()).into());
         }

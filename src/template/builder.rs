@@ -2,8 +2,8 @@
 
 use super::{Template, kfd, width};
 use crate::error::Result;
-use edgegait_core::silhouette::{Frame, Size};
-use edgegait_core::template::{FrameError, Kind, TemplateBuilder};
+use edgegait_core::silhouette::{AnySilhouette, Size};
+use edgegait_core::template::{FrameError, TemplateBuilder, TemplateKind};
 use glam::DVec2;
 
 /// Makes one template after another.
@@ -13,10 +13,10 @@ pub struct Builder {
     /// How many are to come, and have come.
     frames: u32,
     added: u32,
-    made_from: Source,
+    made_from: MadeFrom,
 }
 
-enum Source {
+enum MadeFrom {
     /// What the core makes.
     Images(Box<TemplateBuilder>),
     /// Outlines of all frames that have a figure.
@@ -34,15 +34,15 @@ impl Builder {
     #[must_use]
     pub fn new(template: Template, size: Size, frames: u32) -> Self {
         let made_from = match template {
-            Template::Silhouettes => Source::Frames(Vec::new()),
-            Template::Kfd => Source::Outlines(Vec::new()),
-            Template::Gei => images(Kind::Gei, size, frames),
-            Template::Mei => images(Kind::Mei, size, frames),
-            Template::Mhi => images(Kind::Mhi, size, frames),
-            Template::Msi => images(Kind::Msi, size, frames),
-            Template::Ghi => images(Kind::Ghi, size, frames),
-            Template::Geni | Template::RowWidth => images(Kind::Geni, size, frames),
-            Template::Frequency => images(Kind::Frequency, size, frames),
+            Template::Silhouettes => MadeFrom::Frames(Vec::new()),
+            Template::Kfd => MadeFrom::Outlines(Vec::new()),
+            Template::Gei => images(TemplateKind::Gei, size, frames),
+            Template::Mei => images(TemplateKind::Mei, size, frames),
+            Template::Mhi => images(TemplateKind::Mhi, size, frames),
+            Template::Msi => images(TemplateKind::Msi, size, frames),
+            Template::Ghi => images(TemplateKind::Ghi, size, frames),
+            Template::Geni | Template::RowWidth => images(TemplateKind::Geni, size, frames),
+            Template::Frequency => images(TemplateKind::Frequency, size, frames),
         };
         Self {
             template,
@@ -72,7 +72,7 @@ impl Builder {
     ///
     /// # Errors
     /// If it is of another size, or one more than were to come.
-    pub fn add(&mut self, frame: &Frame) -> Result<()> {
+    pub fn add(&mut self, frame: &AnySilhouette) -> Result<()> {
         let (expected, found) = (self.size, frame.size());
         if found != expected {
             return Err(FrameError::Size { expected, found }.into());
@@ -82,11 +82,11 @@ impl Builder {
             return Err(FrameError::Full { frames }.into());
         }
         match &mut self.made_from {
-            Source::Images(builder) => builder.add(frame)?,
-            Source::Outlines(outlines) => {
+            MadeFrom::Images(builder) => builder.add(frame)?,
+            MadeFrom::Outlines(outlines) => {
                 outlines.extend(kfd::centred_outline(&frame.silhouette()));
             }
-            Source::Frames(bytes) => bytes.extend(frame.to_coverage().pixels()),
+            MadeFrom::Frames(bytes) => bytes.extend(frame.to_coverage().pixels()),
         }
         self.added += 1;
         Ok(())
@@ -98,7 +98,7 @@ impl Builder {
     pub fn finish(&mut self) -> Vec<u8> {
         self.added = 0;
         match &mut self.made_from {
-            Source::Images(builder) => {
+            MadeFrom::Images(builder) => {
                 let mut bytes = vec![0; builder.kind().bytes(self.size)];
                 builder.finish(&mut bytes);
                 builder.clear();
@@ -108,14 +108,16 @@ impl Builder {
                 }
                 bytes
             }
-            Source::Outlines(outlines) => kfd::bytes(&kfd::descriptors(&std::mem::take(outlines))),
-            Source::Frames(bytes) => std::mem::take(bytes),
+            MadeFrom::Outlines(outlines) => {
+                kfd::bytes(&kfd::descriptors(&std::mem::take(outlines)))
+            }
+            MadeFrom::Frames(bytes) => std::mem::take(bytes),
         }
     }
 }
 
-fn images(kind: Kind, size: Size, frames: u32) -> Source {
-    Source::Images(Box::new(TemplateBuilder::of(kind, size, frames)))
+fn images(kind: TemplateKind, size: Size, frames: u32) -> MadeFrom {
+    MadeFrom::Images(Box::new(TemplateBuilder::of(kind, size, frames)))
 }
 
 #[cfg(test)]
@@ -125,7 +127,7 @@ mod tests {
 
     #[test]
     fn every_template_has_the_bytes_that_its_shape_says_and_forgets_its_frames() {
-        let frame = |rows: &[u64]| Frame::Binary(Silhouette::from_rows(Size::S64x44, rows));
+        let frame = |rows: &[u64]| AnySilhouette::Binary(Silhouette::from_rows(Size::S64x44, rows));
         let frames = [frame(&[7, 7, 5]), frame(&[7, 7, 9])];
         for template in Template::ALL {
             let mut builder = Builder::new(template, Size::S64x44, 2);
@@ -150,7 +152,7 @@ mod tests {
 
     #[test]
     fn frames_of_another_size_and_more_than_were_to_come_are_refused_by_all_templates() {
-        let frame = |size| Frame::Binary(Silhouette::from_rows(size, &[1]));
+        let frame = |size| AnySilhouette::Binary(Silhouette::from_rows(size, &[1]));
         for template in Template::ALL {
             let mut builder = Builder::new(template, Size::S64x44, 2);
             let other = builder.add(&frame(Size::S50x30));
@@ -176,7 +178,7 @@ mod tests {
         let size = Size::S50x30;
         let mut builder = Builder::new(Template::RowWidth, size, 2);
         for rows in [[0b0001_0110, 0b111], [0b0001_1010, 0b111]] {
-            let frame = Frame::Binary(Silhouette::from_rows(size, &rows));
+            let frame = AnySilhouette::Binary(Silhouette::from_rows(size, &rows));
             builder.add(&frame).expect("room");
         }
         // Columns 2 and 3 of the first row change; of the second row nothing does.

@@ -42,7 +42,7 @@ pub enum Template {
 
 /// What the numbers of a template are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shape {
+pub enum TemplateShape {
     /// Images, one below the other.
     Image {
         /// How many.
@@ -56,7 +56,7 @@ pub enum Shape {
     Vector(usize),
 }
 
-impl Shape {
+impl TemplateShape {
     /// How many numbers.
     #[must_use]
     pub const fn numbers(self) -> usize {
@@ -72,7 +72,7 @@ impl Shape {
 }
 
 /// Its sides: `3 x 50 x 30`, without the 3 if it is one image, or `60`.
-impl fmt::Display for Shape {
+impl fmt::Display for TemplateShape {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Image {
@@ -141,20 +141,20 @@ impl Template {
 
     /// What it is of silhouettes of this size; of [`Self::Silhouettes`] one of them.
     #[must_use]
-    pub const fn shape(self, size: Size) -> Shape {
+    pub const fn shape(self, size: Size) -> TemplateShape {
         self.shape_of(size.rows(), size.columns())
     }
 
     /// What it is of silhouettes of so many rows and columns.
     #[must_use]
-    pub const fn shape_of(self, rows: usize, columns: usize) -> Shape {
+    pub const fn shape_of(self, rows: usize, columns: usize) -> TemplateShape {
         let planes = match self {
-            Self::Kfd => return Shape::Vector(kfd::NUMBERS),
-            Self::RowWidth => return Shape::Vector(rows),
+            Self::Kfd => return TemplateShape::Vector(kfd::NUMBERS),
+            Self::RowWidth => return TemplateShape::Vector(rows),
             Self::Frequency => 3,
             _ => 1,
         };
-        Shape::Image {
+        TemplateShape::Image {
             planes,
             rows,
             columns,

@@ -7,7 +7,7 @@
 //! chosen from. They withstand what the samples of one person differ in, be it clothes or something else.
 
 use super::lda::Classes;
-use super::{Classifier, LinearRecognizer, Samples};
+use super::{Classifier, LinearModel, Samples};
 use crate::error::{Result, TrainError};
 use crate::score::Affine;
 use ndarray::{Array1, Array2};
@@ -18,7 +18,7 @@ pub(crate) const METHOD: &str = "choice of features";
 const LISTED: usize = 64;
 
 /// The method, with the numbers that it chose, from 0, unless these are many.
-pub(crate) fn described(recognizer: &LinearRecognizer) -> String {
+pub(crate) fn described(recognizer: &LinearModel) -> String {
     let chosen = chosen(recognizer);
     if chosen.len() > LISTED {
         return format!("{METHOD} ({} of a template)", chosen.len());
@@ -28,7 +28,7 @@ pub(crate) fn described(recognizer: &LinearRecognizer) -> String {
 }
 
 /// The numbers that it chose, from 0.
-pub(crate) fn chosen(recognizer: &LinearRecognizer) -> Vec<usize> {
+pub(crate) fn chosen(recognizer: &LinearModel) -> Vec<usize> {
     let rows = recognizer.embedding.weights.outer_iter();
     rows.filter_map(|row| row.iter().position(|&weight| weight != 0.0))
         .collect()
@@ -83,7 +83,7 @@ impl Variances {
 /// # Errors
 /// If no number tells more of people than of what their samples differ in, and as
 /// [`Classes::averaged`].
-pub(crate) fn fit(samples: &Samples) -> Result<LinearRecognizer> {
+pub(crate) fn fit(samples: &Samples) -> Result<LinearModel> {
     let (people, found) = (samples.names.len(), samples.labels.len());
     if found <= people {
         return Err(TrainError::OneSampleEach { people, found }.into());
@@ -108,7 +108,7 @@ pub(crate) fn fit(samples: &Samples) -> Result<LinearRecognizer> {
     }
     let classes = samples.names.len();
     let of = Classes::<f32>::averaged(samples.numbers.view(), &samples.labels, classes)?;
-    Ok(LinearRecognizer {
+    Ok(LinearModel {
         template: samples.template,
         size: samples.size,
         parts: 1,

@@ -13,7 +13,7 @@
 //! product of a function of rows and one of columns, so that a response is two products of matrices.
 
 use super::algebra::multiply;
-use super::onnx_file::{Attribute, OnnxFile};
+use super::onnx_file::{NodeAttribute, OnnxFile};
 use edgegait_core::silhouette::Size;
 use ndarray::{Array2, ArrayView2, s};
 use rayon::prelude::*;
@@ -154,13 +154,13 @@ impl Gabor {
         file.integers("parts_shape", &of_parts);
         file.node("Reshape", &["squares", "parts_shape"], "parts");
         file.integers("last_axis", &[-1]);
-        let keep = [("keepdims", Attribute::Integer(0))];
+        let keep = [("keepdims", NodeAttribute::Integer(0))];
         file.node_with("ReduceSum", &["parts", "last_axis"], "powers", &keep);
         file.node("Sqrt", &["powers"], "magnitudes");
         let of_scales = [SCALES, ORIENTATIONS, down, across].map(|size| size as i64);
         file.integers("of_scales_shape", &[&[0], &of_scales[..]].concat());
         file.node("Reshape", &["magnitudes", "of_scales_shape"], "of_scales");
-        let order = [("perm", Attribute::Integers(&[0, 2, 4, 1, 3]))];
+        let order = [("perm", NodeAttribute::Integers(&[0, 2, 4, 1, 3]))];
         file.node_with("Transpose", &["of_scales"], "ordered", &order);
         let shape = [0, self.shape.0 as i64, self.shape.1 as i64];
         file.integers("features_shape", &shape);

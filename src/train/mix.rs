@@ -2,10 +2,10 @@
 //!
 //! Principal components are fitted to what is joined here and to nothing else.
 
-use super::{Samples, Share};
+use super::{CycleShare, Samples};
 use crate::error::{ChoiceError, Error, Result};
 use crate::score::Training;
-use crate::sweep::Framing;
+use crate::sweep::FramingMode;
 use crate::template::Template;
 use edgegait_core::silhouette::Size;
 use ndarray::Array2;
@@ -13,17 +13,17 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 
 /// What one source gives.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Part {
+pub struct MixPart {
     /// What the source is called.
     pub name: String,
     /// Which share of it the samples are.
-    pub share: Share,
+    pub share: CycleShare,
     /// The samples.
     pub samples: Samples,
 }
 
 /// Which template, of which silhouettes, and how these were framed if that is known.
-pub type SampleForm = (Template, Size, Option<Framing>);
+pub type SampleForm = (Template, Size, Option<FramingMode>);
 
 /// Refuses sources that give different templates, sizes or framings; each is given with its name.
 ///
@@ -46,13 +46,13 @@ pub fn require_one_form(sources: &[(&str, SampleForm)]) -> Result<()> {
     };
     setting("template", |form| Some(form.0.name()))?;
     setting("size", |form| Some(form.1.name()))?;
-    setting("framing", |form| form.2.map(Framing::name))?;
+    setting("framing", |form| form.2.map(FramingMode::name))?;
     Ok(())
 }
 
 /// Pairs of sources without a common person, in words.
 #[must_use]
-pub fn strangers(parts: &[Part]) -> Vec<String> {
+pub fn strangers(parts: &[MixPart]) -> Vec<String> {
     let people: Vec<HashSet<&String>> = parts
         .iter()
         .map(|part| part.samples.names.iter().collect())
@@ -76,7 +76,7 @@ pub fn strangers(parts: &[Part]) -> Vec<String> {
 ///
 /// # Errors
 /// If there is no part, or as [`require_one_form`].
-pub fn joined(parts: Vec<Part>) -> Result<Samples> {
+pub fn joined(parts: Vec<MixPart>) -> Result<Samples> {
     let forms: Vec<(&str, SampleForm)> = parts
         .iter()
         .map(|part| (part.name.as_str(), form(&part.samples)))
@@ -133,7 +133,7 @@ const fn form(samples: &Samples) -> SampleForm {
 
 /// What a contract says of all parts: what any of them was trained on. People, walks, cycles and
 /// variations are then not told apart by source, so that `score` warns rather too often.
-fn training(parts: &[Part]) -> Training {
+fn training(parts: &[MixPart]) -> Training {
     let all = || parts.iter().map(|part| &part.samples.training);
     let described = parts.iter().map(|part| {
         let Samples {
@@ -219,8 +219,8 @@ mod tests {
         }
     }
 
-    fn part(name: &str, share: Share, samples: Samples) -> Part {
-        Part {
+    fn part(name: &str, share: CycleShare, samples: Samples) -> MixPart {
+        MixPart {
             name: name.into(),
             share,
             samples,
@@ -242,7 +242,11 @@ mod tests {
     #[test]
     fn people_of_one_name_are_one_class_in_the_order_of_their_first_appearance() {
         let whole = |name, people: &[&str], grey| {
-            part(name, Share::ALL, samples(people, grey, Training::default()))
+            part(
+                name,
+                CycleShare::ALL,
+                samples(people, grey, Training::default()),
+            )
         };
         let parts = vec![
             whole("a", &["bob", "ann"], 0.1),
@@ -262,7 +266,11 @@ mod tests {
     #[test]
     fn sources_without_a_common_person_are_named() {
         let whole = |name, people: &[&str]| {
-            part(name, Share::ALL, samples(people, 0.5, Training::default()))
+            part(
+                name,
+                CycleShare::ALL,
+                samples(people, 0.5, Training::default()),
+            )
         };
         let parts = [
             whole("a", &["ann", "bob"]),
@@ -276,7 +284,7 @@ mod tests {
 
     #[test]
     fn a_contract_says_of_all_sources_what_any_was_trained_on() {
-        let half = Share::new(0.5, 1).expect("in range");
+        let half = CycleShare::new(0.5, 1).expect("in range");
         let parts = |other: Training| {
             let drawn = of(&["w2", "w1"], &[1, 4], &[0, 1], 7);
             let one = samples(&["ann"], 0.1, drawn);
@@ -284,7 +292,7 @@ mod tests {
                 found: 4,
                 ..samples(&["ann", "bob"], 0.2, other)
             };
-            vec![part("a", Share::ALL, one), part("b", half, other)]
+            vec![part("a", CycleShare::ALL, one), part("b", half, other)]
         };
         let training = |other| joined(parts(other)).expect("one form").training;
         let both = joined(parts(of(&["w3", "w1"], &[0, 4], &[5, 6], 8))).expect("one form");
@@ -308,7 +316,7 @@ mod tests {
 
     #[test]
     fn sources_of_different_forms_are_refused_with_both_names() {
-        let (gei, size, height) = (Template::Gei, Size::S50x30, Some(Framing::Height));
+        let (gei, size, height) = (Template::Gei, Size::S50x30, Some(FramingMode::Height));
         let refusal = |other: SampleForm| {
             let found = require_one_form(&[
                 ("a", (gei, size, None)),
@@ -334,7 +342,7 @@ mod tests {
         );
         // Of the first it is not known.
         assert_eq!(
-            refusal((gei, size, Some(Framing::Box))),
+            refusal((gei, size, Some(FramingMode::Box))),
             expected("framing", "height of b", "box")
         );
     }
@@ -369,9 +377,9 @@ mod tests {
             Samples::drawn((&pack, &walks, "cohort"), recipe, &|| ()).expect("drawn")
         };
         // Four samples of each cycle follow one another: two viewpoints, and their mirror images.
-        let all = drawn(Share::ALL);
+        let all = drawn(CycleShare::ALL);
         assert_eq!((all.labels.len(), all.found), (2 * 5 * 4, 2 * 5 * 4));
-        let some = drawn(Share::new(0.6, 1).expect("in range"));
+        let some = drawn(CycleShare::new(0.6, 1).expect("in range"));
         assert_eq!((some.labels.len(), some.found), (2 * 3 * 4, 2 * 5 * 4));
         let place = |row| {
             all.numbers

@@ -21,9 +21,9 @@ mod synthetic;
 pub mod views;
 
 pub use algebra::Real;
-pub use mix::{Part, SampleForm, joined, require_one_form, strangers};
+pub use mix::{MixPart, SampleForm, joined, require_one_form, strangers};
 pub use samples::{Recipe, Samples};
-pub use share::Share;
+pub use share::CycleShare;
 
 use edgegait_core::silhouette::Size;
 use ndarray::{Array1, Array2, ArrayView1, ArrayView2, s};
@@ -46,12 +46,12 @@ pub enum Components {
     Count(usize),
 }
 
-/// The ridge of [`Method::LDA`].
+/// The ridge of [`TrainMethod::LDA`].
 pub(crate) const RIDGE: f64 = 1e-3;
 
 /// How classes are told apart among the principal components.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Method {
+pub enum TrainMethod {
     /// Linear discriminants, and the nearest class mean along them.
     Lda {
         /// Share of the mean total variance added to the variance within classes; above 0.
@@ -70,12 +70,12 @@ pub enum Method {
     },
 }
 
-impl Method {
+impl TrainMethod {
     /// LDA with a ridge of 1e-3 (ours, not tuned on real people).
     pub const LDA: Self = Self::Lda { ridge: RIDGE };
 }
 
-impl fmt::Display for Method {
+impl fmt::Display for TrainMethod {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Lda { .. } => f.write_str("LDA"),
@@ -87,19 +87,19 @@ impl fmt::Display for Method {
 
 /// What can be chosen about a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
+pub struct TrainOptions {
     /// Principal components kept.
     pub components: Components,
     /// What is learnt on them.
-    pub method: Method,
+    pub method: TrainMethod,
 }
 
-impl Default for Options {
-    /// 95 % of the variance and [`Method::LDA`].
+impl Default for TrainOptions {
+    /// 95 % of the variance and [`TrainMethod::LDA`].
     fn default() -> Self {
         Self {
             components: Components::Variance(0.95),
-            method: Method::LDA,
+            method: TrainMethod::LDA,
         }
     }
 }
@@ -115,7 +115,7 @@ pub enum Classifier {
 
 /// A recognizer that is an affine map and a linear classifier.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LinearRecognizer {
+pub struct LinearModel {
     /// Which template it takes.
     pub template: Template,
     /// Rows and columns of the silhouettes that its templates are made of.
@@ -130,7 +130,7 @@ pub struct LinearRecognizer {
     pub classifier: Classifier,
 }
 
-impl LinearRecognizer {
+impl LinearModel {
     /// Numbers in an embedding.
     #[must_use]
     pub fn dims(&self) -> usize {
@@ -261,11 +261,13 @@ impl<'a, F: Real> Analysed<'a, F> {
     ///
     /// # Errors
     /// If an option makes no sense, or the method finds no solution.
-    pub fn fit(&self, options: Options) -> Result<LinearRecognizer> {
+    pub fn fit(&self, options: TrainOptions) -> Result<LinearModel> {
         match options.method {
-            Method::Lda { ridge } => self.lda(options.components, ridge),
-            Method::RealSynthetic { crops } => self.real_and_synthetic(options.components, crops),
-            Method::Svm { c } => self.svm(options.components, c),
+            TrainMethod::Lda { ridge } => self.lda(options.components, ridge),
+            TrainMethod::RealSynthetic { crops } => {
+                self.real_and_synthetic(options.components, crops)
+            }
+            TrainMethod::Svm { c } => self.svm(options.components, c),
         }
     }
 
@@ -276,7 +278,7 @@ impl<'a, F: Real> Analysed<'a, F> {
         Ok((self.pca.components.slice(s![..kept, ..]), points))
     }
 
-    fn lda(&self, components: Components, ridge: f64) -> Result<LinearRecognizer> {
+    fn lda(&self, components: Components, ridge: f64) -> Result<LinearModel> {
         let (components, points) = self.projected(components)?;
         let lda = Lda::fit(points.view(), self.labels, self.class_means.nrows(), ridge)?;
         let weights = algebra::multiply(lda.directions.view(), components);
@@ -285,7 +287,7 @@ impl<'a, F: Real> Analysed<'a, F> {
         Ok(self.recognizer(weights, Classifier::Centroids(centroids.mapv(F::exported))))
     }
 
-    fn svm(&self, components: Components, c: f64) -> Result<LinearRecognizer> {
+    fn svm(&self, components: Components, c: f64) -> Result<LinearModel> {
         let (components, points) = self.projected(components)?;
         let svm = Svm::fit(points.view(), self.labels, self.class_means.nrows(), c)?;
         let functions = Affine {
@@ -296,9 +298,9 @@ impl<'a, F: Real> Analysed<'a, F> {
     }
 
     /// The recognizer whose embedding is `weights` times what differs from the mean.
-    fn recognizer(&self, weights: Array2<F>, classifier: Classifier) -> LinearRecognizer {
+    fn recognizer(&self, weights: Array2<F>, classifier: Classifier) -> LinearModel {
         let bias = -weights.dot(&self.pca.mean);
-        LinearRecognizer {
+        LinearModel {
             template: self.template,
             size: self.size,
             parts: 1,
@@ -323,8 +325,8 @@ pub fn fit(
     samples: ArrayView2<'_, f32>,
     labels: &[usize],
     classes: usize,
-    options: Options,
-) -> Result<LinearRecognizer> {
+    options: TrainOptions,
+) -> Result<LinearModel> {
     Analysed::<f64>::new(samples, labels, classes)?.fit(options)
 }
 

@@ -4,9 +4,9 @@
 //! `writes_a_model_its_probes_and_its_scores` writes a file to check.
 
 use super::onnx_file::OnnxFile;
-use super::{Classifier, LinearRecognizer};
+use super::{Classifier, LinearModel};
 use crate::score::{EMBEDDING, SCORES};
-use crate::template::{Shape, Template};
+use crate::template::{Template, TemplateShape};
 use edgegait_core::silhouette::Size;
 use ndarray::Array2;
 
@@ -19,7 +19,7 @@ use ndarray::Array2;
 /// # Guarantees
 /// Equal arguments give equal bytes.
 #[must_use]
-pub fn write(recognizer: &LinearRecognizer, name: &str, properties: &[(&str, &str)]) -> Vec<u8> {
+pub fn write(recognizer: &LinearModel, name: &str, properties: &[(&str, &str)]) -> Vec<u8> {
     let mut file = OnnxFile::default();
     let input = add_input(&mut file, recognizer.template, recognizer.size);
     let score_weights = match recognizer.classifier {
@@ -65,12 +65,12 @@ pub(super) fn add_input(file: &mut OnnxFile, template: Template, size: Size) -> 
         template => template.name(),
     };
     match template.shape(size) {
-        Shape::Image {
+        TemplateShape::Image {
             planes,
             rows,
             columns,
         } => file.input(name, &[planes, rows, columns]),
-        Shape::Vector(numbers) => file.input(name, &[numbers]),
+        TemplateShape::Vector(numbers) => file.input(name, &[numbers]),
     }
     name
 }

@@ -18,13 +18,13 @@ const INT64: u64 = 7;
 /// A graph that is being written, and the file around it.
 #[derive(Default)]
 pub(super) struct OnnxFile {
-    nodes: Message,
-    initializers: Message,
-    ports: Message,
+    nodes: ProtobufMessage,
+    initializers: ProtobufMessage,
+    ports: ProtobufMessage,
 }
 
 /// An attribute of a node.
-pub(super) enum Attribute<'a> {
+pub(super) enum NodeAttribute<'a> {
     Integer(i64),
     Integers(&'a [i64]),
 }
@@ -41,20 +41,22 @@ impl OnnxFile {
         operator: &str,
         inputs: &[&str],
         output: &str,
-        attributes: &[(&str, Attribute<'_>)],
+        attributes: &[(&str, NodeAttribute<'_>)],
     ) {
         let node = inputs
             .iter()
-            .fold(Message::default(), |node, input| node.text(1, input))
+            .fold(ProtobufMessage::default(), |node, input| {
+                node.text(1, input)
+            })
             .text(2, output)
             .text(3, &format!("{output}_{}", operator.to_lowercase()))
             .text(4, operator);
         let node = attributes.iter().fold(node, |node, (name, attribute)| {
-            let named = Message::default().text(1, name);
+            let named = ProtobufMessage::default().text(1, name);
             // `AttributeProto.type` 2 is INT, 7 is INTS.
             let attribute = match attribute {
-                Attribute::Integer(number) => named.number(3, *number as u64).number(20, 2),
-                Attribute::Integers(numbers) => numbers
+                NodeAttribute::Integer(number) => named.number(3, *number as u64).number(20, 2),
+                NodeAttribute::Integers(numbers) => numbers
                     .iter()
                     .fold(named, |named, &number| named.number(8, number as u64))
                     .number(20, 7),
@@ -102,13 +104,14 @@ impl OnnxFile {
         let mut graph = self.nodes.text(2, name);
         graph.bytes.extend(self.initializers.bytes);
         graph.bytes.extend(self.ports.bytes);
-        let model = Message::default()
+        let model = ProtobufMessage::default()
             .number(1, IR_VERSION)
             .text(2, "edgegait")
             .text(3, env!("CARGO_PKG_VERSION"))
             .message(7, graph)
-            .message(8, Message::default().text(1, "").number(2, OPSET));
-        let entry = |(key, value): &(&str, &str)| Message::default().text(1, key).text(2, value);
+            .message(8, ProtobufMessage::default().text(1, "").number(2, OPSET));
+        let entry =
+            |(key, value): &(&str, &str)| ProtobufMessage::default().text(1, key).text(2, value);
         properties
             .iter()
             .fold(model, |model, property| model.message(14, entry(property)))
@@ -116,9 +119,9 @@ impl OnnxFile {
     }
 }
 
-fn tensor(kind: u64, name: &str, dims: &[usize], raw: &[u8]) -> Message {
+fn tensor(kind: u64, name: &str, dims: &[usize], raw: &[u8]) -> ProtobufMessage {
     dims.iter()
-        .fold(Message::default(), |tensor, &dim| {
+        .fold(ProtobufMessage::default(), |tensor, &dim| {
             tensor.number(1, dim as u64)
         })
         .number(2, kind)
@@ -126,24 +129,26 @@ fn tensor(kind: u64, name: &str, dims: &[usize], raw: &[u8]) -> Message {
         .delimited(9, raw)
 }
 
-fn value_info(name: &str, sizes: &[usize]) -> Message {
-    let batch = Message::default().message(1, Message::default().text(2, "N"));
+fn value_info(name: &str, sizes: &[usize]) -> ProtobufMessage {
+    let batch = ProtobufMessage::default().message(1, ProtobufMessage::default().text(2, "N"));
     let shape = sizes.iter().fold(batch, |shape, &size| {
-        shape.message(1, Message::default().number(1, size as u64))
+        shape.message(1, ProtobufMessage::default().number(1, size as u64))
     });
-    let tensor = Message::default().number(1, FLOAT).message(2, shape);
-    Message::default()
+    let tensor = ProtobufMessage::default()
+        .number(1, FLOAT)
+        .message(2, shape);
+    ProtobufMessage::default()
         .text(1, name)
-        .message(2, Message::default().message(1, tensor))
+        .message(2, ProtobufMessage::default().message(1, tensor))
 }
 
 /// A protobuf message being written.
 #[derive(Default)]
-struct Message {
+struct ProtobufMessage {
     bytes: Vec<u8>,
 }
 
-impl Message {
+impl ProtobufMessage {
     fn varint(mut self, mut value: u64) -> Self {
         while value >= 0x80 {
             self.bytes.push(value as u8 | 0x80);
@@ -184,8 +189,8 @@ mod tests {
     #[test]
     fn three_hundred_is_written_as_ac_02() {
         // The worked example of protobuf.dev/programming-guides/encoding.
-        assert_eq!(Message::default().varint(300).bytes, [0xAC, 0x02]);
-        let message = Message::default().text(2, "testing");
+        assert_eq!(ProtobufMessage::default().varint(300).bytes, [0xAC, 0x02]);
+        let message = ProtobufMessage::default().text(2, "testing");
         assert_eq!(message.bytes, *b"\x12\x07testing");
     }
 
@@ -193,7 +198,12 @@ mod tests {
     fn a_negative_integer_has_ten_bytes() {
         // Two's complement of 64 bits, as protobuf has it for int64.
         let mut file = OnnxFile::default();
-        file.node_with("ArgMin", &["a"], "b", &[("axis", Attribute::Integer(-1))]);
+        file.node_with(
+            "ArgMin",
+            &["a"],
+            "b",
+            &[("axis", NodeAttribute::Integer(-1))],
+        );
         let ones = [
             0x18, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 1,
         ];

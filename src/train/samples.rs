@@ -1,11 +1,11 @@
 //! What is trained on: templates of walks that are drawn, of a dataset, or of a tree.
 
-use super::Share;
+use super::CycleShare;
 use crate::dataset::{Dataset, IndexRow};
 use crate::error::{ChoiceError, Result};
-use crate::score::{Contract, EMBEDDING, Layout, OutputNames, SCORES, Training};
-use crate::source::{Form, Origin, Source};
-use crate::sweep::{Framing, Job, Lens, Settings, Views, jobs, sweep};
+use crate::score::{Contract, EMBEDDING, InputLayout, OutputNames, SCORES, Training};
+use crate::source::{Form, SequenceOrigin, SequenceSource};
+use crate::sweep::{FramingMode, Job, Lens, Settings, Views, jobs, sweep};
 use crate::template::Template;
 use crate::template::augment::{Augmentation, Crops, varied};
 use edgegait_core::pack::Pack;
@@ -24,7 +24,7 @@ pub struct Samples {
     /// Of which silhouettes.
     pub size: Size,
     /// How those were framed; none where a dataset does not say.
-    pub framing: Option<Framing>,
+    pub framing: Option<FramingMode>,
     /// The number of each row's person.
     pub labels: Vec<usize>,
     /// The number of each row's viewpoint, in the order of [`Training::viewpoints`]; none where its
@@ -48,7 +48,7 @@ pub struct Recipe<'a> {
     /// The stored cycle and seeded variations of it, so many together.
     pub cycles: u32,
     /// How many of all these cycles of each person are trained on.
-    pub share: Share,
+    pub share: CycleShare,
     /// What is made of each template besides itself.
     pub augmentation: Augmentation,
 }
@@ -77,19 +77,19 @@ impl Samples {
         let people = each_once(walks.iter().map(|&walk| all[walk].subject));
         let subjects: Vec<_> = pack.subjects().collect();
         let every = jobs(pack, walks, 0..cycles)?;
-        let origin = |job: &Job<'_>| Origin {
+        let origin = |job: &Job<'_>| SequenceOrigin {
             walk: all[job.walk].name.to_owned(),
             cycle: Some(u32::from(all[job.walk].cycle)),
             variation: job.variation,
             seed: settings.seed,
         };
-        let origins: Vec<Origin> = every.iter().map(origin).collect();
+        let origins: Vec<SequenceOrigin> = every.iter().map(origin).collect();
         let person = |job: &Job<'_>| subjects[all[job.walk].subject].name;
         let kept = share.kept(every.iter().map(person).zip(&origins));
         let jobs: Vec<Job<'_>> = kept.iter().map(|&at| every[at]).collect();
         (jobs.len()..every.len()).for_each(|_| progress());
         let found = every.len() * views.list.len();
-        let mut rows = Rows::new(size, augmentation);
+        let mut rows = CollectedSamples::new(size, augmentation);
         sweep(
             pack,
             &jobs,
@@ -152,7 +152,7 @@ impl Samples {
     pub fn of_dataset(
         (dataset, folder): (&Dataset, &Path),
         chosen: &[usize],
-        (share, augmentation): (Share, Augmentation),
+        (share, augmentation): (CycleShare, Augmentation),
     ) -> Result<Self> {
         let (template, size) = (dataset.template(), dataset.size());
         augmentation.check(template, size)?;
@@ -161,19 +161,19 @@ impl Samples {
             return Err(ChoiceError::Augmented(folder.to_path_buf()).into());
         }
         let index = dataset.index();
-        let origin = |&at: &usize| Origin {
+        let origin = |&at: &usize| SequenceOrigin {
             walk: index[at].walk.clone(),
             cycle: Some(index[at].cycle),
             variation: index[at].variation,
             seed: index[at].seed,
         };
-        let origins: Vec<Origin> = chosen.iter().map(origin).collect();
+        let origins: Vec<SequenceOrigin> = chosen.iter().map(origin).collect();
         let people = chosen.iter().map(|&at| index[at].subject.as_str());
         let kept = share.kept(people.zip(&origins)).into_iter();
         let kept: Vec<usize> = kept.map(|at| chosen[at]).collect();
         let mut names: Vec<String> = Vec::new();
         let mut viewpoints: Vec<[f64; 2]> = Vec::new();
-        let mut rows = Rows::new(size, augmentation);
+        let mut rows = CollectedSamples::new(size, augmentation);
         for &at in &kept {
             let row = &index[at];
             let known = names.iter().position(|name| *name == row.subject);
@@ -216,9 +216,9 @@ impl Samples {
     /// # Errors
     /// For what cannot be read, made into such a template or augmented.
     pub fn of_recordings(
-        (source, name): (&Source<'_>, &str),
+        (source, name): (&SequenceSource<'_>, &str),
         settings: Settings,
-        (share, augmentation): (Share, Augmentation),
+        (share, augmentation): (CycleShare, Augmentation),
     ) -> Result<Self> {
         let (template, size) = (settings.template, settings.size);
         augmentation.check(template, size)?;
@@ -240,7 +240,7 @@ impl Samples {
             .into_iter()
             .filter(|view| angles(view).is_some())
             .collect();
-        let mut rows = Rows::new(size, augmentation);
+        let mut rows = CollectedSamples::new(size, augmentation);
         source.show(&kept, &form, &mut |number, bytes| {
             let view = sequences.list[number].view;
             let view = viewpoints.iter().position(|&known| known == view);
@@ -278,7 +278,7 @@ impl Samples {
             name,
             rows: self.size.rows(),
             columns: self.size.columns(),
-            layout: Layout::of(self.template),
+            layout: InputLayout::of(self.template),
             framing: self.framing.unwrap_or_default(),
             template: self.template,
             classes: self.names.clone(),
@@ -316,7 +316,7 @@ impl Samples {
 }
 
 /// Samples that are collected.
-struct Rows {
+struct CollectedSamples {
     size: Size,
     augmentation: Augmentation,
     numbers: Vec<f32>,
@@ -324,7 +324,7 @@ struct Rows {
     views: Vec<Option<usize>>,
 }
 
-impl Rows {
+impl CollectedSamples {
     const fn new(size: Size, augmentation: Augmentation) -> Self {
         Self {
             size,
@@ -354,7 +354,7 @@ impl Rows {
     /// The samples of these people, and of how many templates there were.
     fn samples(
         self,
-        (template, framing): (Template, Option<Framing>),
+        (template, framing): (Template, Option<FramingMode>),
         (names, found): (Vec<String>, usize),
         training: Training,
     ) -> Result<Samples> {

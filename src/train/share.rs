@@ -6,17 +6,17 @@
 
 use crate::dataset::sha256_of_bytes;
 use crate::error::{Result, TrainError};
-use crate::source::Origin;
+use crate::source::SequenceOrigin;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 /// A share of each person's gait cycles, drawn by a seed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Share {
+pub struct CycleShare {
     part: f64,
     seed: u64,
 }
 
-impl Share {
+impl CycleShare {
     /// All cycles.
     pub const ALL: Self = Self { part: 1.0, seed: 0 };
 
@@ -52,7 +52,7 @@ impl Share {
     #[must_use]
     pub fn kept<'a>(
         self,
-        pictures: impl Iterator<Item = (&'a str, &'a Origin)> + Clone,
+        pictures: impl Iterator<Item = (&'a str, &'a SequenceOrigin)> + Clone,
     ) -> Vec<usize> {
         if self.part >= 1.0 {
             return (0..pictures.count()).collect();
@@ -63,7 +63,7 @@ impl Share {
         let whole: HashSet<(&str, &String)> = whole
             .map(|(person, origin)| (person, &origin.walk))
             .collect();
-        let mut lots: HashMap<(&str, &Origin), String> = HashMap::new();
+        let mut lots: HashMap<(&str, &SequenceOrigin), String> = HashMap::new();
         let mut of_person: BTreeMap<&str, BTreeSet<String>> = BTreeMap::new();
         for (person, origin) in pictures.clone() {
             lots.entry((person, origin)).or_insert_with(|| {
@@ -86,7 +86,7 @@ impl Share {
             .iter()
             .map(|(person, cycles)| (*person, last(cycles)))
             .collect();
-        let is_kept = |(person, origin): (&'a str, &'a Origin)| {
+        let is_kept = |(person, origin): (&'a str, &'a SequenceOrigin)| {
             let lot = lots.get(&(person, origin));
             lot <= last.get(person).and_then(Option::as_ref)
         };
@@ -96,8 +96,8 @@ impl Share {
     }
 
     /// What a person's cycle draws, or the whole walk.
-    fn lot(self, person: &str, origin: &Origin, cycle: Option<u32>) -> String {
-        let Origin {
+    fn lot(self, person: &str, origin: &SequenceOrigin, cycle: Option<u32>) -> String {
+        let SequenceOrigin {
             walk,
             variation,
             seed,
@@ -114,8 +114,8 @@ impl Share {
 mod tests {
     use super::*;
 
-    fn cycle(walk: &str, cycle: u32) -> Origin {
-        Origin {
+    fn cycle(walk: &str, cycle: u32) -> SequenceOrigin {
+        SequenceOrigin {
             walk: walk.into(),
             cycle: Some(cycle),
             variation: 0,
@@ -124,23 +124,26 @@ mod tests {
     }
 
     /// Which of these are kept, by person and cycle.
-    fn kept<'a>(share: Share, all: &[(&'a str, &'a Origin)]) -> Vec<(&'a str, &'a Origin)> {
+    fn kept<'a>(
+        share: CycleShare,
+        all: &[(&'a str, &'a SequenceOrigin)],
+    ) -> Vec<(&'a str, &'a SequenceOrigin)> {
         let kept = share.kept(all.iter().copied());
         assert!(kept.is_sorted());
         kept.into_iter().map(|at| all[at]).collect()
     }
 
-    fn share(part: f64, seed: u64) -> Share {
-        Share::new(part, seed).expect("in range")
+    fn share(part: f64, seed: u64) -> CycleShare {
+        CycleShare::new(part, seed).expect("in range")
     }
 
-    fn count(kept: &[(&str, &Origin)], person: &str) -> usize {
+    fn count(kept: &[(&str, &SequenceOrigin)], person: &str) -> usize {
         kept.iter().filter(|(name, _)| *name == person).count()
     }
 
     #[test]
     fn each_person_keeps_the_share_of_their_own_cycles_rounded_and_at_least_one() {
-        let cycles: Vec<Origin> = (0..10).map(|at| cycle("w", at)).collect();
+        let cycles: Vec<SequenceOrigin> = (0..10).map(|at| cycle("w", at)).collect();
         let of = |person, count: usize| cycles[..count].iter().map(move |one| (person, one));
         let all: Vec<_> = of("ann", 10)
             .chain(of("bob", 3))
@@ -153,13 +156,13 @@ mod tests {
             assert_eq!(found, expected, "{part}");
         }
         assert_eq!(kept(share(1.0, 9), &all), all);
-        assert_eq!(kept(Share::ALL, &all), all);
+        assert_eq!(kept(CycleShare::ALL, &all), all);
     }
 
     #[test]
     fn all_pictures_of_a_cycle_are_on_one_side() {
         // Six pictures of each of four cycles: viewpoints, conditions and copies of it.
-        let cycles: Vec<Origin> = (0..4).map(|at| cycle("w", at)).collect();
+        let cycles: Vec<SequenceOrigin> = (0..4).map(|at| cycle("w", at)).collect();
         let all: Vec<_> = (0..24).map(|at| ("ann", &cycles[at % 4])).collect();
         let kept = kept(share(0.5, 3), &all);
         assert_eq!(kept.len(), 12);
@@ -171,7 +174,7 @@ mod tests {
 
     #[test]
     fn the_draw_does_not_depend_on_order_or_on_who_else_is_there() {
-        let cycles: Vec<Origin> = (0..9).map(|at| cycle("w", at)).collect();
+        let cycles: Vec<SequenceOrigin> = (0..9).map(|at| cycle("w", at)).collect();
         let ann: Vec<_> = cycles.iter().map(|one| ("ann", one)).collect();
         let mut all: Vec<_> = cycles.iter().map(|one| ("bob", one)).collect();
         all.extend(ann.iter().rev());
@@ -185,7 +188,7 @@ mod tests {
 
     #[test]
     fn a_smaller_share_is_a_part_of_a_larger_one_and_another_seed_draws_another() {
-        let cycles: Vec<Origin> = (0..40).map(|at| cycle("w", at)).collect();
+        let cycles: Vec<SequenceOrigin> = (0..40).map(|at| cycle("w", at)).collect();
         let all: Vec<_> = cycles.iter().map(|one| ("ann", one)).collect();
         let (few, many) = (kept(share(0.3, 1), &all), kept(share(0.6, 1), &all));
         assert_eq!((few.len(), many.len()), (12, 24));
@@ -195,7 +198,7 @@ mod tests {
 
     #[test]
     fn variations_are_cycles_of_their_own_and_the_recorded_one_has_no_seed() {
-        let varied = |variation, seed| Origin {
+        let varied = |variation, seed| SequenceOrigin {
             variation,
             seed,
             ..cycle("w", 0)
@@ -215,7 +218,7 @@ mod tests {
 
     #[test]
     fn a_walk_that_is_seen_whole_from_somewhere_is_not_torn_apart() {
-        let whole = |walk| Origin {
+        let whole = |walk| SequenceOrigin {
             cycle: None,
             ..cycle(walk, 0)
         };
@@ -233,7 +236,9 @@ mod tests {
     #[test]
     fn shares_out_of_range_are_refused() {
         for part in [0.0, -0.5, 1.01, f64::NAN, f64::INFINITY] {
-            let error = Share::new(part, 1).expect_err("out of range").to_string();
+            let error = CycleShare::new(part, 1)
+                .expect_err("out of range")
+                .to_string();
             assert!(error.contains("above 0 and at most 1, found"), "{error}");
         }
     }

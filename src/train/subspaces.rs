@@ -10,7 +10,7 @@ use super::algebra::{add_products_of_columns, eigen, fix_sign, multiply};
 use super::gabor::Gabor;
 use super::lda::{Classes, Scatter, discriminants};
 use super::onnx::add_input;
-use super::onnx_file::{Attribute, OnnxFile};
+use super::onnx_file::{NodeAttribute, OnnxFile};
 use super::{RIDGE, Samples};
 use crate::error::{Result, TrainError};
 use crate::score::{Contract, Distance, EMBEDDING};
@@ -25,7 +25,7 @@ use std::fmt;
 
 /// How classifiers are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Subspaces {
+pub struct SubspaceOptions {
     /// How many there are.
     pub classifiers: usize,
     /// Eigenvectors that each draws.
@@ -39,7 +39,7 @@ pub struct Subspaces {
 /// Features that vary less than this, as a share of the first eigenvector's, are no directions.
 const LEAST_VARIANCE: f64 = 1e-9;
 
-impl Default for Subspaces {
+impl Default for SubspaceOptions {
     /// 300 classifiers of 2 eigenvectors and at most 10 discriminants.
     fn default() -> Self {
         Self {
@@ -51,7 +51,7 @@ impl Default for Subspaces {
     }
 }
 
-impl fmt::Display for Subspaces {
+impl fmt::Display for SubspaceOptions {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
@@ -63,7 +63,7 @@ impl fmt::Display for Subspaces {
 
 /// Classifiers in random subspaces of Gabor features: a part of the embedding each.
 pub struct RandomSubspaces {
-    subspaces: Subspaces,
+    subspaces: SubspaceOptions,
     size: Size,
     gabor: Gabor,
     learnt: Learnt,
@@ -74,13 +74,13 @@ struct Learnt {
     mean: Array2<f32>,
     /// One a row, by falling variance.
     eigenvectors: Array2<f32>,
-    classifiers: Vec<Classifier>,
+    classifiers: Vec<SubspaceClassifier>,
     /// Discriminants of each; those that are fewer are filled up with nothing.
     discriminants: usize,
 }
 
 /// A random subspace.
-struct Classifier {
+struct SubspaceClassifier {
     /// Which eigenvectors.
     chosen: Vec<usize>,
     /// Discriminants, one a row.
@@ -93,7 +93,7 @@ impl RandomSubspaces {
     /// # Errors
     /// For other templates, features that are all the same, fewer than two people, and more
     /// eigenvectors than there are.
-    pub fn fit(samples: &Samples, subspaces: Subspaces) -> Result<Self> {
+    pub fn fit(samples: &Samples, subspaces: SubspaceOptions) -> Result<Self> {
         if samples.template != Template::Gei {
             return Err(TrainError::OtherTemplate {
                 method: "gabor-subspaces",
@@ -149,7 +149,7 @@ impl Learnt {
         features: ArrayView3<'_, f32>,
         labels: &[usize],
         classes: usize,
-        subspaces: Subspaces,
+        subspaces: SubspaceOptions,
     ) -> Result<Self> {
         let (count, rows, columns) = features.dim();
         let mean = features
@@ -157,7 +157,7 @@ impl Learnt {
             .unwrap_or_else(|| Array2::zeros((rows, columns)));
         let eigenvectors = eigenvectors(features, &mean)?;
         let found = eigenvectors.nrows();
-        let Subspaces {
+        let SubspaceOptions {
             classifiers,
             eigenvectors: each,
             discriminants: most,
@@ -188,13 +188,13 @@ impl Learnt {
         let learn = |chosen: Vec<usize>| {
             let own = together(chosen.iter().map(|&at| &scatters[at]));
             let found = discriminants(own, (count, classes), RIDGE, most)?;
-            Ok(Classifier {
+            Ok(SubspaceClassifier {
                 chosen,
                 directions: found.directions.mapv(|number: f64| number as f32),
             })
         };
         let classifiers = drawn.into_par_iter().map(learn);
-        let classifiers: Vec<Classifier> = classifiers.collect::<Result<_>>()?;
+        let classifiers: Vec<SubspaceClassifier> = classifiers.collect::<Result<_>>()?;
         let discriminants = classifiers.iter().map(|one| one.directions.nrows()).max();
         Ok(Self {
             mean,
@@ -225,9 +225,9 @@ impl Learnt {
         let chosen = self.classifiers.iter().flat_map(|one| &one.chosen);
         let chosen: Vec<i64> = chosen.map(|&at| at as i64).collect();
         file.integers("chosen", &chosen);
-        let axis = [("axis", Attribute::Integer(2))];
+        let axis = [("axis", NodeAttribute::Integer(2))];
         file.node_with("Gather", &["along_all", "chosen"], "along", &axis);
-        let order = [("perm", Attribute::Integers(&[0, 2, 1]))];
+        let order = [("perm", NodeAttribute::Integers(&[0, 2, 1]))];
         file.node_with("Transpose", &["along"], "by_eigenvector", &order);
         let shape = [0, parts, each, rows].map(|size| size as i64);
         file.integers("subspaces_shape", &shape);
@@ -244,7 +244,7 @@ impl Learnt {
         let sizes = [parts, rows, self.discriminants];
         file.numbers("discriminants", &sizes, &directions);
         file.node("MatMul", &["subspaces", "discriminants"], "numbers");
-        let order = [("perm", Attribute::Integers(&[0, 2, 3, 1]))];
+        let order = [("perm", NodeAttribute::Integers(&[0, 2, 3, 1]))];
         file.node_with("Transpose", &["numbers"], "by_number", &order);
         let numbers = each * self.discriminants;
         file.integers("embedding_shape", &[0, numbers as i64, parts as i64]);

@@ -8,10 +8,12 @@
 //! of its synthetic ones, so that all of it is one affine map. (The publication takes the mean of their
 //! distances to a person's mean instead: it enrols people by the templates that it learns from.)
 
-use super::{Analysed, Classifier, Components, LinearRecognizer, Method, Options, Real, algebra};
+use super::{
+    Analysed, Classifier, Components, LinearModel, Real, TrainMethod, TrainOptions, algebra,
+};
 use crate::error::Result;
 use crate::score::Affine;
-use crate::template::Shape;
+use crate::template::TemplateShape;
 use crate::template::augment::{Augmentation, Crops, Variant, crop_weights, varied};
 use ndarray::{Array1, Array2, ArrayView2, s};
 
@@ -24,15 +26,15 @@ impl<F: Real> Analysed<'_, F> {
         &self,
         components: Components,
         crops: Crops,
-    ) -> Result<LinearRecognizer> {
+    ) -> Result<LinearModel> {
         let augmentation = Augmentation {
             flip: false,
             crops: Some(crops),
         };
         augmentation.check(self.template, self.size)?;
-        let options = Options {
+        let options = TrainOptions {
             components,
-            method: Method::LDA,
+            method: TrainMethod::LDA,
         };
         let real = self.fit(options)?;
         let (samples, labels) = self.synthetic(crops);
@@ -73,8 +75,8 @@ impl<F: Real> Analysed<'_, F> {
     /// The matrix that makes of a template the mean of its synthetic ones.
     fn mean_crop(&self, crops: Crops) -> Array2<f64> {
         let planes = match self.template.shape(self.size) {
-            Shape::Image { planes, .. } => planes,
-            Shape::Vector(_) => 0,
+            TemplateShape::Image { planes, .. } => planes,
+            TemplateShape::Vector(_) => 0,
         };
         let (pixels, numbers) = (self.size.pixels(), self.samples.ncols());
         let mut mean = Array2::zeros((numbers, numbers));
@@ -92,8 +94,8 @@ impl<F: Real> Analysed<'_, F> {
 
 /// Two recognizers as one whose embedding has a part of each, scaled so that two people's means are
 /// 1 apart on average in each part.
-fn joined(parts: [LinearRecognizer; 2]) -> LinearRecognizer {
-    let dims = parts.iter().map(LinearRecognizer::dims).max().unwrap_or(0);
+fn joined(parts: [LinearModel; 2]) -> LinearModel {
+    let dims = parts.iter().map(LinearModel::dims).max().unwrap_or(0);
     let [first, _] = &parts;
     let (template, size) = (first.template, first.size);
     let mut weights = Array2::zeros((2 * dims, template.shape(size).numbers()));
@@ -119,7 +121,7 @@ fn joined(parts: [LinearRecognizer; 2]) -> LinearRecognizer {
             .slice_mut(s![.., ..own])
             .assign(&(centroids * scale));
     }
-    LinearRecognizer {
+    LinearModel {
         template,
         size,
         parts: 2,
@@ -149,15 +151,15 @@ mod tests {
     use edgegait_core::silhouette::Size;
 
     const CROPS: Crops = Crops { steps: 3, rows: 2 };
-    const METHOD: Method = Method::RealSynthetic { crops: CROPS };
+    const METHOD: TrainMethod = TrainMethod::RealSynthetic { crops: CROPS };
 
-    fn fitted(method: Method) -> LinearRecognizer {
+    fn fitted(method: TrainMethod) -> LinearModel {
         let (geis, labels) = people(60, 5, 4);
         let analysed = Analysed::<f64>::new(geis.view(), &labels, 5).expect("five people");
         analysed
-            .fit(Options {
+            .fit(TrainOptions {
                 method,
-                ..Options::default()
+                ..TrainOptions::default()
             })
             .expect("a fit")
     }
@@ -169,7 +171,7 @@ mod tests {
 
     #[test]
     fn the_first_part_is_lda_in_units_of_the_mean_distance() {
-        let (both, real) = (fitted(METHOD), fitted(Method::LDA));
+        let (both, real) = (fitted(METHOD), fitted(TrainMethod::LDA));
         assert_eq!((both.parts, real.parts), (2, 1));
         let (geis, _) = people(6, 5, 77);
         let Classifier::Centroids(centroids) = &real.classifier else {
@@ -215,7 +217,7 @@ mod tests {
         let rows = Array2::from_shape_vec((180, 1500), rows).expect("180 templates");
         let labels: Vec<usize> = labels.iter().flat_map(|&label| [label; 3]).collect();
         let analysed = Analysed::<f64>::new(rows.view(), &labels, 5).expect("five people");
-        let alone = analysed.fit(Options::default()).expect("a fit");
+        let alone = analysed.fit(TrainOptions::default()).expect("a fit");
         let Classifier::Centroids(centroids) = &alone.classifier else {
             panic!("means");
         };
@@ -244,9 +246,9 @@ mod tests {
         );
         let form = (Template::RowWidth, Size::S50x30);
         let analysed = Analysed::<f64>::of(form, samples.view(), &labels, 2).expect("two people");
-        let refused = analysed.fit(Options {
+        let refused = analysed.fit(TrainOptions {
             method: METHOD,
-            ..Options::default()
+            ..TrainOptions::default()
         });
         assert!(matches!(refused, Err(Error::Choice(_))), "{refused:?}");
     }

@@ -2,7 +2,7 @@
 
 use ndarray::{Array1, Array2};
 
-use super::{LinearRecognizer, Options, fit};
+use super::{LinearModel, TrainOptions, fit};
 
 /// Numbers spread evenly in -1..1, from the splitmix64 sequence (Steele, Lea and Flood, 2014).
 pub(crate) fn noise(rows: usize, columns: usize, seed: u64) -> Array2<f64> {
@@ -44,9 +44,9 @@ pub(crate) fn people(count: usize, classes: usize, seed: u64) -> (Array2<f32>, V
 }
 
 /// Two people learnt from 40 made-up GEIs.
-pub(crate) fn small_recognizer() -> LinearRecognizer {
+pub(crate) fn small_recognizer() -> LinearModel {
     let (geis, labels) = people(40, 2, 9);
-    fit(geis.view(), &labels, 2, Options::default()).expect("two different people")
+    fit(geis.view(), &labels, 2, TrainOptions::default()).expect("two different people")
 }
 
 /// Eigenvalues (falling) and eigenvectors (one a row) by cyclic Jacobi rotations.

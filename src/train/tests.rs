@@ -10,7 +10,7 @@ fn best(scores: &Array1<f32>) -> usize {
         .expect("a class")
 }
 
-fn centroids(recognizer: &LinearRecognizer) -> &Array2<f32> {
+fn centroids(recognizer: &LinearModel) -> &Array2<f32> {
     match &recognizer.classifier {
         Classifier::Centroids(centroids) => centroids,
         Classifier::Svm(_) => panic!("LDA has centroids"),
@@ -20,7 +20,7 @@ fn centroids(recognizer: &LinearRecognizer) -> &Array2<f32> {
 #[test]
 fn unseen_walks_of_known_people_are_recognized() {
     let (geis, labels) = people(300, 6, 3);
-    let recognizer = fit(geis.view(), &labels, 6, Options::default()).expect("six people");
+    let recognizer = fit(geis.view(), &labels, 6, TrainOptions::default()).expect("six people");
     assert_eq!((recognizer.dims(), recognizer.classes()), (5, 6));
     let (probes, truth) = people(120, 6, 4);
     let right = probes
@@ -37,7 +37,7 @@ fn unseen_walks_of_known_people_are_recognized() {
 #[test]
 fn the_highest_score_is_the_nearest_centroid() {
     let (geis, labels) = people(200, 5, 3);
-    let recognizer = fit(geis.view(), &labels, 5, Options::default()).expect("five people");
+    let recognizer = fit(geis.view(), &labels, 5, TrainOptions::default()).expect("five people");
     for gei in people(40, 5, 8).0.outer_iter() {
         let embedding = recognizer.embedding.apply(gei);
         let distances = centroids(&recognizer).map_axis(Axis(1), |centroid| {
@@ -54,7 +54,7 @@ fn the_highest_score_is_the_nearest_centroid() {
 #[test]
 fn centroids_are_the_mean_embeddings_and_scatter_is_one() {
     let (geis, labels) = people(240, 3, 3);
-    let recognizer = fit(geis.view(), &labels, 3, Options::default()).expect("three people");
+    let recognizer = fit(geis.view(), &labels, 3, TrainOptions::default()).expect("three people");
     let mut sums = Array2::<f64>::zeros((3, 2));
     let embeddings: Vec<Array1<f64>> = geis
         .outer_iter()
@@ -109,8 +109,8 @@ fn double_precision_agrees_with_single() {
 #[test]
 fn a_fit_is_the_same_on_every_thread_and_twice() {
     let (geis, labels) = people(60, 3, 3);
-    let here = fit(geis.view(), &labels, 3, Options::default()).expect("three people");
-    let there = std::thread::spawn(move || fit(geis.view(), &labels, 3, Options::default()))
+    let here = fit(geis.view(), &labels, 3, TrainOptions::default()).expect("three people");
+    let there = std::thread::spawn(move || fit(geis.view(), &labels, 3, TrainOptions::default()))
         .join()
         .expect("no panic")
         .expect("three people");
@@ -141,17 +141,17 @@ fn pixels_that_never_change_have_no_weight() {
 #[test]
 fn more_components_than_there_are_is_all_of_them() {
     let (geis, labels) = people(30, 3, 3);
-    let options = Options {
+    let options = TrainOptions {
         components: Components::Count(1500),
-        ..Options::default()
+        ..TrainOptions::default()
     };
     let recognizer = fit(geis.view(), &labels, 3, options).expect("three people");
     assert!(recognizer.embedding.weights.iter().all(|w| w.is_finite()));
 }
 
-const SVM: Options = Options {
+const SVM: TrainOptions = TrainOptions {
     components: Components::Count(20),
-    method: Method::Svm { c: 1.0 },
+    method: TrainMethod::Svm { c: 1.0 },
 };
 
 #[test]
@@ -188,9 +188,9 @@ fn folded_support_vector_machines_score_like_those_on_centred_components() {
 fn one_analysis_serves_any_number_of_components() {
     let (geis, labels) = people(60, 3, 3);
     let analysed = Analysed::<f64>::new(geis.view(), &labels, 3).expect("three people");
-    for method in [Method::LDA, SVM.method] {
+    for method in [TrainMethod::LDA, SVM.method] {
         for count in [1, 7, 1500] {
-            let options = Options {
+            let options = TrainOptions {
                 components: Components::Count(count),
                 method,
             };
@@ -218,9 +218,9 @@ fn duplicated_cycles_leave_the_directions_as_they_are() {
         let ratio = pca.eigenvalues[index] / once.eigenvalues[index];
         assert!((ratio - 2.0 * 39.0 / 79.0).abs() < 1e-9, "{ratio}");
     }
-    let with = |c| Options {
+    let with = |c| TrainOptions {
         components: Components::Count(10),
-        method: Method::Svm { c },
+        method: TrainMethod::Svm { c },
     };
     let both = [&labels[..], &labels].concat();
     let doubled = fit(twice.view(), &both, 4, with(1.0)).expect("four people");
@@ -239,8 +239,8 @@ fn duplicated_cycles_leave_the_directions_as_they_are() {
 #[test]
 fn fewer_geis_than_pixels_are_learnt_by_heart() {
     let (geis, labels) = people(12, 3, 3);
-    for method in [Method::LDA, SVM.method] {
-        let options = Options {
+    for method in [TrainMethod::LDA, SVM.method] {
+        let options = TrainOptions {
             components: Components::Count(1500),
             method,
         };
@@ -268,8 +268,8 @@ fn training_in_single_precision_changes_scores_by_thousandths_and_nobody() {
     let (probes, truth) = people(400, 8, 4);
     let double = Analysed::<f64>::new(geis.view(), &labels, 8).expect("eight people");
     let single = Analysed::<f32>::new(geis.view(), &labels, 8).expect("eight people");
-    for (method, bound) in [(Method::LDA, 1e-3), (SVM.method, 1e-2)] {
-        let options = Options { method, ..SVM };
+    for (method, bound) in [(TrainMethod::LDA, 1e-3), (SVM.method, 1e-2)] {
+        let options = TrainOptions { method, ..SVM };
         let [a, b] = [double.fit(options), single.fit(options)].map(|r| r.expect("eight people"));
         let (mut largest, mut difference, mut hits) = (0.0_f64, 0.0_f64, [0, 0]);
         for (gei, &person) in probes.outer_iter().zip(&truth) {
@@ -292,7 +292,7 @@ fn training_in_single_precision_changes_scores_by_thousandths_and_nobody() {
     }
 }
 
-fn refusal(geis: Array2<f32>, labels: &[usize], classes: usize, options: Options) -> String {
+fn refusal(geis: Array2<f32>, labels: &[usize], classes: usize, options: TrainOptions) -> String {
     fit(geis.view(), labels, classes, options)
         .expect_err("nothing to learn")
         .to_string()
@@ -301,15 +301,15 @@ fn refusal(geis: Array2<f32>, labels: &[usize], classes: usize, options: Options
 #[test]
 fn samples_that_cannot_be_learnt_from_are_refused() {
     let (geis, labels) = people(6, 2, 3);
-    let with = |components| Options {
+    let with = |components| TrainOptions {
         components,
-        ..Options::default()
+        ..TrainOptions::default()
     };
     let text = refusal(
         Array2::zeros((4, 640)),
         &[0, 1, 0, 1],
         2,
-        Options::default(),
+        TrainOptions::default(),
     );
     assert_eq!(
         text,
@@ -319,7 +319,7 @@ fn samples_that_cannot_be_learnt_from_are_refused() {
         Array2::zeros((4, 1500)),
         &[0, 1, 0, 1],
         2,
-        Options::default(),
+        TrainOptions::default(),
     );
     assert!(
         text.starts_with("classes 0 and 1 have the same mean"),
@@ -338,15 +338,15 @@ fn samples_that_cannot_be_learnt_from_are_refused() {
         geis.clone(),
         &labels,
         2,
-        Options {
-            method: Method::Lda { ridge: 0.0 },
-            ..Options::default()
+        TrainOptions {
+            method: TrainMethod::Lda { ridge: 0.0 },
+            ..TrainOptions::default()
         },
     );
     assert_eq!(text, "expected a ridge above 0, found 0");
     let mut broken = geis;
     broken[[3, 7]] = f32::INFINITY;
-    let text = refusal(broken, &labels, 2, Options::default());
+    let text = refusal(broken, &labels, 2, TrainOptions::default());
     assert!(text.contains("not a finite number"), "{text}");
 }
 
@@ -362,7 +362,7 @@ fn a_fit_of_8000_geis_takes_seconds() {
     let grainy = (&geis * 0.5 + grain * 0.25 + 0.25).mapv(|v| v.clamp(0.0, 1.0));
     for (name, geis) in [("empty backgrounds", geis), ("grain everywhere", grainy)] {
         let start = std::time::Instant::now();
-        let recognizer = fit(geis.view(), &labels, 26, Options::default()).expect("26 people");
+        let recognizer = fit(geis.view(), &labels, 26, TrainOptions::default()).expect("26 people");
         let (seconds, dims) = (start.elapsed().as_secs_f64(), recognizer.dims());
         println!("fit of 8000 x 1500, {name}: {seconds:.2} s, {dims} dims");
     }

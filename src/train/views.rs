@@ -22,7 +22,7 @@
 use super::algebra::{Real, add_products_of_columns, eigen, multiply};
 use super::lda::Classes;
 use super::onnx::add_input;
-use super::onnx_file::{Attribute, OnnxFile};
+use super::onnx_file::{NodeAttribute, OnnxFile};
 use super::pca::Pca;
 use super::{Components, Samples};
 use crate::error::{Result, TrainError};
@@ -41,11 +41,11 @@ pub struct ViewTransformation {
     viewpoints: Vec<[f64; 2]>,
     /// A template's numbers to its principal components.
     components: Affine,
-    blocks: Vec<Block>,
+    blocks: Vec<ViewpointModel>,
 }
 
 /// What is known of a viewpoint.
-struct Block {
+struct ViewpointModel {
     /// `P^+`: from principal components to a person's `v`.
     inverse: Array2<f64>,
     /// `R`: from `v` to an embedding in which distances are those of this viewpoint.
@@ -142,15 +142,15 @@ impl ViewTransformation {
         file.node("Unsqueeze", &[VIEW, "axis_1"], "view_alone");
         file.node("Sub", &["view_alone", "viewpoints"], "from_viewpoints");
         file.node("Mul", &["from_viewpoints", "from_viewpoints"], "squares");
-        let keep = [("keepdims", Attribute::Integer(0))];
+        let keep = [("keepdims", NodeAttribute::Integer(0))];
         file.node_with("ReduceSum", &["squares", "axis_2"], "far", &keep);
         let least = [
-            ("axis", Attribute::Integer(1)),
-            ("keepdims", Attribute::Integer(0)),
+            ("axis", NodeAttribute::Integer(1)),
+            ("keepdims", NodeAttribute::Integer(0)),
         ];
         file.node_with("ArgMin", &["far"], "viewpoint", &least);
 
-        let stacked = |of: fn(&Block) -> &Array2<f64>, columns| {
+        let stacked = |of: fn(&ViewpointModel) -> &Array2<f64>, columns| {
             let mut all = Array3::zeros((views, kept, columns));
             for (mut at, block) in all.outer_iter_mut().zip(&self.blocks) {
                 at.assign(&of(block).mapv(f64::exported));
@@ -159,7 +159,7 @@ impl ViewTransformation {
         };
         let inverses = stacked(|block| &block.inverse, components);
         file.numbers("inverses", &[views, kept, components], &inverses);
-        let first = [("axis", Attribute::Integer(0))];
+        let first = [("axis", NodeAttribute::Integer(0))];
         file.node_with("Gather", &["inverses", "viewpoint"], "inverse", &first);
         file.node("Unsqueeze", &["components", "axis_2"], "column");
         file.node("MatMul", &["inverse", "column"], "person");
@@ -169,7 +169,7 @@ impl ViewTransformation {
         file.node("MatMul", &["roots", "person_alone"], "from_each");
         file.integers("from_each_shape", &[0, views as i64, kept as i64]);
         file.node("Reshape", &["from_each", "from_each_shape"], "by_viewpoint");
-        let order = [("perm", Attribute::Integers(&[0, 2, 1]))];
+        let order = [("perm", NodeAttribute::Integers(&[0, 2, 1]))];
         file.node_with("Transpose", &["by_viewpoint"], EMBEDDING, &order);
         file.output(EMBEDDING, &[kept, views]);
         file.bytes(name, &[])
@@ -206,7 +206,7 @@ fn of_people(samples: &Samples, view: usize) -> Result<Array2<f64>> {
 ///
 /// # Errors
 /// If nobody looks like anything.
-fn blocks(people: &[Array2<f64>]) -> Result<Vec<Block>> {
+fn blocks(people: &[Array2<f64>]) -> Result<Vec<ViewpointModel>> {
     let count = people.first().map_or(0, Array2::ncols);
     // U S is the matrix times V, whose columns are the eigenvectors of the products of its columns.
     let mut products = Array2::zeros((count, count));
@@ -226,7 +226,7 @@ fn blocks(people: &[Array2<f64>]) -> Result<Vec<Block>> {
 }
 
 /// What is known of a viewpoint with this `P`.
-fn block(projection: Array2<f64>) -> Result<Block> {
+fn block(projection: Array2<f64>) -> Result<ViewpointModel> {
     let rank = projection.ncols();
     let mut products = Array2::zeros((rank, rank));
     add_products_of_columns(projection.view(), &mut products);
@@ -246,7 +246,7 @@ fn block(projection: Array2<f64>) -> Result<Block> {
         found.vectors.t(),
         scaled(|length| 1.0 / (length * length)).view(),
     );
-    Ok(Block {
+    Ok(ViewpointModel {
         inverse: multiply(inverse.view(), projection.t()),
         root: scaled(|length| length),
     })

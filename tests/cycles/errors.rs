@@ -1,7 +1,7 @@
 //! How far cycles that were found are from true ones.
 
 use super::truth::Take;
-use edgegait::cycle::{Cycles, NoCycle};
+use edgegait::cycle::{FoundCycles, NoCycle};
 use std::f64::consts::TAU;
 use std::fmt;
 
@@ -36,7 +36,7 @@ pub struct Errors {
 }
 
 impl Tally {
-    pub fn add(&mut self, take: &Take, found: &Result<Cycles, NoCycle>) {
+    pub fn add(&mut self, take: &Take, found: &Result<FoundCycles, NoCycle>) {
         self.takes += 1;
         self.cycles.1 += take.cycles();
         let Ok(found) = found else { return };

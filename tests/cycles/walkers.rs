@@ -4,9 +4,9 @@
 use super::data::{fixtures, given};
 use super::errors::{Errors, Tally};
 use super::truth::takes;
-use edgegait::cycle::{CycleFinder, LowerBody, Method, Signal, lower_bodies};
-use edgegait::dataset::Layout;
-use edgegait::{Framing, Tree};
+use edgegait::cycle::{CycleFinder, CycleMethod, LowerBody, Signal, lower_bodies};
+use edgegait::dataset::TreeLayout;
+use edgegait::{FramingMode, Tree};
 use edgegait_core::silhouette::Size;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -28,31 +28,39 @@ enum Given {
     Framed,
 }
 
-const METHODS: [(&str, Method, Given); 10] = [
-    ("wave", Method::Wave, Given::Legs),
-    ("wave, 64x44 by height", Method::Wave, Given::Framed),
-    ("wave, pixels of the third", Method::Wave, Given::Third),
-    ("wave, pixels of the half", Method::Wave, Given::Half),
+const METHODS: [(&str, CycleMethod, Given); 10] = [
+    ("wave", CycleMethod::Wave, Given::Legs),
+    ("wave, 64x44 by height", CycleMethod::Wave, Given::Framed),
+    ("wave, pixels of the third", CycleMethod::Wave, Given::Third),
+    ("wave, pixels of the half", CycleMethod::Wave, Given::Half),
     (
         "peaks, pixels of the half (the paper)",
-        Method::Peaks(Signal::Pixels),
+        CycleMethod::Peaks(Signal::Pixels),
         Given::Half,
     ),
-    ("peaks, width", Method::Peaks(Signal::Width), Given::Legs),
+    (
+        "peaks, width",
+        CycleMethod::Peaks(Signal::Width),
+        Given::Legs,
+    ),
     (
         "minima, pixels of the half (Sarkar)",
-        Method::Minima(Signal::Pixels),
+        CycleMethod::Minima(Signal::Pixels),
         Given::Half,
     ),
-    ("minima, width", Method::Minima(Signal::Width), Given::Legs),
+    (
+        "minima, width",
+        CycleMethod::Minima(Signal::Width),
+        Given::Legs,
+    ),
     (
         "autocorrelation, pixels of the half",
-        Method::Autocorrelation(Signal::Pixels),
+        CycleMethod::Autocorrelation(Signal::Pixels),
         Given::Half,
     ),
     (
         "autocorrelation, width",
-        Method::Autocorrelation(Signal::Width),
+        CycleMethod::Autocorrelation(Signal::Width),
         Given::Legs,
     ),
 ];
@@ -94,7 +102,7 @@ fn sequence(tree: &Tree, index: usize) -> impl Fn(Given) -> Vec<Option<LowerBody
     files.sort();
     let half: Vec<_> = files.iter().map(|path| half(path)).collect();
     let framed = tree
-        .silhouettes(index, Size::S64x44, Framing::Height)
+        .silhouettes(index, Size::S64x44, FramingMode::Height)
         .expect("readable");
     let framed: Vec<_> = lower_bodies(&framed.pixels, [64, 44]).collect();
     move |given| match given {
@@ -114,7 +122,7 @@ fn errors(
     manifest: &Path,
     choose: fn(&str) -> bool,
 ) -> BTreeMap<(String, usize), Errors> {
-    let tree = Tree::open(folder, &Layout::default()).expect("a tree");
+    let tree = Tree::open(folder, &TreeLayout::default()).expect("a tree");
     let truth = takes(manifest);
     let chosen: Vec<usize> = (0..tree.sequences().len())
         .filter(|index| choose(&tree.sequences()[*index].subject))
@@ -165,7 +173,8 @@ fn errors(
 /// cycles, enough for one where its first widest stance comes soon.
 #[test]
 fn walkers_of_the_repository_have_their_period_or_are_too_short() {
-    let tree = Tree::open(fixtures().join("people/people"), &Layout::default()).expect("a tree");
+    let tree =
+        Tree::open(fixtures().join("people/people"), &TreeLayout::default()).expect("a tree");
     let finder = CycleFinder::new(RATE_HZ).expect("a frame rate");
     for index in 0..tree.sequences().len() {
         let legs = tree.lower_bodies(index).expect("readable");

@@ -6,7 +6,7 @@ mod study;
 
 use crate::command::done;
 use edgegait::score::{Model, Runtime};
-use edgegait_core::body::{Body, Figure};
+use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::linear::LinearRecognizer;
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::ModelPose;
@@ -57,7 +57,7 @@ fn the_board_takes_people_for_whom_the_onnx_model_does() {
     });
     let mut count = 0;
     for (job, answer) in jobs {
-        let (body, skeleton) = (Body::new(&job.avatar), job.avatar.skeleton());
+        let (body, skeleton) = (UnpackedBody::new(&job.avatar), job.avatar.skeleton());
         let mut renderer = Renderer::new(Rasterizer::Rows, Size::S50x30);
         let mut gei = GeiBuilder::new(Size::S50x30);
         for frame in 0..FRAMES {

@@ -4,12 +4,12 @@
 use edgegait::encode::{MAX_ERROR_MM, encode_subjects};
 use edgegait::scene::cohort::{CohortOptions, subjects};
 use edgegait::sweep::{
-    Aim, Framing, Jitter, Job, Moments, Raster, Sensor, Settings, Shot, Swept, View, Views,
+    Aim, FramingMode, Jitter, Job, Moments, Raster, Sensor, Settings, Shot, Swept, View, Views,
     silhouettes, sweep,
 };
 use edgegait_core::pack::Pack;
 use edgegait_core::raster::Rasterizer;
-use edgegait_core::silhouette::{Frame, Size};
+use edgegait_core::silhouette::{AnySilhouette, Size};
 use edgegait_core::template::GeiBuilder;
 use glam::Vec3;
 
@@ -24,7 +24,7 @@ fn pack() -> Vec<u8> {
     encode_subjects(&people, MAX_ERROR_MM, &|| {}).expect("two people fit a pack")
 }
 
-fn settings(raster: impl Into<Raster>, framing: Framing) -> Settings {
+fn settings(raster: impl Into<Raster>, framing: FramingMode) -> Settings {
     Settings {
         rasterizer: raster.into(),
         framing,
@@ -33,7 +33,12 @@ fn settings(raster: impl Into<Raster>, framing: Framing) -> Settings {
     }
 }
 
-fn frames(pack: &Pack<'_>, walk: usize, views: &[View], settings: Settings) -> Vec<Vec<Frame>> {
+fn frames(
+    pack: &Pack<'_>,
+    walk: usize,
+    views: &[View],
+    settings: Settings,
+) -> Vec<Vec<AnySilhouette>> {
     let shot = Shot {
         job: Job::plain(walk, 0),
         moments: Moments::Cycle,
@@ -68,8 +73,9 @@ fn columns_and_rows_draw_the_same_pixels_from_703_viewpoints() {
     let views = Views::paper().expect("the grid").list;
     let (mut wrong, mut pixels) = (0, 0);
     for walk in 0..pack.walks().len() {
-        let [columns, rows] = [Raster::Columns, Rasterizer::Rows.into()]
-            .map(|raster: Raster| frames(&pack, walk, &views, settings(raster, Framing::Cycle)));
+        let [columns, rows] = [Raster::Columns, Rasterizer::Rows.into()].map(|raster: Raster| {
+            frames(&pack, walk, &views, settings(raster, FramingMode::Cycle))
+        });
         for (columns, rows) in columns.iter().flatten().zip(rows.iter().flatten()) {
             let (columns, rows) = (columns.silhouette(), rows.silhouette());
             assert!(rows.area() > 50);
@@ -96,7 +102,7 @@ fn a_sweep_by_columns_is_the_same_on_1_and_2_threads_and_whatever_views_are_aske
         [0.0, 30.0, 85.0, 90.0, -20.0],
     );
     let views = views.expect("viewpoints").list;
-    let mut settings = settings(Raster::Columns, Framing::Cycle);
+    let mut settings = settings(Raster::Columns, FramingMode::Cycle);
     settings.jitter = Jitter::R2;
     let on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -127,7 +133,7 @@ fn a_sweeps_geis_are_the_means_of_the_frames_that_are_rendered() {
     );
     let views = views.expect("viewpoints").list;
     for size in Size::ALL {
-        for framing in [Framing::Cycle, Framing::Camera] {
+        for framing in [FramingMode::Cycle, FramingMode::Camera] {
             let mut settings = settings(Raster::Columns, framing);
             (settings.size, settings.jitter) = (size, Jitter::R2);
             let geis = &geis(&pack, &views, settings)[1];
@@ -156,7 +162,7 @@ fn what_a_sensor_cuts_off_is_what_rows_say() {
         (4.0, Aim::Point(Vec3::new(1.2, 0.9, 0.3)), true),
     ] {
         let [columns, rows] = [Raster::Columns, Rasterizer::Rows.into()].map(|raster: Raster| {
-            let mut settings = settings(raster, Framing::Camera);
+            let mut settings = settings(raster, FramingMode::Camera);
             settings.sensor = Sensor {
                 distance_m,
                 aim,

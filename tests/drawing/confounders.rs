@@ -3,10 +3,10 @@
 use crate::command::{done, refused};
 use crate::npy::npy;
 use crate::two::folder;
-use edgegait::confound::{CATALOGUE, Condition, Dose, Doses, Kind, Stage};
+use edgegait::confound::{CATALOGUE, Condition, ConfounderKind, Dose, Doses, Stage};
 use edgegait::encode::{MAX_ERROR_MM, encode_subjects};
 use edgegait::scene::cohort::{CohortOptions, subjects};
-use edgegait::sweep::{Framing, Job, Lens, Raster, Settings, Swept, View, sweep};
+use edgegait::sweep::{FramingMode, Job, Lens, Raster, Settings, Swept, View, sweep};
 use edgegait_core::pack::Pack;
 use edgegait_core::raster::Rasterizer;
 use serde_json::Value;
@@ -53,7 +53,7 @@ fn geis(pack: &[u8], condition: Option<&Condition>, settings: Settings) -> Vec<V
     all
 }
 
-fn alone(kind: Kind, strength: f64) -> Condition {
+fn alone(kind: ConfounderKind, strength: f64) -> Condition {
     Condition::of(Doses::new([Dose { kind, strength }]))
 }
 
@@ -109,15 +109,15 @@ fn seeds_reproduce_and_threads_change_nothing() {
         .build()
         .expect("threads");
     let drawn = [
-        Kind::DroppedFrames,
-        Kind::StaticOccluder,
-        Kind::MovingOccluder,
-        Kind::Resolution,
-        Kind::Light,
-        Kind::Holes,
-        Kind::MissingParts,
-        Kind::MergedBackground,
-        Kind::SaltAndPepper,
+        ConfounderKind::DroppedFrames,
+        ConfounderKind::StaticOccluder,
+        ConfounderKind::MovingOccluder,
+        ConfounderKind::Resolution,
+        ConfounderKind::Light,
+        ConfounderKind::Holes,
+        ConfounderKind::MissingParts,
+        ConfounderKind::MergedBackground,
+        ConfounderKind::SaltAndPepper,
     ];
     for kind in drawn {
         let condition = alone(kind, 0.7);
@@ -164,9 +164,9 @@ fn all_confounders_act_together_within_the_budget() {
         strength: 1.0,
     })));
     for (framing, lens) in [
-        (Framing::Box, Lens::Ortho),
-        (Framing::Cycle, Lens::Ortho),
-        (Framing::Camera, Lens::Persp),
+        (FramingMode::Box, Lens::Ortho),
+        (FramingMode::Cycle, Lens::Ortho),
+        (FramingMode::Camera, Lens::Persp),
     ] {
         let settings = Settings {
             framing,
@@ -182,16 +182,16 @@ fn all_confounders_act_together_within_the_budget() {
 fn columns_draw_what_is_worn_and_how_it_moves_as_rows_do() {
     let pack = pack();
     for kind in [
-        Kind::Coat,
-        Kind::Backpack,
-        Kind::AsymmetricGait,
-        Kind::Slope,
+        ConfounderKind::Coat,
+        ConfounderKind::Backpack,
+        ConfounderKind::AsymmetricGait,
+        ConfounderKind::Slope,
     ] {
         let condition = alone(kind, 1.0);
         let of = |rasterizer: Raster| {
             let settings = Settings {
                 rasterizer,
-                framing: Framing::Cycle,
+                framing: FramingMode::Cycle,
                 ..settings()
             };
             geis(&pack, Some(&condition), settings)
@@ -205,10 +205,10 @@ fn columns_draw_what_is_worn_and_how_it_moves_as_rows_do() {
 fn images_are_confounded_in_every_framing() {
     let pack = pack();
     for framing in [
-        Framing::Height,
-        Framing::Box,
-        Framing::Cycle,
-        Framing::Camera,
+        FramingMode::Height,
+        FramingMode::Box,
+        FramingMode::Cycle,
+        FramingMode::Camera,
     ] {
         let settings = Settings {
             framing,
@@ -216,7 +216,7 @@ fn images_are_confounded_in_every_framing() {
         };
         let plain = geis(&pack, None, settings);
         let dilated = |strength| {
-            let condition = alone(Kind::Dilation, strength);
+            let condition = alone(ConfounderKind::Dilation, strength);
             geis(&pack, Some(&condition), settings)
         };
         // Less than a sample: figures are drawn finely, and framed again.

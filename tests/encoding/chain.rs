@@ -4,7 +4,7 @@
 use edgegait::encode::{encode_avatar, encode_subjects};
 use edgegait::scene::cohort::{self, CohortOptions};
 use edgegait::scene::{Cycle, Subject, Track};
-use edgegait::sweep::{Framing, Job, Settings, View, Views, sweep};
+use edgegait::sweep::{FramingMode, Job, Settings, View, Views, sweep};
 use edgegait_core::avatar::Avatar;
 use edgegait_core::pack::{Gait, Pack};
 use edgegait_core::pose::ModelPose;
@@ -205,7 +205,7 @@ fn a_varied_cycle_depends_on_what_else_is_in_the_pack_by_no_more_than_a_stored_o
     // One place for all frames: a frame whose centroid is between two columns would land on
     // either.
     let kept = |seed| Settings {
-        framing: Framing::Cycle,
+        framing: FramingMode::Cycle,
         ..seeded(seed)
     };
     let many = swept(&many, 2, &side, kept(1));

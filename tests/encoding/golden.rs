@@ -6,8 +6,8 @@
 
 use edgegait::encode::encode_subjects;
 use edgegait::scene::cohort::{self, CohortOptions};
-use edgegait::scene::{Cycle, Span, Subject, Track};
-use edgegait_core::body::{Body, Figure};
+use edgegait::scene::{Cycle, Subject, Track, UncutMotion};
+use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::clip::Clip;
 use edgegait_core::format::crc32;
 use edgegait_core::pack::Pack;
@@ -41,11 +41,11 @@ fn people() -> Vec<Subject> {
 }
 
 /// Four seconds of a cycle that sets off from standing and turns by 200 degrees.
-fn set_off(cycle: &Cycle) -> Span {
+fn set_off(cycle: &Cycle) -> UncutMotion {
     const RATE_HZ: f64 = 60.0;
     let frames = cycle.root.len();
     let (mut phase, mut heading, mut at) = (0.0f64, 0.0f64, DVec3::ZERO);
-    let mut span = Span {
+    let mut span = UncutMotion {
         sample_rate_hz: RATE_HZ,
         roots: Vec::new(),
         rotations: Vec::new(),
@@ -93,7 +93,7 @@ fn poses(pack: &Pack<'_>) -> String {
     for index in 0..pack.avatar_count() {
         let avatar = pack.avatar(index).expect("an avatar");
         let skeleton = avatar.skeleton();
-        let body = Body::new(&avatar);
+        let body = UnpackedBody::new(&avatar);
         let figure = Figure::new(&body, &ModelPose::new(&skeleton, &Pose::REST));
         let corners = [
             figure.points().fold(Vec3::MAX, Vec3::min),

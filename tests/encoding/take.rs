@@ -5,7 +5,7 @@ use crate::data::{fixtures, given};
 use edgegait::encode::{EncodedClip, encode_take};
 use edgegait::scene::cohort::Person;
 use edgegait::scene::recorded::{BodyOptions, Keep, ReadOptions, Recording, subjects};
-use edgegait::scene::{Cycle, Span, Track};
+use edgegait::scene::{Cycle, Track, UncutMotion};
 use edgegait_core::clip::Clip;
 use edgegait_core::codebook::Codebook;
 use edgegait_core::format::{CODEBOOK_BYTES, STEPS_AT};
@@ -47,7 +47,7 @@ fn walk(
     rate: f64,
     heading: impl Fn(f64) -> f64,
     share: impl Fn(f64) -> f64,
-) -> Span {
+) -> UncutMotion {
     let (mut at, mut phase) = (DVec3::ZERO, 0.0);
     let (mut roots, mut rotations) = (Vec::new(), Vec::new());
     for frame in 0..(seconds * rate) as usize {
@@ -71,7 +71,7 @@ fn walk(
         at += look * DVec3::Z * (share * cycle.drift_m / cycle.period_s / rate);
         phase = (phase + share / (cycle.period_s * rate)).fract();
     }
-    Span {
+    UncutMotion {
         sample_rate_hz: rate,
         roots,
         rotations,
@@ -79,7 +79,7 @@ fn walk(
 }
 
 /// Encodes, and holds the stated error to the second decoder.
-fn encoded(span: &Span, skeleton: &Skeleton, asked_mm: f64) -> EncodedClip {
+fn encoded(span: &UncutMotion, skeleton: &Skeleton, asked_mm: f64) -> EncodedClip {
     let codebook = codebook();
     let parsed = Codebook::parse(&codebook).unwrap();
     let encoded = encode_take(span, skeleton, &parsed, asked_mm).unwrap();
@@ -179,7 +179,7 @@ fn takes_that_cannot_be_are_refused_with_a_reason() {
     let span = walk(&cycle, 0.1, 100.0, |_| 0.0, |_| 1.0);
     let codebook = codebook();
     let parsed = Codebook::parse(&codebook).unwrap();
-    let refusal = |change: &dyn Fn(&mut Span)| {
+    let refusal = |change: &dyn Fn(&mut UncutMotion)| {
         let mut span = span.clone();
         change(&mut span);
         let error = encode_take(&span, &skeleton, &parsed, 5.0).unwrap_err();

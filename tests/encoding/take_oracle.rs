@@ -1,6 +1,6 @@
 //! A second decoder of takes, in f64 and written from FORMAT.md: what the core's is held to.
 
-use edgegait::scene::Span;
+use edgegait::scene::UncutMotion;
 use edgegait_core::skeleton::{JOINTS, Joint, Skeleton};
 use glam::{DQuat, DVec3};
 
@@ -165,7 +165,7 @@ impl Oracle {
 
     /// Greatest distance of the six points 3 cm off each joint from where they are in the
     /// frames of `span`, mm.
-    pub fn max_error_mm(&self, span: &Span, skeleton: &Skeleton) -> f64 {
+    pub fn max_error_mm(&self, span: &UncutMotion, skeleton: &Skeleton) -> f64 {
         let points = |(root, rotations): &(DVec3, [DQuat; JOINTS])| {
             let mut placed = [(*root, rotations[0]); JOINTS];
             for joint in Joint::ALL {

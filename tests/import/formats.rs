@@ -9,7 +9,7 @@ use std::path::Path;
 
 use edgegait::import::Motion;
 use edgegait::scene::forward_kinematics;
-use edgegait::scene::retarget::Take;
+use edgegait::scene::retarget::RetargetedMotion;
 use edgegait_core::skeleton::Joint;
 use glam::DVec3;
 
@@ -60,7 +60,7 @@ fn of_source(motion: &Motion, names: &[[String; 7]; 2]) -> Angles {
 
 /// The angles of the same motion on the canonical skeleton, frame by frame of the file.
 fn of_ours(motion: &Motion) -> (Angles, usize) {
-    let take = Take::from_motion(motion, None).unwrap();
+    let take = RetargetedMotion::from_motion(motion, None).unwrap();
     let first = (take.start_s * take.sample_rate_hz).round() as usize;
     use Joint as J;
     let joints = [

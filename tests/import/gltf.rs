@@ -2,11 +2,11 @@
 
 use crate::data::{fixtures, given};
 use crate::npz::Npz;
-use edgegait::import::{Motion, Options};
-use edgegait::scene::Span;
+use edgegait::import::{ImportOptions, Motion};
+use edgegait::scene::UncutMotion;
 use edgegait::scene::figure;
 use edgegait::scene::forward_kinematics;
-use edgegait::scene::retarget::Take;
+use edgegait::scene::retarget::RetargetedMotion;
 use edgegait_core::skeleton::Joint;
 use glam::DVec3;
 use ndarray::ArrayD;
@@ -15,9 +15,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 fn body(data: &Path, name: &str) -> Motion {
-    let options = Options {
+    let options = ImportOptions {
         clip: Some(format!("{name}_007_01")),
-        ..Options::default()
+        ..ImportOptions::default()
     };
     let path = data.join(format!("truth/avatars/{name}.glb"));
     Motion::read_with(path, &options).unwrap()
@@ -97,9 +97,9 @@ const BONES: [(Joint, &str); 16] = [
 fn check_kept_take(data: &Path, bodies: &[&str]) {
     for name in bodies {
         let motion = body(data, name);
-        let take = Take::from_motion(&motion, None).unwrap();
+        let take = RetargetedMotion::from_motion(&motion, None).unwrap();
         assert!(take.warnings.is_empty(), "{:?}", take.warnings);
-        let span = Span::of(&take);
+        let span = UncutMotion::of(&take);
         let pose = table(data, "pose", name);
         let heads = pose.array::<f32>("joint_head");
         let bones = pose.strings("bones");
@@ -182,7 +182,7 @@ fn check_found_joints(mesh: &Path, own: &Motion, bones: &HashMap<&str, DVec3>) {
         let is_trunk = matches!(joint, Joint::Spine | Joint::Thorax);
         assert!(is_trunk || given.length() < 0.1, "{joint:?} {given}");
     }
-    let take = Take::from_motion(&figure, None).unwrap();
+    let take = RetargetedMotion::from_motion(&figure, None).unwrap();
     assert!(take.warnings.is_empty(), "{:?}", take.warnings);
 }
 

@@ -5,8 +5,8 @@
 use super::hard_files::{Case, End, MARKERS, NO_MARKERS, REFERENCE, SKELETONS, USUAL};
 use crate::command::{self, code, text};
 use crate::data::given;
-use edgegait::import::{Markers, Motion, Options, Source};
-use edgegait::scene::retarget::Take;
+use edgegait::import::{FileContents, ImportOptions, Markers, Motion};
+use edgegait::scene::retarget::RetargetedMotion;
 use edgegait_core::skeleton::Joint;
 use glam::DVec3;
 use std::collections::BTreeSet;
@@ -86,9 +86,9 @@ pub fn warnings(output: &str) -> impl Iterator<Item = &str> {
 }
 
 fn motion(folder: &Path, name: &str, asf: Option<&str>) -> Motion {
-    let options = Options {
+    let options = ImportOptions {
         asf: asf.map(|asf| folder.join(asf)),
-        ..Options::default()
+        ..ImportOptions::default()
     };
     Motion::read_with(folder.join(name), &options).unwrap()
 }
@@ -108,7 +108,9 @@ fn check_motion(folder: &Path, (name, asf, ends): Case) {
                 }
             }
             SameTake(other, other_asf) => {
-                let take = |name, asf| Take::from_motion(&motion(folder, name, asf), None).unwrap();
+                let take = |name, asf| {
+                    RetargetedMotion::from_motion(&motion(folder, name, asf), None).unwrap()
+                };
                 let (ours, reference) = (take(name, asf), take(other, other_asf));
                 assert_eq!(ours.len(), reference.len(), "{name}");
                 for joint in Joint::ALL.map(Joint::index) {
@@ -121,7 +123,7 @@ fn check_motion(folder: &Path, (name, asf, ends): Case) {
                 }
             }
             Smooth(most_m) => {
-                let take = Take::from_motion(&motion(folder, name, asf), None).unwrap();
+                let take = RetargetedMotion::from_motion(&motion(folder, name, asf), None).unwrap();
                 let mut farthest_m = 0f64;
                 for frame in 1..take.len() {
                     let (a, b) = (take.joint_positions(frame - 1), take.joint_positions(frame));
@@ -136,9 +138,9 @@ fn check_motion(folder: &Path, (name, asf, ends): Case) {
 }
 
 pub fn read_markers(path: &Path) -> Markers {
-    match Source::read(path).unwrap() {
-        Source::Markers(markers) => markers,
-        Source::Motion(_) => panic!("{} holds a skeleton", path.display()),
+    match FileContents::read(path).unwrap() {
+        FileContents::Markers(markers) => markers,
+        FileContents::Motion(_) => panic!("{} holds a skeleton", path.display()),
     }
 }
 

@@ -9,7 +9,7 @@ use std::path::Path;
 use super::clips::{manifest, number};
 use crate::data::{fixtures, given};
 use edgegait::scene::recorded::{Keep, ReadOptions, Recording};
-use edgegait::scene::retarget::Take;
+use edgegait::scene::retarget::RetargetedMotion;
 use edgegait_core::skeleton::Joint;
 
 /// Clips without a cycle, and the reason that is given.
@@ -44,7 +44,7 @@ fn read(path: &Path, fps: Option<f64>) -> edgegait::error::Result<Recording> {
 }
 
 /// The manifest's speed: the median of the pelvis's over the frames in which it moves.
-fn median_speed(take: &Take) -> f64 {
+fn median_speed(take: &RetargetedMotion) -> f64 {
     /// Over the speed that one frame in twenty exceeds: gives 0.98 and 0.88 m/s for the two clips
     /// that stop (131_01, Xsens), as the manifest has it.
     const MOVES: f64 = 0.27;

@@ -4,16 +4,16 @@ use std::path::Path;
 
 use super::clips::{manifest, number};
 use crate::data::{fixtures, given};
-use edgegait::import::{Markers, Source};
-use edgegait::scene::retarget::{DEFAULT_CUT_OFF_HZ, Take};
-use edgegait::scene::{Span, events};
+use edgegait::import::{FileContents, Markers};
+use edgegait::scene::retarget::{DEFAULT_CUT_OFF_HZ, RetargetedMotion};
+use edgegait::scene::{UncutMotion, events};
 use edgegait_core::skeleton::Joint;
 use glam::DVec3;
 
 fn markers_of(path: &Path) -> Markers {
-    match Source::read(path).unwrap() {
-        Source::Markers(markers) => markers,
-        Source::Motion(_) => panic!("{} holds a skeleton", path.display()),
+    match FileContents::read(path).unwrap() {
+        FileContents::Markers(markers) => markers,
+        FileContents::Motion(_) => panic!("{} holds a skeleton", path.display()),
     }
 }
 
@@ -32,11 +32,11 @@ const REASONS: [(&str, &str); 2] = [
 fn check_cadence_and_speed(data: &Path) {
     for row in manifest(data, &[".c3d", ".trc"]) {
         let path = data.join("mocap").join(&row["file"]);
-        let take = Take::from_markers(&markers_of(&path), Some(DEFAULT_CUT_OFF_HZ))
+        let take = RetargetedMotion::from_markers(&markers_of(&path), Some(DEFAULT_CUT_OFF_HZ))
             .unwrap_or_else(|e| panic!("{}: {e}", row["file"]));
         let reason = REASONS.iter().find(|(part, _)| row["file"].contains(part));
         // The manifest's speed is the whole clip's; that of its cycles differs where it speeds up.
-        let along = Span::of(&take).speed_mps() / number(&row, "speed_mps") - 1.0;
+        let along = UncutMotion::of(&take).speed_mps() / number(&row, "speed_mps") - 1.0;
         let cut = events::cut(&take);
         let (cadence, speed) = match &cut {
             Ok(cut) => (
@@ -102,7 +102,7 @@ fn check_joints(data: &Path) {
     for row in manifest(data, &[".c3d", ".trc"]) {
         let path = data.join("mocap").join(&row["file"]);
         let markers = markers_of(&path);
-        let take = Take::from_markers(&markers, None).unwrap();
+        let take = RetargetedMotion::from_markers(&markers, None).unwrap();
         let start = (take.start_s * take.sample_rate_hz).round() as usize;
         // All clips with these points have Z up; the floor is where we put it.
         let world = |p: DVec3| DVec3::new(p.x, p.z, -p.y) * take.unit_m;
@@ -167,9 +167,9 @@ mod with_data {
     }
 
     /// What becomes of a hard file.
-    fn hard(name: &str) -> Result<Take, String> {
+    fn hard(name: &str) -> Result<RetargetedMotion, String> {
         let path = given().join("hard").join(name);
-        Take::from_markers(&markers_of(&path), Some(DEFAULT_CUT_OFF_HZ))
+        RetargetedMotion::from_markers(&markers_of(&path), Some(DEFAULT_CUT_OFF_HZ))
     }
 
     #[test]
@@ -181,7 +181,7 @@ mod with_data {
             "83_trc_zero_gap.trc",
             "84_trc_9999999_gap.trc",
         ];
-        let takes: Vec<Take> = names.iter().map(|name| hard(name).unwrap()).collect();
+        let takes: Vec<RetargetedMotion> = names.iter().map(|name| hard(name).unwrap()).collect();
         for take in &takes {
             assert_eq!(take.positions.len(), takes[0].positions.len());
             for (a, b) in take

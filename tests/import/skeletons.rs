@@ -5,20 +5,20 @@ use std::path::Path;
 
 use super::clips::{Row, manifest, number};
 use crate::data::{fixtures, given};
-use edgegait::import::{Motion, Options};
-use edgegait::scene::events::{self, Cut};
-use edgegait::scene::retarget::{DEFAULT_CUT_OFF_HZ, Take};
+use edgegait::import::{ImportOptions, Motion};
+use edgegait::scene::events::{self, CutTake};
+use edgegait::scene::retarget::{DEFAULT_CUT_OFF_HZ, RetargetedMotion};
 use edgegait_core::skeleton::Joint;
 use glam::{DMat4, DVec3};
 
-fn take_of(data: &Path, row: &Row) -> Take {
+fn take_of(data: &Path, row: &Row) -> RetargetedMotion {
     let path = data.join("mocap").join(&row["file"]);
-    let options = Options {
+    let options = ImportOptions {
         sample_rate_hz: row["file"].ends_with(".amc").then(|| number(row, "fps")),
-        ..Options::default()
+        ..ImportOptions::default()
     };
     let motion = Motion::read_with(path, &options).unwrap();
-    Take::from_motion(&motion, Some(DEFAULT_CUT_OFF_HZ)).unwrap()
+    RetargetedMotion::from_motion(&motion, Some(DEFAULT_CUT_OFF_HZ)).unwrap()
 }
 
 fn check_cycles(data: &Path) {
@@ -40,7 +40,7 @@ fn check_cycles(data: &Path) {
 }
 
 /// Mean distance over a take of the canonical joint from the source's, metres.
-fn misses(take: &Take) -> Vec<(Joint, f64)> {
+fn misses(take: &RetargetedMotion) -> Vec<(Joint, f64)> {
     Joint::ALL
         .into_iter()
         .map(|joint| {
@@ -76,7 +76,7 @@ fn check_cadence_and_speed(data: &Path) {
         .collect();
     assert!(!rows.is_empty());
     for row in &rows {
-        let cut: Cut = events::cut(&take_of(data, row)).unwrap();
+        let cut: CutTake = events::cut(&take_of(data, row)).unwrap();
         let off = |ours: f64, column| ours / number(row, column) - 1.0;
         let (cadence, speed) = (
             off(cut.cadence_spm, "cadence_spm"),

@@ -4,8 +4,8 @@ use crate::command::done;
 use edgegait::evaluate::contest::Baselines;
 use edgegait::scene::cohort;
 use edgegait::{
-    CohortOptions, Drawn, Entrant, Job, MAX_ERROR_MM, Model, Pack, Protocol, Runtime, Settings,
-    Views, Wish, encode_subjects, sweep,
+    CohortOptions, DrawnContest, Entrant, Job, MAX_ERROR_MM, Model, Pack, Protocol, Runtime,
+    Settings, Views, Wish, encode_subjects, sweep,
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -104,7 +104,7 @@ fn baselines_know_people_by_what_a_recognizer_was_trained_on_or_by_its_gallery()
             views: Some(views.clone()),
             ..Wish::default()
         };
-        let drawn = Drawn::new((&pack, &walks), &entrants, wish).expect("a contest");
+        let drawn = DrawnContest::new((&pack, &walks), &entrants, wish).expect("a contest");
         let Baselines {
             entrants: added,
             warnings,

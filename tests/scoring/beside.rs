@@ -5,8 +5,8 @@ use crate::npy::npy;
 use crate::people::{Row, body, recordings, rows};
 use crate::skinned::spans;
 use edgegait::Tree;
-use edgegait::dataset::Layout;
-use edgegait::sweep::Framing;
+use edgegait::dataset::TreeLayout;
+use edgegait::sweep::FramingMode;
 use edgegait_core::silhouette::Size;
 use image::{GrayImage, Luma};
 use std::ffi::OsString;
@@ -95,7 +95,7 @@ fn ten_walkers_before_and_after_as_a_picture() {
     let now = OsString::from(env!("CARGO_BIN_EXE_edgegait"));
     let bodies = rows(&data.join("people/bodies.csv"));
     let takes = rows(&data.join("people/manifest.csv"));
-    let tree = Tree::open(data.join("people/people"), &Layout::default()).expect("a tree");
+    let tree = Tree::open(data.join("people/people"), &TreeLayout::default()).expect("a tree");
     let (rows, columns) = (SIZE.rows() * SCALE, SIZE.columns() * SCALE);
     let walkers: usize = SHOWN.iter().map(|(_, takes)| takes).sum();
     let wide = COLUMNS.len() * (3 * columns + GAP[0]) - GAP[0];
@@ -115,7 +115,7 @@ fn ten_walkers_before_and_after_as_a_picture() {
                 let place = tree.sequences().iter().position(|one| {
                     one.subject == id && one.take == row["take"] && one.view == view
                 });
-                let seen = tree.silhouettes(place.expect("a sequence"), SIZE, Framing::Height);
+                let seen = tree.silhouettes(place.expect("a sequence"), SIZE, FramingMode::Height);
                 let seen = seen.expect("silhouettes");
                 let size = seen.pixels.len() / seen.frames;
                 let (from, to) = spans(&row["cycles"])[0];

@@ -5,9 +5,9 @@ use crate::command::done;
 use crate::data::given;
 use crate::people::{Row, rows};
 use crate::skinned::{CHOICES, Seen, spans};
-use edgegait::dataset::Layout;
+use edgegait::dataset::TreeLayout;
 use edgegait::score::{Model, Runtime};
-use edgegait::sweep::Framing;
+use edgegait::sweep::FramingMode;
 use edgegait::{Dataset, Tree};
 use edgegait_core::silhouette::Size;
 use std::collections::BTreeMap;
@@ -114,7 +114,7 @@ fn rank1(
 /// The cycles of the people for choices.
 fn seen(data: &Path) -> Vec<Shown> {
     let takes = rows(&data.join("people/manifest.csv"));
-    let tree = Tree::open(data.join("people/people"), &Layout::default()).expect("a tree");
+    let tree = Tree::open(data.join("people/people"), &TreeLayout::default()).expect("a tree");
     let mut shown = Vec::new();
     for row in takes
         .iter()
@@ -125,7 +125,11 @@ fn seen(data: &Path) -> Vec<Shown> {
         let place = tree.sequences().iter().position(|one| {
             one.subject == row["id"] && one.take == row["take"] && one.view == row["view"]
         });
-        let seen = tree.silhouettes(place.expect("a sequence"), Size::S50x30, Framing::Height);
+        let seen = tree.silhouettes(
+            place.expect("a sequence"),
+            Size::S50x30,
+            FramingMode::Height,
+        );
         let seen = Seen::of(&seen.expect("silhouettes"));
         for span in spans(&row["phase_cycles"]) {
             shown.push(Shown {

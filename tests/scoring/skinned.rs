@@ -5,9 +5,9 @@ use crate::command::done;
 use crate::data::given;
 use crate::npy::npy;
 use crate::people::{Row, body, recordings, rows};
-use edgegait::dataset::{Layout, Silhouettes};
-use edgegait::sweep::Framing;
-use edgegait::train::{Components, Method, Options, fit};
+use edgegait::dataset::{Silhouettes, TreeLayout};
+use edgegait::sweep::FramingMode;
+use edgegait::train::{Components, TrainMethod, TrainOptions, fit};
 use edgegait::{Dataset, Tree};
 use edgegait_core::silhouette::Size;
 use ndarray::Array2;
@@ -164,9 +164,9 @@ impl Found {
         let pixels: Vec<f32> = self.learnt.iter().flat_map(|(_, gei)| of(gei)).collect();
         let samples = Array2::from_shape_vec((self.learnt.len(), self.learnt[0].1.len()), pixels);
         let labels: Vec<usize> = self.learnt.iter().map(|(id, _)| class(id)).collect();
-        let options = Options {
+        let options = TrainOptions {
             components: Components::Count(60),
-            method: Method::Svm { c: 1.0 },
+            method: TrainMethod::Svm { c: 1.0 },
         };
         let samples = samples.expect("whole rows");
         let learnt = fit(samples.view(), &labels, names.len(), options).expect("a recognizer");
@@ -213,7 +213,7 @@ mod slow {
         let at = folder.path();
         let bodies = rows(&data.join("people/bodies.csv"));
         let takes = rows(&data.join("people/manifest.csv"));
-        let tree = Tree::open(data.join("people/people"), &Layout::default()).expect("a tree");
+        let tree = Tree::open(data.join("people/people"), &TreeLayout::default()).expect("a tree");
         let mut found: BTreeMap<&str, Found> = BTreeMap::new();
         let ids = bodies.iter().map(|row| row["id"].as_str());
         let wanted = |id: &&str| people == "all" || (people == "choices") == CHOICES.contains(id);
@@ -252,8 +252,11 @@ mod slow {
                 let place = tree.sequences().iter().position(|one| {
                     one.subject == id && one.take == row["take"] && one.view == view
                 });
-                let seen =
-                    tree.silhouettes(place.expect("a sequence"), Size::S50x30, Framing::Height);
+                let seen = tree.silhouettes(
+                    place.expect("a sequence"),
+                    Size::S50x30,
+                    FramingMode::Height,
+                );
                 let seen = seen.expect("silhouettes");
                 assert_eq!(seen.empty, 0);
                 let seen = Seen::of(&seen);

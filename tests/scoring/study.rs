@@ -4,8 +4,8 @@ use crate::command::{done, names, refused};
 use crate::data::fixtures;
 use crate::people::{body, rows};
 use crate::skinned::{Seen, spans};
-use edgegait::dataset::Layout;
-use edgegait::sweep::Framing;
+use edgegait::dataset::TreeLayout;
+use edgegait::sweep::FramingMode;
 use edgegait::{Dataset, Tree};
 use edgegait_core::silhouette::Size;
 use image::{GrayImage, imageops};
@@ -102,13 +102,13 @@ fn found_by_hand(at: &Path) -> f64 {
         let made = Dataset::open(at.join("w")).expect("a dataset");
         twins.extend(made.templates().map(|gei| (id.clone(), gei.to_vec())));
     }
-    let tree = Tree::open(at.join("people"), &Layout::default()).expect("a tree");
+    let tree = Tree::open(at.join("people"), &TreeLayout::default()).expect("a tree");
     let (mut hits, mut all) = (0, 0);
     for row in takes {
         let place = tree.sequences().iter().position(|one| {
             one.subject == row["id"] && one.take == row["take"] && one.view == "090"
         });
-        let seen = tree.silhouettes(place.expect("a take"), Size::S50x30, Framing::Height);
+        let seen = tree.silhouettes(place.expect("a take"), Size::S50x30, FramingMode::Height);
         let seen = Seen::of(&seen.expect("silhouettes"));
         for span in spans(&row["phase_cycles"]) {
             let gei = seen.gei(span);

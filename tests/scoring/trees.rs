@@ -2,8 +2,8 @@
 
 use crate::command::{done, edgegait, refused, text};
 use edgegait::Tree;
-use edgegait::dataset::Layout;
-use edgegait::sweep::Framing;
+use edgegait::dataset::TreeLayout;
+use edgegait::sweep::FramingMode;
 use edgegait_core::silhouette::Size;
 use serde_json::Value;
 use std::fs;
@@ -47,11 +47,11 @@ pub fn folders(path: &Path) -> Vec<String> {
 
 /// The name of each sequence and its GEI, by the definition: the mean of silhouettes.
 pub fn geis(tree: &Path) -> Vec<(String, String, Vec<f64>)> {
-    let tree = Tree::open(tree, &Layout::default()).expect("a tree");
+    let tree = Tree::open(tree, &TreeLayout::default()).expect("a tree");
     let sequences = tree.sequences().iter().enumerate();
     sequences
         .map(|(at, one)| {
-            let found = tree.silhouettes(at, Size::S50x30, Framing::Height);
+            let found = tree.silhouettes(at, Size::S50x30, FramingMode::Height);
             let found = found.expect("readable");
             let mean = |pixel: usize| {
                 let column = found.pixels.iter().skip(pixel).step_by(1_500);

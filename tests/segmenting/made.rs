@@ -109,7 +109,7 @@ fn a_folder_of_frames_becomes_a_sequence_of_a_tree_on_any_number_of_threads() {
     assert_eq!(sheet.dimensions(), (4 * 98 + 2, 5 * 66 + 2));
     // The first block's corner is outlined.
     assert_eq!(sheet.get_pixel(2, 2 + 16).0, [255, 0, 255]);
-    let tree = edgegait::Tree::open(at.join("tree-1"), &edgegait::dataset::Layout::default())
+    let tree = edgegait::Tree::open(at.join("tree-1"), &edgegait::dataset::TreeLayout::default())
         .expect("a tree");
     assert_eq!(tree.sequences().len(), 1);
 }

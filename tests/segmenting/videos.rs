@@ -19,7 +19,7 @@ const OTHERS: [&str; 4] = [
 mod with_data {
     use super::*;
     use edgegait::Result;
-    use edgegait::segment::{Segmenter, Settings, Video};
+    use edgegait::segment::{SegmentSettings, Segmenter, Video};
     use rayon::prelude::*;
     use std::fs;
     use std::path::{Path, PathBuf};
@@ -44,7 +44,8 @@ mod with_data {
         let frames = folder.join("frames");
         let mut video = Video::open(&frames)?;
         let size = video.size();
-        let (segmenter, _) = Segmenter::open(&frames, size, background, Settings::default())?;
+        let (segmenter, _) =
+            Segmenter::open(&frames, size, background, SegmentSettings::default())?;
         let mut masks = files(&folder.join("masks")).into_iter();
         let mut jaccards = Vec::new();
         loop {
@@ -126,7 +127,7 @@ mod with_data {
             let mut frames = Video::open(&empty).expect("a folder");
             let size = frames.size();
             let picture = folder.join("background.png");
-            let opened = Segmenter::open(&empty, size, Some(&picture), Settings::default());
+            let opened = Segmenter::open(&empty, size, Some(&picture), SegmentSettings::default());
             let (segmenter, _) = opened.expect("a scene");
             for frame in frames.batch().expect("frames") {
                 assert_eq!(segmenter.segment(&frame).mask.area(), 0, "{video}");

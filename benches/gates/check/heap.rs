@@ -5,7 +5,7 @@
 )]
 
 use edgegait::error::{Error, Result};
-use edgegait_core::body::{Body, Figure};
+use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::raster::{Rasterizer, Renderer};
 use edgegait_core::silhouette::Size;
@@ -46,7 +46,7 @@ static ALLOCATOR: Counting = Counting;
 pub fn rows_heap_bytes() -> Result<usize> {
     let failed = |error: &dyn std::error::Error| Error::Failed(format!("heap of rows: {error}"));
     let before = ASKED_BYTES.get();
-    let mut body = Body::default();
+    let mut body = UnpackedBody::default();
     let box_of_corners =
         (0..8u8).map(|corner| Vec3::from([0, 1, 2].map(|axis| f32::from(corner >> axis & 1))));
     body.push(Joint::Pelvis, box_of_corners)

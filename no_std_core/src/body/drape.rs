@@ -1,7 +1,7 @@
 //! Hulls whose points hang on a joint each: what they span depends on the pose.
 
 use super::plane::{Facets16, edges_of, radiate, set_facets};
-use super::{Figure, FigureHull, Place};
+use super::{Figure, FigureHull, JointPlace};
 use crate::budget::{LANES, MAX_HULL_FACETS, MAX_HULL_POINTS};
 use crate::facets::Facets;
 use crate::pose::ModelPose;
@@ -13,10 +13,10 @@ use glam::Vec3;
 /// The joints of a hull's points.
 pub(super) type Drape = heapless::Vec<Joint, MAX_HULL_POINTS>;
 
-/// What one hull spans in one pose, as [`super::Body`] has it of hulls that keep their shape.
+/// What one hull spans in one pose, as [`super::UnpackedBody`] has it of hulls that keep their shape.
 /// 2 kB.
 #[derive(Clone, Debug)]
-pub(super) struct Surface {
+pub(super) struct DrapedSurface {
     /// How many registers of facets there are, in the walker's space.
     facets_len: usize,
     facets: [Facets16; MAX_HULL_FACETS.div_ceil(LANES)],
@@ -24,7 +24,7 @@ pub(super) struct Surface {
     spokes: [[u64; 2]; MAX_HULL_POINTS],
 }
 
-impl Surface {
+impl DrapedSurface {
     pub const NOTHING: Self = Self {
         facets_len: 0,
         facets: [const { Facets16::NONE }; _],
@@ -52,7 +52,7 @@ impl Figure<'_> {
         };
         for (index, joint) in points.zip(joints) {
             if let Some(point) = body.points.get(index) {
-                let place = Place::of(joint.index(), pose);
+                let place = JointPlace::of(joint.index(), pose);
                 self.points.set(index, place.carry(point));
             }
         }
@@ -68,7 +68,7 @@ impl Figure<'_> {
             return;
         };
         let found = Facets::of(&hull);
-        *surface = Surface::NOTHING;
+        *surface = DrapedSurface::NOTHING;
         surface.facets_len = found.facets.len().div_ceil(LANES);
         set_facets(&found, &hull, &mut surface.facets);
         surface.edges.extend(edges_of(&found));

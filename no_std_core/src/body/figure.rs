@@ -1,8 +1,8 @@
 //! A figure: a body in a pose.
 
-use super::drape::Surface;
+use super::drape::DrapedSurface;
 use super::plane::Facets16;
-use super::{Body, Carrier, Lanes};
+use super::{HullCarrier, UnpackedBody, VectorLanes};
 use crate::budget::{LANES, MAX_DRAPED_HULLS, MAX_HULLS, MAX_POINTS};
 use crate::pose::ModelPose;
 use crate::raster::simd::Edges;
@@ -14,22 +14,22 @@ use glam::{Mat3, Vec3};
 /// viewpoint. 20 kB, of which 9 kB are for draped hulls.
 #[derive(Clone, Debug)]
 pub struct Figure<'a> {
-    pub(super) body: &'a Body,
-    pub(crate) points: Lanes<MAX_POINTS>,
+    pub(super) body: &'a UnpackedBody,
+    pub(crate) points: VectorLanes<MAX_POINTS>,
     /// Where the joint of each hull is.
-    pub(crate) places: Places,
+    pub(crate) places: JointPlaces,
     /// Of the draped hulls, in the order of the body's drapes.
-    pub(super) surfaces: [Surface; MAX_DRAPED_HULLS],
+    pub(super) surfaces: [DrapedSurface; MAX_DRAPED_HULLS],
 }
 
 /// Where a pose puts a joint.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
+pub(crate) struct JointPlace {
     pub turn: Mat3,
     pub offset: Vec3,
 }
 
-impl Place {
+impl JointPlace {
     pub fn of(joint: usize, pose: &ModelPose) -> Self {
         let joint = joint.min(JOINTS - 1);
         Self {
@@ -68,13 +68,13 @@ impl Place {
 
 /// Where a pose puts the joints of hulls, one a lane.
 #[derive(Clone, Debug)]
-pub(crate) struct Places {
+pub(crate) struct JointPlaces {
     /// The axes of their frames: x of the first one, then y, then z, then of the others.
     pub turns: [[f32; MAX_HULLS]; 9],
     pub offsets: [[f32; MAX_HULLS]; 3],
 }
 
-impl Places {
+impl JointPlaces {
     /// All at the origin.
     const REST: Self = Self {
         turns: {
@@ -86,15 +86,15 @@ impl Places {
     };
 
     /// That of one hull.
-    pub fn get(&self, hull: usize) -> Place {
+    pub fn get(&self, hull: usize) -> JointPlace {
         let at = hull % MAX_HULLS;
-        Place {
+        JointPlace {
             turn: Mat3::from_cols_array(&self.turns.each_ref().map(|lanes| lanes[at])),
             offset: Vec3::from(self.offsets.each_ref().map(|lanes| lanes[at])),
         }
     }
 
-    fn set(&mut self, hull: usize, place: &Place) {
+    fn set(&mut self, hull: usize, place: &JointPlace) {
         let turns = self.turns.iter_mut().zip(place.turn.to_cols_array());
         let offsets = self.offsets.iter_mut().zip(place.offset.to_array());
         for (lanes, value) in turns.chain(offsets) {
@@ -120,7 +120,7 @@ pub(crate) struct FigureHull<'a> {
 impl<'a> Figure<'a> {
     /// Carries the hulls of `body` to where `pose` puts their joints.
     #[must_use]
-    pub fn new(body: &'a Body, pose: &ModelPose) -> Self {
+    pub fn new(body: &'a UnpackedBody, pose: &ModelPose) -> Self {
         let mut figure = Self::at_rest(body);
         figure.update(pose);
         figure
@@ -128,16 +128,16 @@ impl<'a> Figure<'a> {
 
     /// The hulls as they are: all joints at the origin.
     #[must_use]
-    pub fn at_rest(body: &'a Body) -> Self {
+    pub fn at_rest(body: &'a UnpackedBody) -> Self {
         let mut figure = Self {
             body,
             points: body.points.clone(),
-            places: Places::REST,
-            surfaces: [const { Surface::NOTHING }; MAX_DRAPED_HULLS],
+            places: JointPlaces::REST,
+            surfaces: [const { DrapedSurface::NOTHING }; MAX_DRAPED_HULLS],
         };
         let mut start = 0;
         for hull in &body.hulls {
-            if let Carrier::Drape(drape) = hull.carrier {
+            if let HullCarrier::Drape(drape) = hull.carrier {
                 figure.wrap(drape, start..hull.points_end);
             }
             start = hull.points_end;
@@ -154,13 +154,13 @@ impl<'a> Figure<'a> {
             let points = start..hull.points_end;
             start = hull.points_end;
             match hull.carrier {
-                Carrier::Joint(joint) => {
-                    let place = Place::of(joint, pose);
+                HullCarrier::Joint(joint) => {
+                    let place = JointPlace::of(joint, pose);
                     self.points
                         .carry(points, &body.points, place.turn, place.offset);
                     self.places.set(number, &place);
                 }
-                Carrier::Drape(drape) => {
+                HullCarrier::Drape(drape) => {
                     self.hang(drape, points.clone(), pose);
                     self.wrap(drape, points);
                 }
@@ -209,13 +209,15 @@ impl<'a> Figure<'a> {
         body.hulls.iter().map(move |hull| {
             let own = points..hull.points_end;
             let part = match hull.carrier {
-                Carrier::Joint(_) => FigureHull {
+                HullCarrier::Joint(_) => FigureHull {
                     spokes: body.spokes.get(own.clone()).unwrap_or_default(),
                     points: own,
                     facets: body.facets.get(facets..hull.facets_end).unwrap_or_default(),
                     edges: body.edges.get(edges..hull.edges_end).unwrap_or_default(),
                 },
-                Carrier::Drape(drape) => self.surfaces[drape.min(MAX_DRAPED_HULLS - 1)].part(own),
+                HullCarrier::Drape(drape) => {
+                    self.surfaces[drape.min(MAX_DRAPED_HULLS - 1)].part(own)
+                }
             };
             (points, facets, edges) = (hull.points_end, hull.facets_end, hull.edges_end);
             part

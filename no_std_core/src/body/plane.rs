@@ -11,7 +11,7 @@ use glam::Vec3;
 const EDGE_ON: f32 = 1e-4;
 
 /// The plane of a facet.
-pub(crate) struct Plane {
+pub(crate) struct FacetPlane {
     pub normal: Vec3,
     /// The normal's product with a point of the facet.
     pub offset: f32,
@@ -19,7 +19,7 @@ pub(crate) struct Plane {
     pub tolerance: f32,
 }
 
-impl Plane {
+impl FacetPlane {
     /// Of the facet with these corners among `points`, which are as far out as they are
     /// together with `scaled`.
     pub fn of(corners: [u8; 3], points: &[Vec3], scaled: &[Vec3]) -> Self {
@@ -47,7 +47,7 @@ pub(crate) struct Facets16 {
     pub x: [f32; LANES],
     pub y: [f32; LANES],
     pub z: [f32; LANES],
-    /// As in [`Plane`].
+    /// As in [`FacetPlane`].
     pub offsets: [f32; LANES],
     pub tolerances: [f32; LANES],
 }
@@ -61,8 +61,8 @@ impl Facets16 {
         tolerances: [0.0; LANES],
     };
 
-    fn set(&mut self, lane: usize, plane: &Plane) {
-        let Plane {
+    fn set(&mut self, lane: usize, plane: &FacetPlane) {
+        let FacetPlane {
             normal,
             offset,
             tolerance,
@@ -87,7 +87,10 @@ pub(super) fn set_facets(surface: &Facets, points: &[Vec3], facets: &mut [Facets
     let scaled = scaled(points);
     for (number, facet) in surface.facets.iter().enumerate() {
         if let Some(facets) = facets.get_mut(number / LANES) {
-            facets.set(number % LANES, &Plane::of(facet.corners, points, &scaled));
+            facets.set(
+                number % LANES,
+                &FacetPlane::of(facet.corners, points, &scaled),
+            );
         }
     }
 }

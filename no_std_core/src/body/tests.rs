@@ -27,8 +27,8 @@ fn quarter_turns() -> ModelPose {
     pose
 }
 
-fn body(hulls: &[(Joint, &[[f32; 3]])]) -> Body {
-    let mut body = Body::default();
+fn body(hulls: &[(Joint, &[[f32; 3]])]) -> UnpackedBody {
+    let mut body = UnpackedBody::default();
     for &(joint, points) in hulls {
         body.push(joint, points.iter().copied().map(Vec3::from))
             .expect("within the budget");
@@ -142,7 +142,7 @@ fn facets_look_the_same_way_whatever_their_size() {
 
 #[test]
 fn an_empty_body_is_an_empty_figure() {
-    let body = Body::default();
+    let body = UnpackedBody::default();
     let figure = Figure::new(&body, &quarter_turns());
     assert!(
         figure.is_empty() && figure.points().next().is_none() && figure.hulls().next().is_none()
@@ -151,8 +151,8 @@ fn an_empty_body_is_an_empty_figure() {
 
 #[test]
 fn what_exceeds_the_budget_is_refused_whole() {
-    let len = |body: &Body| Figure::at_rest(body).len();
-    let mut body = Body::default();
+    let len = |body: &UnpackedBody| Figure::at_rest(body).len();
+    let mut body = UnpackedBody::default();
     let too_many = [Vec3::ZERO; MAX_HULL_POINTS + 1];
     assert_eq!(body.push(Joint::Pelvis, too_many), Err(OverBudget));
     assert_eq!(len(&body), 0);
@@ -162,7 +162,7 @@ fn what_exceeds_the_budget_is_refused_whole() {
     }
     assert_eq!(body.push(Joint::Pelvis, [Vec3::ZERO]), Err(OverBudget));
     assert_eq!(len(&body), MAX_POINTS);
-    let mut many = Body::default();
+    let mut many = UnpackedBody::default();
     for _ in 0..MAX_HULLS {
         assert_eq!(many.push(Joint::Pelvis, [Vec3::ZERO]), Ok(()));
     }
@@ -206,7 +206,7 @@ fn facets_of_a_draped_hull_are_found_anew_in_each_pose() {
         Joint::RightThigh,
         Joint::Spine,
     ]);
-    let mut body = Body::default();
+    let mut body = UnpackedBody::default();
     assert_eq!(
         body.push_draped(corners.map(|(point, joint)| (joint, point))),
         Ok(())
@@ -234,7 +234,7 @@ fn facets_of_a_draped_hull_are_found_anew_in_each_pose() {
 #[test]
 fn draped_hulls_beyond_the_budget_are_refused_whole() {
     let hanging = |points: usize| (0..points).map(|_| (Joint::Head, Vec3::ZERO));
-    let mut body = Body::default();
+    let mut body = UnpackedBody::default();
     assert_eq!(
         body.push_draped(hanging(MAX_HULL_POINTS + 1)),
         Err(OverBudget)
@@ -261,7 +261,7 @@ fn draped_hulls_beyond_the_budget_are_refused_whole() {
 fn as_many_hulls_with_as_many_facets_as_there_can_be_fit() {
     // Octahedra: 6 points and 8 facets, of which rigid and draped ones take a register each.
     let octahedron = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
-    let mut body = Body::default();
+    let mut body = UnpackedBody::default();
     for hull in 0..MAX_HULLS {
         let pushed = if hull < MAX_DRAPED_HULLS {
             body.push_draped(octahedron.map(|point| (Joint::Head, point)))

@@ -10,8 +10,8 @@ use super::expanded::Expanded;
 use crate::bits::BitReader;
 use crate::budget::MAX_HARMONICS;
 use crate::codebook::{
-    CodeTable, Codebook, Codes, Numbers, Parameters, Template, TemplateChannel, read_numbers,
-    skip_group,
+    ChannelNumbers, ChannelParameters, CodeTable, Codebook, Codes, MeanWalk, TemplateChannel,
+    read_numbers, skip_group,
 };
 use crate::format::{
     CHANNELS, CLIP_LOOP, FormatError, LOOP_HEADER_BYTES, MAX_GROUPS, u16_at, u32_at,
@@ -141,7 +141,7 @@ impl<'a> Loop<'a> {
     #[must_use]
     pub fn pose(&self, phase: f32) -> Pose {
         let basis = Basis::new(phase);
-        let mut reader = Reader::new(self);
+        let mut reader = CoefficientReader::new(self);
         let mut channels = [0.0; CHANNELS];
         for (channel, value) in channels.iter_mut().enumerate() {
             reader.channel(channel, |group, coefficients| {
@@ -185,7 +185,7 @@ impl<'a> Loop<'a> {
 
     /// Calls `each` with the channel, index and value of all coefficients.
     fn coefficients(&self, mut each: impl FnMut(usize, usize, f32)) {
-        let mut reader = Reader::new(self);
+        let mut reader = CoefficientReader::new(self);
         for channel in 0..CHANNELS {
             reader.channel(channel, |group, [first, second]| {
                 let index = (2 * group).saturating_sub(1);
@@ -210,20 +210,20 @@ fn phase_at(seconds: f64, period_s: f64) -> f32 {
 }
 
 /// Reads the coefficients of a loop, channel by channel.
-struct Reader<'a> {
+struct CoefficientReader<'a> {
     codebook: Codebook<'a>,
     parameters: BitReader<'a>,
     numbers: BitReader<'a>,
     scale: u8,
-    template: Option<Template<'a>>,
+    template: Option<MeanWalk<'a>>,
     /// Of the channel at hand: the Rice parameters of its groups, its own numbers, and those
     /// of the template.
     codes: Codes,
-    own: Numbers,
-    usual: Numbers,
+    own: ChannelNumbers,
+    usual: ChannelNumbers,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> CoefficientReader<'a> {
     fn new(cycle: &Loop<'a>) -> Self {
         Self {
             codebook: cycle.codebook,
@@ -243,7 +243,8 @@ impl<'a> Reader<'a> {
     #[inline]
     fn channel(&mut self, channel: usize, mut each: impl FnMut(usize, [f32; 2])) {
         // One stream after another, so that each is read with what it takes in registers.
-        let parameters = Parameters::read(&mut self.parameters).unwrap_or(Parameters::NONE);
+        let parameters =
+            ChannelParameters::read(&mut self.parameters).unwrap_or(ChannelParameters::NONE);
         if parameters.groups == 0 {
             return;
         }

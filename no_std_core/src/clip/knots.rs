@@ -11,7 +11,7 @@ use crate::format::{
 
 /// What a take's table states of a channel.
 #[derive(Clone, Copy)]
-pub(super) struct Channel {
+pub(super) struct TakeChannel {
     spacing: u32,
     /// The least of its knots, in steps: the value of a channel without any.
     least: i32,
@@ -19,7 +19,7 @@ pub(super) struct Channel {
     widest: u32,
 }
 
-impl Channel {
+impl TakeChannel {
     /// The next channel; `None` where it has integers wider than a take may.
     pub(super) fn read(bits: &mut BitReader<'_>) -> Option<Self> {
         // Two numbers in one go: this is half of what a pose takes.
@@ -64,11 +64,11 @@ impl Channel {
 
     /// Its value at a moment, from the block that the moment lies in and the next one.
     /// Moves both behind the channel.
-    pub(super) fn value(&self, blocks: &mut [BitReader<'_>; 2], moment: &Moment) -> Value {
+    pub(super) fn value(&self, blocks: &mut [BitReader<'_>; 2], moment: &TakeMoment) -> KnotValue {
         let [first, second] = blocks;
         let runs = (
-            Run::read(first, self, moment.intervals, moment.block),
-            Run::read(
+            KnotRun::read(first, self, moment.intervals, moment.block),
+            KnotRun::read(
                 second,
                 self,
                 moment.intervals,
@@ -77,10 +77,10 @@ impl Channel {
         );
         // `parse` has been through all runs: one that is not there has no knots.
         let (Some(first), Some(second)) = runs else {
-            return Value::constant(self.least);
+            return KnotValue::constant(self.least);
         };
-        let Some(&Share { index, weights }) = moment.shares.get(self.spacing as usize) else {
-            return Value::constant(self.least);
+        let Some(&KnotShare { index, weights }) = moment.shares.get(self.spacing as usize) else {
+            return KnotValue::constant(self.least);
         };
         let within = index - moment.block * self.block_knots();
         let (mut near, mut far) = (first.from(within), second.from(0));
@@ -91,23 +91,23 @@ impl Channel {
                 second.base + far.unsigned(second.width).cast_signed()
             }
         });
-        Value::new(knots, weights)
+        KnotValue::new(knots, weights)
     }
 }
 
 /// One channel's knots in one block.
-pub(super) struct Run<'a> {
+pub(super) struct KnotRun<'a> {
     base: i32,
     width: u32,
     differences: BitReader<'a>,
 }
 
-impl<'a> Run<'a> {
+impl<'a> KnotRun<'a> {
     /// The channel's run in the block with this number, and moves behind it; `None` where
     /// its differences are wider than the channel's widest.
     pub(super) fn read(
         bits: &mut BitReader<'a>,
-        channel: &Channel,
+        channel: &TakeChannel,
         intervals: u64,
         block: u64,
     ) -> Option<Self> {
@@ -154,25 +154,25 @@ fn skip(bits: &mut BitReader<'_>, integers: u64, width: u32) {
 }
 
 /// A moment of a take.
-pub(super) struct Moment {
+pub(super) struct TakeMoment {
     /// Intervals that the take has.
     intervals: u64,
     /// The block with the first knot that decides it.
     pub(super) block: u64,
     /// For each spacing.
-    shares: [Share; SPACING_CONSTANT as usize],
+    shares: [KnotShare; SPACING_CONSTANT as usize],
 }
 
 /// What a moment takes of the knots of a spacing.
 #[derive(Clone, Copy)]
-struct Share {
+struct KnotShare {
     /// The first of four.
     index: u64,
     /// How much of the first, the third and the fourth; the rest is the second's.
     weights: [f32; 3],
 }
 
-impl Moment {
+impl TakeMoment {
     /// `position`: in intervals, from 0 to `intervals`, which is 1 or more.
     pub(super) fn new(position: f64, intervals: u64) -> Self {
         #[expect(
@@ -187,7 +187,7 @@ impl Moment {
             let ahead = position - (first << spacing) as f64;
             #[expect(clippy::cast_possible_truncation, reason = "0 to 1")]
             let share = (ahead / f64::from(1u32 << spacing)) as f32;
-            Share {
+            KnotShare {
                 index: first,
                 weights: weights(share),
             }
@@ -216,12 +216,12 @@ fn weights(x: f32) -> [f32; 3] {
 /// A channel's value, in steps: a knot and a rest, so that ten thousand metres or turns do
 /// not take the precision of millimetres away.
 #[derive(Clone, Copy)]
-pub(super) struct Value {
+pub(super) struct KnotValue {
     knot: i32,
     rest: f32,
 }
 
-impl Value {
+impl KnotValue {
     pub(super) const ZERO: Self = Self::constant(0);
 
     const fn constant(knot: i32) -> Self {

@@ -9,7 +9,7 @@
 //! The heading is taken out of the pelvis's rotation, so that walkers may turn any number
 //! of times: the pelvis is turned by the codebook's frame first and by the heading last.
 
-use super::knots::{Channel, Moment, Run, Value};
+use super::knots::{KnotRun, KnotValue, TakeChannel, TakeMoment};
 use crate::bits::BitReader;
 use crate::codebook::Codebook;
 use crate::format::{
@@ -88,7 +88,7 @@ impl<'a> Take<'a> {
         let mut bits = BitReader::new(self.table);
         let mut blocks = 0;
         for _ in 0..TAKE_CHANNELS {
-            let Some(channel) = Channel::read(&mut bits) else {
+            let Some(channel) = TakeChannel::read(&mut bits) else {
                 return Err(FormatError::new(
                     bits.position() / 8,
                     "integers of at most 25 bits",
@@ -117,8 +117,8 @@ impl<'a> Take<'a> {
             };
             let (mut channels, mut bits) = (BitReader::new(self.table), BitReader::new(block));
             for _ in 0..TAKE_CHANNELS {
-                let run = Channel::read(&mut channels)
-                    .and_then(|channel| Run::read(&mut bits, &channel, intervals, number));
+                let run = TakeChannel::read(&mut channels)
+                    .and_then(|channel| KnotRun::read(&mut bits, &channel, intervals, number));
                 if run.is_none() {
                     return Err(FormatError::new(
                         blocks_at + before + bits.position() / 8,
@@ -206,8 +206,10 @@ impl<'a> Take<'a> {
         let mut blocks = [0, 1].map(|later| BitReader::new(self.block(moment.block, later)));
         let mut next = || {
             // Cannot be `None`: `parse` has been through all channels.
-            let channel = Channel::read(&mut table);
-            channel.map_or(Value::ZERO, |channel| channel.value(&mut blocks, &moment))
+            let channel = TakeChannel::read(&mut table);
+            channel.map_or(KnotValue::ZERO, |channel| {
+                channel.value(&mut blocks, &moment)
+            })
         };
         let mut vector = |first: usize| {
             [first, first + 1, first + 2]
@@ -226,11 +228,11 @@ impl<'a> Take<'a> {
     }
 
     /// Where a time lies among the knots.
-    fn moment(&self, seconds: f64) -> Moment {
+    fn moment(&self, seconds: f64) -> TakeMoment {
         let seconds = if seconds.is_finite() { seconds } else { 0.0 };
         let microseconds = (seconds * 1e6).clamp(0.0, self.duration_us());
         let position = microseconds / f64::from(self.interval_us());
-        Moment::new(position, self.intervals())
+        TakeMoment::new(position, self.intervals())
     }
 
     /// The bits of a block, or of the one so many blocks later; none behind the last.

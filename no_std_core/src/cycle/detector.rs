@@ -1,6 +1,6 @@
 //! From one frame after the other to cycles.
 
-use super::wave::{Sample, Wave};
+use super::wave::{Wave, WaveSample};
 use super::{FrameRateError, LowerBody, NoCycle};
 use crate::budget::{
     CYCLE_FRAME_RATES_HZ, CYCLE_MOST_SAMPLES_HZ, CYCLE_SAMPLES, CYCLE_STEPS_PER_MINUTE,
@@ -31,7 +31,7 @@ const LOOKS_A_STEP: f32 = 3.0;
 /// A gait cycle: two steps, from one widest stance to the next but one. Whether it begins with the left or
 /// the right foot ahead, silhouettes do not tell.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cycle {
+pub struct DetectedCycle {
     /// Where it begins, in frames from the first, which is 0: a real number.
     pub start: f64,
     /// Where it ends, and the next one begins.
@@ -41,7 +41,7 @@ pub struct Cycle {
     pub regular: f32,
 }
 
-impl Cycle {
+impl DetectedCycle {
     /// How many frames it lasts.
     #[must_use]
     pub fn period_frames(&self) -> f64 {
@@ -72,10 +72,10 @@ pub struct CycleDetector {
     /// Frames that were taken.
     frames: u64,
     /// Sums over the frames of the sample to come in which somebody was, and their number.
-    sums: Sample,
+    sums: WaveSample,
     present: u8,
     /// The last samples.
-    samples: HistoryBuf<Sample, CYCLE_SAMPLES>,
+    samples: HistoryBuf<WaveSample, CYCLE_SAMPLES>,
     /// The wave of the last samples, or why there is none.
     seen: Result<Wave, NoCycle>,
     /// Where the last step was widest, in samples from the first.
@@ -124,7 +124,7 @@ impl CycleDetector {
     }
 
     /// Takes the next frame, `None` if nobody is on it; a cycle if one is complete.
-    pub fn push(&mut self, lower_body: Option<LowerBody>) -> Option<Cycle> {
+    pub fn push(&mut self, lower_body: Option<LowerBody>) -> Option<DetectedCycle> {
         self.frames = self.frames.saturating_add(1);
         if let Some(body) = lower_body.filter(LowerBody::is_somebody) {
             let [width, pixels] = &mut self.sums;
@@ -138,8 +138,8 @@ impl CycleDetector {
             *left -= 1;
             if *left == 0 {
                 *left = *look;
-                self.look(Ending::Open);
-                return self.next_cycle(Ending::Open);
+                self.look(StreamState::Open);
+                return self.next_cycle(StreamState::Open);
             }
         }
         None
@@ -173,9 +173,9 @@ impl CycleDetector {
     /// last wave goes on to the last frame. The last 3 frames, at most, count for nothing where
     /// several are one sample: above 32 a second.
     #[must_use]
-    pub fn finish(mut self) -> Rest {
-        self.look(Ending::Final);
-        Rest(self)
+    pub fn finish(mut self) -> OpenCycles {
+        self.look(StreamState::Final);
+        OpenCycles(self)
     }
 
     /// Takes the mean of the frames as a sample.
@@ -192,7 +192,7 @@ impl CycleDetector {
     }
 
     /// Fits a wave to the last four steps.
-    fn look(&mut self, ending: Ending) {
+    fn look(&mut self, ending: StreamState) {
         self.seen = match self.last_steps(ending) {
             Ok(Wave { swing, .. }) if swing < LEAST_SWING => Err(NoCycle::Standing { swing }),
             Ok(wave) if wave.regular < least_regular(&wave) => Err(NoCycle::Irregular {
@@ -203,12 +203,12 @@ impl CycleDetector {
     }
 
     /// The wave of the last four steps, of fewer if no more come.
-    fn last_steps(&self, ending: Ending) -> Result<Wave, NoCycle> {
+    fn last_steps(&self, ending: StreamState) -> Result<Wave, NoCycle> {
         let held = count(self.samples.len());
         let (shortest, longest) = step_range(self.rate_hz);
         let fewest = match ending {
-            Ending::Open => STEPS * shortest,
-            Ending::Final => 2.0 * shortest,
+            StreamState::Open => STEPS * shortest,
+            StreamState::Final => 2.0 * shortest,
         };
         let too_short = NoCycle::TooShort {
             frames: self.frames,
@@ -223,8 +223,8 @@ impl CycleDetector {
             return self.wave(wanted).ok_or(NoCycle::Absent);
         }
         let is_enough = match ending {
-            Ending::Open => held >= wanted,
-            Ending::Final => held >= 2.0 * wave.step,
+            StreamState::Open => held >= wanted,
+            StreamState::Final => held >= 2.0 * wave.step,
         };
         if is_enough { Ok(wave) } else { Err(too_short) }
     }
@@ -237,7 +237,7 @@ impl CycleDetector {
     }
 
     /// Where the next step is widest, in samples from the first, if it is certain.
-    fn next_peak(&self, wave: &Wave, ending: Ending) -> Option<f64> {
+    fn next_peak(&self, wave: &Wave, ending: StreamState) -> Option<f64> {
         let newest = exact(self.frames / u64::from(self.every)) - 1.0;
         let (step, middle) = (f64::from(wave.step), f64::from(wave.middle));
         let window = newest + 2.0 * middle;
@@ -254,14 +254,14 @@ impl CycleDetector {
         let known = newest + f64::from(wave.peak);
         let peak = known + libm::ceil((from - known) / step) * step;
         let until = match ending {
-            Ending::Open => newest + middle,
-            Ending::Final => newest,
+            StreamState::Open => newest + middle,
+            StreamState::Final => newest,
         };
         (peak <= until).then_some(peak)
     }
 
     /// Goes on to a peak; the cycle that it completes.
-    fn go_on(&mut self, wave: &Wave, peak: f64) -> Option<Cycle> {
+    fn go_on(&mut self, wave: &Wave, peak: f64) -> Option<DetectedCycle> {
         let step = f64::from(wave.step);
         let last = self.peak.replace(peak);
         let is_next = last.is_some_and(|last| {
@@ -290,7 +290,7 @@ impl CycleDetector {
         // A sample lies in the middle of its frames.
         let every = f64::from(self.every);
         let in_frames = |samples: f64| (samples * every + (every - 1.0) / 2.0).max(0.0);
-        Some(Cycle {
+        Some(DetectedCycle {
             start: in_frames(begun.start),
             end: in_frames(peak),
             regular,
@@ -298,7 +298,7 @@ impl CycleDetector {
     }
 
     /// Goes on until a cycle is complete or nothing more is certain.
-    fn next_cycle(&mut self, ending: Ending) -> Option<Cycle> {
+    fn next_cycle(&mut self, ending: StreamState) -> Option<DetectedCycle> {
         let wave = self.seen.ok()?;
         // Each peak is later than the one before by more than half a step, so that they end.
         while let Some(peak) = self.next_peak(&wave, ending) {
@@ -313,9 +313,9 @@ impl CycleDetector {
 
 /// Cycles that were still open at the end; [`CycleDetector::finish`].
 #[derive(Clone, Debug)]
-pub struct Rest(CycleDetector);
+pub struct OpenCycles(CycleDetector);
 
-impl Rest {
+impl OpenCycles {
     /// The detector at its end.
     #[must_use]
     pub const fn detector(&self) -> &CycleDetector {
@@ -323,17 +323,17 @@ impl Rest {
     }
 }
 
-impl Iterator for Rest {
-    type Item = Cycle;
+impl Iterator for OpenCycles {
+    type Item = DetectedCycle;
 
-    fn next(&mut self) -> Option<Cycle> {
-        self.0.next_cycle(Ending::Final)
+    fn next(&mut self) -> Option<DetectedCycle> {
+        self.0.next_cycle(StreamState::Final)
     }
 }
 
 /// Whether frames are still to come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Ending {
+enum StreamState {
     Open,
     Final,
 }

@@ -42,7 +42,7 @@ mod error;
 mod lower_body;
 mod wave;
 
-pub use detector::{Cycle, CycleDetector, Rest, Walking};
+pub use detector::{CycleDetector, DetectedCycle, OpenCycles, Walking};
 pub use error::{FrameRateError, NoCycle};
 pub use lower_body::LowerBody;
 

@@ -23,7 +23,7 @@ fn side(time_s: f64, cycle_s: f64) -> LowerBody {
 fn found(
     rate_hz: f32,
     frames: impl IntoIterator<Item = Option<LowerBody>>,
-) -> (Vec<Cycle>, Result<Walking, NoCycle>) {
+) -> (Vec<DetectedCycle>, Result<Walking, NoCycle>) {
     let mut detector = CycleDetector::new(rate_hz).expect("a frame rate");
     let mut cycles = Vec::new();
     for frame in frames {
@@ -59,7 +59,7 @@ fn noise(frame: u32) -> f64 {
 /// That the boundaries of all cycles are where a step is widest, every half cycle, to `close` frames, and
 /// that so many cycles or more were found.
 #[track_caller]
-fn assert_cycles(cycles: &[Cycle], cycle_frames: f64, (fewest, close): (usize, f64)) {
+fn assert_cycles(cycles: &[DetectedCycle], cycle_frames: f64, (fewest, close): (usize, f64)) {
     assert!(cycles.len() >= fewest, "{}: {cycles:?}", cycles.len());
     for cycle in cycles {
         let off = cycle.period_frames() - cycle_frames;
@@ -183,7 +183,7 @@ fn a_turn_breaks_the_row_of_cycles_and_no_cycle_has_it_within() {
         }
     };
     let (cycles, _) = found(30.0, (0..390).map(|number| Some(turn(number))));
-    let side = |cycle: &&Cycle| cycle.end < 150.0 || cycle.start >= 240.0;
+    let side = |cycle: &&DetectedCycle| cycle.end < 150.0 || cycle.start >= 240.0;
     assert!(cycles.iter().filter(side).count() >= 6, "{cycles:?}");
     for cycle in &cycles {
         assert!((cycle.period_frames() - 30.0).abs() < 7.0, "{cycle:?}");
@@ -286,7 +286,7 @@ fn frame_rates_that_are_too_low_or_too_high_are_refused() {
 fn a_million_frames_have_as_many_cycles_as_steps_are_made() {
     // 2 hours 19 minutes at 120 frames a second; a cycle takes 1.0625 seconds, 127.5 frames.
     let mut detector = CycleDetector::new(120.0).expect("a frame rate");
-    let mut last: Option<Cycle> = None;
+    let mut last: Option<DetectedCycle> = None;
     let mut count = 0;
     for number in 0..1_000_000_u32 {
         // In whole cycles of 255 half frames, so that no wave's argument grows.

@@ -17,7 +17,7 @@ const WIDE_SWING: f32 = 0.12;
 const PIXELS_WEIGHT: f32 = 3.0;
 
 /// What is measured in one sample: width and pixels; both 0 where nobody is there.
-pub(super) type Sample = [f32; 2];
+pub(super) type WaveSample = [f32; 2];
 
 /// A steady wave.
 #[derive(Clone, Copy, Debug)]
@@ -35,25 +35,25 @@ pub(super) struct Wave {
 }
 
 /// A window of samples, weighted, and as shares of their trend.
-struct Window {
+struct SampleWindow {
     len: usize,
     /// Index of the middle.
     middle: f32,
     /// Hann's window, 0 where nobody is there.
     weights: [f32; CYCLE_SAMPLES],
     /// Width and pixels as differences from their trends, over their means, weighted.
-    weighted: [Sample; CYCLE_SAMPLES],
+    weighted: [WaveSample; CYCLE_SAMPLES],
     /// Sum of all weights.
     sum: f32,
 }
 
 /// Real and imaginary parts of width and pixels at one frequency.
-type Parts = [[f32; 2]; 2];
+type WaveParts = [[f32; 2]; 2];
 
 impl Wave {
     /// That of these samples, so many a second; `None` if nobody is there in most of them.
-    pub(super) fn of(samples: impl Iterator<Item = Sample>, rate_hz: f32) -> Option<Self> {
-        let window = Window::new(samples)?;
+    pub(super) fn of(samples: impl Iterator<Item = WaveSample>, rate_hz: f32) -> Option<Self> {
+        let window = SampleWindow::new(samples)?;
         let spectrum = window.spectrum(rate_hz);
         let width = window.best(&spectrum, rate_hz, 0.0);
         if width.swing >= WIDE_SWING {
@@ -63,8 +63,8 @@ impl Wave {
     }
 }
 
-impl Window {
-    fn new(samples: impl Iterator<Item = Sample>) -> Option<Self> {
+impl SampleWindow {
+    fn new(samples: impl Iterator<Item = WaveSample>) -> Option<Self> {
         let mut weighted = [[0.0; 2]; CYCLE_SAMPLES];
         let mut len = 0;
         for (to, sample) in weighted.iter_mut().zip(samples) {
@@ -128,7 +128,7 @@ impl Window {
     }
 
     /// The parts at each frequency that is tried.
-    fn spectrum(&self, rate_hz: f32) -> [Parts; CYCLE_FREQUENCIES] {
+    fn spectrum(&self, rate_hz: f32) -> [WaveParts; CYCLE_FREQUENCIES] {
         let mut frequency_hz = CYCLE_LOWEST_HZ;
         core::array::from_fn(|_| {
             let parts = self.at(frequency_hz / rate_hz);
@@ -140,7 +140,7 @@ impl Window {
     /// The strongest wave of width and weighted pixels.
     fn best(
         &self,
-        spectrum: &[Parts; CYCLE_FREQUENCIES],
+        spectrum: &[WaveParts; CYCLE_FREQUENCIES],
         rate_hz: f32,
         pixels_weight: f32,
     ) -> Wave {
@@ -175,8 +175,8 @@ impl Window {
     }
 
     /// Width and pixels times a wave of so many periods a sample whose phase is 0 in the middle, summed.
-    fn at(&self, frequency: f32) -> Parts {
-        let mut parts: Parts = [[0.0; 2]; 2];
+    fn at(&self, frequency: f32) -> WaveParts {
+        let mut parts: WaveParts = [[0.0; 2]; 2];
         let turn = Turn::new(frequency, self.middle);
         for (sample, (_, [cos, sin])) in self.weighted.iter().take(self.len).zip(turn) {
             for ([re, im], value) in parts.iter_mut().zip(sample) {
@@ -189,7 +189,7 @@ impl Window {
 }
 
 /// Real and imaginary part of width and weighted pixels.
-fn together([width, pixels]: Parts, pixels_weight: f32) -> [f32; 2] {
+fn together([width, pixels]: WaveParts, pixels_weight: f32) -> [f32; 2] {
     let ([re, im], [pixels_re, pixels_im]) = (width, pixels);
     [
         re + pixels_weight * pixels_re,

@@ -3,18 +3,18 @@
 mod extent;
 mod seen;
 
-pub use seen::{SeenHull, Sight};
+pub use seen::{LeanSight, SeenHull};
 
 use crate::avatar::{Avatar, Hull};
 use crate::body::plane::sorted;
-use crate::body::{OverBudget, Place};
+use crate::body::{JointPlace, OverBudget};
 use crate::budget::{MAX_HULL_POINTS, MAX_HULLS};
 use crate::camera::Camera;
 use crate::facets::each_triangle;
 use crate::format::JOINT_BITS;
 use crate::hull::mirrored;
 use crate::pose::ModelPose;
-use crate::raster::{DrawError, Extent, Hulls, framing};
+use crate::raster::{DrawError, Extent, PosedHulls, framing};
 use core::convert::Infallible;
 use core::ops::Range;
 use core::slice;
@@ -22,29 +22,29 @@ use glam::Vec3;
 
 /// A body of at most `POINTS` points and `FACETS` facets: 6 bytes a point, 2 a facet, and 404
 /// more. A made body has 485 points and at most 894 facets, 2 n - 4 of each of 19 hulls
-/// (Euler); [`Room::of`] counts those of any. [`super::Rows`] asks for facets; tiny-skia does
+/// (Euler); [`Room::of`] counts those of any. [`super::LeanRows`] asks for facets; tiny-skia does
 /// not, and where there is room for none, none are looked for.
 #[derive(Clone, Debug)]
-pub struct Body<const POINTS: usize, const FACETS: usize> {
-    scale: Scale,
-    hulls: heapless::Vec<BodyHull, MAX_HULLS>,
+pub struct LeanBody<const POINTS: usize, const FACETS: usize> {
+    scale: BodyScale,
+    hulls: heapless::Vec<LeanHull, MAX_HULLS>,
     /// In steps of their hull, in the frame of its joint.
     points: heapless::Vec<[i16; 3], POINTS>,
-    facets: heapless::Vec<Corners, FACETS>,
+    facets: heapless::Vec<FacetCorners, FACETS>,
 }
 
 /// How large a body is.
 #[derive(Clone, Copy, Debug)]
-struct Scale {
+struct BodyScale {
     /// How long the steps of all points are, metres.
     step: f32,
     /// The greatest coordinate of all points, without its sign, steps.
     reach: u16,
-    /// Steps in one of the [`BodyHull::bounds`]' units.
+    /// Steps in one of the [`LeanHull::bounds`]' units.
     unit: u16,
 }
 
-impl Scale {
+impl BodyScale {
     const NONE: Self = Self {
         step: 0.0,
         reach: 0,
@@ -53,8 +53,8 @@ impl Scale {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct BodyHull {
-    carrier: Carrier,
+struct LeanHull {
+    carrier: LeanCarrier,
     /// Whether its points' x are to be turned round.
     is_image: bool,
     /// Behind its last point and its last facet.
@@ -67,9 +67,9 @@ struct BodyHull {
 /// A hull's joint in the low bits, and in the high ones the number of the draped hull that it is
 /// a part of, counted from 1; 0 for a hull of its own.
 #[derive(Clone, Copy, Debug)]
-struct Carrier(u8);
+struct LeanCarrier(u8);
 
-impl Carrier {
+impl LeanCarrier {
     fn of(hull: &Hull<'_>) -> Result<Self, OverBudget> {
         let drape = hull.drape().map_or(0, |drape| drape + 1);
         let bits = hull.joint().index() | drape << JOINT_BITS;
@@ -85,7 +85,7 @@ impl Carrier {
     }
 }
 
-/// How much room an avatar needs in a [`Body`].
+/// How much room an avatar needs in a [`LeanBody`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Room {
     /// Hulls, and parts of draped ones.
@@ -120,22 +120,22 @@ impl Room {
         }
     }
 
-    /// Bytes of a [`Body`] of exactly so many points and facets, on the target that asks: each
+    /// Bytes of a [`LeanBody`] of exactly so many points and facets, on the target that asks: each
     /// list is filled up to whole `usize`s.
     #[must_use]
     pub const fn bytes(self) -> usize {
-        type Empty = Body<0, 0>;
+        type Empty = LeanBody<0, 0>;
         let points = size_of::<[i16; 3]>() * self.points;
-        let facets = size_of::<Corners>() * self.facets;
+        let facets = size_of::<FacetCorners>() * self.facets;
         let word = align_of::<Empty>();
         size_of::<Empty>() + points.next_multiple_of(word) + facets.next_multiple_of(word)
     }
 }
 
-impl<const POINTS: usize, const FACETS: usize> Body<POINTS, FACETS> {
+impl<const POINTS: usize, const FACETS: usize> LeanBody<POINTS, FACETS> {
     /// No hulls.
     pub const EMPTY: Self = Self {
-        scale: Scale::NONE,
+        scale: BodyScale::NONE,
         hulls: heapless::Vec::new(),
         points: heapless::Vec::new(),
         facets: heapless::Vec::new(),
@@ -203,8 +203,8 @@ impl<const POINTS: usize, const FACETS: usize> Body<POINTS, FACETS> {
         }
         self.scale.step = hull.step().y;
         let end = |len| u16::try_from(len).map_err(|_| OverBudget);
-        let hull = BodyHull {
-            carrier: Carrier::of(hull)?,
+        let hull = LeanHull {
+            carrier: LeanCarrier::of(hull)?,
             points_end: end(self.points.len())?,
             facets_end: end(self.facets.len())?,
             is_image: hull.step().x < 0.0,
@@ -215,8 +215,8 @@ impl<const POINTS: usize, const FACETS: usize> Body<POINTS, FACETS> {
 
     /// The body in a pose.
     #[must_use]
-    pub fn posed<'b>(&'b self, pose: &'b ModelPose) -> Posed<'b> {
-        Posed {
+    pub fn posed<'b>(&'b self, pose: &'b ModelPose) -> LeanFigure<'b> {
+        LeanFigure {
             scale: self.scale,
             hulls: &self.hulls,
             points: &self.points,
@@ -228,16 +228,16 @@ impl<const POINTS: usize, const FACETS: usize> Body<POINTS, FACETS> {
 
 /// A body in a pose, in the walker's space: nothing is computed yet.
 #[derive(Clone, Copy, Debug)]
-pub struct Posed<'a> {
-    scale: Scale,
-    hulls: &'a [BodyHull],
+pub struct LeanFigure<'a> {
+    scale: BodyScale,
+    hulls: &'a [LeanHull],
     points: &'a [[i16; 3]],
     /// None where there is no room for any.
-    facets: Option<&'a [Corners]>,
+    facets: Option<&'a [FacetCorners]>,
     pose: &'a ModelPose,
 }
 
-impl<'a> Posed<'a> {
+impl<'a> LeanFigure<'a> {
     /// All points, hull by hull, metres.
     pub fn points(&self) -> impl Iterator<Item = Vec3> {
         self.places_of(0..self.hulls.len())
@@ -260,11 +260,11 @@ impl<'a> Posed<'a> {
     }
 
     /// Where the points of these parts are, metres.
-    fn places_of(&self, parts: Range<usize>) -> Places<'_> {
-        Places {
+    fn places_of(&self, parts: Range<usize>) -> PointPlaces<'_> {
+        PointPlaces {
             posed: self,
             parts,
-            place: Place::of(0, self.pose),
+            place: JointPlace::of(0, self.pose),
             step: Vec3::ZERO,
             points: [].iter(),
         }
@@ -290,7 +290,7 @@ impl<'a> Posed<'a> {
         let facets = range(facets_start, hull.facets_end);
         let steps = Vec3::splat(self.scale.step);
         Some(PosedHull {
-            place: Place::of(hull.carrier.joint(), self.pose),
+            place: JointPlace::of(hull.carrier.joint(), self.pose),
             is_draped: hull.carrier.drape() > 0,
             step: if hull.is_image {
                 mirrored(steps)
@@ -307,7 +307,7 @@ impl<'a> Posed<'a> {
     }
 }
 
-impl Hulls for Posed<'_> {
+impl PosedHulls for LeanFigure<'_> {
     fn hulls(&self) -> impl Iterator<Item = impl Iterator<Item = Vec3>> {
         self.wholes().map(|parts| self.places_of(parts))
     }
@@ -322,26 +322,26 @@ impl Hulls for Posed<'_> {
 /// A hull, and where a pose puts it.
 #[derive(Debug)]
 pub struct PosedHull<'a> {
-    place: Place,
+    place: JointPlace,
     is_draped: bool,
     /// How long the steps of its points are, metres.
     step: Vec3,
     points: &'a [[i16; 3]],
-    facets: &'a [Corners],
+    facets: &'a [FacetCorners],
     bounds: [[i8; 2]; 3],
 }
 
 /// Where the points of some parts are, metres.
-struct Places<'a> {
-    posed: &'a Posed<'a>,
+struct PointPlaces<'a> {
+    posed: &'a LeanFigure<'a>,
     /// Those that are still to come.
     parts: Range<usize>,
-    place: Place,
+    place: JointPlace,
     step: Vec3,
     points: slice::Iter<'a, [i16; 3]>,
 }
 
-impl Iterator for Places<'_> {
+impl Iterator for PointPlaces<'_> {
     type Item = Vec3;
 
     fn next(&mut self) -> Option<Vec3> {
@@ -365,9 +365,9 @@ fn local(point: [i16; 3], step: Vec3) -> Vec3 {
 /// The corners of a facet, or of a flat hull's side, by their numbers in the hull, which do not
 /// fall.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Corners(u16);
+struct FacetCorners(u16);
 
-impl Corners {
+impl FacetCorners {
     /// Bits of a number below [`MAX_HULL_POINTS`].
     const BITS: u32 = MAX_HULL_POINTS.ilog2();
     /// Set if they turn clockwise for a viewer outside.
@@ -408,8 +408,11 @@ impl Corners {
 /// Gives `take` the facets of a hull, or the sides of a flat one; none of a line or a point,
 /// which have no outline.
 #[inline(never)]
-fn each_facet<E>(hull: &Hull<'_>, mut take: impl FnMut(Corners) -> Result<(), E>) -> Result<(), E> {
-    each_triangle(&hull.read_all(), |corners| take(Corners::of(corners)))
+fn each_facet<E>(
+    hull: &Hull<'_>,
+    mut take: impl FnMut(FacetCorners) -> Result<(), E>,
+) -> Result<(), E> {
+    each_triangle(&hull.read_all(), |corners| take(FacetCorners::of(corners)))
 }
 
 /// How many there are.

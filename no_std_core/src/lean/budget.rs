@@ -1,6 +1,6 @@
 //! What it takes to draw the walks of a pack.
 
-use super::{Posed, Room};
+use super::{LeanFigure, Room};
 use crate::avatar::Avatar;
 use crate::body;
 use crate::camera::Camera;
@@ -43,7 +43,7 @@ impl Budget {
     /// which have room for every avatar, on a host: tiny-skia's heap comes on top, of
     /// [`crate::budget::SKIA_HEAP_BYTES`].
     pub const UNPACKED_BYTES: usize = WALK_BYTES
-        + size_of::<body::Body>()
+        + size_of::<body::UnpackedBody>()
         + size_of::<body::Figure<'_>>()
         + size_of::<Renderer>()
         + size_of::<Drawing<'_>>()
@@ -67,11 +67,11 @@ impl Budget {
         }
     }
 
-    /// Bytes of RAM of a GEI of this size that a window draws, with a [`super::Body`] of this
+    /// Bytes of RAM of a GEI of this size that a window draws, with a [`super::LeanBody`] of this
     /// room, without facets where none are asked for, be they static or on the stack. The heap
     /// of `raster::Skia` comes on top.
     #[must_use]
-    pub const fn ram_bytes<W: for<'a> Window<Posed<'a>>>(&self, size: Size) -> usize {
+    pub const fn ram_bytes<W: for<'a> Window<LeanFigure<'a>>>(&self, size: Size) -> usize {
         let facets = if W::NEEDS_FACETS { self.room.facets } else { 0 };
         let room = Room {
             facets,
@@ -85,7 +85,7 @@ impl Budget {
         WALK_BYTES
             + room.bytes()
             + builder
-            + size_of::<Posed<'_>>()
+            + size_of::<LeanFigure<'_>>()
             + size_of::<Renderer<W>>()
             + size_of::<Drawing<'_>>()
             + size.pixels()

@@ -1,10 +1,10 @@
 //! Bodies in a few kilobytes, drawn hull by hull.
 //!
-//! [`crate::body::Body`] is fast to draw because it is unpacked once and keeps everything
+//! [`crate::body::UnpackedBody`] is fast to draw because it is unpacked once and keeps everything
 //! that poses and viewpoints share, 170 kB in all. A microcontroller has less than that. Here
 //! nothing of a body is kept but its points, in whole steps (6 bytes a point), and which of
 //! them are the corners of which facets (2 bytes a facet); everything else is found again for
-//! each drawing. The same [`crate::raster::Renderer`] draws it, into [`Rows`] or
+//! each drawing. The same [`crate::raster::Renderer`] draws it, into [`LeanRows`] or
 //! `raster::Skia`: the arithmetic is the same, and so are the bytes of every silhouette
 //! (`tests/lean.rs`). [`Budget`] says what a pack needs.
 //!
@@ -45,6 +45,6 @@ mod body;
 mod budget;
 mod rows;
 
-pub use body::{Body, Posed, Room};
+pub use body::{LeanBody, LeanFigure, Room};
 pub use budget::Budget;
-pub use rows::Rows;
+pub use rows::LeanRows;

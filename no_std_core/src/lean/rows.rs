@@ -1,12 +1,12 @@
 //! A window of bit rows for one number at a time: what `raster/rows.rs` does for sixteen.
 
-use super::Posed;
-use super::body::{SeenHull, Sight};
+use super::LeanFigure;
+use super::body::{LeanSight, SeenHull};
 use crate::budget::{MAX_ROWS, WINDOW_COLUMNS};
 use crate::camera::Camera;
-use crate::raster::framing::Moments;
+use crate::raster::framing::AreaMoments;
 use crate::raster::place::{Placement, as_pixels, places, row_columns};
-use crate::raster::{DrawError, Extent, Fill, Hulls, Pixels, Rasterizer};
+use crate::raster::{DrawError, Extent, Fill, Pixels, PosedHulls, Rasterizer};
 use crate::silhouette::{Ninths, Silhouette, Size};
 use core::ops::Range;
 
@@ -14,27 +14,27 @@ use core::ops::Range;
 const WORD: usize = 32;
 const MAX_WORDS: usize = WINDOW_COLUMNS / WORD;
 /// The samples of one place in their pixels by row, by word. Bit `c` is column `c` of the word.
-type Bits = [[u32; MAX_WORDS]; MAX_ROWS];
+type RowBits = [[u32; MAX_WORDS]; MAX_ROWS];
 
 /// Bit rows of `N` by `N` samples a pixel, 1 or 3; no heap. 1,552 bytes, or 10,768.
 #[derive(Clone, Debug)]
-pub struct Rows<const N: usize = 1> {
+pub struct LeanRows<const N: usize = 1> {
     size: Size,
     /// Words of a row in use.
     words: usize,
     /// By place in the pixel, to the right and then down.
-    bits: [[Bits; N]; N],
+    bits: [[RowBits; N]; N],
     /// What the hull at hand covers of each row of samples.
-    spans: [[Span; N]; MAX_ROWS],
+    spans: [[RowSpan; N]; MAX_ROWS],
 }
 
 /// What a hull covers of a row of samples: from where to where, pixels, as the bits of two
 /// [`f32`]. In a `NARROW` window, of one word and one sample a pixel, instead the bits from the
 /// first column on, and those from behind the last one on: a quarter of the instructions.
 #[derive(Clone, Copy, Debug)]
-struct Span([u32; 2]);
+struct RowSpan([u32; 2]);
 
-impl Span {
+impl RowSpan {
     const fn empty(narrow: bool) -> Self {
         if narrow {
             Self([0, u32::MAX])
@@ -86,23 +86,23 @@ impl Span {
     }
 }
 
-impl<const N: usize> Fill<Posed<'_>> for Rows<N>
+impl<const N: usize> Fill<LeanFigure<'_>> for LeanRows<N>
 where
     Self: Pixels,
 {
-    fn extent(&mut self, posed: &Posed<'_>, camera: &Camera) -> Result<Extent, DrawError> {
+    fn extent(&mut self, posed: &LeanFigure<'_>, camera: &Camera) -> Result<Extent, DrawError> {
         posed.extent(camera)
     }
 
     fn draw(
         &mut self,
-        posed: &Posed<'_>,
+        posed: &LeanFigure<'_>,
         (camera, _): (&Camera, usize),
         placement: &Placement,
         columns: usize,
     ) {
         self.empty(columns.div_ceil(WORD).min(MAX_WORDS));
-        let sight = Sight::new(posed, camera);
+        let sight = LeanSight::new(posed, camera);
         if self.is_narrow() {
             self.draw_hulls::<true>(&sight, posed, placement);
         } else {
@@ -120,7 +120,7 @@ pub trait Sampled {
     fn cut_image(&self, left: isize, image: &mut Self::Image) -> u64;
 }
 
-impl Sampled for Rows {
+impl Sampled for LeanRows {
     type Image = Silhouette;
     const RASTERIZER: Rasterizer = Rasterizer::Rows;
 
@@ -133,7 +133,7 @@ impl Sampled for Rows {
     }
 }
 
-impl Sampled for Rows<3> {
+impl Sampled for LeanRows<3> {
     type Image = Ninths;
     const RASTERIZER: Rasterizer = Rasterizer::Rows3x3;
 
@@ -151,7 +151,7 @@ impl Sampled for Rows<3> {
     }
 }
 
-impl<const N: usize> Pixels for Rows<N>
+impl<const N: usize> Pixels for LeanRows<N>
 where
     Self: Sampled,
 {
@@ -183,8 +183,8 @@ where
     }
 
     /// A sample counts `N`, so that places in a pixel do.
-    fn moments(&self) -> Moments {
-        let mut moments = Moments::default();
+    fn moments(&self) -> AreaMoments {
+        let mut moments = AreaMoments::default();
         for (across, images) in self.bits.iter().enumerate() {
             for bits in images {
                 let (area, doubled) = self.moments_of(bits);
@@ -201,7 +201,7 @@ where
     }
 }
 
-impl Rows {
+impl LeanRows {
     /// An empty window of one sample a pixel, at its centre.
     #[must_use]
     pub const fn new(size: Size) -> Self {
@@ -209,7 +209,7 @@ impl Rows {
     }
 }
 
-impl Rows<3> {
+impl LeanRows<3> {
     /// An empty window of three by three samples a pixel, a third of a pixel apart.
     #[must_use]
     pub const fn three_by_three(size: Size) -> Self {
@@ -217,13 +217,13 @@ impl Rows<3> {
     }
 }
 
-impl<const N: usize> Rows<N> {
+impl<const N: usize> LeanRows<N> {
     const fn empty_of(size: Size) -> Self {
         Self {
             size,
             words: 0,
             bits: [[[[0; MAX_WORDS]; MAX_ROWS]; N]; N],
-            spans: [[Span::empty(false); N]; MAX_ROWS],
+            spans: [[RowSpan::empty(false); N]; MAX_ROWS],
         }
     }
 
@@ -235,7 +235,7 @@ impl<const N: usize> Rows<N> {
     fn empty(&mut self, words: usize) {
         if words != self.words {
             self.words = words;
-            self.spans = [[Span::empty(self.is_narrow()); N]; MAX_ROWS];
+            self.spans = [[RowSpan::empty(self.is_narrow()); N]; MAX_ROWS];
         }
         for bits in self.bits.as_flattened_mut() {
             let rows = bits.iter_mut().take(self.size.rows());
@@ -248,7 +248,7 @@ impl<const N: usize> Rows<N> {
     }
 
     /// How many samples are on, and the sum of 2 c + 1 over their columns.
-    fn moments_of(&self, bits: &Bits) -> (u64, u64) {
+    fn moments_of(&self, bits: &RowBits) -> (u64, u64) {
         let (mut area, mut doubled) = (0, 0);
         let words = self.words.min(MAX_WORDS);
         for row in bits.iter().take(self.size.rows()) {
@@ -268,7 +268,7 @@ impl<const N: usize> Rows<N> {
     }
 
     /// The columns from `left` on; how many of them are on.
-    fn cut_samples(&self, bits: &Bits, left: isize, silhouette: &mut Silhouette) -> u64 {
+    fn cut_samples(&self, bits: &RowBits, left: isize, silhouette: &mut Silhouette) -> u64 {
         *silhouette = Silhouette::empty(self.size);
         for word in 0..self.words {
             let first = (WORD * word).cast_signed() - left;
@@ -287,8 +287,8 @@ impl<const N: usize> Rows<N> {
 
     fn draw_hulls<const NARROW: bool>(
         &mut self,
-        sight: &Sight<'_>,
-        posed: &Posed<'_>,
+        sight: &LeanSight<'_>,
+        posed: &LeanFigure<'_>,
         placement: &Placement,
     ) {
         let mut seen = SeenHull::new(sight);
@@ -339,12 +339,12 @@ impl<const N: usize> Rows<N> {
             return;
         };
         for (number, span) in (start..).zip(spans) {
-            let span = core::mem::replace(span, Span::empty(NARROW));
+            let span = core::mem::replace(span, RowSpan::empty(NARROW));
             for (images, place) in self.bits.iter_mut().zip(const { places::<N>() }) {
                 let row = &mut images[number % N][number / N % MAX_ROWS];
                 let columns = span.columns::<NARROW>(place);
                 for (word, bits) in row.iter_mut().enumerate().take(words) {
-                    *bits |= Span::bits::<NARROW>(columns, word);
+                    *bits |= RowSpan::bits::<NARROW>(columns, word);
                 }
             }
         }
@@ -419,15 +419,15 @@ mod tests {
         let xs = [-1e9, -0.5, 0.0, 0.5, 3.49, 3.5, 17.2, 31.4, 31.5, 32.0, 1e9];
         for a in xs {
             for b in xs {
-                let (mut narrow, mut wide) = (Span::empty(true), Span::empty(false));
+                let (mut narrow, mut wide) = (RowSpan::empty(true), RowSpan::empty(false));
                 for x in [a, b] {
                     narrow.widen::<true>(x);
                     wide.widen::<false>(x);
                 }
-                let found = Span::bits::<true>(narrow.columns::<true>(0.5), 0);
+                let found = RowSpan::bits::<true>(narrow.columns::<true>(0.5), 0);
                 assert_eq!(
                     found,
-                    Span::bits::<false>(wide.columns::<false>(0.5), 0),
+                    RowSpan::bits::<false>(wide.columns::<false>(0.5), 0),
                     "{a} {b}"
                 );
                 let is_on = |column: u32| {
@@ -443,11 +443,11 @@ mod tests {
             }
         }
         assert_eq!(
-            Span::bits::<true>(Span::empty(true).columns::<true>(0.5), 0),
+            RowSpan::bits::<true>(RowSpan::empty(true).columns::<true>(0.5), 0),
             0
         );
         assert_eq!(
-            Span::bits::<false>(Span::empty(false).columns::<false>(0.5), 0),
+            RowSpan::bits::<false>(RowSpan::empty(false).columns::<false>(0.5), 0),
             0
         );
     }

@@ -1,22 +1,22 @@
 //! A window whose rasteriser is chosen when the program runs.
 
-use super::framing::Moments;
+use super::framing::AreaMoments;
 use super::place::{Extent, Placement};
 use super::rows::{self, Sampling};
 use super::simd::Simd;
 #[cfg(feature = "skia")]
 use super::skia::Skia;
 use super::window::{Fill, Pixels};
-use super::{DrawError, Rasterizer, View};
+use super::{DrawError, Rasterizer, RenderView};
 use crate::body::Figure;
 use crate::camera::Camera;
 #[cfg(feature = "skia")]
 use crate::silhouette::Coverage;
-use crate::silhouette::{Frame, Silhouette, Size};
+use crate::silhouette::{AnySilhouette, Silhouette, Size};
 
 /// The window of any rasteriser, for figures of bodies that are unpacked. 43 kB.
 #[derive(Debug)]
-pub struct AnyWindow(Kind);
+pub struct AnyWindow(AnyKind);
 
 #[derive(Debug)]
 #[cfg_attr(
@@ -26,22 +26,22 @@ pub struct AnyWindow(Kind);
         reason = "43 kB once for a renderer; a box would need a heap"
     )
 )]
-enum Kind {
+enum AnyKind {
     #[cfg(feature = "skia")]
     Skia(Skia),
     #[cfg(feature = "skia")]
     SkiaAa(Skia<Coverage>),
-    Rows(rows::Window),
+    Rows(rows::BitWindow),
 }
 
 impl AnyWindow {
     pub(super) fn new(rasterizer: Rasterizer, size: Size, simd: Simd) -> Self {
-        let rows = |sampling| Kind::Rows(rows::Window::new(size, sampling, simd));
+        let rows = |sampling| AnyKind::Rows(rows::BitWindow::new(size, sampling, simd));
         Self(match rasterizer {
             #[cfg(feature = "skia")]
-            Rasterizer::Skia => Kind::Skia(Skia::new(size)),
+            Rasterizer::Skia => AnyKind::Skia(Skia::new(size)),
             #[cfg(feature = "skia")]
-            Rasterizer::SkiaAa => Kind::SkiaAa(Skia::anti_aliased(size)),
+            Rasterizer::SkiaAa => AnyKind::SkiaAa(Skia::anti_aliased(size)),
             Rasterizer::Rows => rows(Sampling::Once),
             Rasterizer::Rows3x3 => rows(Sampling::ThreeByThree),
         })
@@ -53,28 +53,28 @@ macro_rules! each {
     ($self:ident, $window:ident => $does:expr) => {
         match &$self.0 {
             #[cfg(feature = "skia")]
-            Kind::Skia($window) => $does,
+            AnyKind::Skia($window) => $does,
             #[cfg(feature = "skia")]
-            Kind::SkiaAa($window) => $does,
-            Kind::Rows($window) => $does,
+            AnyKind::SkiaAa($window) => $does,
+            AnyKind::Rows($window) => $does,
         }
     };
     (mut $self:ident, $window:ident => $does:expr) => {
         match &mut $self.0 {
             #[cfg(feature = "skia")]
-            Kind::Skia($window) => $does,
+            AnyKind::Skia($window) => $does,
             #[cfg(feature = "skia")]
-            Kind::SkiaAa($window) => $does,
-            Kind::Rows($window) => $does,
+            AnyKind::SkiaAa($window) => $does,
+            AnyKind::Rows($window) => $does,
         }
     };
 }
 
 impl Pixels for AnyWindow {
-    type Image = Frame;
+    type Image = AnySilhouette;
 
-    fn blank(&self) -> Frame {
-        Frame::Binary(Silhouette::empty(self.size()))
+    fn blank(&self) -> AnySilhouette {
+        AnySilhouette::Binary(Silhouette::empty(self.size()))
     }
     fn rasterizer(&self) -> Rasterizer {
         each!(self, window => window.rasterizer())
@@ -91,32 +91,32 @@ impl Pixels for AnyWindow {
     fn clear(&mut self) {
         each!(mut self, window => window.clear());
     }
-    fn moments(&self) -> Moments {
+    fn moments(&self) -> AreaMoments {
         each!(self, window => window.moments())
     }
-    fn cut(&self, left: isize, frame: &mut Frame) -> u64 {
+    fn cut(&self, left: isize, frame: &mut AnySilhouette) -> u64 {
         match &self.0 {
             #[cfg(feature = "skia")]
-            Kind::Skia(window) => {
+            AnyKind::Skia(window) => {
                 let mut silhouette = window.blank();
                 let area = window.cut(left, &mut silhouette);
-                *frame = Frame::Binary(silhouette);
+                *frame = AnySilhouette::Binary(silhouette);
                 area
             }
             #[cfg(feature = "skia")]
-            Kind::SkiaAa(window) => {
+            AnyKind::SkiaAa(window) => {
                 let mut coverage = window.blank();
                 let area = window.cut(left, &mut coverage);
-                *frame = Frame::Grey(coverage);
+                *frame = AnySilhouette::Grey(coverage);
                 area
             }
-            Kind::Rows(window) => window.cut(left, frame),
+            AnyKind::Rows(window) => window.cut(left, frame),
         }
     }
 }
 
 impl<'a> Fill<Figure<'a>> for AnyWindow {
-    fn look(&mut self, figure: &Figure<'a>, views: &[View]) {
+    fn look(&mut self, figure: &Figure<'a>, views: &[RenderView]) {
         each!(mut self, window => window.look(figure, views));
     }
     fn extent(&mut self, figure: &Figure<'a>, camera: &Camera) -> Result<Extent, DrawError> {

@@ -1,7 +1,7 @@
 //! How framings draw a figure, whatever carries its hulls and whatever fills its pixels.
 
 use super::DrawError;
-use super::place::{self, Extent, Placement, Spread, as_pixels};
+use super::place::{self, Extent, ExtentPlace, Placement, as_pixels};
 use super::window::{Fill, Pixels};
 use crate::camera::{Camera, Framing, NEAR_M};
 use crate::silhouette::Size;
@@ -65,7 +65,7 @@ impl<F, W: Fill<F>> Sitting<'_, F, W> {
         let columns = |columns| self.window.columns(columns);
         let (placement, windows, columns) = place::by_height(extent, size, (limit, columns))?;
         let placement = placement.moved(jitter);
-        let mut whole = Moments::default();
+        let mut whole = AreaMoments::default();
         for index in 0..windows {
             let left = index * limit;
             let shifted = placement.moved(Vec2::new(as_pixels(left), 0.0));
@@ -98,14 +98,14 @@ impl<F, W: Fill<F>> Sitting<'_, F, W> {
     ) -> Result<f32, DrawError> {
         let size = self.window.size();
         let spread = place::spread(extent, &placement, image(size))?;
-        if spread == Spread::Outside {
+        if spread == ExtentPlace::Outside {
             self.window.clear();
             self.cut(0);
             return Ok(1.0);
         }
         self.fill(&placement.moved(jitter), size.columns());
         self.cut(0);
-        if spread == Spread::Inside {
+        if spread == ExtentPlace::Inside {
             return Ok(0.0);
         }
         let whole = self.area(extent, &placement);
@@ -186,14 +186,14 @@ pub(crate) fn extent(
 
 /// Area and first moment of a figure over columns.
 #[derive(Clone, Copy, Default)]
-pub struct Moments {
+pub struct AreaMoments {
     /// The sum of all pixels, in a unit that the window chooses.
     pub area: u64,
     /// The sum of pixels times (2 * column + 1): twice the pixel centres, in integers.
     pub doubled: u64,
 }
 
-impl Moments {
+impl AreaMoments {
     /// Adds those of a window whose first column is column `left` of the row of windows.
     pub fn add(&mut self, window: Self, left: usize) {
         self.area += window.area;

@@ -7,9 +7,9 @@
 //! | window | figures | draws | RAM |
 //! |---|---|---|--:|
 //! | [`AnyWindow`] | [`crate::body::Figure`] | any [`Rasterizer`], chosen at run time | 43 kB |
-//! | [`Samples`] | [`crate::body::Figure`] | `rows-3x3`, the samples kept apart | 43 kB |
+//! | [`SampleImages`] | [`crate::body::Figure`] | `rows-3x3`, the samples kept apart | 43 kB |
 //! | `Skia` | both | tiny-skia | 100 B, and a heap |
-//! | [`crate::lean::Rows`] | [`crate::lean::Posed`] | `rows`; or `rows-3x3` | 1.5 kB; 10.8 kB |
+//! | [`crate::lean::LeanRows`] | [`crate::lean::LeanFigure`] | `rows`; or `rows-3x3` | 1.5 kB; 10.8 kB |
 
 mod any;
 pub mod columns;
@@ -27,7 +27,7 @@ mod window;
 
 use crate::budget::VIEWS_AT_ONCE;
 use crate::camera::{Camera, Framing};
-use crate::silhouette::{Frame, Size};
+use crate::silhouette::{AnySilhouette, Size};
 pub use any::AnyWindow;
 use core::{fmt, slice};
 pub use error::DrawError;
@@ -35,11 +35,11 @@ pub use framing::projected;
 use framing::{Sitting, check_jitter};
 use glam::Vec2;
 pub use place::{Extent, Placement};
-pub use rows::Samples;
+pub use rows::SampleImages;
 pub use simd::Simd;
 #[cfg(feature = "skia")]
 pub use skia::Skia;
-pub use window::Hulls;
+pub use window::PosedHulls;
 pub(crate) use window::{Fill, Pixels};
 
 /// How pixels are decided.
@@ -108,7 +108,7 @@ impl fmt::Display for Rasterizer {
 
 /// A drawn figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drawing<'a, I = Frame> {
+pub struct Drawing<'a, I = AnySilhouette> {
     /// What was drawn, which its renderer keeps until it draws the next one.
     pub frame: &'a I,
     /// The share of the figure's area that lies outside of the image, 0..=1.
@@ -125,7 +125,7 @@ pub struct Drawing<'a, I = Frame> {
 
 /// How a figure is seen and fitted into the image: what [`Renderer::draw`] takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct View {
+pub struct RenderView {
     /// Where it is seen from.
     pub camera: Camera,
     /// How it is fitted into the image.
@@ -135,7 +135,7 @@ pub struct View {
     pub jitter: Vec2,
 }
 
-/// What figures of the type `F` are drawn into: [`AnyWindow`], `Skia` or [`crate::lean::Rows`].
+/// What figures of the type `F` are drawn into: [`AnyWindow`], `Skia` or [`crate::lean::LeanRows`].
 pub trait Window<F>: Fill<F> {}
 
 impl<F, W: Fill<F>> Window<F> for W {}
@@ -210,7 +210,7 @@ impl<W: Pixels> Renderer<W> {
     where
         W: Window<F>,
     {
-        let view = View {
+        let view = RenderView {
             camera: *camera,
             framing,
             jitter,
@@ -227,7 +227,7 @@ impl<W: Pixels> Renderer<W> {
     pub fn draw_views<F, E>(
         &mut self,
         figure: &F,
-        views: &[View],
+        views: &[RenderView],
         mut take: impl FnMut(usize, Result<Drawing<'_, W::Image>, DrawError>) -> Result<(), E>,
     ) -> Result<(), E>
     where
@@ -247,13 +247,13 @@ impl<W: Pixels> Renderer<W> {
     fn draw_view<F>(
         &mut self,
         figure: &F,
-        view: &View,
+        view: &RenderView,
         number: usize,
     ) -> Result<Drawing<'_, W::Image>, DrawError>
     where
         W: Window<F>,
     {
-        let View {
+        let RenderView {
             camera,
             framing,
             jitter,

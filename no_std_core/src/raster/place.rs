@@ -148,7 +148,7 @@ pub fn fixed(centre: Vec2, pixels_per_metre: f32, image: Vec2) -> Result<Placeme
 
 /// Where a figure's rectangle lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Spread {
+pub enum ExtentPlace {
     /// Wholly inside of the image.
     Inside,
     /// Partly inside, as far as the rectangle tells.
@@ -158,18 +158,22 @@ pub enum Spread {
 }
 
 /// Where a placed figure of this extent lies, in an image of so many columns and rows.
-pub fn spread(extent: &Extent, placement: &Placement, image: Vec2) -> Result<Spread, DrawError> {
+pub fn spread(
+    extent: &Extent,
+    placement: &Placement,
+    image: Vec2,
+) -> Result<ExtentPlace, DrawError> {
     let upper_left = placement.place(Vec2::new(extent.min.x, extent.max.y));
     let lower_right = placement.place(Vec2::new(extent.max.x, extent.min.y));
     if upper_left.cmpge(image).any() || lower_right.cmple(Vec2::ZERO).any() {
-        return Ok(Spread::Outside);
+        return Ok(ExtentPlace::Outside);
     }
     if upper_left.cmpge(Vec2::ZERO).all() && lower_right.cmple(image).all() {
-        return Ok(Spread::Inside);
+        return Ok(ExtentPlace::Inside);
     }
     let reach = upper_left.abs().max(lower_right.abs()).max_element();
     if reach <= MAX_REACH_PIXELS {
-        Ok(Spread::Across)
+        Ok(ExtentPlace::Across)
     } else {
         Err(DrawError::TooLarge(reach))
     }

@@ -4,18 +4,18 @@ use super::DrawError;
 use super::framing::extent;
 use super::place::Extent;
 use super::simd::{Lanes, Simd, Wide, compiled, dispatch};
-use super::window::Hulls;
+use super::window::PosedHulls;
 use crate::body::Figure;
 use crate::budget::{MAX_HULL_POINTS, MAX_POINTS};
 use crate::camera::{Camera, NEAR_M};
 use glam::{Vec2, Vec3};
 
-impl Hulls for Figure<'_> {
+impl PosedHulls for Figure<'_> {
     fn hulls(&self) -> impl Iterator<Item = impl Iterator<Item = Vec3>> {
         Figure::hulls(self)
     }
     fn extent(&self, camera: &Camera) -> Result<Extent, DrawError> {
-        let mut points = Points::ZERO;
+        let mut points = ImagePoints::ZERO;
         points.project(self, camera, Simd::widest())
     }
 }
@@ -23,7 +23,7 @@ impl Hulls for Figure<'_> {
 /// Points in the image, metres to the right and up, and behind them what is read together with
 /// a hull's last one. 6 kB.
 #[derive(Clone, Debug)]
-pub struct Points {
+pub struct ImagePoints {
     pub x: [f32; POINTS],
     pub y: [f32; POINTS],
 }
@@ -31,12 +31,12 @@ pub struct Points {
 const POINTS: usize = MAX_POINTS + MAX_HULL_POINTS;
 
 /// What points span in the image, and whether all of them can be seen there.
-struct Sight {
+struct ImageSpan {
     extent: Extent,
     is_whole: bool,
 }
 
-impl Points {
+impl ImagePoints {
     pub const ZERO: Self = Self {
         x: [0.0; POINTS],
         y: [0.0; POINTS],
@@ -61,10 +61,10 @@ impl Points {
     }
 }
 
-compiled!(fn see(points: &mut Points, figure: &Figure<'_>, camera: &Camera) -> Sight);
+compiled!(fn see(points: &mut ImagePoints, figure: &Figure<'_>, camera: &Camera) -> ImageSpan);
 
 #[inline(always)]
-fn see<L: Wide>(l: L, points: &mut Points, figure: &Figure<'_>, camera: &Camera) -> Sight {
+fn see<L: Wide>(l: L, points: &mut ImagePoints, figure: &Figure<'_>, camera: &Camera) -> ImageSpan {
     if L::IS_ONE {
         project(l, points, figure, camera)
     } else {
@@ -76,10 +76,10 @@ fn see<L: Wide>(l: L, points: &mut Points, figure: &Figure<'_>, camera: &Camera)
 #[inline(always)]
 fn project<const N: usize, L: Lanes<N>>(
     l: L,
-    points: &mut Points,
+    points: &mut ImagePoints,
     figure: &Figure<'_>,
     camera: &Camera,
-) -> Sight {
+) -> ImageSpan {
     let viewpoint = camera.viewpoint();
     let right = splat(l, viewpoint.right());
     let up = splat(l, viewpoint.up());
@@ -119,7 +119,7 @@ fn project<const N: usize, L: Lanes<N>>(
     }
     let (min_x, max_x) = l.bounds(min[0], max[0]);
     let (min_y, max_y) = l.bounds(min[1], max[1]);
-    Sight {
+    ImageSpan {
         extent: Extent {
             min: Vec2::new(min_x, min_y),
             max: Vec2::new(max_x, max_y),

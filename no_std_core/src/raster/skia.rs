@@ -3,9 +3,9 @@
 //! Hulls are filled one by one, so that what tiny-skia allocates for a fill is a
 //! constant; [`crate::budget::SKIA_TRANSIENT_BYTES`] sums it.
 
-use super::framing::Moments;
+use super::framing::AreaMoments;
 use super::place::{Extent, Placement, as_pixels};
-use super::window::{Fill, Hulls, Pixels};
+use super::window::{Fill, Pixels, PosedHulls};
 use super::{DrawError, Rasterizer};
 use crate::budget::{
     MAX_OUTLINE, SKIA_EDGES_BYTES, SKIA_TRANSIENT_BYTES, SKIA_WINDOW_COLUMNS, skia_resident_bytes,
@@ -44,7 +44,7 @@ impl Skia<Coverage> {
     }
 }
 
-impl<I: Cut> Skia<I> {
+impl<I: CutImage> Skia<I> {
     fn empty(size: Size) -> Self {
         #[expect(clippy::cast_possible_truncation, reason = "64 by at most 64")]
         let mask = Mask::new(SKIA_WINDOW_COLUMNS as u32, size.rows() as u32);
@@ -108,7 +108,7 @@ impl<I: Cut> Skia<I> {
     }
 }
 
-impl<I: Cut> Pixels for Skia<I> {
+impl<I: CutImage> Pixels for Skia<I> {
     type Image = I;
     const NEEDS_FACETS: bool = false;
     const IS_GREY: bool = I::IS_GREY;
@@ -137,7 +137,7 @@ impl<I: Cut> Pixels for Skia<I> {
         self.mask.data_mut().fill(0);
     }
 
-    fn moments(&self) -> Moments {
+    fn moments(&self) -> AreaMoments {
         // Sums of columns first: additions of whole rows vectorise.
         let mut columns = [0u32; SKIA_WINDOW_COLUMNS];
         for row in self.mask.data().chunks_exact(SKIA_WINDOW_COLUMNS) {
@@ -145,7 +145,7 @@ impl<I: Cut> Pixels for Skia<I> {
                 *sum += u32::from(pixel);
             }
         }
-        let mut moments = Moments::default();
+        let mut moments = AreaMoments::default();
         for (column, &sum) in columns.iter().enumerate() {
             moments.area += u64::from(sum);
             moments.doubled += u64::from(sum) * (2 * column + 1) as u64;
@@ -160,7 +160,7 @@ impl<I: Cut> Pixels for Skia<I> {
     }
 }
 
-impl<F: Hulls, I: Cut> Fill<F> for Skia<I> {
+impl<F: PosedHulls, I: CutImage> Fill<F> for Skia<I> {
     fn extent(&mut self, figure: &F, camera: &Camera) -> Result<Extent, DrawError> {
         figure.extent(camera)
     }
@@ -176,7 +176,7 @@ impl<F: Hulls, I: Cut> Fill<F> for Skia<I> {
 }
 
 /// An image that is cut out of tiny-skia's window.
-pub trait Cut {
+pub trait CutImage {
     const RASTERIZER: Rasterizer;
     const IS_GREY: bool;
 
@@ -186,7 +186,7 @@ pub trait Cut {
     fn cut<'a>(&mut self, rows: impl Iterator<Item = &'a [u8]>, left: isize) -> u64;
 }
 
-impl Cut for Silhouette {
+impl CutImage for Silhouette {
     const RASTERIZER: Rasterizer = Rasterizer::Skia;
     const IS_GREY: bool = false;
 
@@ -208,7 +208,7 @@ impl Cut for Silhouette {
     }
 }
 
-impl Cut for Coverage {
+impl CutImage for Coverage {
     const RASTERIZER: Rasterizer = Rasterizer::SkiaAa;
     const IS_GREY: bool = true;
 

@@ -1,8 +1,8 @@
 //! Framings and lenses on boxes whose pixels can be counted by hand.
 
-use super::framing::Moments;
+use super::framing::AreaMoments;
 use super::*;
-use crate::body::{Body, Figure};
+use crate::body::{Figure, UnpackedBody};
 use crate::camera::Viewpoint;
 use crate::silhouette::Silhouette;
 use crate::skeleton::Joint;
@@ -25,8 +25,8 @@ fn slab(min: [f32; 3], max: [f32; 3]) -> [Vec3; 8] {
     })
 }
 
-fn body(hulls: &[[Vec3; 8]]) -> Body {
-    let mut body = Body::default();
+fn body(hulls: &[[Vec3; 8]]) -> UnpackedBody {
+    let mut body = UnpackedBody::default();
     for hull in hulls {
         body.push(Joint::Pelvis, *hull).expect("within the budget");
     }
@@ -34,15 +34,18 @@ fn body(hulls: &[[Vec3; 8]]) -> Body {
 }
 
 /// What each rasteriser draws at 50x30 from the front, and the share that it cuts off.
-fn drawn(body: &Body, framing: Framing) -> impl Iterator<Item = Result<(Frame, f32), DrawError>> {
+fn drawn(
+    body: &UnpackedBody,
+    framing: Framing,
+) -> impl Iterator<Item = Result<(AnySilhouette, f32), DrawError>> {
     drawn_at(body, framing, Size::S50x30)
 }
 
 fn drawn_at(
-    body: &Body,
+    body: &UnpackedBody,
     framing: Framing,
     size: Size,
-) -> impl Iterator<Item = Result<(Frame, f32), DrawError>> {
+) -> impl Iterator<Item = Result<(AnySilhouette, f32), DrawError>> {
     Rasterizer::ALL.iter().map(move |&rasterizer| {
         let mut renderer = Renderer::new(rasterizer, size);
         let figure = Figure::at_rest(body);
@@ -52,14 +55,14 @@ fn drawn_at(
 }
 
 /// Asserts that all rasterisers refuse a figure for the same reason.
-fn assert_refused(body: &Body, framing: Framing, error: DrawError) {
+fn assert_refused(body: &UnpackedBody, framing: Framing, error: DrawError) {
     for found in drawn(body, framing) {
         assert_eq!(found, Err(error));
     }
 }
 
 /// Framed by height, by each rasteriser; grey pixels are on from half coverage up.
-fn silhouettes(body: &Body) -> impl Iterator<Item = Silhouette> {
+fn silhouettes(body: &UnpackedBody) -> impl Iterator<Item = Silhouette> {
     let drawings = drawn(body, Framing::Height);
     drawings.map(|drawing| drawing.expect("a figure").0.silhouette())
 }
@@ -92,7 +95,7 @@ fn the_picture_does_not_depend_on_where_the_figure_stands_or_how_large_it_is() {
         slab([-0.2, 0.0, 0.0], [0.2, 2.0, 0.3]),
         slab([0.2, 1.0, 0.0], [0.5, 1.2, 0.3]),
     ]);
-    let mut elsewhere = Body::default();
+    let mut elsewhere = UnpackedBody::default();
     for hull in Figure::at_rest(&at_origin).hulls() {
         let moved = hull.map(|p| p * 0.5 + Vec3::new(64.0, 8.0, -4.0));
         elsewhere
@@ -154,7 +157,7 @@ fn grey_pixels_tell_how_much_is_covered() {
 
 #[test]
 fn what_has_no_image_is_a_typed_error() {
-    assert_refused(&Body::default(), Framing::Height, DrawError::Empty);
+    assert_refused(&UnpackedBody::default(), Framing::Height, DrawError::Empty);
     assert_refused(&body(&[[Vec3::ONE; 8]]), Framing::Height, DrawError::Flat);
     let needle = body(&[slab([0.0; 3], [1e-6, 1.0, 0.0])]);
     assert_refused(&needle, Framing::Height, DrawError::Vanished);
@@ -308,7 +311,7 @@ fn the_centroid_is_that_of_the_jittered_samples() {
         }
     }
     // Columns 59..69 of 255: a centroid of 64, or of 64.5 with samples moved by half a pixel.
-    let ten = Moments {
+    let ten = AreaMoments {
         area: 2_550,
         doubled: 2_550 * 128,
     };
@@ -350,7 +353,7 @@ fn what_is_nearer_is_larger_in_perspective() {
 fn every_framing_refuses_what_has_no_image() {
     let any = body(&[slab([0.0; 3], [1.0; 3])]);
     for framing in [Framing::Height, Framing::Box, fixed([0.0; 3])] {
-        assert_refused(&Body::default(), framing, DrawError::Empty);
+        assert_refused(&UnpackedBody::default(), framing, DrawError::Empty);
         for bad in [f32::NAN, f32::INFINITY] {
             for &rasterizer in Rasterizer::ALL {
                 let mut renderer = Renderer::new(rasterizer, Size::S64x44);

@@ -1,14 +1,14 @@
 //! What figures are drawn into, whatever carries their hulls and whatever fills their pixels.
 
-use super::framing::Moments;
+use super::framing::AreaMoments;
 use super::place::{Extent, Placement};
-use super::{DrawError, Rasterizer, View};
+use super::{DrawError, Rasterizer, RenderView};
 use crate::camera::Camera;
 use crate::silhouette::Size;
 use glam::Vec3;
 
-/// A body in a pose, as it lies in memory: [`crate::body::Figure`] or [`crate::lean::Posed`].
-pub trait Hulls {
+/// A body in a pose, as it lies in memory: [`crate::body::Figure`] or [`crate::lean::LeanFigure`].
+pub trait PosedHulls {
     /// The points of each hull, metres.
     fn hulls(&self) -> impl Iterator<Item = impl Iterator<Item = Vec3>>;
 
@@ -49,7 +49,7 @@ pub trait Pixels {
     fn clear(&mut self);
 
     /// Area and first moment of what was drawn.
-    fn moments(&self) -> Moments;
+    fn moments(&self) -> AreaMoments;
 
     /// The image's columns from `left` on; their area in the unit of [`Self::moments`].
     fn cut(&self, left: isize, image: &mut Self::Image) -> u64;
@@ -59,7 +59,7 @@ pub trait Pixels {
 pub trait Fill<F>: Pixels {
     /// Finds out what does not depend on where a figure is drawn, for at most
     /// [`crate::budget::VIEWS_AT_ONCE`] views.
-    fn look(&mut self, _figure: &F, _views: &[View]) {}
+    fn look(&mut self, _figure: &F, _views: &[RenderView]) {}
 
     /// The rectangle that a figure takes in the image.
     fn extent(&mut self, figure: &F, camera: &Camera) -> Result<Extent, DrawError>;

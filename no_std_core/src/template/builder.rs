@@ -1,11 +1,11 @@
 //! One builder for every template.
 
 use super::frequency::Frequencies;
-use super::history::{Event, History};
-use super::sums::Sums;
-use super::{FrameError, Gei, Kind};
+use super::history::{History, PixelEvent};
+use super::sums::FrameSums;
+use super::{FrameError, Gei, TemplateKind};
 use crate::raster::Simd;
-use crate::silhouette::{Frame, Size};
+use crate::silhouette::{AnySilhouette, Size};
 
 /// Builds a template of any kind, frame by frame. 82 kB, as the frequencies take; of the others
 /// 17 kB are touched, and 9 kB by those of motion.
@@ -30,7 +30,7 @@ use crate::silhouette::{Frame, Size};
 /// ```
 #[derive(Clone, Debug)]
 pub struct TemplateBuilder<M = AnyMemory> {
-    kind: Kind,
+    kind: TemplateKind,
     size: Size,
     frames: u32,
     tau: u32,
@@ -39,16 +39,16 @@ pub struct TemplateBuilder<M = AnyMemory> {
 }
 
 /// Builds a GEI, or a GEnI. 16 kB.
-pub type GeiBuilder = TemplateBuilder<Sums>;
+pub type GeiBuilder = TemplateBuilder<FrameSums>;
 
 /// What a builder keeps of the frames.
 pub trait Memory {
-    fn add(&mut self, frame: &Frame) -> Result<(), FrameError>;
+    fn add(&mut self, frame: &AnySilhouette) -> Result<(), FrameError>;
     fn frames(&self) -> u32;
     fn clear(&mut self);
 
     /// Writes the template `kind` with this tau and decrement.
-    fn write(&mut self, kind: Kind, tau: u32, decrement: u8, bytes: &mut [u8]);
+    fn write(&mut self, kind: TemplateKind, tau: u32, decrement: u8, bytes: &mut [u8]);
 }
 
 /// That of any kind.
@@ -58,13 +58,13 @@ pub trait Memory {
     reason = "82 kB for a cycle; a box would need a heap"
 )]
 pub enum AnyMemory {
-    Sums(Sums),
+    Sums(FrameSums),
     History(History),
     Frequencies(Frequencies),
 }
 
 impl GeiBuilder {
-    /// No frame yet, of a [`Kind::Gei`]; at most [`Self::MAX_FRAMES`] are to come.
+    /// No frame yet, of a [`TemplateKind::Gei`]; at most [`Self::MAX_FRAMES`] are to come.
     #[must_use]
     pub fn new(size: Size) -> Self {
         Self::with_simd(size, Simd::widest())
@@ -73,7 +73,12 @@ impl GeiBuilder {
     /// The same, with these registers. GEIs do not depend on it.
     #[must_use]
     pub const fn with_simd(size: Size, simd: Simd) -> Self {
-        Self::keeping(Kind::Gei, size, Self::MAX_FRAMES, Sums::new(size, simd))
+        Self::keeping(
+            TemplateKind::Gei,
+            size,
+            Self::MAX_FRAMES,
+            FrameSums::new(size, simd),
+        )
     }
 
     /// The mean of the frames so far, rounded half up; black without any. More may be added.
@@ -87,15 +92,15 @@ impl TemplateBuilder {
     /// No frame yet; `frames` are to come, at least 1 and at most [`Self::MAX_FRAMES`]: all of
     /// one cycle. Motion is remembered over all of them, and a silhouette fades by 1 a frame.
     #[must_use]
-    pub fn of(kind: Kind, size: Size, frames: u32) -> Self {
+    pub fn of(kind: TemplateKind, size: Size, frames: u32) -> Self {
         let (frames, simd) = (frames.clamp(1, Self::MAX_FRAMES), Simd::widest());
         let memory = match kind {
-            Kind::Gei | Kind::Geni => AnyMemory::Sums(Sums::new(size, simd)),
-            Kind::Mei | Kind::Mhi | Kind::Ghi => {
-                AnyMemory::History(History::new(Event::Change, size))
+            TemplateKind::Gei | TemplateKind::Geni => AnyMemory::Sums(FrameSums::new(size, simd)),
+            TemplateKind::Mei | TemplateKind::Mhi | TemplateKind::Ghi => {
+                AnyMemory::History(History::new(PixelEvent::Change, size))
             }
-            Kind::Msi => AnyMemory::History(History::new(Event::End, size)),
-            Kind::Frequency => AnyMemory::Frequencies(Frequencies::new(size, simd, frames)),
+            TemplateKind::Msi => AnyMemory::History(History::new(PixelEvent::End, size)),
+            TemplateKind::Frequency => AnyMemory::Frequencies(Frequencies::new(size, simd, frames)),
         };
         Self::keeping(kind, size, frames, memory)
     }
@@ -103,9 +108,9 @@ impl TemplateBuilder {
 
 impl<M> TemplateBuilder<M> {
     /// Most frames of one template: what counters hold, four minutes at 30 Hz.
-    pub const MAX_FRAMES: u32 = Sums::MAX_FRAMES;
+    pub const MAX_FRAMES: u32 = FrameSums::MAX_FRAMES;
 
-    const fn keeping(kind: Kind, size: Size, frames: u32, memory: M) -> Self {
+    const fn keeping(kind: TemplateKind, size: Size, frames: u32, memory: M) -> Self {
         Self {
             kind,
             size,
@@ -117,14 +122,14 @@ impl<M> TemplateBuilder<M> {
     }
 
     /// The same, with motion remembered over `tau` steps from one frame to the next: tau of
-    /// [`Kind::Mei`] and [`Kind::Mhi`], at least 1.
+    /// [`TemplateKind::Mei`] and [`TemplateKind::Mhi`], at least 1.
     #[must_use]
     pub const fn with_tau(mut self, tau: u32) -> Self {
         self.tau = tau;
         self
     }
 
-    /// The same, with silhouettes that fade by so much of 255 a frame: of [`Kind::Msi`].
+    /// The same, with silhouettes that fade by so much of 255 a frame: of [`TemplateKind::Msi`].
     #[must_use]
     pub const fn with_decrement(mut self, decrement: u8) -> Self {
         self.decrement = decrement;
@@ -133,7 +138,7 @@ impl<M> TemplateBuilder<M> {
 
     /// Which template it builds.
     #[must_use]
-    pub const fn kind(&self) -> Kind {
+    pub const fn kind(&self) -> TemplateKind {
         self.kind
     }
 }
@@ -145,7 +150,7 @@ impl<M: Memory> TemplateBuilder<M> {
     ///
     /// # Errors
     /// If it is of another size, or one more than were to come.
-    pub fn add(&mut self, frame: &Frame) -> Result<(), FrameError> {
+    pub fn add(&mut self, frame: &AnySilhouette) -> Result<(), FrameError> {
         FrameError::check([self.size, frame.size()], self.frames(), self.frames)?;
         self.memory.add(frame)
     }
@@ -157,7 +162,7 @@ impl<M: Memory> TemplateBuilder<M> {
     }
 
     /// Writes the template of the frames so far, 0..=255, rounded half up, row by row from the
-    /// top: [`Kind::bytes`], or as many as there is room for. Black without any frame. More may
+    /// top: [`TemplateKind::bytes`], or as many as there is room for. Black without any frame. More may
     /// be added.
     pub fn finish(&mut self, bytes: &mut [u8]) {
         let room = bytes.len().min(self.kind.bytes(self.size));
@@ -184,7 +189,7 @@ macro_rules! each {
 }
 
 impl Memory for AnyMemory {
-    fn add(&mut self, frame: &Frame) -> Result<(), FrameError> {
+    fn add(&mut self, frame: &AnySilhouette) -> Result<(), FrameError> {
         each!(self, memory => Memory::add(memory, frame))
     }
     fn frames(&self) -> u32 {
@@ -193,7 +198,7 @@ impl Memory for AnyMemory {
     fn clear(&mut self) {
         each!(self, memory => Memory::clear(memory));
     }
-    fn write(&mut self, kind: Kind, tau: u32, decrement: u8, bytes: &mut [u8]) {
+    fn write(&mut self, kind: TemplateKind, tau: u32, decrement: u8, bytes: &mut [u8]) {
         each!(self, memory => Memory::write(memory, kind, tau, decrement, bytes));
     }
 }

@@ -1,12 +1,12 @@
 //! The Gait Entropy Image, from the same sums as the Gait Energy Image.
 
-use super::sums::Sums;
+use super::sums::FrameSums;
 use crate::budget::MAX_PIXELS;
 
 /// For each pixel Shannon's entropy of whether it is on, bits (Bashir, Xiang & Gong 2009), spread
 /// from the image's least (0) to its largest (255) and rounded half up. Black if all are the same.
-pub(super) fn entropies(sums: &mut Sums) -> [u8; MAX_PIXELS] {
-    let table = Table::new(sums.whole());
+pub(super) fn entropies(sums: &mut FrameSums) -> [u8; MAX_PIXELS] {
+    let table = EntropyTable::new(sums.whole());
     let (mut least, mut largest) = (f64::INFINITY, f64::NEG_INFINITY);
     sums.map((), |sum| {
         let bits = table.entropy(sum);
@@ -32,12 +32,12 @@ pub(super) fn entropies(sums: &mut Sums) -> [u8; MAX_PIXELS] {
 }
 
 /// Entropies of sums, the more usual ones by table.
-struct Table {
+struct EntropyTable {
     whole: u32,
     known: [f64; Self::KNOWN],
 }
 
-impl Table {
+impl EntropyTable {
     /// Sums of 28 frames of ninths, or 255 of bits.
     const KNOWN: usize = 256;
 

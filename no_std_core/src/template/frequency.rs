@@ -1,18 +1,18 @@
 //! Frequency-domain features: how much each pixel swings once and twice a cycle.
 
 use super::builder::Memory;
-use super::sums::Sums;
-use super::{FrameError, Kind};
+use super::sums::FrameSums;
+use super::{FrameError, TemplateKind};
 use crate::budget::{FREQUENCIES, MAX_PIXELS};
 use crate::raster::Simd;
-use crate::silhouette::{Frame, Size};
+use crate::silhouette::{AnySilhouette, Size};
 use core::f64::consts::TAU;
 
 /// Sums of waves for each pixel. 82 kB.
 #[derive(Clone, Debug)]
 pub struct Frequencies {
     /// Frequency 0.
-    sums: Sums,
+    sums: FrameSums,
     /// Frames of the cycle.
     period: u32,
     /// For each frequency from 1 on the sums of the coverage (0..=255) times cosine and sine.
@@ -22,7 +22,7 @@ pub struct Frequencies {
 impl Frequencies {
     pub const fn new(size: Size, simd: Simd, period: u32) -> Self {
         Self {
-            sums: Sums::new(size, simd),
+            sums: FrameSums::new(size, simd),
             period,
             waves: [[[0.0; MAX_PIXELS]; 2]; FREQUENCIES - 1],
         }
@@ -40,7 +40,7 @@ impl Memory for Frequencies {
         waves.as_flattened_mut().fill(0.0);
     }
 
-    fn add(&mut self, frame: &Frame) -> Result<(), FrameError> {
+    fn add(&mut self, frame: &AnySilhouette) -> Result<(), FrameError> {
         let (frame_number, period) = (self.frames(), self.period);
         self.sums.add(frame)?;
         let coverage = frame.to_coverage();
@@ -60,7 +60,7 @@ impl Memory for Frequencies {
 
     /// The amplitudes of one frequency after the other (Makihara et al. 2006), rounded half up:
     /// A_k(x, y) = |sum over n of g(x, y, n) e^(-2 pi i k n / N)| / N.
-    fn write(&mut self, _: Kind, _: u32, _: u8, bytes: &mut [u8]) {
+    fn write(&mut self, _: TemplateKind, _: u32, _: u8, bytes: &mut [u8]) {
         let pixels = self.sums.size().pixels();
         let mut planes = bytes.chunks_mut(pixels);
         if let Some(plane) = planes.next() {

@@ -34,11 +34,11 @@ impl Gei {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::silhouette::{Frame, Silhouette};
+    use crate::silhouette::{AnySilhouette, Silhouette};
     use crate::template::{FrameError, GeiBuilder};
 
-    fn frame(size: Size, rows: [u64; 2]) -> Frame {
-        Frame::Binary(Silhouette::from_rows(size, &rows))
+    fn frame(size: Size, rows: [u64; 2]) -> AnySilhouette {
+        AnySilhouette::Binary(Silhouette::from_rows(size, &rows))
     }
 
     #[test]

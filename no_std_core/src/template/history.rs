@@ -4,13 +4,13 @@
 //! edge are touched from frame to frame, and ages are told when the template is asked for.
 
 use super::builder::Memory;
-use super::{FrameError, Kind};
+use super::{FrameError, TemplateKind};
 use crate::budget::{MAX_PIXELS, MAX_ROWS};
-use crate::silhouette::{Frame, Silhouette, Size};
+use crate::silhouette::{AnySilhouette, Silhouette, Size};
 
 /// Which pixels get the number of the step before a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Event {
+pub(super) enum PixelEvent {
     /// Those that the frame changes: the number of the step that leads to it, from 1.
     Change,
     /// Those that it turns off: the number of the last frame in which they were on, from 1.
@@ -20,7 +20,7 @@ pub(super) enum Event {
 /// The last event of each pixel. 9 kB.
 #[derive(Clone, Debug)]
 pub struct History {
-    event: Event,
+    event: PixelEvent,
     frames: u16,
     /// The last frame.
     last: Silhouette,
@@ -31,7 +31,7 @@ pub struct History {
 }
 
 impl History {
-    pub(super) const fn new(event: Event, size: Size) -> Self {
+    pub(super) const fn new(event: PixelEvent, size: Size) -> Self {
         Self {
             event,
             frames: 0,
@@ -109,7 +109,7 @@ impl History {
 }
 
 impl Memory for History {
-    fn add(&mut self, frame: &Frame) -> Result<(), FrameError> {
+    fn add(&mut self, frame: &AnySilhouette) -> Result<(), FrameError> {
         let frame = frame.silhouette();
         let sizes = [self.last.size(), frame.size()];
         FrameError::check(sizes, u32::from(self.frames), u32::from(u16::MAX))?;
@@ -118,8 +118,8 @@ impl Memory for History {
         for (row, (&before, &now)) in before.enumerate() {
             let mut events = match self.event {
                 _ if self.frames == 0 => 0,
-                Event::Change => before ^ now,
-                Event::End => before & !now,
+                PixelEvent::Change => before ^ now,
+                PixelEvent::End => before & !now,
             };
             while events != 0 {
                 let pixel = row * columns + events.trailing_zeros() as usize;
@@ -147,11 +147,11 @@ impl Memory for History {
         self.numbers.fill(0);
     }
 
-    fn write(&mut self, kind: Kind, tau: u32, decrement: u8, bytes: &mut [u8]) {
+    fn write(&mut self, kind: TemplateKind, tau: u32, decrement: u8, bytes: &mut [u8]) {
         match kind {
-            Kind::Mei => self.moved(tau, bytes),
-            Kind::Msi => self.presence(decrement, bytes),
-            Kind::Ghi => self.lasting(bytes),
+            TemplateKind::Mei => self.moved(tau, bytes),
+            TemplateKind::Msi => self.presence(decrement, bytes),
+            TemplateKind::Ghi => self.lasting(bytes),
             _ => self.motion(tau, bytes),
         }
     }

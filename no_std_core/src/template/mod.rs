@@ -4,7 +4,7 @@
 //!
 //! | builder | builds | of | RAM |
 //! |---|---|---|--:|
-//! | [`TemplateBuilder`] | any [`Kind`] | any frames | 82 kB |
+//! | [`TemplateBuilder`] | any [`TemplateKind`] | any frames | 82 kB |
 //! | [`GeiBuilder`], the same | the GEI | any frames | 16 kB |
 //! | [`GeiInPlace`] | the GEI | 255 silhouettes | a byte a pixel |
 //! | [`GeiTally`] | GEIs at many elevations | `raster::columns` | 259 kB |
@@ -32,7 +32,7 @@ use crate::silhouette::Size;
 /// open, which are ours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
-pub enum Kind {
+pub enum TemplateKind {
     /// Gait Energy Image, the mean: Han & Bhanu 2006, "Individual recognition using gait energy
     /// image", equation 1.
     Gei,
@@ -60,7 +60,7 @@ pub enum Kind {
     Frequency,
 }
 
-impl Kind {
+impl TemplateKind {
     /// All of them.
     pub const ALL: [Self; 7] = [
         Self::Gei,

@@ -10,11 +10,11 @@ use super::entropy::entropies;
 use crate::adder::add_eight;
 use crate::budget::{MAX_PIXELS, MAX_ROWS};
 use crate::raster::simd::{Simd, Wide, compiled, dispatch};
-use crate::silhouette::{Frame, Size};
+use crate::silhouette::{AnySilhouette, Size};
 use core::ops::Range;
 
 /// Rows of bits.
-type Plane = [u64; MAX_ROWS];
+type BitPlane = [u64; MAX_ROWS];
 /// Planes of a count: up to 65,535.
 const PLANES: usize = 16;
 /// Frames that are counted together.
@@ -22,11 +22,11 @@ const BATCH: usize = 8;
 
 /// For each pixel, the sum of the frames added. 16 kB.
 #[derive(Clone, Debug)]
-pub struct Sums {
+pub struct FrameSums {
     size: Size,
     simd: Simd,
     frames: u32,
-    kind: Kind,
+    kind: SumKind,
 }
 
 #[derive(Clone, Debug)]
@@ -34,7 +34,7 @@ pub struct Sums {
     clippy::large_enum_variant,
     reason = "16 kB for a cycle; a box would need a heap"
 )]
-enum Kind {
+enum SumKind {
     /// No frame yet.
     None,
     /// Of bits, 1 a frame.
@@ -45,7 +45,7 @@ enum Kind {
     Grey([u32; MAX_PIXELS]),
 }
 
-impl Sums {
+impl FrameSums {
     /// Most frames: what the planes count of ninths.
     pub const MAX_FRAMES: u32 = 0xffff / 9;
 
@@ -54,7 +54,7 @@ impl Sums {
             size,
             simd,
             frames: 0,
-            kind: Kind::None,
+            kind: SumKind::None,
         }
     }
 
@@ -64,11 +64,11 @@ impl Sums {
 
     /// The mean of each pixel over the frames so far, 0..=255, rounded half up; 0 without any.
     pub fn means(&mut self) -> [u8; MAX_PIXELS] {
-        if let Kind::Grey(_) = self.kind {
+        if let SumKind::Grey(_) = self.kind {
             let frames = self.frames;
             return self.map(0, |sum| rounded(sum, frames));
         }
-        let scale = Scale::new(self.whole().max(1));
+        let scale = CountScale::new(self.whole().max(1));
         self.map(0, |sum| scale.mean(sum))
     }
 
@@ -76,9 +76,9 @@ impl Sums {
     pub const fn whole(&self) -> u32 {
         self.frames
             * match self.kind {
-                Kind::None | Kind::Bits(_) => 1,
-                Kind::Ninths(_) => 9,
-                Kind::Grey(_) => 255,
+                SumKind::None | SumKind::Bits(_) => 1,
+                SumKind::Ninths(_) => 9,
+                SumKind::Grey(_) => 255,
             }
     }
 
@@ -89,9 +89,9 @@ impl Sums {
         let mut mapped = [none; MAX_PIXELS];
         let whole = self.whole();
         let counter = match &mut self.kind {
-            Kind::None => return mapped,
-            Kind::Bits(counter) | Kind::Ninths(counter) => counter,
-            Kind::Grey(sums) => {
+            SumKind::None => return mapped,
+            SumKind::Bits(counter) | SumKind::Ninths(counter) => counter,
+            SumKind::Grey(sums) => {
                 let pixels = mapped.iter_mut().zip(sums).take(self.size.pixels());
                 pixels.for_each(|(mapped, &mut sum)| *mapped = of(sum));
                 return mapped;
@@ -115,35 +115,35 @@ impl Sums {
     }
 }
 
-impl Memory for Sums {
+impl Memory for FrameSums {
     /// The first frame decides what is summed: later ones of another kind are turned into it.
-    fn add(&mut self, frame: &Frame) -> Result<(), FrameError> {
+    fn add(&mut self, frame: &AnySilhouette) -> Result<(), FrameError> {
         FrameError::check([self.size, frame.size()], self.frames, Self::MAX_FRAMES)?;
         self.frames += 1;
-        if matches!(self.kind, Kind::None) {
+        if matches!(self.kind, SumKind::None) {
             self.kind = match frame {
-                Frame::Binary(_) => Kind::Bits(Counter::EMPTY),
-                Frame::Ninths(_) => Kind::Ninths(Counter::EMPTY),
-                Frame::Grey(_) => Kind::Grey([0; MAX_PIXELS]),
+                AnySilhouette::Binary(_) => SumKind::Bits(Counter::EMPTY),
+                AnySilhouette::Ninths(_) => SumKind::Ninths(Counter::EMPTY),
+                AnySilhouette::Grey(_) => SumKind::Grey([0; MAX_PIXELS]),
             };
         }
         let simd = self.simd;
         match (&mut self.kind, frame) {
-            (Kind::None, _) => {}
-            (Kind::Bits(counter), Frame::Binary(silhouette)) => {
+            (SumKind::None, _) => {}
+            (SumKind::Bits(counter), AnySilhouette::Binary(silhouette)) => {
                 counter.add(silhouette.all_rows(), simd);
             }
-            (Kind::Bits(counter), frame) => counter.add(frame.silhouette().all_rows(), simd),
-            (Kind::Ninths(counter), Frame::Ninths(ninths)) => {
+            (SumKind::Bits(counter), frame) => counter.add(frame.silhouette().all_rows(), simd),
+            (SumKind::Ninths(counter), AnySilhouette::Ninths(ninths)) => {
                 dispatch!(simd, count_ninths(counter, ninths.planes()));
             }
-            (Kind::Ninths(counter), frame) => {
+            (SumKind::Ninths(counter), frame) => {
                 // Nine samples of it: one and eight.
                 let silhouette = frame.silhouette();
                 counter.ripple(silhouette.all_rows(), 0);
                 counter.ripple(silhouette.all_rows(), 3);
             }
-            (Kind::Grey(sums), frame) => {
+            (SumKind::Grey(sums), frame) => {
                 for (sum, &pixel) in sums.iter_mut().zip(frame.to_coverage().pixels()) {
                     *sum += u32::from(pixel);
                 }
@@ -158,12 +158,12 @@ impl Memory for Sums {
 
     fn clear(&mut self) {
         self.frames = 0;
-        self.kind = Kind::None;
+        self.kind = SumKind::None;
     }
 
-    fn write(&mut self, template: super::Kind, _: u32, _: u8, bytes: &mut [u8]) {
+    fn write(&mut self, template: super::TemplateKind, _: u32, _: u8, bytes: &mut [u8]) {
         let pixels = match template {
-            super::Kind::Geni => entropies(self),
+            super::TemplateKind::Geni => entropies(self),
             _ => self.means(),
         };
         for (byte, pixel) in bytes.iter_mut().zip(pixels) {
@@ -173,12 +173,12 @@ impl Memory for Sums {
 }
 
 /// Means of counts, the more usual ones by table.
-pub(super) struct Scale {
+pub(super) struct CountScale {
     all: u32,
     table: [u8; Self::TABLE],
 }
 
-impl Scale {
+impl CountScale {
     /// Counts of 56 frames of ninths.
     const TABLE: usize = 512;
 
@@ -204,9 +204,9 @@ fn rounded(sum: u32, of: u32) -> u8 {
 /// A count for each pixel. 12 kB.
 #[derive(Clone, Debug)]
 struct Counter {
-    planes: [Plane; PLANES],
+    planes: [BitPlane; PLANES],
     /// Frames that wait for their batch to be full.
-    waiting: [Plane; BATCH],
+    waiting: [BitPlane; BATCH],
     waits: usize,
 }
 
@@ -218,7 +218,7 @@ impl Counter {
     };
 
     /// Counts the bits of a frame.
-    fn add(&mut self, rows: &Plane, simd: Simd) {
+    fn add(&mut self, rows: &BitPlane, simd: Simd) {
         if let Some(place) = self.waiting.get_mut(self.waits) {
             *place = *rows;
         }
@@ -231,7 +231,7 @@ impl Counter {
 
     /// Adds 2^`worth` where there is a bit.
     #[inline(always)]
-    fn ripple(&mut self, rows: &Plane, worth: usize) {
+    fn ripple(&mut self, rows: &BitPlane, worth: usize) {
         let mut carries = *rows;
         for plane in self.planes.iter_mut().skip(worth) {
             let mut rest = 0;
@@ -273,11 +273,11 @@ impl Counter {
 }
 
 compiled!(fn count(counter: &mut Counter));
-compiled!(fn count_ninths(counter: &mut Counter, planes: &[Plane; 4]));
+compiled!(fn count_ninths(counter: &mut Counter, planes: &[BitPlane; 4]));
 
 /// Counts ninths by the worth of their bits.
 #[inline(always)]
-fn count_ninths<L: Wide>(_: L, counter: &mut Counter, planes: &[Plane; 4]) {
+fn count_ninths<L: Wide>(_: L, counter: &mut Counter, planes: &[BitPlane; 4]) {
     for (worth, plane) in planes.iter().enumerate() {
         counter.ripple(plane, worth);
     }
@@ -319,11 +319,11 @@ mod tests {
     #[test]
     fn counts_are_those_of_single_pixels_whatever_the_number_of_frames() {
         for frames in [1, 7, 8, 9, 31, 64, 300] {
-            let mut sums = Sums::new(SIZE, Simd::widest());
+            let mut sums = FrameSums::new(SIZE, Simd::widest());
             let mut plain = [0u32; 1_500];
             for number in 0..frames {
                 let frame = frame(number);
-                sums.add(&Frame::Binary(frame)).expect("room");
+                sums.add(&AnySilhouette::Binary(frame)).expect("room");
                 for (pixel, sum) in plain.iter_mut().enumerate() {
                     *sum += u32::from(frame.is_on(pixel / 30, pixel % 30));
                 }
@@ -339,28 +339,28 @@ mod tests {
     #[test]
     fn ninths_are_counted_by_their_worth() {
         let images: [Silhouette; 9] = core::array::from_fn(|image| frame(image as u64));
-        let ninths = Frame::Ninths(Ninths::of(&images));
-        let mut sums = Sums::new(SIZE, Simd::widest());
-        let mut parts = Sums::new(SIZE, Simd::widest());
+        let ninths = AnySilhouette::Ninths(Ninths::of(&images));
+        let mut sums = FrameSums::new(SIZE, Simd::widest());
+        let mut parts = FrameSums::new(SIZE, Simd::widest());
         for _ in 0..3 {
             sums.add(&ninths).expect("room");
             for image in &images {
-                parts.add(&Frame::Binary(*image)).expect("room");
+                parts.add(&AnySilhouette::Binary(*image)).expect("room");
             }
         }
         assert_eq!(sums.means(), parts.means());
         // Bits among them are nine ninths.
-        sums.add(&Frame::Binary(images[0])).expect("room");
+        sums.add(&AnySilhouette::Binary(images[0])).expect("room");
         for _ in 0..9 {
-            parts.add(&Frame::Binary(images[0])).expect("room");
+            parts.add(&AnySilhouette::Binary(images[0])).expect("room");
         }
         assert_eq!(sums.means(), parts.means());
     }
 
     #[test]
     fn a_frame_of_another_size_is_refused() {
-        let mut sums = Sums::new(SIZE, Simd::widest());
-        let refused = sums.add(&Frame::Grey(Coverage::empty(Size::S64x44)));
+        let mut sums = FrameSums::new(SIZE, Simd::widest());
+        let refused = sums.add(&AnySilhouette::Grey(Coverage::empty(Size::S64x44)));
         let (expected, found) = (SIZE, Size::S64x44);
         assert_eq!(refused, Err(FrameError::Size { expected, found }));
         assert_eq!(sums.frames(), 0);
@@ -369,12 +369,12 @@ mod tests {
 
     #[test]
     fn a_frame_after_7281_is_refused_and_changes_nothing() {
-        let mut sums = Sums::new(SIZE, Simd::widest());
-        let white = Frame::Binary(Silhouette::from_rows(SIZE, &[1]));
-        for _ in 0..Sums::MAX_FRAMES {
+        let mut sums = FrameSums::new(SIZE, Simd::widest());
+        let white = AnySilhouette::Binary(Silhouette::from_rows(SIZE, &[1]));
+        for _ in 0..FrameSums::MAX_FRAMES {
             sums.add(&white).expect("room");
         }
-        let black = Frame::Binary(Silhouette::empty(SIZE));
+        let black = AnySilhouette::Binary(Silhouette::empty(SIZE));
         let full = Err(FrameError::Full { frames: 7_281 });
         assert_eq!(sums.add(&black), full);
         assert_eq!((sums.frames(), sums.means()[0]), (7_281, 255));

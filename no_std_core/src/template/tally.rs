@@ -7,7 +7,7 @@
 use super::Gei;
 use crate::adder;
 use crate::budget::{LANES, MAX_COLUMNS, MAX_PIXELS, MAX_ROWS, TALLY_DIGITS};
-use crate::raster::columns::{Column, Images};
+use crate::raster::columns::{ElevationImages, ImageColumn};
 use crate::raster::simd::{Simd, Wide, compiled, dispatch};
 use crate::silhouette::Size;
 use core::ops::Range;
@@ -23,10 +23,10 @@ pub struct GeiTally {
     simd: Simd,
     frames: u32,
     /// For each column, digits from the lowest on.
-    digits: [[Column; TALLY_DIGITS]; MAX_COLUMNS],
-    waiting: [Images; BATCH],
+    digits: [[ImageColumn; TALLY_DIGITS]; MAX_COLUMNS],
+    waiting: [ElevationImages; BATCH],
     waits: usize,
-    means: Means,
+    means: CountMeans,
 }
 
 impl GeiTally {
@@ -46,10 +46,10 @@ impl GeiTally {
             size,
             simd,
             frames: 0,
-            digits: [[Column::EMPTY; TALLY_DIGITS]; MAX_COLUMNS],
-            waiting: [Images::empty(size); BATCH],
+            digits: [[ImageColumn::EMPTY; TALLY_DIGITS]; MAX_COLUMNS],
+            waiting: [ElevationImages::empty(size); BATCH],
             waits: 0,
-            means: Means::NONE,
+            means: CountMeans::NONE,
         }
     }
 
@@ -57,7 +57,7 @@ impl GeiTally {
     pub fn clear(&mut self) {
         let used = self.used();
         for digits in self.digits.iter_mut().take(self.size.columns()) {
-            digits[..used].fill(Column::EMPTY);
+            digits[..used].fill(ImageColumn::EMPTY);
         }
         self.frames = 0;
         self.waits = 0;
@@ -65,7 +65,7 @@ impl GeiTally {
 
     /// Counts one frame more, and gives its images to draw into; they hold what was there
     /// before. `None` when [`Self::MAX_FRAMES`] were counted.
-    pub fn next_frame(&mut self) -> Option<&mut Images> {
+    pub fn next_frame(&mut self) -> Option<&mut ElevationImages> {
         if self.frames == Self::MAX_FRAMES {
             return None;
         }
@@ -96,7 +96,7 @@ impl GeiTally {
     /// Counts the frames that wait.
     fn settle(&mut self) {
         if self.waits > 0 {
-            self.waiting[self.waits..].fill(Images::empty(self.size));
+            self.waiting[self.waits..].fill(ElevationImages::empty(self.size));
             dispatch!(self.simd, count(self));
             self.waits = 0;
         }
@@ -118,12 +118,12 @@ const BYTE: usize = 8;
 
 /// The means of counts, those of the usual ones by table.
 #[derive(Clone, Debug)]
-struct Means {
+struct CountMeans {
     frames: u32,
     known: [u8; 512],
 }
 
-impl Means {
+impl CountMeans {
     const NONE: Self = Self {
         frames: 0,
         known: [0; 512],
@@ -223,7 +223,7 @@ fn count<L: Wide>(_: L, tally: &mut GeiTally) {
     let columns = tally.digits.iter_mut().take(tally.size.columns());
     for (column, digits) in columns.enumerate() {
         let frames = tally.waiting.each_ref().map(|frame| frame.column(column));
-        let mut carry = Column {
+        let mut carry = ImageColumn {
             low: add_eight(digits, &frames, |it| &it.low, |it| &mut it.low),
             high: add_eight(digits, &frames, |it| &it.high, |it| &mut it.high),
             rest: add_eight(digits, &frames, |it| &it.rest, |it| &mut it.rest),
@@ -240,10 +240,10 @@ fn count<L: Wide>(_: L, tally: &mut GeiTally) {
 /// carries, each worth eight.
 #[inline(always)]
 fn add_eight(
-    digits: &mut [Column; TALLY_DIGITS],
-    frames: &[&Column; BATCH],
-    part: impl Fn(&Column) -> &[u32; LANES],
-    part_mut: impl Fn(&mut Column) -> &mut [u32; LANES],
+    digits: &mut [ImageColumn; TALLY_DIGITS],
+    frames: &[&ImageColumn; BATCH],
+    part: impl Fn(&ImageColumn) -> &[u32; LANES],
+    part_mut: impl Fn(&mut ImageColumn) -> &mut [u32; LANES],
 ) -> [u32; LANES] {
     let [one, two, four, ..] = digits;
     let (one, two, four) = (part_mut(one), part_mut(two), part_mut(four));

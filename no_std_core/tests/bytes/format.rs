@@ -1,6 +1,6 @@
 //! `FORMAT.md`'s pack and recognizer by hand mean what is written there.
 
-use edgegait_core::body::{Body, Figure};
+use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::camera::Framing;
 use edgegait_core::linear::LinearRecognizer;
 use edgegait_core::pack::{Gait, Pack, Sex};
@@ -107,7 +107,7 @@ fn the_documented_pack_decodes_as_by_hand() {
     // The hull's points in the rest pose of its joint, 9 cm to the left of the pelvis.
     let rest = ModelPose::new(&avatar.skeleton(), &edgegait_core::pose::Pose::REST);
     let expected = [[0.09, -0.42, 0.06], [0.14, 0.005, 0.0], [0.04, 0.005, 0.0]];
-    let body = Body::new(&avatar);
+    let body = UnpackedBody::new(&avatar);
     let figure = Figure::new(&body, &rest);
     assert_eq!(figure.len(), expected.len());
     for (found, expected) in figure.points().zip(expected) {

@@ -3,7 +3,7 @@
 use crate::random::Random;
 use crate::small_pack::{avatar, fix_header, small_pack, wild_clip};
 use edgegait_core::avatar::Avatar;
-use edgegait_core::body::{Body, Figure};
+use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::clip::{Clip, Loop};
 use edgegait_core::codebook::Codebook;
@@ -105,7 +105,7 @@ impl Viewer {
             assert_is_pose(&pose);
             if phase == 0.37 {
                 let model = ModelPose::new(&avatar.skeleton(), &pose);
-                self.look(&Figure::new(&Body::new(avatar), &model));
+                self.look(&Figure::new(&UnpackedBody::new(avatar), &model));
             }
         }
     }
@@ -151,7 +151,7 @@ fn the_pack_made_by_hand_is_read_and_drawn() {
         let avatar = pack.avatar(walk.avatar).expect("a body");
         let pose = pack.clip(walk.clip).expect("a clip").sample(0.1);
         let model = ModelPose::new(&avatar.skeleton(), &pose);
-        let body = Body::new(&avatar);
+        let body = UnpackedBody::new(&avatar);
         for _ in 0..15 {
             assert!(viewer.look(&Figure::new(&body, &model)));
         }
@@ -279,7 +279,7 @@ fn random_bytes_are_no_avatars_or_are_drawn() {
         let mut pose = Pose::REST;
         pose.root.y = random.between(-1e6, 1e6) as f32;
         let model = ModelPose::new(&avatar.skeleton(), &pose);
-        let body = Body::new(&avatar);
+        let body = UnpackedBody::new(&avatar);
         let figure = Figure::new(&body, &model);
         assert_eq!(figure.len(), points);
         viewer.look(&figure);

@@ -3,11 +3,11 @@
 //! `cargo test -p edgegait-core --test bytes sizes -- --nocapture` prints it.
 
 use edgegait_core::avatar::{Avatar, Hull};
-use edgegait_core::body::{Body, Figure};
+use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::camera::Camera;
 use edgegait_core::clip::{Clip, Expanded};
 use edgegait_core::cycle::{CycleDetector, LowerBody};
-use edgegait_core::lean::{self, Room, Rows};
+use edgegait_core::lean::{self, LeanRows, Room};
 use edgegait_core::linear::LinearRecognizer;
 use edgegait_core::outline::Outline;
 use edgegait_core::pack::Pack;
@@ -15,7 +15,7 @@ use edgegait_core::pose::{ModelPose, Pose};
 #[cfg(feature = "skia")]
 use edgegait_core::raster::Skia;
 use edgegait_core::raster::{Drawing, Renderer, columns};
-use edgegait_core::silhouette::{Coverage, Frame, Ninths, Silhouette};
+use edgegait_core::silhouette::{AnySilhouette, Coverage, Ninths, Silhouette};
 use edgegait_core::skeleton::Skeleton;
 use edgegait_core::template::{Gei, GeiBuilder, GeiInPlace, GeiTally, TemplateBuilder};
 
@@ -51,9 +51,9 @@ fn types_take_what_the_readme_says() {
     assert_size::<Pose>("Pose");
     assert_size::<ModelPose>("ModelPose");
     assert_size::<Camera>("Camera");
-    assert_size::<lean::Body<488, 896>>("lean::Body<488, 896>");
-    assert_size::<lean::Posed<'_>>("lean::Posed");
-    assert_size::<Renderer<Rows>>("Renderer<Rows>");
+    assert_size::<lean::LeanBody<488, 896>>("lean::Body<488, 896>");
+    assert_size::<lean::LeanFigure<'_>>("lean::Posed");
+    assert_size::<Renderer<LeanRows>>("Renderer<Rows>");
     #[cfg(feature = "skia")]
     assert_size::<Renderer<Skia>>("Renderer<Skia>");
     assert_size::<GeiInPlace<'_>>("GeiInPlace");
@@ -61,19 +61,19 @@ fn types_take_what_the_readme_says() {
     assert_size::<CycleDetector>("CycleDetector");
     assert_size::<LowerBody>("LowerBody");
     assert_size::<Silhouette>("Silhouette");
-    assert_size::<Body>("Body");
+    assert_size::<UnpackedBody>("Body");
     assert_size::<Figure<'_>>("Figure");
     assert_size::<Renderer>("Renderer");
     assert_size::<Drawing<'_>>("Drawing");
     assert_size::<Outline>("Outline");
     assert_size::<Ninths>("Ninths");
     assert_size::<Coverage>("Coverage");
-    assert_size::<Frame>("Frame");
+    assert_size::<AnySilhouette>("Frame");
     assert_size::<Gei>("Gei");
     assert_size::<GeiBuilder>("GeiBuilder");
     assert_size::<TemplateBuilder>("TemplateBuilder");
-    assert_size::<columns::Renderer>("columns::Renderer");
-    assert_size::<columns::Images>("columns::Images");
+    assert_size::<columns::ColumnRenderer>("columns::Renderer");
+    assert_size::<columns::ElevationImages>("columns::Images");
     assert_size::<GeiTally>("GeiTally");
 }
 
@@ -90,7 +90,7 @@ fn a_body_takes_the_bytes_of_its_room() {
             points: POINTS,
             facets: FACETS,
         };
-        let bytes = size_of::<lean::Body<POINTS, FACETS>>();
+        let bytes = size_of::<lean::LeanBody<POINTS, FACETS>>();
         assert_eq!(room.bytes(), bytes, "{POINTS} points, {FACETS} facets");
     }
     assert_bytes::<0, 0>();

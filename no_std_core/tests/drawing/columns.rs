@@ -2,10 +2,12 @@
 //! the definition, over all pairs of points instead of a hull's edges.
 
 use crate::random::Random;
-use edgegait_core::body::{Body, Figure};
+use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::budget::MAX_REACH_PIXELS;
 use edgegait_core::camera::Viewpoint;
-use edgegait_core::raster::columns::{Azimuth, AzimuthError, Images, Place, Renderer};
+use edgegait_core::raster::columns::{
+    Azimuth, AzimuthError, ColumnRenderer, ElevationImages, FigurePlace,
+};
 use edgegait_core::raster::{DrawError, Simd};
 use edgegait_core::silhouette::Size;
 use edgegait_core::skeleton::Joint;
@@ -33,8 +35,8 @@ fn wide(point: Vec3) -> V3 {
     point.to_array().map(f64::from)
 }
 
-fn body_of(hulls: &[Vec<Vec3>]) -> Body {
-    let mut body = Body::default();
+fn body_of(hulls: &[Vec<Vec3>]) -> UnpackedBody {
+    let mut body = UnpackedBody::default();
     for hull in hulls {
         let pushed = body.push(Joint::Pelvis, hull.iter().copied());
         pushed.expect("within the budget");
@@ -49,20 +51,20 @@ fn seen_from(azimuth_deg: f32, elevations_deg: &[f32]) -> Azimuth {
 }
 
 impl Scene {
-    fn draw(&self, size: Size, simd: Simd) -> Images {
+    fn draw(&self, size: Size, simd: Simd) -> ElevationImages {
         self.draw_body(&body_of(&self.hulls), size, simd)
     }
 
-    fn draw_body(&self, body: &Body, size: Size, simd: Simd) -> Images {
+    fn draw_body(&self, body: &UnpackedBody, size: Size, simd: Simd) -> ElevationImages {
         let azimuth = seen_from(self.azimuth_deg, &self.elevations_deg);
-        let place = Place {
+        let place = FigurePlace {
             centre: self.centre,
             pixels_per_metre: self.scale,
             jitter: self.jitter,
         };
-        let mut images = Images::empty(size);
+        let mut images = ElevationImages::empty(size);
         let figure = Figure::at_rest(body);
-        let drawn = Renderer::with_simd(simd).draw(&figure, &azimuth, &place, &mut images);
+        let drawn = ColumnRenderer::with_simd(simd).draw(&figure, &azimuth, &place, &mut images);
         drawn.expect("near points");
         images
     }
@@ -109,7 +111,7 @@ impl Scene {
     }
 
     /// Wrong pixels, and pixels that should be on.
-    fn compare(&self, images: &Images) -> [u32; 2] {
+    fn compare(&self, images: &ElevationImages) -> [u32; 2] {
         let mut sums = [0; 2];
         for column in 0..images.size().columns() {
             for (elevation, rows) in self.expected(images.size(), column).into_iter().enumerate() {
@@ -359,7 +361,7 @@ fn a_tally_makes_means_of_frames_as_single_additions_do() {
     scene.elevations_deg = (0..24u8).map(|step| 3.5 * f32::from(step)).collect();
     let body = body_of(&scene.hulls);
     let size = Size::S64x44;
-    let images: Vec<Images> = (0..64u8)
+    let images: Vec<ElevationImages> = (0..64u8)
         .map(|frame| {
             scene.azimuth_deg = f32::from(frame) * 5.0;
             scene.draw_body(&body, size, Simd::widest())
@@ -376,8 +378,9 @@ fn a_tally_makes_means_of_frames_as_single_additions_do() {
             for elevation in [0, 15, 16, 23] {
                 let gei = tally.gei(elevation);
                 for (pixel, &mean) in gei.pixels().iter().enumerate() {
-                    let is_on =
-                        |it: &&Images| it.rows(elevation, pixel % 44) >> (pixel / 44) & 1 == 1;
+                    let is_on = |it: &&ElevationImages| {
+                        it.rows(elevation, pixel % 44) >> (pixel / 44) & 1 == 1
+                    };
                     let count = images[..frames].iter().filter(is_on).count();
                     let expected = (255.0 * count as f64 / frames as f64 + 0.5).floor();
                     assert_eq!(f64::from(mean), expected, "{frames} {elevation} {pixel}");
@@ -434,14 +437,14 @@ fn what_cannot_be_drawn_is_refused() {
     let azimuth = seen_from(0.0, &paper());
     let refusal = |points: &[Vec3], pixels_per_metre, jitter| {
         let body = body_of(&[points.to_vec()]);
-        let place = Place {
+        let place = FigurePlace {
             centre: Vec3::ZERO,
             pixels_per_metre,
             jitter,
         };
-        let mut images = Images::empty(Size::S50x30);
+        let mut images = ElevationImages::empty(Size::S50x30);
         let figure = Figure::at_rest(&body);
-        Renderer::new()
+        ColumnRenderer::new()
             .draw(&figure, &azimuth, &place, &mut images)
             .err()
     };

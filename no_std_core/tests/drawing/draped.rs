@@ -3,10 +3,10 @@
 
 use crate::plain::{dot, image_axes, random_angles, random_quaternion, single};
 use crate::random::Random;
-use edgegait_core::body::{Body, Figure, OverBudget};
+use edgegait_core::body::{Figure, OverBudget, UnpackedBody};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::pose::{ModelPose, Pose};
-use edgegait_core::raster::columns::{self, Azimuth, AzimuthError, Images, Place};
+use edgegait_core::raster::columns::{self, Azimuth, AzimuthError, ElevationImages, FigurePlace};
 use edgegait_core::raster::{DrawError, Rasterizer, Renderer, Simd};
 use edgegait_core::silhouette::{Silhouette, Size};
 use edgegait_core::skeleton::{JOINTS, Joint, Skeleton};
@@ -57,8 +57,8 @@ impl Dressed {
         Self { hulls }
     }
 
-    fn body(&self) -> Body {
-        let mut body = Body::default();
+    fn body(&self) -> UnpackedBody {
+        let mut body = UnpackedBody::default();
         for (is_draped, points) in &self.hulls {
             let pushed = if *is_draped {
                 body.push_draped(points.iter().copied())
@@ -71,8 +71,8 @@ impl Dressed {
     }
 
     /// The same, but that draped hulls are rigid ones of the pelvis, at `places`.
-    fn where_they_are(&self, places: &[Vec<Vec3>]) -> Body {
-        let mut body = Body::default();
+    fn where_they_are(&self, places: &[Vec<Vec3>]) -> UnpackedBody {
+        let mut body = UnpackedBody::default();
         for ((is_draped, points), places) in self.hulls.iter().zip(places) {
             let pushed = if *is_draped {
                 body.push(Joint::Pelvis, places.iter().copied())
@@ -85,7 +85,7 @@ impl Dressed {
     }
 }
 
-fn push_rigid(body: &mut Body, points: &Hung) -> Result<(), OverBudget> {
+fn push_rigid(body: &mut UnpackedBody, points: &Hung) -> Result<(), OverBudget> {
     let joint = points.first().map_or(Joint::Pelvis, |(joint, _)| *joint);
     body.push(joint, points.iter().map(|(_, point)| *point))
 }
@@ -209,15 +209,15 @@ fn columns_draw_it_as_the_rigid_one() {
         let viewpoints = [0.0, 15.0, 40.0, 90.0]
             .map(|elevation| Viewpoint::from_degrees(35.0, elevation).expect("in range"));
         let azimuth = Azimuth::new(&viewpoints).expect("one azimuth");
-        let place = Place {
+        let place = FigurePlace {
             centre: Vec3::ZERO,
             pixels_per_metre: 25.0,
             jitter: Vec2::new(0.1, -0.2),
         };
         for simd in Simd::available() {
             let draw = |figure: &Figure<'_>| {
-                let mut images = Images::empty(Size::S64x44);
-                let drawn = columns::Renderer::with_simd(simd)
+                let mut images = ElevationImages::empty(Size::S64x44);
+                let drawn = columns::ColumnRenderer::with_simd(simd)
                     .draw(figure, &azimuth, &place, &mut images)
                     .map(|()| images);
                 drawn.map(|images| [0, 1, 2, 3].map(|at| images.silhouette(at)))
@@ -240,14 +240,14 @@ fn a_draped_hull_at_rest_is_the_hull_of_its_points_as_they_are() {
         let points: Hung = (0..20)
             .map(|_| (some_joint(&mut random), between(&mut random, 0.5)))
             .collect();
-        let (mut draped, mut rigid) = (Body::default(), Body::default());
+        let (mut draped, mut rigid) = (UnpackedBody::default(), UnpackedBody::default());
         draped
             .push_draped(points.iter().copied())
             .expect("one hull");
         let own = points.iter().map(|(_, point)| *point);
         rigid.push(Joint::Head, own).expect("one hull");
         let camera = random_camera(&mut random, frame);
-        let mut draw = |body: &Body| {
+        let mut draw = |body: &UnpackedBody| {
             let figure = Figure::at_rest(body);
             let drawn = renderer.draw(&figure, &camera, Framing::Height, Vec2::ZERO);
             *drawn.expect("a figure").frame
@@ -265,7 +265,7 @@ fn a_draped_hull_that_is_torn_to_nowhere_is_refused() {
         Joint::Spine,
         Joint::Pelvis,
     ];
-    let mut body = Body::default();
+    let mut body = UnpackedBody::default();
     body.push_draped(joints.into_iter().zip(corners))
         .expect("one hull");
     let mut random = Random(35);
@@ -338,7 +338,7 @@ fn columns_refuse_cameras_whose_right_is_not_level_or_whose_up_is_down() {
 
 #[test]
 fn a_roll_that_is_no_number_draws_nothing() {
-    let mut body = Body::default();
+    let mut body = UnpackedBody::default();
     body.push(Joint::Pelvis, [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z])
         .expect("one hull");
     let viewpoint = Viewpoint::from_degrees(0.0, 0.0).expect("in range");

@@ -3,7 +3,7 @@
 
 use crate::plain::*;
 use crate::random::Random;
-use edgegait_core::body::{Body, Figure};
+use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::raster::{Rasterizer, Renderer};
 use edgegait_core::silhouette::Size;
@@ -304,7 +304,7 @@ fn wild_figures_cameras_and_scales_are_drawn_or_refused() {
             0 => wild(random),
             _ => random.between(-1.0, 1.0) as f32 * unit,
         };
-        let mut body = Body::default();
+        let mut body = UnpackedBody::default();
         for _ in 0..2 {
             let points: Vec<Vec3> = (0..5)
                 .map(|_| Vec3::from([0; 3].map(|_| number(&mut random))))

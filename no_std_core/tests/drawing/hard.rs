@@ -2,7 +2,7 @@
 //! a picture that can be checked by hand, or the error that says why there is none.
 
 use DrawError::{Empty, Flat, NotFinite, TooLarge, TooNear, Vanished};
-use edgegait_core::body::{Body, Figure};
+use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::raster::{DrawError, Rasterizer, Renderer};
 use edgegait_core::silhouette::{Silhouette, Size};
@@ -18,8 +18,8 @@ fn slab(min: [f32; 3], max: [f32; 3]) -> Hull {
     (0..8).map(corner).collect()
 }
 
-fn body(hulls: &[Hull]) -> Body {
-    let mut body = Body::default();
+fn body(hulls: &[Hull]) -> UnpackedBody {
+    let mut body = UnpackedBody::default();
     for hull in hulls {
         body.push(Joint::Pelvis, hull.iter().copied())
             .expect("within the budget");

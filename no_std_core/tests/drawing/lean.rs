@@ -8,18 +8,18 @@ use edgegait_core::avatar::Avatar;
 use edgegait_core::body::{self, Figure, OverBudget};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::clip::Expanded;
-use edgegait_core::lean::{self, Budget, Posed, Room, Rows};
+use edgegait_core::lean::{self, Budget, LeanFigure, LeanRows, Room};
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::{ModelPose, Pose};
 #[cfg(feature = "skia")]
 use edgegait_core::raster::Skia;
 use edgegait_core::raster::{DrawError, Rasterizer, Renderer, Window};
-use edgegait_core::silhouette::{Frame, Silhouette, Size};
+use edgegait_core::silhouette::{AnySilhouette, Silhouette, Size};
 use edgegait_core::template::{BufferTooSmall, FrameError, GeiBuilder, GeiInPlace};
 use glam::{Quat, Vec2, Vec3};
 
 /// Room for every avatar.
-type LeanBody = lean::Body<768, 1536>;
+type LeanBody = lean::LeanBody<768, 1536>;
 
 fn loaded(avatar: &Avatar<'_>) -> LeanBody {
     let mut body = LeanBody::EMPTY;
@@ -79,9 +79,11 @@ fn framings(random: &mut Random) -> [Framing; 4] {
 }
 
 /// Either frame and share, or the error, as text: of NaN as well.
-fn told(drawn: Result<(Frame, f32), DrawError>) -> String {
+fn told(drawn: Result<(AnySilhouette, f32), DrawError>) -> String {
     match drawn {
-        Ok((Frame::Binary(silhouette), share)) => format!("{:08x}\n{silhouette}", share.to_bits()),
+        Ok((AnySilhouette::Binary(silhouette), share)) => {
+            format!("{:08x}\n{silhouette}", share.to_bits())
+        }
         Ok((grey, share)) => format!("{:08x}\n{grey:?}", share.to_bits()),
         Err(error) => format!("{error:?}"),
     }
@@ -91,17 +93,17 @@ fn told(drawn: Result<(Frame, f32), DrawError>) -> String {
 fn compare<W, I: Copy>(
     rasterizer: Rasterizer,
     window: impl Fn(Size) -> W,
-    frame: impl Fn(I) -> Frame,
+    frame: impl Fn(I) -> AnySilhouette,
 ) -> [usize; 2]
 where
-    W: for<'a> Window<Posed<'a>, Image = I>,
+    W: for<'a> Window<LeanFigure<'a>, Image = I>,
 {
     let mut random = Random(11);
     let (mut drawn, mut refused) = (0, 0);
     for round in 0..12 {
         let bytes = small_pack::avatar(&mut random, 4 + round);
         let avatar = Avatar::parse(&bytes).expect("an avatar");
-        let (whole, small) = (body::Body::new(&avatar), loaded(&avatar));
+        let (whole, small) = (body::UnpackedBody::new(&avatar), loaded(&avatar));
         let pose = ModelPose::new(&avatar.skeleton(), &random_pose(&mut random));
         let figure = Figure::new(&whole, &pose);
         let size = Size::ALL[round % 3];
@@ -141,16 +143,24 @@ fn assert_many([drawn, refused]: [usize; 2]) {
 
 #[test]
 fn rows_are_the_same_bits() {
-    assert_many(compare(Rasterizer::Rows, Rows::new, Frame::Binary));
-    let three = Rows::three_by_three;
-    assert_many(compare(Rasterizer::Rows3x3, three, Frame::Ninths));
+    assert_many(compare(
+        Rasterizer::Rows,
+        LeanRows::new,
+        AnySilhouette::Binary,
+    ));
+    let three = LeanRows::three_by_three;
+    assert_many(compare(Rasterizer::Rows3x3, three, AnySilhouette::Ninths));
 }
 
 #[cfg(feature = "skia")]
 #[test]
 fn tiny_skia_draws_the_same_bits() {
-    assert_many(compare(Rasterizer::Skia, Skia::new, Frame::Binary));
-    assert_many(compare(Rasterizer::SkiaAa, Skia::anti_aliased, Frame::Grey));
+    assert_many(compare(Rasterizer::Skia, Skia::new, AnySilhouette::Binary));
+    assert_many(compare(
+        Rasterizer::SkiaAa,
+        Skia::anti_aliased,
+        AnySilhouette::Grey,
+    ));
 }
 
 #[test]
@@ -163,9 +173,9 @@ fn a_gei_in_a_buffer_is_the_gei() {
         let cycle = pack.clip(walk.clip).and_then(|clip| clip.as_loop());
         let cycle = cycle.expect("a loop");
         let skeleton = avatar.skeleton();
-        let (whole, small) = (body::Body::new(&avatar), loaded(&avatar));
+        let (whole, small) = (body::UnpackedBody::new(&avatar), loaded(&avatar));
         let mut renderer = Renderer::new(Rasterizer::Rows, Size::S64x44);
-        let mut lean = Renderer::of(Rows::new(Size::S64x44));
+        let mut lean = Renderer::of(LeanRows::new(Size::S64x44));
         let mut expected = GeiBuilder::new(Size::S64x44);
         let mut buffer = [7; 3_000];
         let mut gei = GeiInPlace::new(Size::S64x44, &mut buffer).expect("room");
@@ -275,7 +285,8 @@ fn a_budget_is_enough_for_every_walk_of_a_pack() {
     assert!(expands(&mut buffer));
     assert!(!expands(&mut buffer[1..]));
     // A larger image takes its pixels; larger pictures in bits take none.
-    let [small, large] = [Size::S50x30, Size::S64x64].map(|size| budget.ram_bytes::<Rows>(size));
+    let [small, large] =
+        [Size::S50x30, Size::S64x64].map(|size| budget.ram_bytes::<LeanRows>(size));
     assert_eq!(large - small, 64 * 64 - 50 * 30);
     assert!(small > room.bytes() + 1_500);
 }
@@ -289,8 +300,10 @@ fn a_body_that_there_is_no_room_for_is_refused() {
         points > 60 && facets > 60,
         "{points} points, {facets} facets"
     );
-    let (mut few_points, mut few_facets) =
-        (lean::Body::<60, 1000>::EMPTY, lean::Body::<500, 60>::EMPTY);
+    let (mut few_points, mut few_facets) = (
+        lean::LeanBody::<60, 1000>::EMPTY,
+        lean::LeanBody::<500, 60>::EMPTY,
+    );
     assert_eq!(few_points.load(&avatar), Err(OverBudget));
     assert_eq!(few_facets.load(&avatar), Err(OverBudget));
     let mut enough = LeanBody::EMPTY;
@@ -301,17 +314,17 @@ fn a_body_that_there_is_no_room_for_is_refused() {
 fn without_facets_rows_have_nothing_to_draw_and_tiny_skia_draws_the_same() {
     let bytes = small_pack::avatar(&mut Random(5), 10);
     let avatar = Avatar::parse(&bytes).expect("an avatar");
-    let mut bare = lean::Body::<768, 0>::EMPTY;
+    let mut bare = lean::LeanBody::<768, 0>::EMPTY;
     bare.load(&avatar).expect("points alone");
     let pose = ModelPose::new(&avatar.skeleton(), &Pose::REST);
     let camera = Camera::orthographic(Viewpoint::from_degrees(30.0, 10.0).expect("a viewpoint"));
-    let mut rows = Renderer::of(Rows::new(Size::S50x30));
+    let mut rows = Renderer::of(LeanRows::new(Size::S50x30));
     let drawn = rows.draw(&bare.posed(&pose), &camera, Framing::Height, Vec2::ZERO);
     assert_eq!(drawn.expect_err("no outline"), DrawError::Vanished);
     #[cfg(feature = "skia")]
     {
         let whole = loaded(&avatar);
-        let silhouette = |posed: &Posed<'_>| {
+        let silhouette = |posed: &LeanFigure<'_>| {
             let mut skia = Renderer::of(Skia::new(Size::S50x30));
             let drawn = skia.draw(posed, &camera, Framing::Height, Vec2::ZERO);
             *drawn.expect("a figure").frame

@@ -7,7 +7,7 @@ use edgegait_core::body::Figure;
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::pose::{ModelPose, Pose};
 use edgegait_core::raster::{Rasterizer, Renderer};
-use edgegait_core::silhouette::{Frame, Size};
+use edgegait_core::silhouette::{AnySilhouette, Size};
 use edgegait_core::skeleton::{JOINTS, Skeleton};
 use glam::{Quat, Vec2, Vec3};
 
@@ -332,7 +332,7 @@ fn compare(rasterizer: Rasterizer, n: usize, figures: Figures) -> Found {
         let drawing = drawing.expect("a person");
         let frame = drawing.frame;
         assert_eq!(
-            matches!(frame, Frame::Binary(_)),
+            matches!(frame, AnySilhouette::Binary(_)),
             matches!(rasterizer.name(), "skia" | "rows")
         );
         let drawn: Vec<Vec<f64>> = frame

@@ -3,9 +3,9 @@
 
 use crate::plain::random_angles;
 use crate::random::Random;
-use edgegait_core::body::{Body, Figure};
+use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
-use edgegait_core::raster::{Rasterizer, Renderer, Simd, View};
+use edgegait_core::raster::{Rasterizer, RenderView, Renderer, Simd};
 use edgegait_core::silhouette::Size;
 use edgegait_core::skeleton::Joint;
 use glam::{Vec2, Vec3};
@@ -81,7 +81,7 @@ fn compare(seed: u64, hulls: usize) {
         if had >= hulls {
             break;
         }
-        let mut body = Body::default();
+        let mut body = UnpackedBody::default();
         // All of one kind, or of any.
         let kind = random.below(2 * KINDS);
         let centre = Vec3::from([0; 3].map(|_| random.between(-1.0, 1.0) as f32));
@@ -144,8 +144,8 @@ fn compare(seed: u64, hulls: usize) {
 }
 
 /// More than are looked at at once, of all kinds; the last ones have no image.
-fn views(random: &mut Random) -> Vec<View> {
-    let mut views: Vec<View> = (0..21)
+fn views(random: &mut Random) -> Vec<RenderView> {
+    let mut views: Vec<RenderView> = (0..21)
         .map(|turn| {
             let [azimuth, elevation] = random_angles(random, turn).map(|angle| angle as f32);
             let viewpoint = Viewpoint::from_degrees(azimuth, elevation).expect("a viewpoint");
@@ -154,7 +154,7 @@ fn views(random: &mut Random) -> Vec<View> {
                 centre: Vec3::ZERO,
                 pixels_per_metre: 16.0,
             };
-            View {
+            RenderView {
                 camera: match turn % 2 {
                     0 => Camera::orthographic(viewpoint),
                     _ => Camera::perspective(viewpoint, Vec3::Y, distance_m).expect("a camera"),
@@ -175,7 +175,7 @@ fn views(random: &mut Random) -> Vec<View> {
 fn views_at_once_are_drawn_as_one_by_one() {
     let mut random = Random(53);
     for round in 0..40 {
-        let mut body = Body::default();
+        let mut body = UnpackedBody::default();
         for _ in 0..=random.below(24) {
             let kind = random.below(KINDS - 2);
             let hull = hull(&mut random, kind, Vec3::ZERO);
@@ -193,7 +193,7 @@ fn views_at_once_are_drawn_as_one_by_one() {
             let all = together.draw_views(&figure, &views, |number, found| {
                 assert_eq!(number, seen);
                 seen += 1;
-                let View {
+                let RenderView {
                     camera,
                     framing,
                     jitter,

@@ -5,21 +5,21 @@ use crate::random::Random;
 use edgegait_core::body::Figure;
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::raster::{Rasterizer, Renderer};
-use edgegait_core::silhouette::{Coverage, Frame, Silhouette, Size};
-use edgegait_core::template::{GeiBuilder, Kind, TemplateBuilder};
+use edgegait_core::silhouette::{AnySilhouette, Coverage, Silhouette, Size};
+use edgegait_core::template::{GeiBuilder, TemplateBuilder, TemplateKind};
 use glam::Vec2;
 
 /// A frame of any bytes, of any bits, or of a drawn person's ninths.
-fn frame(random: &mut Random, kind: usize, size: Size) -> Frame {
+fn frame(random: &mut Random, kind: usize, size: Size) -> AnySilhouette {
     match kind {
         0 => {
             let mut coverage = Coverage::empty(size);
             coverage.pixels_mut().fill_with(|| random.below(256) as u8);
-            Frame::Grey(coverage)
+            AnySilhouette::Grey(coverage)
         }
         1 => {
             let rows: [u64; 64] = std::array::from_fn(|_| random.bits());
-            Frame::Binary(Silhouette::from_rows(size, &rows))
+            AnySilhouette::Binary(Silhouette::from_rows(size, &rows))
         }
         _ => {
             let mut renderer = Renderer::new(Rasterizer::Rows3x3, size);
@@ -52,7 +52,7 @@ fn a_gei_is_the_mean_in_f64_rounded_half_up() {
         for _ in 0..frames {
             let frame = frame(&mut random, turn % 3, size);
             builder.add(&frame).expect("room");
-            let is_ninths = matches!(frame, Frame::Ninths(_));
+            let is_ninths = matches!(frame, AnySilhouette::Ninths(_));
             let coverage = frame.to_coverage();
             for (sum, &pixel) in sums.iter_mut().zip(coverage.pixels()) {
                 // A byte tells which ninth it is.
@@ -74,7 +74,7 @@ fn a_gei_is_the_mean_in_f64_rounded_half_up() {
 }
 
 /// What a template should be, from all of its frames at once, before it is rounded to bytes.
-fn expected(kind: Kind, frames: &[Frame], (tau, decrement): (u32, u8)) -> Vec<f64> {
+fn expected(kind: TemplateKind, frames: &[AnySilhouette], (tau, decrement): (u32, u8)) -> Vec<f64> {
     let size = frames[0].size();
     let count = frames.len();
     let on: Vec<Vec<bool>> = frames
@@ -88,7 +88,7 @@ fn expected(kind: Kind, frames: &[Frame], (tau, decrement): (u32, u8)) -> Vec<f6
     let covered: Vec<Vec<f64>> = frames
         .iter()
         .map(|frame| {
-            let is_ninths = matches!(frame, Frame::Ninths(_));
+            let is_ninths = matches!(frame, AnySilhouette::Ninths(_));
             let share = |&byte: &u8| {
                 let ninths = (f64::from(byte) * 9.0 / 255.0).round();
                 if is_ninths {
@@ -100,17 +100,17 @@ fn expected(kind: Kind, frames: &[Frame], (tau, decrement): (u32, u8)) -> Vec<f6
             frame.to_coverage().pixels().iter().map(share).collect()
         })
         .collect();
-    let bytes: Vec<Coverage> = frames.iter().map(Frame::to_coverage).collect();
+    let bytes: Vec<Coverage> = frames.iter().map(AnySilhouette::to_coverage).collect();
     let moved = |step: usize, pixel: usize| on[step][pixel] != on[step - 1][pixel];
     let mean = |pixel: usize| covered.iter().map(|f| f[pixel]).sum::<f64>() / count as f64;
     let of = |pixel: usize, frequency: usize| match kind {
-        Kind::Gei => 255.0 * mean(pixel),
-        Kind::Mei => {
+        TemplateKind::Gei => 255.0 * mean(pixel),
+        TemplateKind::Mei => {
             let first = count.saturating_sub(tau as usize).max(1);
             let has = (first..count).any(|step| moved(step, pixel));
             255.0 * f64::from(u8::from(has))
         }
-        Kind::Mhi => {
+        TemplateKind::Mhi => {
             // Bobick & Davis, equation 1, step by step.
             let step = |value: f64, step| {
                 if moved(step, pixel) {
@@ -121,7 +121,7 @@ fn expected(kind: Kind, frames: &[Frame], (tau, decrement): (u32, u8)) -> Vec<f6
             };
             255.0 * (1..count).fold(0.0, step) / f64::from(tau)
         }
-        Kind::Msi => {
+        TemplateKind::Msi => {
             let frame = |value: f64, frame: &Vec<bool>| {
                 if frame[pixel] {
                     255.0
@@ -131,7 +131,7 @@ fn expected(kind: Kind, frames: &[Frame], (tau, decrement): (u32, u8)) -> Vec<f6
             };
             on.iter().fold(0.0, frame)
         }
-        Kind::Ghi => {
+        TemplateKind::Ghi => {
             let steps = (count - 1) as f64;
             let last = (1..count).rfind(|&step| moved(step, pixel));
             if on.iter().all(|frame| frame[pixel]) {
@@ -142,13 +142,13 @@ fn expected(kind: Kind, frames: &[Frame], (tau, decrement): (u32, u8)) -> Vec<f6
                 })
             }
         }
-        Kind::Geni => {
+        TemplateKind::Geni => {
             let p = mean(pixel).clamp(0.0, 1.0);
             let term = |p: f64| if p > 1e-12 { -p * p.log2() } else { 0.0 };
             term(p) + term(1.0 - p)
         }
-        Kind::Frequency if frequency == 0 => 255.0 * mean(pixel),
-        Kind::Frequency => {
+        TemplateKind::Frequency if frequency == 0 => 255.0 * mean(pixel),
+        TemplateKind::Frequency => {
             let (mut re, mut im) = (0.0, 0.0);
             for (number, bytes) in bytes.iter().enumerate() {
                 let byte = f64::from(bytes.pixels()[pixel]);
@@ -162,7 +162,7 @@ fn expected(kind: Kind, frames: &[Frame], (tau, decrement): (u32, u8)) -> Vec<f6
     };
     let planes = (0..kind.planes()).flat_map(|plane| (0..size.pixels()).map(move |at| (at, plane)));
     let mut values: Vec<f64> = planes.map(|(pixel, plane)| of(pixel, plane)).collect();
-    if kind == Kind::Geni {
+    if kind == TemplateKind::Geni {
         let least = values.iter().copied().fold(f64::INFINITY, f64::min);
         let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let range = largest - least;
@@ -191,7 +191,7 @@ fn every_template_is_what_its_definition_gives_of_all_frames_at_once() {
     for (turn, (count, tau, decrement)) in cases.into_iter().flat_map(|case| [case; 3]).enumerate()
     {
         let size = Size::ALL[turn % 2 + turn % 3 / 2];
-        let mut frames: Vec<Frame> = (0..count)
+        let mut frames: Vec<AnySilhouette> = (0..count)
             .map(|_| frame(&mut random, turn % 3, size))
             .collect();
         // Some pixels that hardly change, or never.
@@ -202,7 +202,7 @@ fn every_template_is_what_its_definition_gives_of_all_frames_at_once() {
                 .step_by(2)
                 .for_each(|frame| *frame = first);
         }
-        for kind in Kind::ALL {
+        for kind in TemplateKind::ALL {
             let mut builder = TemplateBuilder::of(kind, size, count)
                 .with_tau(tau)
                 .with_decrement(decrement);

@@ -6,7 +6,7 @@ mod fnv;
 
 use core::fmt::Arguments;
 use edgegait_core::avatar::Avatar;
-use edgegait_core::body::{Body, Figure};
+use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::clip::{Clip, Loop};
 use edgegait_core::lean;
@@ -15,8 +15,8 @@ use edgegait_core::pose::{ModelPose, Pose};
 #[cfg(feature = "skia")]
 use edgegait_core::raster::Skia;
 use edgegait_core::raster::{Rasterizer, Renderer, Window};
-use edgegait_core::silhouette::{Frame, Silhouette, Size};
-use edgegait_core::template::{Kind, TemplateBuilder};
+use edgegait_core::silhouette::{AnySilhouette, Silhouette, Size};
+use edgegait_core::template::{TemplateBuilder, TemplateKind};
 use fnv::Fnv;
 use glam::{Vec2, Vec3};
 
@@ -81,13 +81,13 @@ pub fn list(line: Line<'_>) {
     takes(line);
     for [subject, walk] in WALKS {
         let (avatar, cycle) = walk_of(&pack, subject, walk);
-        let body = Body::new(&avatar);
+        let body = UnpackedBody::new(&avatar);
         for &rasterizer in Rasterizer::ALL {
             silhouettes((subject, &avatar), (&body, &cycle), rasterizer, line);
             templates((subject, &avatar), (&body, &cycle), rasterizer, line);
         }
         lean_silhouettes(
-            lean::Rows::new,
+            lean::LeanRows::new,
             ("lean-rows", subject),
             &avatar,
             &cycle,
@@ -172,7 +172,7 @@ const FRAMINGS: [(&str, Framing); 3] = [
 /// each lens and framing.
 fn silhouettes(
     (subject, avatar): (usize, &Avatar<'_>),
-    (body, cycle): (&Body, &Loop<'_>),
+    (body, cycle): (&UnpackedBody, &Loop<'_>),
     rasterizer: Rasterizer,
     line: Line<'_>,
 ) {
@@ -202,9 +202,9 @@ fn silhouettes(
     }
 }
 
-fn add_frame(hash: &mut Fnv, frame: &Frame) {
+fn add_frame(hash: &mut Fnv, frame: &AnySilhouette) {
     match frame {
-        Frame::Binary(silhouette) => hash.silhouette(silhouette),
+        AnySilhouette::Binary(silhouette) => hash.silhouette(silhouette),
         grey => hash.add(grey.to_coverage().pixels()),
     }
 }
@@ -217,10 +217,10 @@ fn lean_silhouettes<W>(
     cycle: &Loop<'_>,
     line: Line<'_>,
 ) where
-    W: for<'a> Window<lean::Posed<'a>, Image = Silhouette>,
+    W: for<'a> Window<lean::LeanFigure<'a>, Image = Silhouette>,
 {
     let skeleton = avatar.skeleton();
-    let mut body = lean::Body::<512, 1024>::EMPTY;
+    let mut body = lean::LeanBody::<512, 1024>::EMPTY;
     body.load(avatar).expect("room");
     for size in Size::ALL {
         let mut renderer = Renderer::of(window(size));
@@ -250,7 +250,7 @@ fn lean_silhouettes<W>(
 /// Every template of eight frames, from three viewpoints.
 fn templates(
     (subject, avatar): (usize, &Avatar<'_>),
-    (body, cycle): (&Body, &Loop<'_>),
+    (body, cycle): (&UnpackedBody, &Loop<'_>),
     rasterizer: Rasterizer,
     line: Line<'_>,
 ) {
@@ -258,7 +258,7 @@ fn templates(
     let mut figure = Figure::at_rest(body);
     let mut renderer = Renderer::new(rasterizer, Size::S50x30);
     let mut bytes = [0; 3 * 50 * 30];
-    for kind in Kind::ALL {
+    for kind in TemplateKind::ALL {
         let mut hash = Fnv::NEW;
         for (_, camera) in cameras().skip(6).take(3) {
             let mut builder = TemplateBuilder::of(kind, Size::S50x30, 8);

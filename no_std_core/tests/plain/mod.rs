@@ -2,7 +2,7 @@
 //! front page, and shared with nothing in it.
 
 use crate::random::Random;
-use edgegait_core::body::Body;
+use edgegait_core::body::UnpackedBody;
 use edgegait_core::skeleton::Joint;
 use glam::Vec3;
 
@@ -121,8 +121,8 @@ pub fn body(random: &mut Random) -> Vec<Vec<V3>> {
     hulls
 }
 
-pub fn posed(hulls: &[Vec<V3>]) -> Body {
-    let mut body = Body::default();
+pub fn posed(hulls: &[Vec<V3>]) -> UnpackedBody {
+    let mut body = UnpackedBody::default();
     for hull in hulls {
         body.push(Joint::Pelvis, hull.iter().map(|&p| single(p)))
             .expect("within the budget");

@@ -1,6 +1,6 @@
 //! The processors: names, which are alike, and what they can do.
 
-use super::tree::Tree;
+use super::tree::SystemFiles;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -115,7 +115,7 @@ const ARM_PARTS: [(u32, &str); 24] = [
 ];
 
 /// The processors of `/proc/cpuinfo`, or else those that have a folder.
-pub(super) fn groups(files: &Tree, cpuinfo: &str) -> Vec<CpuGroup> {
+pub(super) fn groups(files: &SystemFiles, cpuinfo: &str) -> Vec<CpuGroup> {
     let mut described: BTreeMap<usize, (Option<String>, Option<String>)> = BTreeMap::new();
     for block in cpuinfo.split("\n\n") {
         if let Some(Ok(cpu)) = field(block, "processor").map(str::parse) {

@@ -1,6 +1,6 @@
 //! How busy others keep the machine, before anything is measured and meanwhile.
 
-use super::tree::Tree;
+use super::tree::SystemFiles;
 use std::path::Path;
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ const WATCHED: Duration = Duration::from_millis(500);
 /// for half a second; none if the machine does not tell.
 #[must_use]
 pub(crate) fn load_of_others(root: &Path) -> Option<f64> {
-    let files = Tree::new(root);
+    let files = SystemFiles::new(root);
     let before = files.raw_text("proc/stat")?;
     std::thread::sleep(WATCHED);
     busy_share(&before, &files.raw_text("proc/stat")?)
@@ -33,7 +33,7 @@ impl LoadWatch {
     /// From now on; none if the machine does not tell.
     #[must_use]
     pub(crate) fn start(root: &Path) -> Option<Self> {
-        let files = Tree::new(root);
+        let files = SystemFiles::new(root);
         Some(Self {
             all: times(&files.raw_text("proc/stat")?)?,
             own: own_ticks(&files.raw_text("proc/self/stat")?)?,

@@ -10,12 +10,10 @@ mod tree;
 
 pub(crate) use cpus::{CpuGroup, CpuList};
 pub(crate) use load::{LOAD_WARNED_OF, LoadWatch, load_of_others};
-pub(crate) use state::{Clock, State, warnings};
+pub(crate) use state::{Clock, MachineState, warnings};
 
 use serde::{Deserialize, Serialize};
-use tree::Tree;
-
-pub(super) use tree::Tree as Files;
+pub(super) use tree::SystemFiles;
 
 /// What does not change while a machine runs.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -50,7 +48,7 @@ impl Board {
     /// Reads the machine whose files are below `root`, `/` as a rule.
     #[must_use]
     pub(crate) fn read(root: &std::path::Path) -> Self {
-        let files = Tree::new(root);
+        let files = SystemFiles::new(root);
         let cpuinfo = files.text("proc/cpuinfo").unwrap_or_default();
         let libc = if cfg!(target_env = "gnu") {
             Some("gnu")
@@ -78,7 +76,7 @@ impl Board {
     }
 }
 
-fn model(files: &Tree) -> Option<String> {
+fn model(files: &SystemFiles) -> Option<String> {
     files.text("proc/device-tree/model").or_else(|| {
         let name = files.text("sys/class/dmi/id/product_name")?;
         Some(match files.text("sys/class/dmi/id/sys_vendor") {
@@ -90,7 +88,7 @@ fn model(files: &Tree) -> Option<String> {
 
 /// What `Documentation/ABI/testing/sysfs-devices-soc` describes, or else the last name of the
 /// device tree's `compatible`, from the board's to the chip's.
-fn soc(files: &Tree) -> Option<String> {
+fn soc(files: &SystemFiles) -> Option<String> {
     let parts = ["family", "soc_id"].map(|name| files.text(format!("sys/devices/soc0/{name}")));
     let parts: Vec<String> = parts.into_iter().flatten().collect();
     if !parts.is_empty() {

@@ -1,13 +1,13 @@
 //! What changes while a machine runs: clocks, temperature, throttling.
 
 use super::cpus::CpuList;
-use super::tree::Tree;
+use super::tree::SystemFiles;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// A machine at one moment.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct State {
+pub(crate) struct MachineState {
     /// Clocks that processors share.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub clocks: Vec<Clock>,
@@ -42,11 +42,11 @@ pub(crate) struct Clock {
     pub max_khz: Option<u64>,
 }
 
-impl State {
+impl MachineState {
     /// Reads the machine whose files are below `root`.
     #[must_use]
     pub(crate) fn read(root: &Path) -> Self {
-        let files = Tree::new(root);
+        let files = SystemFiles::new(root);
         let policies = files.entries("sys/devices/system/cpu/cpufreq", "policy");
         let clocks = policies.iter().filter_map(|policy| {
             Some(Clock {
@@ -77,7 +77,7 @@ impl State {
 }
 
 /// The firmware's node is called after the bus that it hangs on, which differs between models.
-fn raspberry_pi(files: &Tree) -> Option<u32> {
+fn raspberry_pi(files: &SystemFiles) -> Option<u32> {
     let mut nodes = files.entries("sys/devices/platform", "soc");
     for bus in nodes.clone() {
         nodes.extend(files.entries(bus, "soc"));
@@ -91,7 +91,7 @@ fn raspberry_pi(files: &Tree) -> Option<u32> {
 /// What the states before, between and after the measurements say against them. Frequencies are
 /// those of `cpus`, of all processors if that is not known.
 #[must_use]
-pub(crate) fn warnings(states: &[State], cpus: Option<&CpuList>) -> Vec<String> {
+pub(crate) fn warnings(states: &[MachineState], cpus: Option<&CpuList>) -> Vec<String> {
     let (Some(first), Some(last)) = (states.first(), states.last()) else {
         return Vec::new();
     };
@@ -104,7 +104,7 @@ pub(crate) fn warnings(states: &[State], cpus: Option<&CpuList>) -> Vec<String> 
     ];
     let was = first.throttled.unwrap_or(0);
     for (bit, what) in NOW.iter().enumerate() {
-        let is_on = |state: &State| state.throttled.is_some_and(|bits| bits >> bit & 1 == 1);
+        let is_on = |state: &MachineState| state.throttled.is_some_and(|bits| bits >> bit & 1 == 1);
         let is_new = last
             .throttled
             .is_some_and(|bits| (bits & !was) >> (16 + bit) & 1 == 1);

@@ -87,7 +87,7 @@ fn a_raspberry_pi_4_is_described() {
     assert_eq!(board.ram_bytes, Some(3_880_372 * 1024));
     assert_eq!(board.kernel.as_deref(), Some("6.6.51+rpt-rpi-v8"));
 
-    let state = State::read(root.path());
+    let state = MachineState::read(root.path());
     assert_eq!(state.temperature_c, Some(48.686));
     assert_eq!(state.throttled, Some(0x50005));
     assert_eq!(state.throttle_count, None);
@@ -167,7 +167,7 @@ fn little_and_big_processors_are_told_apart() {
             ("4-7".to_owned(), "Cortex-A76".to_owned(), Some(1024)),
         ]
     );
-    assert_eq!(State::read(root.path()).temperature_c, Some(43.461));
+    assert_eq!(MachineState::read(root.path()).temperature_c, Some(43.461));
 }
 
 #[test]
@@ -180,12 +180,12 @@ fn what_a_machine_does_not_expose_is_absent() {
         ..Board::default()
     };
     assert_eq!(board, bare);
-    assert_eq!(State::read(root.path()), State::default());
+    assert_eq!(MachineState::read(root.path()), MachineState::default());
     assert_eq!(
-        warnings(&[State::default(), State::default()], None),
+        warnings(&[MachineState::default(), MachineState::default()], None),
         [""; 0]
     );
-    let json = serde_json::to_value(State::default()).expect("plain data");
+    let json = serde_json::to_value(MachineState::default()).expect("plain data");
     assert_eq!(json, serde_json::json!({}));
 }
 
@@ -212,7 +212,7 @@ fn a_pc_is_named_by_its_firmware() {
     assert_eq!(board.cpus.len(), 1);
     assert_eq!(board.cpus[0].part.as_deref(), Some("family 6 model 140"));
     assert_eq!(board.features, ["sse4_2", "avx2", "avx512f", "avx512_vnni"]);
-    let before = State::read(root.path());
+    let before = MachineState::read(root.path());
     assert_eq!(before.throttle_count, Some(7));
     write(
         root.path(),
@@ -220,13 +220,13 @@ fn a_pc_is_named_by_its_firmware() {
         "6\n",
     );
     assert_eq!(
-        warnings(&[before, State::read(root.path())], None),
+        warnings(&[before, MachineState::read(root.path())], None),
         ["cores were throttled 2 times while this was measured"]
     );
 }
 
 /// A state whose processors 0 to 3 and 4 run at these frequencies.
-fn at_khz(khz: u64, other_khz: u64) -> State {
+fn at_khz(khz: u64, other_khz: u64) -> MachineState {
     let clock = |cpus, khz| Clock {
         cpus: CpuList::parse(cpus).expect("a list"),
         governor: None,
@@ -234,9 +234,9 @@ fn at_khz(khz: u64, other_khz: u64) -> State {
         current_khz: Some(khz),
         max_khz: None,
     };
-    State {
+    MachineState {
         clocks: vec![clock("0-3", khz), clock("4", other_khz)],
-        ..State::default()
+        ..MachineState::default()
     }
 }
 

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 
 /// The files below a root.
 #[derive(Clone, Debug)]
-pub(in crate::bench) struct Tree {
+pub(in crate::bench) struct SystemFiles {
     root: PathBuf,
 }
 
-impl Tree {
+impl SystemFiles {
     pub(crate) fn new(root: &Path) -> Self {
         Self { root: root.into() }
     }

@@ -22,7 +22,7 @@ const LIST: f64 = 730.0;
 const LINE: f64 = 18.0;
 
 /// A model on a board.
-struct Point<'a> {
+struct BoardPoint<'a> {
     met: Met<'a>,
     colour: &'static str,
     /// Microseconds, and from where to where as far as windows tell.
@@ -61,7 +61,7 @@ pub(crate) fn chart(compared: &Compared) -> Result<String> {
     ))
 }
 
-fn points<'a>(compared: &'a Compared) -> Vec<Point<'a>> {
+fn points<'a>(compared: &'a Compared) -> Vec<BoardPoint<'a>> {
     let boards: Vec<&str> = compared
         .boards
         .iter()
@@ -72,7 +72,7 @@ fn points<'a>(compared: &'a Compared) -> Vec<Point<'a>> {
         let single = &met.model.single;
         let us = single.times.p50_us;
         let board = boards.iter().position(|name| *name == met.board)?;
-        Some(Point {
+        Some(BoardPoint {
             colour: LINES[board % LINES.len()].0,
             us,
             us_range: p50_range(single)?,
@@ -84,7 +84,7 @@ fn points<'a>(compared: &'a Compared) -> Vec<Point<'a>> {
     compared.met().filter_map(of).collect()
 }
 
-fn plot(points: &[Point<'_>]) -> Markup {
+fn plot(points: &[BoardPoint<'_>]) -> Markup {
     let across = LogAxis::around(
         points
             .iter()
@@ -120,7 +120,7 @@ fn plot(points: &[Point<'_>]) -> Markup {
 }
 
 /// The points by their numbers.
-fn list(points: &[Point<'_>]) -> Markup {
+fn list(points: &[BoardPoint<'_>]) -> Markup {
     html! { @for (index, point) in points.iter().enumerate() {
         @let (y, colour) = (18.0 + LINE * index as f64, format!("fill: {}", point.colour));
         text x=(LIST + 26.0) y=(y) text-anchor="end" style=(colour) { (index + 1) }
@@ -129,7 +129,7 @@ fn list(points: &[Point<'_>]) -> Markup {
 }
 
 /// What is said of a point.
-fn entry(point: &Point<'_>) -> String {
+fn entry(point: &BoardPoint<'_>) -> String {
     let Met { board, name, .. } = &point.met;
     format!(
         "{name} {board}: {} us, {} %",

@@ -5,8 +5,8 @@ mod chart;
 pub(crate) use chart::chart;
 
 use super::results::{BenchResults, ModelResult, Timing};
-use super::table::{Column, Format, named, render, side_by_side};
-use crate::dataset::Header;
+use super::table::{ResultColumn, TableFormat, named, render, side_by_side};
+use crate::dataset::ResultHeader;
 use crate::error::{Error, Result};
 use crate::evaluate::median::median_interval;
 use crate::evaluate::wilson::Interval;
@@ -154,11 +154,11 @@ impl Compared {
     }
 
     /// The tables, and how many times as long each model takes as where it was met first.
-    pub(crate) fn render(&self, format: Format) -> String {
-        let columns: Vec<Column<'_>> = self
+    pub(crate) fn render(&self, format: TableFormat) -> String {
+        let columns: Vec<ResultColumn<'_>> = self
             .boards
             .iter()
-            .map(|(name, results)| Column { name, results })
+            .map(|(name, results)| ResultColumn { name, results })
             .collect();
         let mut text = render(&columns, format);
         let ratios = self.ratios();
@@ -209,7 +209,7 @@ struct Ratios {
     peak: Option<String>,
 }
 
-const RATIO_ROWS: [super::table::Row<Ratios>; 5] = [
+const RATIO_ROWS: [super::table::ResultRow<Ratios>; 5] = [
     ("times that on", |of| Some(of.against.clone())),
     ("one at a time: p50", |of| of.single.clone()),
     ("a batch: p50", |of| of.batch.clone()),
@@ -240,7 +240,7 @@ fn exact(mine: f64, its: f64) -> Option<String> {
 }
 
 /// The data that a header names beside models, by its sums.
-fn pack_of(header: &Header) -> String {
+fn pack_of(header: &ResultHeader) -> String {
     let data = header.data();
     if data.is_empty() {
         let pack = header.settings.get("pack").and_then(|pack| pack.as_str());

@@ -60,7 +60,7 @@ fn ratios_are_against_the_first_board_with_the_model() {
     });
     let compared = compared([results(100.0, |_| {}), other]);
     compared.check().expect("alike");
-    let text = compared.render(Format::Markdown);
+    let text = compared.render(TableFormat::Markdown);
     let line = |start: &str| {
         let line = text.lines().rfind(|line| line.starts_with(start));
         line.unwrap_or_else(|| panic!("{start}: {text}")).to_owned()
@@ -117,7 +117,7 @@ fn what_is_not_alike_does_not_stand_in_one_row() {
     let views = compared([results(100.0, |v| v["settings"]["views"] = json!("side"))]);
     let without = views.without_accuracy();
     without.check().expect("times alone");
-    assert!(!without.render(Format::Text).contains("rank-1"));
+    assert!(!without.render(TableFormat::Text).contains("rank-1"));
     let said = chart(&without).expect_err("no rank-1").to_string();
     assert!(said.contains("results with rank-1"), "{said}");
     // A board without rank-1 hides no difference of the others.

@@ -5,7 +5,7 @@ use crate::dataset::InputFile;
 use crate::error::{Error, Result, TemplateOrigin};
 use crate::score::Model;
 use crate::segment::{Segmenter, Video};
-use crate::sweep::Framing;
+use crate::sweep::FramingMode;
 use edgegait_core::budget::CYCLE_STEPS_PER_MINUTE;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -13,7 +13,7 @@ use std::path::Path;
 
 /// What was found in a video.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Checked {
+pub(crate) struct CheckedVideo {
     /// Pixels of a row.
     pub columns: u32,
     /// Rows.
@@ -45,8 +45,8 @@ pub(crate) fn check_model(model: &Model) -> Result<()> {
         ));
     }
     match contract.framing {
-        Framing::Height | Framing::Box => Ok(()),
-        Framing::Cycle | Framing::Camera => Err(Error::input(
+        FramingMode::Height | FramingMode::Box => Ok(()),
+        FramingMode::Cycle | FramingMode::Camera => Err(Error::input(
             model.path(),
             format!(
                 "expected a contract with framing \"height\" or \"box\", which figures in a video can be brought to, found {:?}: it follows from where the camera stood",
@@ -66,7 +66,7 @@ pub(crate) fn check(
     (path, fps): (&Path, f32),
     segmenter: &Segmenter,
     progress: &(dyn Fn() + Sync),
-) -> Result<(Checked, InputFile)> {
+) -> Result<(CheckedVideo, InputFile)> {
     let finder = CycleFinder::new(fps)?;
     let (columns, rows) = video.size();
     let mut legs: Vec<Option<LowerBody>> = Vec::new();
@@ -86,7 +86,7 @@ pub(crate) fn check(
     let empty_frames = legs.iter().filter(|legs| legs.is_none()).count();
     let found = finder.find(legs);
     let found = found.map_err(|reason| none(path, reason, (fps, frames, empty_frames)))?;
-    let checked = Checked {
+    let checked = CheckedVideo {
         columns,
         rows,
         fps: fps.into(),

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 /// What is done one after the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Stage {
+pub(super) enum PathStage {
     /// A frame's file is read and decoded.
     Decode,
     /// The figure is found in it.
@@ -74,7 +74,7 @@ impl<'c> Laps<'c> {
     }
 
     /// What was since the last call, this one or [`Self::resume`], was this stage.
-    pub(super) fn lap(&mut self, stage: Stage) {
+    pub(super) fn lap(&mut self, stage: PathStage) {
         let now = (self.clock)();
         let took = now.saturating_sub(self.last);
         self.last = now;

@@ -28,25 +28,25 @@ mod table;
 mod testing;
 mod walk;
 
-pub(crate) use check::{Checked, check, check_model};
+pub(crate) use check::{CheckedVideo, check, check_model};
 pub(crate) use made::{MADE_FPS, MADE_SIZE, write_made};
 pub(crate) use results::PathResult;
 pub(super) use table::ROWS;
 
-use super::board::{Board, LoadWatch, State, warnings};
+use super::board::{Board, LoadWatch, MachineState, warnings};
 use super::cap::Cap;
 use super::memory;
-use super::results::Conditions;
+use super::results::MachineConditions;
 use super::timed::Watched;
 use crate::error::{Error, Result};
 use crate::score::{Model, Runtime};
-use crate::segment::{Segmenter, Settings, Video};
+use crate::segment::{SegmentSettings, Segmenter, Video};
 use laps::Laps;
-use results::{Answers, PathEnergy, Rates};
-use run::{Measured, Plan, first_answer, timed};
+use results::{PathAnswers, PathEnergy, PathRates};
+use run::{MeasuredPath, PathPlan, first_answer, timed};
 use std::path::Path;
 use std::time::{Duration, Instant};
-use walk::Walk;
+use walk::WatchedWalker;
 
 /// By how much the last window may be slower than the first before that is warned of. Ours, as
 /// windows of inferences may differ.
@@ -80,7 +80,7 @@ pub(crate) fn measure_path(task: &PathTask<'_>) -> Result<PathResult> {
     let mut video = Video::open(task.video)?;
     let background = Some(task.background);
     let size = video.size();
-    let (segmenter, _) = Segmenter::open(task.video, size, background, Settings::default())?;
+    let (segmenter, _) = Segmenter::open(task.video, size, background, SegmentSettings::default())?;
     memory::forget_peak();
     let started = Instant::now();
     let runtime = (task.start)()?.with_threads(task.threads);
@@ -89,18 +89,18 @@ pub(crate) fn measure_path(task: &PathTask<'_>) -> Result<PathResult> {
     let load_ms = started.elapsed().as_secs_f64() * 1e3;
 
     let others = LoadWatch::start(task.root);
-    let (plan, fps) = (Plan::of(task.duration), task.fps);
+    let (plan, fps) = (PathPlan::of(task.duration), task.fps);
     let clock = Instant::now();
     let mut watched = Watched::new(
         task.root,
-        State::read(task.root),
+        MachineState::read(task.root),
         Cap::new(None, Vec::new(), &|_| {}),
     );
     let mut found = None;
     recognizer.beside(&mut || {
         let mut now = || clock.elapsed();
-        let mut measure = || -> Result<(Measured, Option<u64>)> {
-            let mut walk = Walk::new(&segmenter, recognizer.as_ref(), fps)?;
+        let mut measure = || -> Result<(MeasuredPath, Option<u64>)> {
+            let mut walk = WatchedWalker::new(&segmenter, recognizer.as_ref(), fps)?;
             first_answer(&mut walk, &mut video)?;
             let peak = memory::peak_rss_bytes();
             let mut laps = Laps::new(&mut now);
@@ -116,7 +116,7 @@ pub(crate) fn measure_path(task: &PathTask<'_>) -> Result<PathResult> {
         .as_ref()
         .and_then(|meter| PathEnergy::of(meter.source(), &measured.windows));
     let states = watched.states;
-    let rates = Rates::of(&measured, f64::from(task.fps))?;
+    let rates = PathRates::of(&measured, f64::from(task.fps))?;
     let affinity = Board::read(task.root).affinity;
     let mut doubts = warnings(&states, affinity.as_ref());
     doubts.extend(rates.doubts());
@@ -136,16 +136,16 @@ pub(crate) fn measure_path(task: &PathTask<'_>) -> Result<PathResult> {
         threads: task.threads,
         path_threads: 1,
         template: contract.template.name().to_owned(),
-        video: Checked::default(),
+        video: CheckedVideo::default(),
         load_ms,
         rates,
-        answers: Answers::of(&measured)?,
+        answers: PathAnswers::of(&measured)?,
         stages: measured.stages,
         peak_rss_start_bytes,
         peak_rss_end_bytes,
         energy,
         windows: measured.windows,
-        conditions: Conditions::of(&states),
+        conditions: MachineConditions::of(&states),
         others_busy: others.and_then(|others| others.share(task.root)),
         warnings: doubts,
     })

@@ -1,9 +1,9 @@
 //! What was found of the path, as the JSON that holds it.
 
-use super::check::Checked;
+use super::check::CheckedVideo;
 use super::laps::Stages;
-use super::run::{Measured, PathWindow};
-use crate::bench::results::Conditions;
+use super::run::{MeasuredPath, PathWindow};
+use crate::bench::results::MachineConditions;
 use crate::bench::statistics::Times;
 use crate::error::{Error, Result};
 use crate::score::RuntimeName;
@@ -23,14 +23,14 @@ pub(crate) struct PathResult {
     /// What the model takes.
     pub template: String,
     /// The video.
-    pub video: Checked,
+    pub video: CheckedVideo,
     /// From the model's path to a recognizer that is ready, milliseconds, with the runtime's start.
     pub load_ms: f64,
     /// How fast.
     #[serde(flatten)]
-    pub rates: Rates,
+    pub rates: PathRates,
     /// How late.
-    pub answers: Answers,
+    pub answers: PathAnswers,
     /// Where the time goes.
     pub stages: Stages,
     /// The most memory that the process had until its first answer, bytes.
@@ -45,7 +45,7 @@ pub(crate) struct PathResult {
     /// Parts of the time, in order.
     pub windows: Vec<PathWindow>,
     /// The machine while this was measured.
-    pub conditions: Conditions,
+    pub conditions: MachineConditions,
     /// The share of its processors that others kept busy meanwhile, 0..1, if the machine tells; a process
     /// that decodes the video is one of them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -56,7 +56,7 @@ pub(crate) struct PathResult {
 
 /// Frames and answers a second.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Rates {
+pub(crate) struct PathRates {
     /// How long was measured.
     pub seconds: f64,
     /// Frames that went in.
@@ -77,12 +77,12 @@ pub(crate) struct Rates {
     pub times_again: u64,
 }
 
-impl Rates {
+impl PathRates {
     /// Of a video of so many frames a second.
     ///
     /// # Errors
     /// Without windows.
-    pub(super) fn of(measured: &Measured, fps: f64) -> Result<Self> {
+    pub(super) fn of(measured: &MeasuredPath, fps: f64) -> Result<Self> {
         let windows = &measured.windows;
         let [Some(first), Some(last)] = [windows.first(), windows.last()] else {
             return Err(Error::Missing("a window"));
@@ -127,7 +127,7 @@ impl Rates {
 
 /// Answers, one for each gait cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Answers {
+pub(crate) struct PathAnswers {
     /// How many there were.
     pub count: u64,
     /// A second.
@@ -142,8 +142,8 @@ pub(crate) struct Answers {
     pub times: Times,
 }
 
-impl Answers {
-    pub(super) fn of(measured: &Measured) -> Result<Self> {
+impl PathAnswers {
+    pub(super) fn of(measured: &MeasuredPath) -> Result<Self> {
         let seconds: f64 = measured.windows.iter().map(|window| window.seconds).sum();
         if measured.answers == 0 {
             return Err(Error::Missing("an answer"));

@@ -1,8 +1,8 @@
 //! The path on a video that begins again and again, for a stated time, in windows.
 
 use super::histogram::Histogram;
-use super::laps::{Laps, Stage, Stages, ns};
-use super::walk::{Answer, Walk};
+use super::laps::{Laps, PathStage, Stages, ns};
+use super::walk::{CycleAnswer, WatchedWalker};
 use crate::bench::statistics::Times;
 use crate::bench::windows::Watch;
 use crate::error::{Error, Result};
@@ -15,14 +15,14 @@ const WINDOW: Duration = Duration::from_secs(10);
 
 /// For how long is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Plan {
+pub(super) struct PathPlan {
     /// Windows, at least two.
     windows: u32,
     /// Shortest window; one also has a frame.
     window: Duration,
 }
 
-impl Plan {
+impl PathPlan {
     /// So long in windows of about 10 s, at least two, all of one length.
     pub(super) fn of(duration: Duration) -> Self {
         let windows = (duration.as_secs_f64() / WINDOW.as_secs_f64()).round();
@@ -52,7 +52,7 @@ pub(crate) struct PathWindow {
 
 /// What was measured.
 #[derive(Clone, Debug)]
-pub(super) struct Measured {
+pub(super) struct MeasuredPath {
     pub windows: Vec<PathWindow>,
     pub stages: Stages,
     /// From the file of the frame that made a cycle known, to the answer.
@@ -69,7 +69,7 @@ pub(super) struct Measured {
 ///
 /// # Errors
 /// If the video ends without one, or as [`timed`].
-pub(super) fn first_answer(walk: &mut Walk<'_>, video: &mut Video) -> Result<()> {
+pub(super) fn first_answer(walk: &mut WatchedWalker<'_>, video: &mut Video) -> Result<()> {
     let mut still = || Duration::ZERO;
     let mut laps = Laps::new(&mut still);
     let mut has_answered = false;
@@ -90,12 +90,12 @@ pub(super) fn first_answer(walk: &mut Walk<'_>, video: &mut Video) -> Result<()>
 /// # Errors
 /// If a frame cannot be read, the network fails, or the video has no answer in it.
 pub(super) fn timed(
-    walk: &mut Walk<'_>,
+    walk: &mut WatchedWalker<'_>,
     video: &mut Video,
-    plan: Plan,
+    plan: PathPlan,
     (laps, watch): (&mut Laps<'_>, &mut dyn Watch),
-) -> Result<Measured> {
-    let mut tally = Tally::new();
+) -> Result<MeasuredPath> {
+    let mut tally = AnswerTally::new();
     let mut windows = Vec::new();
     let mut again = 0;
     watch.begin();
@@ -106,7 +106,7 @@ pub(super) fn timed(
     loop {
         let begun = laps.total();
         let Some(frame) = video.frame()? else {
-            laps.lap(Stage::Decode);
+            laps.lap(PathStage::Decode);
             for answer in walk.finish(laps)? {
                 window.answers += 1;
                 tally.add(&answer, laps.total() - frame_begun);
@@ -118,7 +118,7 @@ pub(super) fn timed(
             }
             continue;
         };
-        laps.lap(Stage::Decode);
+        laps.lap(PathStage::Decode);
         frame_begun = begun;
         if let Some(answer) = walk.frame(&frame, laps)? {
             window.answers += 1;
@@ -141,7 +141,7 @@ pub(super) fn timed(
         laps.resume();
         window_begun = laps.total();
     }
-    Ok(Measured {
+    Ok(MeasuredPath {
         windows,
         stages: laps.stages().ok_or(Error::Missing("an answer"))?,
         answer: tally.took.times().ok_or(Error::Missing("an answer"))?,
@@ -153,14 +153,14 @@ pub(super) fn timed(
 }
 
 /// What is counted of answers.
-struct Tally {
+struct AnswerTally {
     took: Histogram,
     waited: (u64, usize),
     answers: u64,
     non_finite: u64,
 }
 
-impl Tally {
+impl AnswerTally {
     fn new() -> Self {
         Self {
             took: Histogram::new(),
@@ -170,7 +170,7 @@ impl Tally {
         }
     }
 
-    fn add(&mut self, answer: &Answer, took: Duration) {
+    fn add(&mut self, answer: &CycleAnswer, took: Duration) {
         self.took.add(ns(took));
         let (sum, most) = &mut self.waited;
         *sum += answer.waited as u64;

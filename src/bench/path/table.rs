@@ -2,11 +2,11 @@
 
 use super::results::PathResult;
 use crate::bench::statistics::Times;
-use crate::bench::table::{Row, degrees, megabytes, of_clocks, per_second, us};
+use crate::bench::table::{ResultRow, degrees, megabytes, of_clocks, per_second, us};
 use crate::report::microseconds;
 
 /// A row for each figure.
-pub(in crate::bench) const ROWS: [Row<PathResult>; 25] = [
+pub(in crate::bench) const ROWS: [ResultRow<PathResult>; 25] = [
     ("runtime", |p| Some(p.runtime.to_string())),
     ("threads: inference, all else", |p| {
         Some(format!("{}, {}", p.threads, p.path_threads))

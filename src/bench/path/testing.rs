@@ -3,8 +3,8 @@
 
 use crate::cycle::LowerBody;
 use crate::score::testing::MadeUp;
-use crate::score::{Contract, Layout};
-use crate::segment::{Segmenter, Settings};
+use crate::score::{Contract, InputLayout};
+use crate::segment::{SegmentSettings, Segmenter};
 use crate::template::Template;
 use image::{Rgb, RgbImage};
 use std::path::Path;
@@ -32,7 +32,7 @@ pub(super) fn walker(number: usize, step: f64) -> RgbImage {
 /// The scene without anybody.
 pub(super) fn segmenter() -> Segmenter {
     let wall = RgbImage::from_pixel(SIZE.0, SIZE.1, WALL);
-    Segmenter::new(wall, Settings::default())
+    Segmenter::new(wall, SegmentSettings::default())
 }
 
 /// Writes frames as a video.
@@ -57,7 +57,7 @@ pub(super) fn legs(segmenter: &Segmenter, frames: &[RgbImage]) -> Vec<Option<Low
 pub(super) fn echo(template: Template) -> MadeUp {
     let contract = Contract {
         template,
-        layout: Layout::of(template),
+        layout: InputLayout::of(template),
         ..Contract::default()
     };
     MadeUp::new(contract, <[f32]>::to_vec)

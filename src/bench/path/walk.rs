@@ -1,7 +1,7 @@
 //! The path itself: frames go in, answers come out.
 
-use super::laps::{Laps, Stage};
-use crate::cycle::{Cycle, CycleDetector, LowerBody, whole_frames};
+use super::laps::{Laps, PathStage};
+use crate::cycle::{CycleDetector, DetectedCycle, LowerBody, whole_frames};
 use crate::dataset::framed;
 use crate::error::{Error, Result};
 use crate::score::{Outputs, Recognizer};
@@ -20,7 +20,7 @@ const KEPT_STEPS: f32 = 6.0;
 
 /// What was answered.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Answer {
+pub(super) struct CycleAnswer {
     /// The frames of the gait cycle, counted in its recording.
     pub frames: Range<usize>,
     /// How many frames came after the cycle's last one until it was known.
@@ -30,7 +30,7 @@ pub(super) struct Answer {
 }
 
 /// Somebody who is being watched.
-pub(super) struct Walk<'a> {
+pub(super) struct WatchedWalker<'a> {
     segmenter: &'a Segmenter,
     recognizer: &'a dyn Recognizer,
     form: Form,
@@ -43,7 +43,7 @@ pub(super) struct Walk<'a> {
     input: Vec<f32>,
 }
 
-impl<'a> Walk<'a> {
+impl<'a> WatchedWalker<'a> {
     /// Nobody has come yet.
     ///
     /// # Errors
@@ -85,9 +85,9 @@ impl<'a> Walk<'a> {
         &mut self,
         frame: &RgbImage,
         laps: &mut Laps<'_>,
-    ) -> Result<Option<Answer>> {
+    ) -> Result<Option<CycleAnswer>> {
         let mask = self.segmenter.segment(frame).mask;
-        laps.lap(Stage::Segment);
+        laps.lap(PathStage::Segment);
         let (grey, columns) = (mask.grey(), mask.columns());
         let Settings { size, framing, .. } = self.form.settings;
         let silhouette = framed((&grey, columns), size, framing)?;
@@ -96,9 +96,9 @@ impl<'a> Walk<'a> {
         }
         self.recent.push_back(silhouette);
         self.next += 1;
-        laps.lap(Stage::Framing);
+        laps.lap(PathStage::Framing);
         let cycle = self.detector.push(LowerBody::of_pixels(&grey, columns));
-        laps.lap(Stage::Cycle);
+        laps.lap(PathStage::Cycle);
         cycle.map(|cycle| self.answer(&cycle, laps)).transpose()
     }
 
@@ -107,10 +107,10 @@ impl<'a> Walk<'a> {
     ///
     /// # Errors
     /// If the network fails.
-    pub(super) fn finish(&mut self, laps: &mut Laps<'_>) -> Result<Vec<Answer>> {
+    pub(super) fn finish(&mut self, laps: &mut Laps<'_>) -> Result<Vec<CycleAnswer>> {
         let detector = std::mem::replace(&mut self.detector, CycleDetector::new(self.fps)?);
-        let cycles: Vec<Cycle> = detector.finish().collect();
-        laps.lap(Stage::Cycle);
+        let cycles: Vec<DetectedCycle> = detector.finish().collect();
+        laps.lap(PathStage::Cycle);
         let answers = cycles.iter().map(|cycle| self.answer(cycle, laps));
         let answers = answers.collect::<Result<_>>()?;
         self.recent.clear();
@@ -118,7 +118,7 @@ impl<'a> Walk<'a> {
         Ok(answers)
     }
 
-    fn answer(&mut self, cycle: &Cycle, laps: &mut Laps<'_>) -> Result<Answer> {
+    fn answer(&mut self, cycle: &DetectedCycle, laps: &mut Laps<'_>) -> Result<CycleAnswer> {
         let frames = whole_frames(cycle);
         let first = self.next - self.recent.len();
         let from = frames.start.checked_sub(first);
@@ -136,10 +136,10 @@ impl<'a> Walk<'a> {
         let contract = self.recognizer.contract();
         contract.feed(&bytes, &mut self.input);
         contract.feed_view(None, &mut self.input)?;
-        laps.lap(Stage::Template);
+        laps.lap(PathStage::Template);
         let outputs = self.recognizer.run(&self.input, 1)?;
-        laps.lap(Stage::Network);
-        Ok(Answer {
+        laps.lap(PathStage::Network);
+        Ok(CycleAnswer {
             waited: self.next - frames.end,
             frames,
             outputs,

@@ -1,13 +1,13 @@
 //! `edgegait bench --compare`: results of several boards side by side.
 
-use super::Args;
+use super::BenchArgs;
 use crate::bench::{BenchResults, Compared, chart};
 use crate::dataset::write_bytes;
 use crate::error::Result;
 use std::path::PathBuf;
 
 /// Prints results of several boards side by side.
-pub(super) fn run(args: &Args) -> Result<()> {
+pub(super) fn run(args: &BenchArgs) -> Result<()> {
     let read = |path: &PathBuf| -> Result<(String, BenchResults)> {
         let stem = path.file_stem().unwrap_or(path.as_os_str());
         Ok((

@@ -1,6 +1,6 @@
 //! What speaks against figures of `edgegait bench`.
 
-use super::Args;
+use super::BenchArgs;
 use crate::bench::board::LOAD_WARNED_OF;
 use crate::bench::{BenchResults, ModelResult};
 use crate::cli::progress::time_of;
@@ -24,7 +24,7 @@ pub(super) fn warn(results: &mut BenchResults) {
 }
 
 /// What was cut, and how to have it in full.
-pub(super) fn cut_short(args: &Args, result: &ModelResult) -> Vec<String> {
+pub(super) fn cut_short(args: &BenchArgs, result: &ModelResult) -> Vec<String> {
     let Some(cut) = &result.cut else {
         return Vec::new();
     };

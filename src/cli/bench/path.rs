@@ -1,17 +1,17 @@
 //! `edgegait bench --video`: what the whole path costs, from the frames of a video to answers.
 
-use super::{Args, elsewhere, one_or_all, warn};
+use super::{BenchArgs, elsewhere, one_or_all, warn};
 use crate::bench::board::{Board, load_of_others};
 use crate::bench::{
-    BenchResults, Checked, MADE_FPS, MADE_SIZE, PathResult, PathTask, check, check_model,
+    BenchResults, CheckedVideo, MADE_FPS, MADE_SIZE, PathResult, PathTask, check, check_model,
     measure_path, utc_now, write_made,
 };
 use crate::cli::progress::Progress;
-use crate::dataset::{Header, Staging};
+use crate::dataset::{ResultHeader, Staging};
 use crate::error::{Error, Result};
 use crate::report::write_png;
 use crate::score::Model;
-use crate::segment::{Segmenter, Settings, Video};
+use crate::segment::{SegmentSettings, Segmenter, Video};
 use crate::source::is_pack_or_folder;
 use crate::sweep::{TAKE_FPS, jobs};
 use edgegait_core::pack::Pack;
@@ -53,7 +53,7 @@ fn minutes(text: &str) -> std::result::Result<f64, String> {
 }
 
 /// A video that is there.
-struct Given {
+struct GivenVideo {
     video: PathBuf,
     background: Option<PathBuf>,
     fps: f32,
@@ -81,7 +81,7 @@ impl PathArgs {
     }
 
     /// The video that was asked for, where it is one's own or was made in `folder`.
-    fn given(&self, folder: &Path) -> Result<(Given, Video)> {
+    fn given(&self, folder: &Path) -> Result<(GivenVideo, Video)> {
         let video = self.video.clone().ok_or(Error::Missing("a video"))?;
         if video == Path::new("-") {
             return Err(Error::Usage(
@@ -95,7 +95,7 @@ impl PathArgs {
         };
         let video = Video::open(&path)?;
         let fps = self.fps.or(video.fps().map(|fps| fps as f32));
-        let given = Given {
+        let given = GivenVideo {
             fps: fps.unwrap_or(TAKE_FPS as f32),
             video: path,
             background,
@@ -112,7 +112,7 @@ fn is_made(video: &Path) -> bool {
 }
 
 /// Measures the path with each model, in a process of its own.
-pub(super) fn run(args: &Args, models: &[Model], pack: Option<PathBuf>) -> Result<()> {
+pub(super) fn run(args: &BenchArgs, models: &[Model], pack: Option<PathBuf>) -> Result<()> {
     let path_args = &args.path;
     let asked = path_args.video.as_deref().unwrap_or(Path::new(MADE));
     args.draw.refuse_for_video()?;
@@ -174,7 +174,7 @@ pub(super) fn run(args: &Args, models: &[Model], pack: Option<PathBuf>) -> Resul
 
 /// Measures the path with one model here.
 pub(super) fn alone(
-    args: &Args,
+    args: &BenchArgs,
     open: &dyn Fn() -> Result<Model>,
     folder: &Path,
 ) -> Result<PathResult> {
@@ -193,10 +193,13 @@ pub(super) fn alone(
 }
 
 /// Segments the video once, and leaves its background in the folder.
-fn checked(args: &PathArgs, folder: &Path) -> Result<(Checked, Vec<crate::dataset::InputFile>)> {
+fn checked(
+    args: &PathArgs,
+    folder: &Path,
+) -> Result<(CheckedVideo, Vec<crate::dataset::InputFile>)> {
     let (given, video) = args.given(folder)?;
     let background = given.background.as_deref();
-    let settings = Settings::default();
+    let settings = SegmentSettings::default();
     let (segmenter, mut inputs) =
         Segmenter::open(&given.video, video.size(), background, settings)?;
     let progress = match video.frames() {
@@ -211,7 +214,7 @@ fn checked(args: &PathArgs, folder: &Path) -> Result<(Checked, Vec<crate::datase
 }
 
 /// Refuses what has no meaning with this video.
-fn refuse_flags(args: &Args, video: &Path, pack: Option<&Path>) -> Result<()> {
+fn refuse_flags(args: &BenchArgs, video: &Path, pack: Option<&Path>) -> Result<()> {
     if let Some(folder) = pack.filter(|path| path.is_dir()) {
         return Err(Error::input(
             folder,
@@ -249,9 +252,9 @@ fn refuse_flags(args: &Args, video: &Path, pack: Option<&Path>) -> Result<()> {
 }
 
 /// What was asked for.
-fn header(args: &Args, models: &[Model], video: &Path) -> Header {
+fn header(args: &BenchArgs, models: &[Model], video: &Path) -> ResultHeader {
     let path = &args.path;
-    let mut header = Header::new("bench", args.common.seed)
+    let mut header = ResultHeader::new("bench", args.common.seed)
         .with("video", video.display().to_string())
         .with("minutes", path.minutes)
         .with("threads", one_or_all(args.threads()))

@@ -1,6 +1,8 @@
 //! What a person reads of a comparison.
 
-use crate::evaluate::parity::{Comparison, Difference, Limits, ParityResults, Part, Side, Verdict};
+use crate::evaluate::parity::{
+    AnswerDifference, Comparison, Limits, ParityPart, ParityResults, ParitySide, Verdict,
+};
 use crate::table::Column::{Left, Right};
 use crate::table::Table;
 use std::fmt;
@@ -34,8 +36,8 @@ impl fmt::Display for Text<'_> {
 /// A side beside the reference.
 fn beside(
     f: &mut fmt::Formatter<'_>,
-    reference: &Side,
-    side: &Side,
+    reference: &ParitySide,
+    side: &ParitySide,
     found: &Comparison,
 ) -> fmt::Result {
     let verdict = match found.verdict {
@@ -55,7 +57,7 @@ fn beside(
         "mean",
         "worst cosine",
     ]);
-    let row = |name: &str, one: &Difference| {
+    let row = |name: &str, one: &AnswerDifference| {
         let numbers = [
             one.greatest_relative,
             one.mean_relative,
@@ -130,8 +132,8 @@ fn beside(
 }
 
 /// The part with most that is not finite, and of such the one that is farthest apart.
-fn farthest(parts: &[Part]) -> Option<&Part> {
-    let key = |part: &&Part| (part.non_finite, part.mean_relative);
+fn farthest(parts: &[ParityPart]) -> Option<&ParityPart> {
+    let key = |part: &&ParityPart| (part.non_finite, part.mean_relative);
     parts.iter().max_by(|a, b| {
         let (a, b) = (key(a), key(b));
         a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
@@ -139,14 +141,14 @@ fn farthest(parts: &[Part]) -> Option<&Part> {
 }
 
 /// What may help.
-fn advice(reference: &Side, side: &Side, found: &Comparison) -> &'static str {
+fn advice(reference: &ParitySide, side: &ParitySide, found: &Comparison) -> &'static str {
     if reference.non_finite + side.non_finite > 0 {
         return "look for overflow (of half precision at 65,504), logarithms, roots and divisions: one NaN spreads to all that is computed from it";
     }
     let greatest = [&found.embedding, &found.scores];
     let greatest = greatest.into_iter().flatten();
     let greatest = greatest.fold(0.0, |most: f64, one| most.max(one.greatest_relative));
-    let is_beyond = |one: &Option<Difference>| {
+    let is_beyond = |one: &Option<AnswerDifference>| {
         one.is_some_and(|one| one.mean_relative > found.limits.mean_relative_difference)
     };
     if reference.quantized != side.quantized

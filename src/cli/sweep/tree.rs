@@ -1,11 +1,13 @@
 //! A sweep of a tree of silhouettes: a dataset with the templates of each of its gait cycles.
 
-use super::{Args, Made};
+use super::{MadeDataset, SweepArgs};
 use crate::cli::cutting::CuttingArgs;
 use crate::cli::progress::Progress;
-use crate::dataset::{Contents, DatasetWriter, Format, Header, IndexRow, Item, Run, Tree};
+use crate::dataset::{
+    Contents, DatasetFormat, DatasetRun, DatasetWriter, IndexRow, Item, ResultHeader, Tree,
+};
 use crate::error::{Error, Result};
-use crate::source::{Form, Shown, Source, ViewLabel};
+use crate::source::{Form, SequenceSource, Shown, ViewLabel};
 use crate::sweep::{Settings, Wanted};
 use crate::template::Template;
 use crate::template::augment::{Variant, varied};
@@ -18,10 +20,10 @@ const AT_ONCE: usize = 16;
 
 /// What is made of each sequence: templates in the order in which they are wanted, and what was
 /// shown in one of them.
-type Templates = (Vec<Vec<u8>>, Shown);
+type SequenceTemplates = (Vec<Vec<u8>>, Shown);
 
 /// Sweeps the tree at `path`.
-pub(super) fn run(args: &Args, path: &Path) -> Result<()> {
+pub(super) fn run(args: &SweepArgs, path: &Path) -> Result<()> {
     args.refuse_for_tree()?;
     let (settings, wanted) = args.wanted()?;
     Tree::require_framing(settings.framing)?;
@@ -38,7 +40,7 @@ pub(super) fn run(args: &Args, path: &Path) -> Result<()> {
     if !Tree::is_at(path) {
         return Err(other());
     }
-    let source = Source::open(path, &[], &args.layout.layout())?;
+    let source = SequenceSource::open(path, &[], &args.layout.layout())?;
     let mut views = source.sequences().views.iter();
     if let Some(name) = views.find_map(ViewLabel::name) {
         return Err(Error::input(
@@ -48,7 +50,7 @@ pub(super) fn run(args: &Args, path: &Path) -> Result<()> {
             ),
         ));
     }
-    let Source::Tree(recordings) = source else {
+    let SequenceSource::Tree(recordings) = source else {
         return Err(other());
     };
     let views = args.views.is_given().then(|| args.views.views("side"));
@@ -65,7 +67,7 @@ pub(super) fn run(args: &Args, path: &Path) -> Result<()> {
     drop(progress);
     let started = Instant::now();
     let name = path.display().to_string();
-    let mut header = Header::new("sweep", args.common.seed)
+    let mut header = ResultHeader::new("sweep", args.common.seed)
         .with("tree", name)
         .with("size", settings.size.name())
         .with("framing", settings.framing.name())
@@ -75,8 +77,8 @@ pub(super) fn run(args: &Args, path: &Path) -> Result<()> {
     }
     let cutting = CuttingArgs::new(args.fps.map(|fps| fps as f32), args.whole_recordings);
     let recordings = cutting.cut(recordings, &mut header)?;
-    let source = Source::Tree(Box::new(recordings));
-    let run = Run {
+    let source = SequenceSource::Tree(Box::new(recordings));
+    let run = DatasetRun {
         header: header.clone(),
         contents: Contents {
             templates: wanted.templates.clone(),
@@ -98,7 +100,7 @@ pub(super) fn run(args: &Args, path: &Path) -> Result<()> {
             shown.empty
         ));
     }
-    let made = Made {
+    let made = MadeDataset {
         rows: writer.rows(),
         silhouettes: shown.silhouettes,
         clipped: shown.clipped.unwrap_or(0.0),
@@ -115,7 +117,7 @@ pub(super) fn run(args: &Args, path: &Path) -> Result<()> {
 
 /// Writes the templates of all sequences, made on all cores; what was shown in them.
 fn stored(
-    source: &Source<'_>,
+    source: &SequenceSource<'_>,
     (settings, wanted, variants): (Settings, &Wanted, &[Variant]),
     writer: &mut DatasetWriter,
 ) -> Result<Shown> {
@@ -132,7 +134,7 @@ fn stored(
             progress.step();
             templates
         };
-        let made: Vec<Result<Templates>> = numbers.par_iter().map(templates).collect();
+        let made: Vec<Result<SequenceTemplates>> = numbers.par_iter().map(templates).collect();
         for (&number, made) in numbers.iter().zip(made) {
             let (templates, of_one) = made?;
             shown = shown.and(of_one);
@@ -180,10 +182,10 @@ fn stored(
 
 /// The templates of one sequence.
 fn templates(
-    source: &Source<'_>,
+    source: &SequenceSource<'_>,
     number: usize,
     (settings, wanted): (Settings, &Wanted),
-) -> Result<Templates> {
+) -> Result<SequenceTemplates> {
     let (mut templates, mut shown) = (Vec::new(), Shown::default());
     for &template in &wanted.templates {
         let form = Form {
@@ -201,7 +203,7 @@ fn templates(
     Ok((templates, shown))
 }
 
-impl Args {
+impl SweepArgs {
     /// Refuses flags that say how walks are drawn, of silhouettes that are there.
     fn refuse_for_tree(&self) -> Result<()> {
         let export = &self.export;
@@ -217,7 +219,7 @@ impl Args {
         if let Some((flag, _)) = flags.iter().find(|(_, is_given)| *is_given) {
             return Err(Error::Usage(format!("{flag}: expected a pack")));
         }
-        if !matches!(export.format(), Format::Folder | Format::Npz) {
+        if !matches!(export.format(), DatasetFormat::Folder | DatasetFormat::Npz) {
             return Err(Error::Usage(format!(
                 "--format {}: the silhouettes are in a tree already (use folder or npz)",
                 export.format().name()

@@ -33,7 +33,7 @@ pub(super) fn grouped(pack: &Pack<'_>, firsts: &[Job<'_>]) -> Vec<Range<usize>> 
 }
 
 /// What is swept.
-pub(super) struct Work<'w> {
+pub(super) struct SweepWork<'w> {
     pub pack: &'w Pack<'w>,
     /// Which of [`Self::firsts`] are one piece of work, in all their variations; if there are none,
     /// each cycle is one.
@@ -51,7 +51,7 @@ pub(super) struct Work<'w> {
     pub units: Range<usize>,
 }
 
-impl<'w> Work<'w> {
+impl<'w> SweepWork<'w> {
     /// How many cycles there are.
     pub(super) fn cycles(&self) -> usize {
         self.firsts.len() * self.variations.len()

@@ -1,15 +1,15 @@
 //! How a model is made of samples.
 
-use crate::train::subspaces::Subspaces;
-use crate::train::{Method, choice};
+use crate::train::subspaces::SubspaceOptions;
+use crate::train::{TrainMethod, choice};
 
 /// How a model is made.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum How {
     /// On principal components.
-    Linear(Method),
+    Linear(TrainMethod),
     FeatureChoice,
-    GaborSubspaces(Subspaces),
+    GaborSubspaces(SubspaceOptions),
     ViewTransformation,
 }
 

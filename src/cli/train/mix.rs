@@ -1,7 +1,7 @@
 //! `--mix`: which share of each source is trained on, by the names of files and folders.
 
 use crate::error::{ChoiceError, Error, Result};
-use crate::train::Share;
+use crate::train::CycleShare;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -24,9 +24,9 @@ struct NamedShare {
 
 /// A source by its name, or by its path where another has the same name, and its share.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Shared {
+pub(super) struct SharedSource {
     pub name: String,
-    pub share: Share,
+    pub share: CycleShare,
 }
 
 /// The value of `--mix` of one source.
@@ -62,7 +62,7 @@ impl MixArgs {
     ///
     /// # Errors
     /// When a name is given twice, or is that of no source or of several.
-    pub(super) fn of(&self, sources: &[PathBuf], seed: u64) -> Result<Vec<Shared>> {
+    pub(super) fn of(&self, sources: &[PathBuf], seed: u64) -> Result<Vec<SharedSource>> {
         let names: Vec<String> = sources.iter().map(|path| name_of(path)).collect();
         if self.is_given() && names.is_empty() {
             return Err(Error::Usage(
@@ -96,15 +96,15 @@ impl MixArgs {
         let shared = |(path, name): (&PathBuf, &String)| {
             let stated = self.mix.iter().find(|one| one.name == *name);
             let is_shared = names.iter().filter(|other| *other == name).count() > 1;
-            Ok(Shared {
+            Ok(SharedSource {
                 name: if is_shared {
                     path.display().to_string()
                 } else {
                     name.clone()
                 },
                 share: match stated {
-                    Some(stated) => Share::new(stated.share, seed)?,
-                    None => Share::ALL,
+                    Some(stated) => CycleShare::new(stated.share, seed)?,
+                    None => CycleShare::ALL,
                 },
             })
         };
@@ -141,7 +141,7 @@ mod tests {
         let shared = MixArgs { mix: parsed? }
             .of(&sources, 1)
             .map_err(|error| error.to_string())?;
-        let plain = |one: Shared| (one.name, one.share.part());
+        let plain = |one: SharedSource| (one.name, one.share.part());
         Ok(shared.into_iter().map(plain).collect())
     }
 

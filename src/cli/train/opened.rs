@@ -1,13 +1,13 @@
 //! The sources of `train` as they are found, and what is used of each: known before long work.
 
-use super::Args;
+use super::TrainArgs;
 use super::sources::Making;
 use crate::cli::layout::refuse_without_tree;
 use crate::cli::progress::Progress;
 use crate::cli::source::SourceArgs;
-use crate::dataset::{Header, IndexRow, InputFile, Partition, Tree};
+use crate::dataset::{IndexRow, InputFile, Partition, ResultHeader, Tree};
 use crate::error::{Error, Result};
-use crate::source::{PackSource, Selection, Source, require};
+use crate::source::{PackSource, Selection, SequenceSource, require};
 use crate::sweep::Settings;
 use crate::template::Template;
 use crate::train::{SampleForm, require_one_form};
@@ -19,23 +19,23 @@ pub(super) enum Opened {
     /// What is drawn where nothing is named; made when it is wanted.
     Cohort,
     Pack(PackSource),
-    Folder(PathBuf, Source<'static>),
+    Folder(PathBuf, SequenceSource<'static>),
 }
 
 /// A source of which it is known what is used.
-pub(super) struct Chosen {
+pub(super) struct ChosenSource {
     pub source: Opened,
     /// Numbers of a pack's walks, or rows of a dataset's index.
     pub numbers: Vec<usize>,
-    pub header: Header,
+    pub header: ResultHeader,
 }
 
 impl Opened {
     pub(super) const fn kind(&self) -> &'static str {
         match self {
-            Self::Cohort | Self::Pack(_) | Self::Folder(_, Source::Walks(_)) => "pack",
-            Self::Folder(_, Source::Dataset(_)) => "dataset",
-            Self::Folder(_, Source::Tree(_)) => "tree",
+            Self::Cohort | Self::Pack(_) | Self::Folder(_, SequenceSource::Walks(_)) => "pack",
+            Self::Folder(_, SequenceSource::Dataset(_)) => "dataset",
+            Self::Folder(_, SequenceSource::Tree(_)) => "tree",
         }
     }
 
@@ -50,7 +50,7 @@ impl Opened {
 
     /// What templates it gives, if others are made as the settings say.
     fn form(&self, settings: &Settings) -> Result<SampleForm> {
-        if let Self::Folder(path, Source::Dataset(geis)) = self {
+        if let Self::Folder(path, SequenceSource::Dataset(geis)) = self {
             let dataset = geis.dataset();
             return Ok((dataset.template(), dataset.size(), dataset.framing(path)?));
         }
@@ -82,14 +82,14 @@ impl Opened {
     }
 }
 
-impl Args {
+impl TrainArgs {
     pub(super) fn opened(&self) -> Result<Vec<Opened>> {
         if self.sources.is_empty() {
             return Ok(vec![Opened::Cohort]);
         }
         let open = |path: &PathBuf| {
             if path.is_dir() {
-                let source = Source::open(path, &[], &self.layout.layout())?;
+                let source = SequenceSource::open(path, &[], &self.layout.layout())?;
                 return Ok(Opened::Folder(path.clone(), source));
             }
             PackSource::read(path).map(Opened::Pack)
@@ -178,8 +178,8 @@ impl Args {
         source: Opened,
         selection: &Selection,
         making: &Making,
-    ) -> Result<Chosen> {
-        let mut header = Header::new("train", self.common.seed);
+    ) -> Result<ChosenSource> {
+        let mut header = ResultHeader::new("train", self.common.seed);
         let is_seen = |angles: (f64, f64)| {
             let mut views = making.views.list.iter();
             !self.views.is_given() || views.any(|view| view.angles_deg() == angles)
@@ -194,7 +194,7 @@ impl Args {
                 walks(SourceArgs::new(None, selection).load()?)?
             }
             Opened::Pack(source) => walks(source)?,
-            Opened::Folder(path, Source::Tree(recordings)) => {
+            Opened::Folder(path, SequenceSource::Tree(recordings)) => {
                 let views = self.views.is_given().then_some(&making.views);
                 let mut recordings = recordings.chosen(selection, views)?;
                 if let Some(partition) = &self.partition {
@@ -208,12 +208,12 @@ impl Args {
                 recordings.check_sizes(&[], &|| progress.step())?;
                 drop(progress);
                 let numbers = (0..recordings.len()).collect();
-                let tree = Source::Tree(Box::new(recordings));
+                let tree = SequenceSource::Tree(Box::new(recordings));
                 (Opened::Folder(path, tree), numbers)
             }
             Opened::Folder(path, source) => {
                 let rows = match &source {
-                    Source::Dataset(geis) => geis.dataset().index(),
+                    SequenceSource::Dataset(geis) => geis.dataset().index(),
                     _ => &[],
                 };
                 let is_kept = |row: &IndexRow| {
@@ -228,7 +228,7 @@ impl Args {
         if numbers.is_empty() {
             return Err(nothing(&source));
         }
-        Ok(Chosen {
+        Ok(ChosenSource {
             source,
             numbers,
             header,

@@ -1,30 +1,30 @@
 //! Samples of one source of `train`: drawn, of a tree, or of a dataset.
 
-use super::Args;
-use super::opened::{Chosen, Opened};
+use super::TrainArgs;
+use super::opened::{ChosenSource, Opened};
 use super::sources::Making;
 use crate::cli::progress::Progress;
-use crate::dataset::{Dataset, Header};
+use crate::dataset::{Dataset, ResultHeader};
 use crate::error::{Error, Result};
-use crate::source::{PackSource, Recordings, Source};
+use crate::source::{PackSource, Recordings, SequenceSource};
 use crate::template::Template;
 use crate::template::augment::Augmentation;
-use crate::train::{Recipe, Samples, Share};
+use crate::train::{CycleShare, Recipe, Samples};
 use edgegait_core::pack::Pack;
 use std::path::Path;
 
 /// Cycles of each walk that are trained on unless a user says otherwise.
 const CYCLES: u32 = 8;
 
-impl Args {
+impl TrainArgs {
     /// The samples of a source, and what results say of it.
     pub(super) fn part(
         &self,
-        chosen: Chosen,
-        share: Share,
+        chosen: ChosenSource,
+        share: CycleShare,
         making: &Making,
-    ) -> Result<(Samples, Header)> {
-        let Chosen {
+    ) -> Result<(Samples, ResultHeader)> {
+        let ChosenSource {
             source,
             numbers,
             header,
@@ -32,14 +32,16 @@ impl Args {
         match source {
             Opened::Cohort => Err(Error::Missing("a pack")),
             Opened::Pack(source) => self.of_walks(source, &numbers, (share, making), header),
-            Opened::Folder(path, Source::Tree(recordings)) => {
+            Opened::Folder(path, SequenceSource::Tree(recordings)) => {
                 self.of_tree(&path, *recordings, (share, making), header)
             }
-            Opened::Folder(path, Source::Dataset(geis)) => {
+            Opened::Folder(path, SequenceSource::Dataset(geis)) => {
                 let shared = (share, making.augmentation);
                 self.of_dataset((geis.dataset(), &path), &numbers, shared, header)
             }
-            Opened::Folder(_, Source::Walks(_)) => Err(Error::Missing("a dataset or a tree")),
+            Opened::Folder(_, SequenceSource::Walks(_)) => {
+                Err(Error::Missing("a dataset or a tree"))
+            }
         }
     }
 
@@ -48,9 +50,9 @@ impl Args {
         &self,
         source: PackSource,
         walks: &[usize],
-        (share, making): (Share, &Making),
-        header: Header,
-    ) -> Result<(Samples, Header)> {
+        (share, making): (CycleShare, &Making),
+        header: ResultHeader,
+    ) -> Result<(Samples, ResultHeader)> {
         let pack = Pack::parse(&source.bytes)?;
         let cycles = self.cycles.unwrap_or(CYCLES);
         let progress = Progress::new("cycles", walks.len() * cycles as usize);
@@ -78,9 +80,9 @@ impl Args {
         &self,
         path: &Path,
         recordings: Recordings,
-        (share, making): (Share, &Making),
-        mut header: Header,
-    ) -> Result<(Samples, Header)> {
+        (share, making): (CycleShare, &Making),
+        mut header: ResultHeader,
+    ) -> Result<(Samples, ResultHeader)> {
         let Making {
             settings,
             augmentation,
@@ -88,7 +90,7 @@ impl Args {
         } = *making;
         let recordings = self.cutting.cut(recordings, &mut header)?;
         let name = path.display().to_string();
-        let source = Source::Tree(Box::new(recordings));
+        let source = SequenceSource::Tree(Box::new(recordings));
         let samples = Samples::of_recordings((&source, &name), settings, (share, augmentation))?;
         let header = header
             .with("tree", name)
@@ -104,9 +106,9 @@ impl Args {
         &self,
         (dataset, path): (&Dataset, &Path),
         rows: &[usize],
-        (share, augmentation): (Share, Augmentation),
-        header: Header,
-    ) -> Result<(Samples, Header)> {
+        (share, augmentation): (CycleShare, Augmentation),
+        header: ResultHeader,
+    ) -> Result<(Samples, ResultHeader)> {
         let samples = Samples::of_dataset((dataset, path), rows, (share, augmentation))?;
         let mut header = header.augmented(augmentation);
         if samples.template != Template::Gei {

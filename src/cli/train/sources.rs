@@ -1,13 +1,13 @@
 //! What `train` reads: packs, datasets and trees, each by the flags that it can use, and together.
 
-use super::Args;
-use super::mix::Shared;
-use super::opened::Chosen;
-use crate::dataset::Header;
+use super::TrainArgs;
+use super::mix::SharedSource;
+use super::opened::ChosenSource;
+use crate::dataset::ResultHeader;
 use crate::error::{Error, Result};
 use crate::sweep::{Settings, Views};
 use crate::template::augment::Augmentation;
-use crate::train::{Part, Samples, Share, joined, strangers};
+use crate::train::{CycleShare, MixPart, Samples, joined, strangers};
 use serde::Serialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -17,7 +17,7 @@ use std::path::PathBuf;
 /// What is trained on, and what results say of it.
 pub(super) struct Gathered {
     pub samples: Samples,
-    pub header: Header,
+    pub header: ResultHeader,
     /// Each source, where there are several or a share is drawn.
     pub sources: Vec<SourceResult>,
 }
@@ -64,7 +64,7 @@ pub(super) struct Making {
 /// # Errors
 /// Before long work what flags and sources have against each other; then what cannot be read,
 /// drawn or made into templates.
-pub(super) fn gathered(args: &Args) -> Result<Gathered> {
+pub(super) fn gathered(args: &TrainArgs) -> Result<Gathered> {
     let shared = args.mix.of(&args.sources, args.common.seed)?;
     refuse_twice(&args.sources)?;
     let making = Making {
@@ -75,7 +75,7 @@ pub(super) fn gathered(args: &Args) -> Result<Gathered> {
     let opened = args.opened()?;
     args.check(&opened, &making)?;
     let selections = args.selections(&opened)?;
-    let chosen: Vec<Chosen> = opened
+    let chosen: Vec<ChosenSource> = opened
         .into_iter()
         .zip(&selections)
         .map(|(source, selection)| args.chosen(source, selection, &making))
@@ -85,7 +85,7 @@ pub(super) fn gathered(args: &Args) -> Result<Gathered> {
             .into_iter()
             .next()
             .ok_or(Error::Missing("a source"))?;
-        let (samples, header) = args.part(only, Share::ALL, &making)?;
+        let (samples, header) = args.part(only, CycleShare::ALL, &making)?;
         return Ok(Gathered {
             samples,
             header,
@@ -93,12 +93,12 @@ pub(super) fn gathered(args: &Args) -> Result<Gathered> {
         });
     }
     let (mut parts, mut sources) = (Vec::new(), Vec::new());
-    let mut header = Header::new("train", args.common.seed);
+    let mut header = ResultHeader::new("train", args.common.seed);
     if args.mix.is_given() {
         header = header.with("mix", args.mix.to_string());
     }
     for (chosen, shared) in chosen.into_iter().zip(shared) {
-        let Shared { name, share } = shared;
+        let SharedSource { name, share } = shared;
         let (kind, path) = (chosen.source.kind(), chosen.source.path());
         let (samples, own) = args.part(chosen, share, &making)?;
         for input in own.inputs {
@@ -120,7 +120,7 @@ pub(super) fn gathered(args: &Args) -> Result<Gathered> {
             samples_after: samples.labels.len(),
             settings: own.settings,
         });
-        parts.push(Part {
+        parts.push(MixPart {
             name,
             share,
             samples,
@@ -157,7 +157,7 @@ fn refuse_twice(sources: &[PathBuf]) -> Result<()> {
     Ok(())
 }
 
-impl Args {
+impl TrainArgs {
     /// Whether results state each source: where there are several, or a share is drawn.
     pub(super) fn states_sources(&self) -> bool {
         self.sources.len() > 1 || self.mix.is_given()

@@ -1,6 +1,6 @@
 //! What is carried: boxes with rounded edges, on the back, at the hip, and in a hand.
 
-use crate::scene::wear::{Outfit, Part, Standing, Wearer, WornHull};
+use crate::scene::wear::{BodyPart, Outfit, RestJoints, Wearer, WornHull};
 use edgegait_core::skeleton::Joint;
 use glam::DVec3;
 
@@ -23,7 +23,7 @@ pub(crate) fn backpack(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
     }
-    let standing = Standing::of(&wearer.skeleton);
+    let standing = RestJoints::of(&wearer.skeleton);
     let size = BACKPACK_M * strength;
     let top = standing.height(Joint::LeftUpperArm);
     let trunk = [Joint::Thorax, Joint::Spine];
@@ -47,7 +47,7 @@ pub(crate) fn shoulder_bag(outfit: &mut Outfit, wearer: &Wearer, strength: f64) 
     if strength == 0.0 {
         return;
     }
-    let standing = Standing::of(&wearer.skeleton);
+    let standing = RestJoints::of(&wearer.skeleton);
     let size = BAG_M * strength;
     let hip = standing.at(Joint::LeftThigh);
     let seat = [Joint::Pelvis, Joint::LeftThigh];
@@ -67,7 +67,7 @@ pub(crate) fn suitcase(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
     }
-    let standing = Standing::of(&wearer.skeleton);
+    let standing = RestJoints::of(&wearer.skeleton);
     let size = SUITCASE_M * strength;
     let hand = standing.at(CARRYING_HAND);
     let around = standing.slice(outfit, &[CARRYING_HAND], f64::MIN..=f64::MAX);
@@ -83,7 +83,7 @@ pub(crate) fn suitcase(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
 }
 
 /// A box about `middle`, whose edges along its length are cut off.
-fn case(standing: &Standing, joint: Joint, middle: DVec3, size: DVec3) -> WornHull {
+fn case(standing: &RestJoints, joint: Joint, middle: DVec3, size: DVec3) -> WornHull {
     let half = 0.5 * size;
     let mut points = Vec::new();
     for x in [-1.0, 1.0] {
@@ -95,7 +95,7 @@ fn case(standing: &Standing, joint: Joint, middle: DVec3, size: DVec3) -> WornHu
         }
     }
     WornHull {
-        part: Part::Load,
+        part: BodyPart::Load,
         points,
     }
 }

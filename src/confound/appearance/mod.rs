@@ -22,23 +22,23 @@ pub(crate) use load::{backpack, shoulder_bag, suitcase};
 pub(crate) use shape::{age_body, body_mass, build};
 
 use crate::error::{Error, Result};
-use crate::scene::cohort::anthropometry::{DIMENSIONS, Dimensions, Population};
+use crate::scene::cohort::anthropometry::{DIMENSIONS, Dimensions, PopulationNorms};
 pub(crate) use crate::scene::wear::{
-    Outfit, Part, Wearer, coat, hair, hat, shoes, skirt, wide_trousers,
+    BodyPart, Outfit, Wearer, coat, hair, hat, shoes, skirt, wide_trousers,
 };
-use crate::scene::wear::{Standing, WornHull};
+use crate::scene::wear::{RestJoints, WornHull};
 use edgegait_core::avatar::{Avatar, Hull};
-use edgegait_core::body::Body;
+use edgegait_core::body::UnpackedBody;
 use edgegait_core::budget::{MAX_DRAPED_HULLS, MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
-use edgegait_core::pack::{Sex, Subject};
+use edgegait_core::pack::{Sex, SubjectEntry};
 use edgegait_core::skeleton::{Joint, Skeleton};
 
 /// What a hull is: of what hangs, that of the head is hair.
-fn part_of(hull: &Hull<'_>) -> Part {
+fn part_of(hull: &Hull<'_>) -> BodyPart {
     match (hull.drape(), hull.joint()) {
-        (None, _) => Part::Body,
-        (Some(_), Joint::Head) => Part::Hair,
-        (Some(_), _) => Part::Garment,
+        (None, _) => BodyPart::Body,
+        (Some(_), Joint::Head) => BodyPart::Hair,
+        (Some(_), _) => BodyPart::Garment,
     }
 }
 
@@ -69,7 +69,7 @@ impl Outfit {
     ///
     /// # Errors
     /// When they exceed the core's budget.
-    pub(crate) fn body(&self) -> Result<Box<Body>> {
+    pub(crate) fn body(&self) -> Result<Box<UnpackedBody>> {
         let is_draped = |hull: &&WornHull| hull.joint().is_none() && !hull.points.is_empty();
         let points = || self.hulls.iter().map(|hull| hull.points.len());
         for (what, found, most) in [
@@ -92,7 +92,7 @@ impl Outfit {
                 )));
             }
         }
-        let mut body = Box::<Body>::default();
+        let mut body = Box::<UnpackedBody>::default();
         for hull in &self.hulls {
             let pushed = match hull.joint() {
                 Some(joint) => body.push(joint, hull.points.iter().map(|(_, point)| *point)),
@@ -116,7 +116,7 @@ impl Wearer {
     /// its mass is unknown it is that of their mean body mass index. Without a sex, the mean
     /// of men and women.
     #[must_use]
-    pub(crate) fn new(skeleton: Skeleton, subject: &Subject<'_>) -> Self {
+    pub(crate) fn new(skeleton: Skeleton, subject: &SubjectEntry<'_>) -> Self {
         let sexes = match subject.sex {
             Some(sex) => vec![sex],
             None => vec![Sex::Female, Sex::Male],
@@ -124,17 +124,20 @@ impl Wearer {
         let mean = |of: &dyn Fn(Sex) -> f64| {
             sexes.iter().map(|&sex| of(sex)).sum::<f64>() / sexes.len() as f64
         };
-        let bmi = mean(&|sex| Population::of(sex).bmi.0);
+        let bmi = mean(&|sex| PopulationNorms::of(sex).bmi.0);
         let stature_m = match subject.stature_mm {
             0 => {
                 let share = mean(&|sex| {
-                    let (stature, bmi) = (Population::of(sex).stature.0, Population::of(sex).bmi.0);
+                    let (stature, bmi) = (
+                        PopulationNorms::of(sex).stature.0,
+                        PopulationNorms::of(sex).bmi.0,
+                    );
                     let mass = bmi * stature * stature;
                     let person = Dimensions::expected(stature, mass, Some(sex), &[0.0; DIMENSIONS]);
                     let person = person.expect("the mean of a population is a plausible person");
                     1.0 - (person.malleolus_height + person.tragion_to_vertex) / stature
                 });
-                let standing = Standing::of(&skeleton);
+                let standing = RestJoints::of(&skeleton);
                 let ankles = [Joint::LeftFoot, Joint::RightFoot].map(|foot| standing.at(foot).y);
                 let head = standing.at(Joint::Head).y - 0.5 * (ankles[0] + ankles[1]);
                 head / share

@@ -1,7 +1,7 @@
 //! Bodies of other proportions: mass, build and age, by published dimensions.
 
 use crate::scene::cohort::anthropometry::{DIMENSIONS, Dimensions, NAMES};
-use crate::scene::wear::{Outfit, Part, Standing, Wearer};
+use crate::scene::wear::{BodyPart, Outfit, RestJoints, Wearer};
 use edgegait_core::pack::Sex;
 use edgegait_core::skeleton::{Joint, Skeleton};
 use glam::DVec3;
@@ -155,7 +155,7 @@ fn reshape(outfit: &mut Outfit, wearer: &Wearer, before: &Dimensions, after: &Di
     if before == after {
         return;
     }
-    let standing = Standing::of(&wearer.skeleton);
+    let standing = RestJoints::of(&wearer.skeleton);
     let knots: Vec<(Joint, Vec<Knot>)> = Joint::ALL
         .into_iter()
         .map(|joint| (joint, axis(joint, &standing, &|of| of(after) / of(before))))
@@ -163,7 +163,7 @@ fn reshape(outfit: &mut Outfit, wearer: &Wearer, before: &Dimensions, after: &Di
     for hull in outfit
         .hulls
         .iter_mut()
-        .filter(|hull| hull.part == Part::Body)
+        .filter(|hull| hull.part == BodyPart::Body)
     {
         for point in &mut hull.points {
             let (_, knots) = &knots[point.0.index()];
@@ -213,7 +213,7 @@ fn scaled(knots: &[Knot], place: DVec3) -> DVec3 {
 /// The axis of what a joint carries.
 fn axis(
     joint: Joint,
-    standing: &Standing,
+    standing: &RestJoints,
     ratio: &dyn Fn(fn(&Dimensions) -> f64) -> f64,
 ) -> Vec<Knot> {
     let knot = |at: DVec3, breadth: fn(&Dimensions) -> f64, depth: fn(&Dimensions) -> f64| Knot {

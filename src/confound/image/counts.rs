@@ -2,13 +2,13 @@
 
 /// Counts of columns, a binary digit a word (Harley & Seal's bit-sliced counters; Warren 2013,
 /// section 5-1).
-pub(super) struct Counts {
+pub(super) struct ColumnCounts {
     words: usize,
     /// Digits from the lowest on, each of all words.
     digits: Vec<u64>,
 }
 
-impl Counts {
+impl ColumnCounts {
     /// Those of at most `most` rows of so many words.
     pub(super) fn of<'a>(rows: impl Iterator<Item = &'a [u64]>, words: usize, most: usize) -> Self {
         let places = (usize::BITS - most.leading_zeros()) as usize;
@@ -51,7 +51,7 @@ mod tests {
             [word(0), word(64)]
         };
         let rows: Vec<[u64; 2]> = (0..100).map(row).collect();
-        let counts = Counts::of(rows.iter().map(<[u64; 2]>::as_slice), 2, 100);
+        let counts = ColumnCounts::of(rows.iter().map(<[u64; 2]>::as_slice), 2, 100);
         for column in 0..128_u32 {
             assert_eq!(
                 counts.of_column(column as usize),
@@ -60,6 +60,6 @@ mod tests {
             );
         }
         assert_eq!(counts.of_column(128), 0);
-        assert_eq!(Counts::of([].into_iter(), 2, 0).of_column(5), 0);
+        assert_eq!(ColumnCounts::of([].into_iter(), 2, 0).of_column(5), 0);
     }
 }

@@ -4,7 +4,7 @@
 //! shown at r (1 + k1 r^2 + k2 r^4).
 
 use super::fine::Fine;
-use super::picture::Picture;
+use super::picture::BitPicture;
 use glam::DVec2;
 
 /// Where the figure's middle stands, focal lengths to the right of and below the optical axis,
@@ -29,7 +29,7 @@ const REACH: usize = 42;
 /// k1 = -0.3 and k2 = 0.08 at strength 1, like a pincushion with k1 = 0.3 and k2 = 0.08 at -1;
 /// k1 is in proportion to the strength, k2 to its square. The figure's middle stays where it
 /// is, and its size along its own circle about the axis.
-pub(crate) fn distort(picture: &mut Picture, fine: &Fine, strength: f64) {
+pub(crate) fn distort(picture: &mut BitPicture, fine: &Fine, strength: f64) {
     let Some(bounds) = picture.bounds() else {
         return;
     };
@@ -46,7 +46,7 @@ pub(crate) fn distort(picture: &mut Picture, fine: &Fine, strength: f64) {
     let columns = bounds.left.saturating_sub(REACH)..(bounds.right + REACH).min(picture.columns());
     let start = DVec2::new(bounds.left as f64, bounds.top as f64) - 1.0;
     let end = DVec2::new(bounds.right as f64, bounds.bottom as f64) + 1.0;
-    let mut bent = Picture::empty(picture.rows(), picture.columns() / 64);
+    let mut bent = BitPicture::empty(picture.rows(), picture.columns() / 64);
     // Where the corners of blocks come from, a row of them after another.
     let corners = |row: usize| -> Vec<DVec2> {
         let end = columns.end + STEP;
@@ -99,7 +99,7 @@ pub(crate) fn distort(picture: &mut Picture, fine: &Fine, strength: f64) {
 }
 
 /// Whether all samples in a rectangle and around it are on, or off; none if some are.
-fn all(picture: &Picture, low: DVec2, high: DVec2) -> Option<bool> {
+fn all(picture: &BitPicture, low: DVec2, high: DVec2) -> Option<bool> {
     // A sample more on each side for what rounding adds.
     let (low, high) = (low - 1.0, high + 2.0);
     // A NaN fails the comparison.
@@ -120,7 +120,7 @@ fn all(picture: &Picture, low: DVec2, high: DVec2) -> Option<bool> {
 }
 
 /// Whether the sample at a place is on.
-fn is_on(picture: &Picture, at: DVec2) -> bool {
+fn is_on(picture: &BitPicture, at: DVec2) -> bool {
     // Fractions go, and what is left of or above the picture is far behind its end.
     #[expect(clippy::cast_possible_truncation, reason = "samples of a picture")]
     let [column, row] = [at.x, at.y].map(|at| (at as i64).cast_unsigned() as usize);
@@ -131,7 +131,7 @@ fn is_on(picture: &Picture, at: DVec2) -> bool {
 /// middle to the right and down, in its height, or in its width if it is wider than high.
 #[must_use]
 pub(crate) fn straightened(place: DVec2, strength: f64) -> DVec2 {
-    let lens = Lens::new(strength);
+    let lens = LensDistortion::new(strength);
     let shown = lens.growth(PLACE.length_squared());
     let bent = (place * HEIGHT + PLACE) * shown;
     (lens.straightened(bent) - PLACE) / HEIGHT
@@ -139,12 +139,12 @@ pub(crate) fn straightened(place: DVec2, strength: f64) -> DVec2 {
 
 /// Coefficients of a lens.
 #[derive(Clone, Copy, Debug)]
-struct Lens {
+struct LensDistortion {
     k1: f64,
     k2: f64,
 }
 
-impl Lens {
+impl LensDistortion {
     fn new(strength: f64) -> Self {
         Self {
             k1: -K1 * strength,
@@ -187,7 +187,7 @@ mod tests {
     #[test]
     fn straightening_takes_back_what_the_lens_bends() {
         for strength in [-1.0, -0.4, 0.0, 0.3, 0.7, 1.0] {
-            let lens = Lens::new(strength);
+            let lens = LensDistortion::new(strength);
             for (x, y) in [(0.0, 0.0), (0.1, -0.2), (1.0, 0.3), (-1.4, 0.9), (2.0, 2.0)] {
                 let straight = DVec2::new(x, y);
                 let square = x * x + y * y;

@@ -1,6 +1,6 @@
 //! Motion blur: several moments on one picture.
 
-use super::picture::Picture;
+use super::picture::BitPicture;
 
 /// What is on for at least half of an exposure, of pictures drawn at moments that divide it
 /// evenly: segmentation finds a blurred border where it is half as dark. Nothing without
@@ -9,7 +9,7 @@ use super::picture::Picture;
 /// # Panics
 /// If the pictures are not of one size.
 #[must_use]
-pub(crate) fn exposed(moments: &[Picture]) -> Option<Picture> {
+pub(crate) fn exposed(moments: &[BitPicture]) -> Option<BitPicture> {
     let (first, others) = moments.split_first()?;
     let mut exposed = first.clone();
     if others.is_empty() {
@@ -52,9 +52,9 @@ mod tests {
     fn a_sample_is_on_if_it_is_on_in_at_least_half_of_the_moments() {
         for count in 1..=17 {
             // Column c is on in c of the moments.
-            let moments: Vec<Picture> = (0..count)
+            let moments: Vec<BitPicture> = (0..count)
                 .map(|moment| {
-                    let mut picture = Picture::empty(2, 1);
+                    let mut picture = BitPicture::empty(2, 1);
                     picture.fill(1, moment + 1, count + 1, true);
                     picture
                 })

@@ -3,9 +3,9 @@
 //! Places are drawn as shares of the figure: with the same random numbers they stay where they
 //! are on the body from frame to frame, and from strength to strength.
 
-use super::counts::Counts;
+use super::counts::ColumnCounts;
 use super::fine::Fine;
-use super::picture::{Bounds, Picture};
+use super::picture::{BitPicture, SampleBounds};
 use glam::DVec2;
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
@@ -24,8 +24,8 @@ const TURNED: f64 = 0.1;
 
 /// Cuts six elliptic holes, which have a quarter of the figure's area at strength 1, as far as
 /// they lie on the figure and not on each other.
-pub(crate) fn holes(picture: &mut Picture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
-    let rows = Rows::of(picture);
+pub(crate) fn holes(picture: &mut BitPicture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
+    let rows = RowCounts::of(picture);
     let spots = Spot::draw::<HOLES>(rng);
     let radius = radius(fine, rows.area() * HOLES_AREA * strength / HOLES as f64);
     let centres = spots.map(|spot| rows.nth(picture, spot.place));
@@ -39,7 +39,7 @@ pub(crate) fn holes(picture: &mut Picture, fine: &Fine, strength: f64, rng: &mut
 /// Joins three elliptic blobs whose middles lie on the figure's left or right border, and which
 /// have half of its area at strength 1; about half of that lies beside it.
 pub(crate) fn merged_background(
-    picture: &mut Picture,
+    picture: &mut BitPicture,
     fine: &Fine,
     strength: f64,
     rng: &mut ChaCha8Rng,
@@ -58,7 +58,7 @@ pub(crate) fn merged_background(
 /// Takes away one of three parts: the head, the uppermost fifth of the figure at strength 1; a
 /// leg, half of it from the foot up on one side of the legs' middle; or a band about a height
 /// of a quarter to three quarters, a quarter of it.
-pub(crate) fn missing_part(picture: &mut Picture, strength: f64, rng: &mut ChaCha8Rng) {
+pub(crate) fn missing_part(picture: &mut BitPicture, strength: f64, rng: &mut ChaCha8Rng) {
     let (part, place) = (rng.random_range(0..4_u8), rng.random::<f64>());
     let Some(bounds) = picture.bounds() else {
         return;
@@ -90,7 +90,7 @@ pub(crate) fn missing_part(picture: &mut Picture, strength: f64, rng: &mut ChaCh
 }
 
 /// Turns samples of the figure's rectangle over at random, a tenth of them at strength 1.
-pub(crate) fn salt_and_pepper(picture: &mut Picture, strength: f64, rng: &mut ChaCha8Rng) {
+pub(crate) fn salt_and_pepper(picture: &mut BitPicture, strength: f64, rng: &mut ChaCha8Rng) {
     let Some(bounds) = picture.bounds() else {
         return;
     };
@@ -103,7 +103,7 @@ pub(crate) fn salt_and_pepper(picture: &mut Picture, strength: f64, rng: &mut Ch
         reason = "0 to 2^16"
     )]
     let share = share as u32;
-    let mut mask = Picture::empty(1, picture.columns() / 64);
+    let mut mask = BitPicture::empty(1, picture.columns() / 64);
     mask.fill(
         0,
         bounds.left.cast_signed(),
@@ -165,10 +165,10 @@ fn radius(fine: &Fine, area: f64) -> DVec2 {
 }
 
 /// How many samples are on in each row and those above.
-struct Rows(Vec<u32>);
+struct RowCounts(Vec<u32>);
 
-impl Rows {
-    fn of(picture: &Picture) -> Self {
+impl RowCounts {
+    fn of(picture: &BitPicture) -> Self {
         let mut all = 0;
         let rows = (0..picture.rows()).map(|row| {
             all += picture
@@ -186,7 +186,7 @@ impl Rows {
     }
 
     /// The sample, of those that are on, behind this share of them.
-    fn nth(&self, picture: &Picture, share: f64) -> Option<DVec2> {
+    fn nth(&self, picture: &BitPicture, share: f64) -> Option<DVec2> {
         let before = share * self.area();
         let row = self.0.partition_point(|&on| f64::from(on) <= before);
         let above = row.checked_sub(1).map_or(0, |above| self.0[above]);
@@ -206,7 +206,7 @@ impl Rows {
 }
 
 /// The sample at the figure's left or right border at a share of its height.
-fn border(picture: &Picture, spot: Spot) -> Option<DVec2> {
+fn border(picture: &BitPicture, spot: Spot) -> Option<DVec2> {
     let bounds = picture.bounds()?;
     let height = bounds.bottom - bounds.top;
     let first = bounds.top + at_most(spot.place * height as f64, height - 1);
@@ -223,9 +223,9 @@ fn border(picture: &Picture, spot: Spot) -> Option<DVec2> {
 }
 
 /// The mean column of what is on from a row on.
-fn middle_column(picture: &Picture, bounds: Bounds, from: usize) -> isize {
+fn middle_column(picture: &BitPicture, bounds: SampleBounds, from: usize) -> isize {
     let rows = (from..bounds.bottom).map(|row| picture.row(row));
-    let counts = Counts::of(rows, picture.columns() / 64, picture.rows());
+    let counts = ColumnCounts::of(rows, picture.columns() / 64, picture.rows());
     let (mut sum, mut count) = (0, 0);
     for column in bounds.left..bounds.right {
         let on = counts.of_column(column) as usize;
@@ -235,7 +235,7 @@ fn middle_column(picture: &Picture, bounds: Bounds, from: usize) -> isize {
 }
 
 /// Turns the samples on or off whose middles lie within an ellipse.
-fn ellipse(picture: &mut Picture, centre: DVec2, radii: DVec2, on: bool) {
+fn ellipse(picture: &mut BitPicture, centre: DVec2, radii: DVec2, on: bool) {
     let first = at_most(centre.y - radii.y, picture.rows());
     let end = at_most(centre.y + radii.y + 1.0, picture.rows());
     for row in first..end {
@@ -273,7 +273,7 @@ mod tests {
     }
 
     /// Samples that are on in the first picture only.
-    fn without(picture: &Picture, other: &Picture) -> u64 {
+    fn without(picture: &BitPicture, other: &BitPicture) -> u64 {
         let mut rest = picture.clone();
         rest.remove(other);
         rest.area()
@@ -335,7 +335,7 @@ mod tests {
                 assert!(gap.abs_diff(height / 4) <= 1, "{gap} of {height}");
                 seen[1] = true;
             } else {
-                let upper = |picture: &Picture| {
+                let upper = |picture: &BitPicture| {
                     let rows = bounds.top..bounds.top + height / 2 - 1;
                     rows.map(|row| picture.count(row, 0, 9_999)).sum::<u32>()
                 };

@@ -6,15 +6,15 @@
 
 use super::exposure::exposed;
 use super::phases::{FINE, WINDOW, interleaved, merge, tiles};
-use super::picture::{Bounds, Picture};
+use super::picture::{BitPicture, SampleBounds};
 use crate::error::{ChoiceError, Result};
-use edgegait_core::body::{Body, Figure};
+use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::budget::MAX_FIGURE_COLUMNS;
 use edgegait_core::camera::Framing;
 use edgegait_core::raster::{
-    DrawError, Extent, Hulls, Rasterizer, Renderer, Samples, View, projected,
+    DrawError, Extent, PosedHulls, Rasterizer, RenderView, Renderer, SampleImages, projected,
 };
-use edgegait_core::silhouette::{Frame, Size};
+use edgegait_core::silhouette::{AnySilhouette, Size};
 use edgegait_core::skeleton::Joint;
 use glam::{DVec2, Vec2, Vec3};
 
@@ -42,7 +42,7 @@ pub(crate) struct FineRenderer {
     /// Draws whole silhouettes.
     silhouettes: Renderer,
     /// Draws what effects act on, exactly.
-    samples: Renderer<Samples>,
+    samples: Renderer<SampleImages>,
 }
 
 impl FineRenderer {
@@ -54,7 +54,7 @@ impl FineRenderer {
         match rasterizer {
             Rasterizer::Skia | Rasterizer::Rows => Ok(Self {
                 silhouettes: Renderer::new(rasterizer, size),
-                samples: Renderer::of(Samples::new(Size::S64x64)),
+                samples: Renderer::of(SampleImages::new(Size::S64x64)),
             }),
             grey => Err(ChoiceError::GreyRaster(grey).into()),
         }
@@ -64,7 +64,7 @@ impl FineRenderer {
 /// Where a fine picture lies, and what of it the silhouette shows.
 #[derive(Clone, Debug)]
 pub(crate) struct Fine {
-    pub(super) view: View,
+    pub(super) view: RenderView,
     /// Rows and columns of the silhouette.
     pub(super) size: Size,
     /// The rectangle of the figure's projected points, metres in the image.
@@ -94,7 +94,7 @@ impl Fine {
     pub(crate) fn of(
         figure: &Figure<'_>,
         others: &[&Figure<'_>],
-        view: View,
+        view: RenderView,
         size: Size,
     ) -> std::result::Result<Self, DrawError> {
         // A NaN fails the comparison.
@@ -167,8 +167,8 @@ impl Fine {
 
     /// A picture of this layout, nothing on.
     #[must_use]
-    pub(crate) fn blank(&self) -> Picture {
-        Picture::empty(self.rows, self.words)
+    pub(crate) fn blank(&self) -> BitPicture {
+        BitPicture::empty(self.rows, self.words)
     }
 
     /// The rectangle of the figure's projected points.
@@ -210,7 +210,7 @@ impl Fine {
         &self,
         renderer: &mut FineRenderer,
         figure: &Figure<'_>,
-    ) -> std::result::Result<(Picture, Bounds), DrawError> {
+    ) -> std::result::Result<(BitPicture, SampleBounds), DrawError> {
         let mut picture = self.drawn(renderer, figure, &self.extent)?;
         let bounds = self.settled(renderer, figure, &mut picture)?;
         Ok((picture, bounds))
@@ -226,7 +226,7 @@ impl Fine {
         renderer: &mut FineRenderer,
         figure: &Figure<'_>,
         moments: &[Figure<'_>],
-    ) -> std::result::Result<(Picture, Bounds), DrawError> {
+    ) -> std::result::Result<(BitPicture, SampleBounds), DrawError> {
         let drawn = self.drawn(renderer, figure, &self.extent)?;
         let mut picture = drawn.clone();
         let bounds = self.settled(renderer, figure, &mut picture)?;
@@ -237,7 +237,7 @@ impl Fine {
                 self.draw(renderer, moment)
             }
         });
-        let moments = moments.collect::<std::result::Result<Vec<Picture>, _>>()?;
+        let moments = moments.collect::<std::result::Result<Vec<BitPicture>, _>>()?;
         Ok((exposed(&moments).unwrap_or(picture), bounds))
     }
 
@@ -246,10 +246,10 @@ impl Fine {
         &self,
         renderer: &mut FineRenderer,
         figure: &Figure<'_>,
-        picture: &mut Picture,
-    ) -> std::result::Result<Bounds, DrawError> {
+        picture: &mut BitPicture,
+    ) -> std::result::Result<SampleBounds, DrawError> {
         let (
-            View {
+            RenderView {
                 camera,
                 framing,
                 jitter,
@@ -264,8 +264,8 @@ impl Fine {
             .silhouettes
             .draw(figure, &camera, framing, jitter)?;
         let bounds = match drawing.frame {
-            Frame::Binary(silhouette) => self.settle(picture, silhouette),
-            Frame::Ninths(_) | Frame::Grey(_) => picture.bounds(),
+            AnySilhouette::Binary(silhouette) => self.settle(picture, silhouette),
+            AnySilhouette::Ninths(_) | AnySilhouette::Grey(_) => picture.bounds(),
         };
         bounds.ok_or(DrawError::Vanished)
     }
@@ -282,7 +282,7 @@ impl Fine {
         &self,
         renderer: &mut FineRenderer,
         figure: &Figure<'_>,
-    ) -> std::result::Result<Picture, DrawError> {
+    ) -> std::result::Result<BitPicture, DrawError> {
         let extent = figure.extent(&self.view.camera)?;
         self.drawn(renderer, figure, &extent)
     }
@@ -293,7 +293,7 @@ impl Fine {
         renderer: &mut FineRenderer,
         figure: &Figure<'_>,
         extent: &Extent,
-    ) -> std::result::Result<Picture, DrawError> {
+    ) -> std::result::Result<BitPicture, DrawError> {
         let mut picture = self.blank();
         let (min, max) = self.pixels_of(extent);
         let jitter = self.view.jitter.as_dvec2();
@@ -332,12 +332,12 @@ impl Fine {
         renderer: &mut FineRenderer,
         figure: &Figure<'_>,
         (column, row): (isize, isize),
-        picture: &mut Picture,
+        picture: &mut BitPicture,
     ) -> std::result::Result<(), DrawError> {
         let offset = FINE.cast_signed() * (column + self.left.cast_signed());
         let first = FINE.cast_signed() * (row + self.above.cast_signed());
         let middle = DVec2::new(column as f64, row as f64) + DVec2::splat(0.5 * WINDOW as f64);
-        let View { camera, jitter, .. } = &self.view;
+        let RenderView { camera, jitter, .. } = &self.view;
         let framing = self.window(middle);
         let images = match renderer.samples.draw(figure, camera, framing, *jitter) {
             Ok(drawing) => drawing.frame,
@@ -410,10 +410,10 @@ impl Fine {
         &self,
         figure: &Figure<'_>,
         stretch: f64,
-    ) -> std::result::Result<Box<Body>, DrawError> {
+    ) -> std::result::Result<Box<UnpackedBody>, DrawError> {
         let camera = &self.view.camera;
         let right = camera.viewpoint().right().as_dvec3();
-        let mut body = Box::<Body>::default();
+        let mut body = Box::<UnpackedBody>::default();
         for hull in figure.hulls() {
             let points = hull.map(|point| {
                 let from_line = f64::from(camera.project(point).x) / self.growth(point);

@@ -4,10 +4,10 @@
 //! samples as the outermost ones that are on have moved. What has not changed is sampled in the
 //! middle of each three by three samples; what has is sampled at the nearest one.
 
-use super::counts::Counts;
+use super::counts::ColumnCounts;
 use super::fine::Fine;
 use super::phases::{FINE, thirds};
-use super::picture::{Bounds, Picture};
+use super::picture::{BitPicture, SampleBounds};
 use edgegait_core::camera::Framing;
 use edgegait_core::raster::Placement;
 use edgegait_core::silhouette::Silhouette;
@@ -27,7 +27,7 @@ pub(crate) struct Framed {
 
 /// Samples along an axis, evenly, in whole numbers.
 #[derive(Clone, Copy)]
-struct Axis {
+struct SampleAxis {
     /// Where pixel 0 begins, halves of a sample.
     halves: i64,
     /// So many pixels take `span` samples.
@@ -35,7 +35,7 @@ struct Axis {
     span: i64,
 }
 
-impl Axis {
+impl SampleAxis {
     /// The sample that is nearest to the middle of a pixel.
     fn sample(self, number: i64) -> Option<usize> {
         usize::try_from(self.at(number)).ok()
@@ -75,9 +75,9 @@ impl Axis {
 
 /// Which samples the silhouette's pixels are.
 #[derive(Clone, Copy)]
-struct Grid {
-    rows: Axis,
-    columns: Axis,
+struct SampleGrid {
+    rows: SampleAxis,
+    columns: SampleAxis,
     /// The first column's pixel.
     first: i64,
 }
@@ -86,16 +86,16 @@ impl Fine {
     /// Frames what effects left of a picture. `before` is [`Self::draw_figure`]'s. None if
     /// nothing is left.
     #[must_use]
-    pub(crate) fn frame(&self, picture: &Picture, before: Bounds) -> Option<Framed> {
+    pub(crate) fn frame(&self, picture: &BitPicture, before: SampleBounds) -> Option<Framed> {
         let now = picture.bounds()?;
         let grid = self.grid(now, before);
         match self.view.framing {
             Framing::Height => {
                 let (first, area) = self.centred(picture, now, &grid)?;
-                let silhouette = self.sampled(picture, &Grid { first, ..grid });
+                let silhouette = self.sampled(picture, &SampleGrid { first, ..grid });
                 Some(Framed {
                     clipped_share: clipped_share(silhouette.area().into(), area),
-                    placement: self.placement(&Grid { first, ..grid }),
+                    placement: self.placement(&SampleGrid { first, ..grid }),
                     silhouette,
                 })
             }
@@ -125,7 +125,11 @@ impl Fine {
     /// Makes `picture`, which was drawn in phases, agree with what the core drew at once: their
     /// coordinates are rounded differently, which moves an edge by 1/64 pixel at most. Where it
     /// is on then.
-    pub(super) fn settle(&self, picture: &mut Picture, drawn: &Silhouette) -> Option<Bounds> {
+    pub(super) fn settle(
+        &self,
+        picture: &mut BitPicture,
+        drawn: &Silhouette,
+    ) -> Option<SampleBounds> {
         let now = picture.bounds()?;
         let mut grid = self.grid(now, now);
         if self.view.framing == Framing::Height {
@@ -155,7 +159,7 @@ impl Fine {
     }
 
     /// Where points of the image appear among the pixels.
-    fn placement(&self, grid: &Grid) -> Placement {
+    fn placement(&self, grid: &SampleGrid) -> Placement {
         let (scale, at) = self.samples();
         let (rows, columns) = (grid.rows, grid.columns);
         #[expect(clippy::cast_precision_loss, reason = "a few thousand")]
@@ -173,10 +177,10 @@ impl Fine {
     }
 
     /// Where the pixels are, those of [`Framing::Height`] counted from the figure's middle.
-    fn grid(&self, now: Bounds, before: Bounds) -> Grid {
+    fn grid(&self, now: SampleBounds, before: SampleBounds) -> SampleGrid {
         let size = self.size;
         let [top, left] = [self.above, self.left].map(|pixels| 2 * signed(FINE * pixels));
-        let axis = |halves, pixels, from: i64, to: i64| Axis {
+        let axis = |halves, pixels, from: i64, to: i64| SampleAxis {
             halves: halves + 2 * from,
             pixels: signed(pixels),
             span: signed(FINE * pixels) + to - from,
@@ -188,7 +192,7 @@ impl Fine {
         let (rows, columns) = match self.view.framing {
             Framing::Height => {
                 let halves = left + west + east;
-                (rows, Axis { halves, ..rows })
+                (rows, SampleAxis { halves, ..rows })
             }
             Framing::Box => (rows, axis(left, size.columns(), west, east)),
             Framing::Fixed { .. } => (
@@ -196,7 +200,7 @@ impl Fine {
                 axis(left, size.columns(), 0, 0),
             ),
         };
-        Grid {
+        SampleGrid {
             rows,
             columns,
             first: 0,
@@ -205,12 +209,17 @@ impl Fine {
 
     /// The pixel at which a silhouette begins whose middle column has the centroid of the
     /// sampled points, and how many of them are on; none if none is.
-    fn centred(&self, picture: &Picture, now: Bounds, grid: &Grid) -> Option<(i64, u64)> {
+    fn centred(
+        &self,
+        picture: &BitPicture,
+        now: SampleBounds,
+        grid: &SampleGrid,
+    ) -> Option<(i64, u64)> {
         let most = self.size.rows();
         let rows = grid.rows.samples(most).flatten();
         let rows = rows.filter(|&row| row < picture.rows());
         let rows = rows.map(|row| picture.row(row));
-        let counts = Counts::of(rows, picture.columns() / 64, most);
+        let counts = ColumnCounts::of(rows, picture.columns() / 64, most);
         let (mut area, mut doubled) = (0, 0);
         for number in grid.columns.before(now.left)..=grid.columns.before(now.right) {
             if let Some(column) = grid.columns.sample(number) {
@@ -234,7 +243,7 @@ impl Fine {
     }
 
     /// The samples of the silhouette's pixels.
-    fn sampled(&self, picture: &Picture, grid: &Grid) -> Silhouette {
+    fn sampled(&self, picture: &BitPicture, grid: &SampleGrid) -> Silhouette {
         let size = self.size;
         let rows = grid.rows.samples(size.rows());
         let rows = rows.map(|row| row.filter(|&row| row < picture.rows()));

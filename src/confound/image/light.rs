@@ -7,7 +7,7 @@
 
 use super::fine::Fine;
 use super::phases::{FINE, WINDOW, interleaved, merge, thirds};
-use super::picture::Picture;
+use super::picture::BitPicture;
 use crate::two_means::threshold;
 use glam::DVec2;
 use rand::RngExt as _;
@@ -64,7 +64,7 @@ impl Light {
 
     /// Segments what a sensor sees of the picture, whose pixels are three by three samples;
     /// noise is drawn.
-    pub(crate) fn segment(&self, picture: &mut Picture, fine: &Fine, rng: &mut ChaCha8Rng) {
+    pub(crate) fn segment(&self, picture: &mut BitPicture, fine: &Fine, rng: &mut ChaCha8Rng) {
         let (rows, columns) = (picture.rows() / FINE, picture.columns().div_ceil(FINE));
         let noise = self.noise(rows, columns, rng);
         let figure = fine.figure();
@@ -153,8 +153,8 @@ impl Light {
         )]
         let threshold = threshold(&counts) as u8;
         let mut found = [
-            Picture::empty(1, picture.columns() / 64),
-            Picture::empty(1, picture.columns() / 64),
+            BitPicture::empty(1, picture.columns() / 64),
+            BitPicture::empty(1, picture.columns() / 64),
         ];
         for row in 0..rows {
             for (found, levels) in found.iter_mut().zip(&levels) {
@@ -274,7 +274,7 @@ fn above(levels: &[u8], threshold: u8) -> u64 {
 }
 
 /// Calls `act` for the pixels of a row of which samples are on, with how many are.
-fn each_on(picture: &Picture, row: usize, mut act: impl FnMut(usize, u32)) {
+fn each_on(picture: &BitPicture, row: usize, mut act: impl FnMut(usize, u32)) {
     let [a, b, c] = [0, 1, 2].map(|down| picture.row(FINE * row + down));
     let rows = a.iter().zip(b).zip(c);
     let either: Vec<u64> = rows.clone().map(|((a, b), c)| a | b | c).collect();

@@ -40,6 +40,6 @@ pub(crate) use frame::Framed;
 pub(crate) use light::Light;
 pub(crate) use morphology::{dilate, erode};
 pub(crate) use occluder::{Crossing, Pillar};
-pub(crate) use picture::Picture;
+pub(crate) use picture::BitPicture;
 pub(crate) use resolution::{coarsen, to_cells};
 pub(crate) use shadow::{Floor, Sun, shadow_body};

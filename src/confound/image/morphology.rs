@@ -1,7 +1,7 @@
 //! An outline drawn too tight or too wide: erosion and dilation by a disc (Serra 1982).
 
 use super::fine::Fine;
-use super::picture::Picture;
+use super::picture::BitPicture;
 use glam::DVec2;
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
@@ -14,7 +14,7 @@ const RADIUS_M: f64 = 0.03;
 ///
 /// Radii are spread by half a sample about what the strength says, so that means over frames
 /// are continuous; nothing changes where the largest of them is below one sample.
-pub(crate) fn erode(picture: &mut Picture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
+pub(crate) fn erode(picture: &mut BitPicture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
     let radii = radii(fine, strength, rng);
     invert(picture);
     *picture = dilated(picture, radii);
@@ -22,7 +22,7 @@ pub(crate) fn erode(picture: &mut Picture, fine: &Fine, strength: f64, rng: &mut
 }
 
 /// Adds what is nearer to the figure than 3 cm at strength 1; radii as [`erode`] has them.
-pub(crate) fn dilate(picture: &mut Picture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
+pub(crate) fn dilate(picture: &mut BitPicture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
     *picture = dilated(picture, radii(fine, strength, rng));
 }
 
@@ -32,14 +32,14 @@ fn radii(fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) -> DVec2 {
     fine.samples_per_metre() * (RADIUS_M * strength) + spread
 }
 
-fn invert(picture: &mut Picture) {
+fn invert(picture: &mut BitPicture) {
     for word in picture.words_mut() {
         *word = !*word;
     }
 }
 
 /// Every sample within an ellipse about one that is on; none is on outside of the picture.
-fn dilated(picture: &Picture, radii: DVec2) -> Picture {
+fn dilated(picture: &BitPicture, radii: DVec2) -> BitPicture {
     let words = picture.columns() / 64;
     let mut grown = picture.clone();
     // From the ellipse's upper end to its middle: rows grow wider, step by step.
@@ -68,7 +68,7 @@ fn dilated(picture: &Picture, radii: DVec2) -> Picture {
 }
 
 /// Adds to all rows those of a picture, moved `by` columns to each side, 1 to 63.
-fn widen(wide: &mut [u64], picture: &Picture, by: u32) {
+fn widen(wide: &mut [u64], picture: &BitPicture, by: u32) {
     let words = picture.columns() / 64;
     let rows = picture.words().chunks_exact(words);
     for (wide, row) in wide.chunks_exact_mut(words).zip(rows) {
@@ -89,8 +89,8 @@ fn widen(wide: &mut [u64], picture: &Picture, by: u32) {
 mod tests {
     use super::*;
 
-    fn spots() -> Picture {
-        let mut picture = Picture::empty(40, 2);
+    fn spots() -> BitPicture {
+        let mut picture = BitPicture::empty(40, 2);
         for (row, from, to) in [(20, 62, 67), (21, 62, 90), (3, 5, 6), (35, 100, 101)] {
             picture.fill(row, from, to, true);
         }
@@ -128,7 +128,7 @@ mod tests {
 
     #[test]
     fn eroding_a_dilated_square_leaves_the_square() {
-        let mut square = Picture::empty(40, 1);
+        let mut square = BitPicture::empty(40, 1);
         for row in 10..30 {
             square.fill(row, 15, 45, true);
         }

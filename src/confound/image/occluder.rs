@@ -4,7 +4,7 @@
 //! cycle. Everything repeats from cycle to cycle. From far above, little is hidden: at an
 //! elevation of 60 degrees, what is one metre nearer appears 0.87 m further down.
 
-use edgegait_core::body::Body;
+use edgegait_core::body::UnpackedBody;
 use edgegait_core::camera::Viewpoint;
 use edgegait_core::pose::ModelPose;
 use edgegait_core::skeleton::Joint;
@@ -46,7 +46,12 @@ impl Pillar {
 
     /// The pillar at a phase of the cycle, seen from a viewpoint; to be drawn at rest.
     #[must_use]
-    pub(crate) fn body(&self, phase: f64, stride_m: f64, viewpoint: Viewpoint) -> Box<Body> {
+    pub(crate) fn body(
+        &self,
+        phase: f64,
+        stride_m: f64,
+        viewpoint: Viewpoint,
+    ) -> Box<UnpackedBody> {
         let travelled = travelled(phase + self.start, stride_m);
         let (toward, right) = level_axes(viewpoint);
         let foot = toward * DISTANCE_M + right * self.aside_m - Vec3::Z * travelled;
@@ -55,7 +60,7 @@ impl Pillar {
             let side = foot + Vec3::new(cos, 0.0, sin) * (0.5 * self.width_m);
             [side, side + Vec3::Y * PILLAR_HEIGHT_M]
         });
-        let mut body = Box::<Body>::default();
+        let mut body = Box::<UnpackedBody>::default();
         let fits = body.push(Joint::Pelvis, corners);
         debug_assert!(fits.is_ok(), "16 points are within the budget");
         body
@@ -148,7 +153,7 @@ mod tests {
     }
 
     /// Middle of a body's rectangle along each axis.
-    fn middle(body: &Body) -> Vec3 {
+    fn middle(body: &UnpackedBody) -> Vec3 {
         let figure = Figure::at_rest(body);
         let points = figure.points();
         let (low, high) = points.fold((Vec3::MAX, Vec3::MIN), |(low, high), point| {
@@ -250,7 +255,7 @@ mod tests {
                     start: 0.5,
                     ..Crossing::new(strength, &mut rng)
                 };
-                let mut small = Box::<Body>::default();
+                let mut small = Box::<UnpackedBody>::default();
                 for (points, joint) in hulls(0) {
                     let points = points.into_iter().map(|point| point * crossing.scale());
                     small.push(joint, points).expect("as many as before");

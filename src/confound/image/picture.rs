@@ -4,7 +4,7 @@ use std::fmt;
 
 /// Samples that are on or off, rows of words of 64.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Picture {
+pub(crate) struct BitPicture {
     rows: usize,
     /// Words a row.
     words: usize,
@@ -14,7 +14,7 @@ pub(crate) struct Picture {
 
 /// The rectangle that holds all samples that are on: ends are exclusive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Bounds {
+pub(crate) struct SampleBounds {
     /// First row.
     pub top: usize,
     /// The row behind the last one.
@@ -25,7 +25,7 @@ pub(crate) struct Bounds {
     pub right: usize,
 }
 
-impl Picture {
+impl BitPicture {
     /// No sample on; 64 columns a word.
     #[must_use]
     pub(crate) fn empty(rows: usize, words: usize) -> Self {
@@ -93,7 +93,7 @@ impl Picture {
 
     /// The rectangle of what is on; none if nothing is.
     #[must_use]
-    pub(crate) fn bounds(&self) -> Option<Bounds> {
+    pub(crate) fn bounds(&self) -> Option<SampleBounds> {
         let top = self.bits.iter().position(|&word| word != 0)? / self.words;
         let bottom = self.bits.iter().rposition(|&word| word != 0)? / self.words + 1;
         let mut columns = vec![0; self.words];
@@ -104,7 +104,7 @@ impl Picture {
         }
         let first = columns.iter().position(|&word| word != 0)?;
         let last = columns.iter().rposition(|&word| word != 0)?;
-        Some(Bounds {
+        Some(SampleBounds {
             top,
             bottom,
             left: 64 * first + columns[first].trailing_zeros() as usize,
@@ -192,7 +192,7 @@ impl Picture {
 }
 
 /// Text art: a line of `#` and `.` for each row.
-impl fmt::Display for Picture {
+impl fmt::Display for BitPicture {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for row in 0..self.rows {
             for column in 0..self.columns() {
@@ -210,13 +210,13 @@ mod tests {
 
     #[test]
     fn bounds_hold_what_is_on_and_counts_agree_with_samples() {
-        let mut picture = Picture::empty(9, 3);
+        let mut picture = BitPicture::empty(9, 3);
         assert_eq!(picture.bounds(), None);
         picture.fill(2, 60, 130, true);
         picture.fill(5, -7, 3, true);
         picture.fill(5, 190, 400, true);
         picture.fill(99, 0, 9, true);
-        let bounds = Bounds {
+        let bounds = SampleBounds {
             top: 2,
             bottom: 6,
             left: 0,
@@ -238,7 +238,7 @@ mod tests {
     #[test]
     fn pictures_join_remove_and_keep_sample_by_sample() {
         let of = |from: isize, to: isize| {
-            let mut picture = Picture::empty(1, 2);
+            let mut picture = BitPicture::empty(1, 2);
             picture.fill(0, from, to, true);
             picture
         };

@@ -1,7 +1,7 @@
 //! Loss of resolution: a sensor whose pixels are coarse.
 
 use super::fine::Fine;
-use super::picture::Picture;
+use super::picture::BitPicture;
 use glam::DVec2;
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
@@ -12,13 +12,13 @@ const ROWS: f64 = 10.0;
 /// Puts cells of samples in place of samples: a cell is on if at least half of it is. A figure
 /// has ten rows of cells at strength 1, and cells are as large as samples at strength 0, linear
 /// between; where the cells begin is random.
-pub(crate) fn coarsen(picture: &mut Picture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
+pub(crate) fn coarsen(picture: &mut BitPicture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
     let most = (fine.figure().size.y / ROWS).max(1.0);
     to_cells(picture, fine, 1.0 + strength * (most - 1.0), rng);
 }
 
 /// The same of cells so many samples high, at least 1.
-pub(crate) fn to_cells(picture: &mut Picture, fine: &Fine, height: f64, rng: &mut ChaCha8Rng) {
+pub(crate) fn to_cells(picture: &mut BitPicture, fine: &Fine, height: f64, rng: &mut ChaCha8Rng) {
     let phase = DVec2::new(rng.random(), rng.random());
     let scale = fine.samples_per_metre();
     let width = (height * scale.x / scale.y).max(1.0);
@@ -35,7 +35,7 @@ pub(crate) fn to_cells(picture: &mut Picture, fine: &Fine, height: f64, rng: &mu
             .min(columns.len() - 1);
     let all = borders(phase.x, width, picture.columns());
     let columns = &all[columns];
-    let mut coarse = Picture::empty(picture.rows(), picture.columns() / 64);
+    let mut coarse = BitPicture::empty(picture.rows(), picture.columns() / 64);
     for rows in rows.windows(2) {
         let rows = rows[0]..rows[1];
         if rows.end <= bounds.top || rows.start >= bounds.bottom {

@@ -1,6 +1,6 @@
 //! A cast shadow that segmentation takes for a part of the figure.
 
-use edgegait_core::body::{Body, Figure};
+use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::budget::MAX_HULL_POINTS;
 use edgegait_core::camera::{Viewpoint, ViewpointError};
 use edgegait_core::outline::{clipped, convex};
@@ -68,7 +68,7 @@ pub(crate) fn shadow_body(
     sun: Sun,
     floor: &Floor,
     strength: f64,
-) -> Box<Body> {
+) -> Box<UnpackedBody> {
     // Axes of the floor, the first one along the shadow.
     let across = sun.toward.cross(floor.normal);
     let across = across.try_normalize().unwrap_or(Vec3::X);
@@ -84,7 +84,7 @@ pub(crate) fn shadow_body(
     });
     #[expect(clippy::cast_possible_truncation, reason = "a share")]
     let end = least + strength as f32 * (most - least);
-    let mut body = Box::<Body>::default();
+    let mut body = Box::<UnpackedBody>::default();
     for hull in figure.hulls() {
         let whole = convex(hull.map(cast));
         let kept = clipped(&whole, Vec2::splat(f32::MIN), Vec2::new(end, f32::MAX));
@@ -112,8 +112,8 @@ mod tests {
     use edgegait_core::silhouette::Size;
 
     /// A post 1 m high and 20 cm thick.
-    fn post() -> Body {
-        let mut post = Body::default();
+    fn post() -> UnpackedBody {
+        let mut post = UnpackedBody::default();
         let corners = (0..8_u8).map(|corner| {
             let at = |bit: u8, low: f32, high: f32| if corner >> bit & 1 == 1 { high } else { low };
             Vec3::new(at(0, -0.1, 0.1), at(1, 0.0, 1.0), at(2, -0.1, 0.1))
@@ -122,7 +122,7 @@ mod tests {
         post
     }
 
-    fn ends(body: &Body) -> (Vec3, Vec3) {
+    fn ends(body: &UnpackedBody) -> (Vec3, Vec3) {
         let figure = Figure::at_rest(body);
         figure
             .points()
@@ -181,7 +181,7 @@ mod tests {
         // As many hulls of a person as a body holds together with their shadows.
         let (body, poses) = &people()[0];
         let whole = Figure::new(body, &poses[2]);
-        let mut person = Body::default();
+        let mut person = UnpackedBody::default();
         for hull in whole.hulls().take(16) {
             person.push(Joint::Pelvis, hull).expect("fewer than before");
         }

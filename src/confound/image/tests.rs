@@ -1,15 +1,15 @@
 //! Drawing and framing against the core, which draws silhouettes directly.
 
-use super::picture::Bounds;
+use super::picture::SampleBounds;
 use super::*;
 use crate::encode::{MAX_ERROR_MM, encode_subjects};
 use crate::scene::cohort::{CohortOptions, subjects};
-use edgegait_core::body::{Body, Figure};
+use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::ModelPose;
-use edgegait_core::raster::{Rasterizer, Renderer, View};
-use edgegait_core::silhouette::{Frame, Silhouette, Size};
+use edgegait_core::raster::{Rasterizer, RenderView, Renderer};
+use edgegait_core::silhouette::{AnySilhouette, Silhouette, Size};
 use edgegait_core::skeleton::Joint;
 use glam::{Vec2, Vec3};
 use rand::SeedableRng as _;
@@ -42,8 +42,8 @@ pub(super) fn hulls(person: usize) -> Vec<(Vec<Vec3>, Joint)> {
 }
 
 /// Their bodies, and sixteen poses of a cycle of each.
-pub(super) fn people() -> &'static [(Box<Body>, Vec<ModelPose>)] {
-    static PEOPLE: OnceLock<Vec<(Box<Body>, Vec<ModelPose>)>> = OnceLock::new();
+pub(super) fn people() -> &'static [(Box<UnpackedBody>, Vec<ModelPose>)] {
+    static PEOPLE: OnceLock<Vec<(Box<UnpackedBody>, Vec<ModelPose>)>> = OnceLock::new();
     PEOPLE.get_or_init(|| {
         let pack = pack();
         let person = |number: usize| {
@@ -54,7 +54,10 @@ pub(super) fn people() -> &'static [(Box<Body>, Vec<ModelPose>)] {
                 let pose = cycle.pose(f32::from(phase) / 16.0);
                 ModelPose::new(&avatar.skeleton(), &pose)
             };
-            (Box::new(Body::new(&avatar)), (0..16).map(pose).collect())
+            (
+                Box::new(UnpackedBody::new(&avatar)),
+                (0..16).map(pose).collect(),
+            )
         };
         vec![person(0), person(1)]
     })
@@ -71,8 +74,8 @@ pub(super) fn camera((azimuth, elevation): (f32, f32), is_perspective: bool) -> 
     }
 }
 
-pub(super) fn seen(camera: Camera, framing: Framing) -> View {
-    View {
+pub(super) fn seen(camera: Camera, framing: Framing) -> RenderView {
+    RenderView {
         camera,
         framing,
         jitter: Vec2::ZERO,
@@ -80,7 +83,7 @@ pub(super) fn seen(camera: Camera, framing: Framing) -> View {
 }
 
 /// The fine picture of somebody from the side, and where it is on.
-pub(super) fn side_view(frame: usize) -> (Fine, Picture, Bounds) {
+pub(super) fn side_view(frame: usize) -> (Fine, BitPicture, SampleBounds) {
     let (body, poses) = &people()[frame % 2];
     let figure = Figure::new(body, &poses[frame % 16]);
     let (view, size) = (
@@ -98,7 +101,7 @@ pub(super) fn side_view(frame: usize) -> (Fine, Picture, Bounds) {
 fn unchanged(
     renderer: &mut FineRenderer,
     figure: &Figure<'_>,
-    view: View,
+    view: RenderView,
     size: Size,
 ) -> Option<Framed> {
     let fine = Fine::of(figure, &[], view, size).expect("a picture");
@@ -139,7 +142,7 @@ fn what_nothing_changed_is_the_silhouette_that_the_core_draws() {
                         } else {
                             Vec2::ZERO
                         };
-                        let view = View {
+                        let view = RenderView {
                             jitter,
                             ..seen(camera, framing)
                         };
@@ -147,7 +150,7 @@ fn what_nothing_changed_is_the_silhouette_that_the_core_draws() {
                         let direct = direct
                             .draw(&figure, &camera, framing, jitter)
                             .expect("drawn");
-                        let Frame::Binary(expected) = direct.frame else {
+                        let AnySilhouette::Binary(expected) = direct.frame else {
                             panic!("expected bits");
                         };
                         let found =
@@ -245,7 +248,10 @@ fn grey_rasterisers_are_refused() {
     assert!(refused(Rasterizer::SkiaAa) && refused(Rasterizer::Rows3x3));
 }
 
-type Effect = (&'static str, fn(&mut Picture, &Fine, f64, &mut ChaCha8Rng));
+type Effect = (
+    &'static str,
+    fn(&mut BitPicture, &Fine, f64, &mut ChaCha8Rng),
+);
 
 const EFFECTS: [Effect; 9] = [
     ("radial-distortion", |picture, fine, strength, _| {
@@ -329,10 +335,10 @@ fn effects_have_a_cost() {
             }
         }
     }
-    let views: Vec<(Fine, Picture, Bounds)> = (0..16).map(side_view).collect();
+    let views: Vec<(Fine, BitPicture, SampleBounds)> = (0..16).map(side_view).collect();
     for (name, effect) in EFFECTS {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
-        let mut pictures: Vec<Picture> = views.iter().map(|view| view.1.clone()).collect();
+        let mut pictures: Vec<BitPicture> = views.iter().map(|view| view.1.clone()).collect();
         let ns = median(&mut |round| {
             pictures[round % 16].clone_from(&views[round % 16].1);
             effect(
@@ -344,7 +350,7 @@ fn effects_have_a_cost() {
         });
         println!("{name}: {ns} ns");
     }
-    let moments: Vec<Picture> = vec![views[3].1.clone(); 9];
+    let moments: Vec<BitPicture> = vec![views[3].1.clone(); 9];
     let ns = median(&mut |_| assert!(exposure::exposed(&moments).is_some()));
     println!("motion-blur, 9 drawn moments: {ns} ns");
     let figure = Figure::new(body, &poses[3]);

@@ -1,6 +1,6 @@
 //! Arms that do not swing freely.
 
-use super::Gait;
+use super::GaitFacts;
 use super::excursion::{scale, scaled, turn};
 use edgegait_core::pose::Pose;
 use edgegait_core::skeleton::Joint;
@@ -27,7 +27,7 @@ const LOADED_SWING: f64 = 0.15;
 
 /// Holds the right arm still. Strength 0..=1: the share of its excursions about its mean pose
 /// that is gone, at the clavicle, the shoulder, the elbow and the wrist.
-pub(crate) fn arm_still(pose: &mut Pose, gait: &Gait, strength: f64) {
+pub(crate) fn arm_still(pose: &mut Pose, gait: &GaitFacts, strength: f64) {
     if strength != 0.0 {
         scale(pose, gait, ARMS[1], 1.0 - strength);
     }
@@ -38,7 +38,7 @@ pub(crate) fn arm_still(pose: &mut Pose, gait: &Gait, strength: f64) {
 ///
 /// The pose is ours, chosen by looking: upper arms 20 degrees back and 16 out, turned in by 30;
 /// elbows bent by 48 degrees, wrists beside the front of the hips.
-pub(crate) fn hands_in_pockets(pose: &mut Pose, _gait: &Gait, strength: f64) {
+pub(crate) fn hands_in_pockets(pose: &mut Pose, _gait: &GaitFacts, strength: f64) {
     if strength == 0.0 {
         return;
     }
@@ -61,7 +61,7 @@ pub(crate) fn hands_in_pockets(pose: &mut Pose, _gait: &Gait, strength: f64) {
 /// Lets the right arm hang as one that carries a suitcase: straight down but for 8 degrees
 /// outwards and 6 of the elbow, with 15 % of its swing. Strength 0..=1: the share of the way from
 /// the swinging arm to that one. The angles are ours.
-pub(crate) fn carried_arm(pose: &mut Pose, gait: &Gait, strength: f64) {
+pub(crate) fn carried_arm(pose: &mut Pose, gait: &GaitFacts, strength: f64) {
     if strength == 0.0 {
         return;
     }

@@ -1,6 +1,6 @@
 //! Excursions: how far a joint is turned from its mean over the cycle.
 
-use super::Gait;
+use super::GaitFacts;
 use edgegait_core::pose::Pose;
 use edgegait_core::skeleton::Joint;
 use glam::DQuat;
@@ -8,7 +8,7 @@ use glam::DQuat;
 /// Multiplies the angles by which `joints` are turned from their means.
 pub(super) fn scale(
     pose: &mut Pose,
-    gait: &Gait,
+    gait: &GaitFacts,
     joints: impl IntoIterator<Item = Joint>,
     factor: f64,
 ) {

@@ -8,7 +8,7 @@ const BENT: f64 = 0.99;
 
 /// Joints of a leg in the walker's space, and their orientations.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Leg {
+pub(super) struct PosedLeg {
     pub hip: DVec3,
     pub knee: DVec3,
     pub ankle: DVec3,
@@ -19,19 +19,19 @@ pub(super) struct Leg {
 /// A shank's direction seen from its thigh: how far it is bent backwards about the thigh's X, and
 /// its share along that axis, which bending does not change.
 #[derive(Clone, Copy, Debug)]
-struct Bend {
+struct ShankBend {
     flexion: f64,
     aside: f64,
 }
 
-impl Bend {
+impl ShankBend {
     /// Cosine of the angle between shank and thigh with the knee straight.
     fn cosine_if_straight(self) -> f64 {
         libm::sqrt(1.0 - self.aside * self.aside)
     }
 }
 
-impl Leg {
+impl PosedLeg {
     /// Lengths of thigh and shank, metres.
     fn lengths(&self) -> (f64, f64) {
         (self.hip.distance(self.knee), self.knee.distance(self.ankle))
@@ -47,10 +47,10 @@ impl Leg {
         [hinge, down, hinge.cross(down)]
     }
 
-    fn bend(&self) -> Bend {
+    fn bend(&self) -> ShankBend {
         let [hinge, down, back] = self.axes();
         let shank = (self.ankle - self.knee).normalize();
-        Bend {
+        ShankBend {
             flexion: libm::atan2(back.dot(shank), down.dot(shank)),
             aside: hinge.dot(shank),
         }

@@ -1,6 +1,6 @@
 //! A limp: one leg that moves less, bears less, and is leaned over.
 
-use super::Gait;
+use super::GaitFacts;
 use super::excursion::scale;
 use super::trunk::sway;
 use edgegait_core::pose::{ModelPose, Pose};
@@ -38,7 +38,7 @@ const RIGHT_BEARS: f64 = 0.8;
 /// Limps on the right leg. Strength 0..=1: at 1 the right leg keeps 60 % of its
 /// excursions at the hip, 90 at the knee and 40 at the ankle, the left hip keeps 75 %, and the
 /// trunk tips by 10 degrees to the right while the right foot bears. The shorter stance is in [`limp_phase`].
-pub(crate) fn limp(pose: &mut Pose, gait: &Gait, strength: f64) {
+pub(crate) fn limp(pose: &mut Pose, gait: &GaitFacts, strength: f64) {
     if strength == 0.0 {
         return;
     }

@@ -1,7 +1,7 @@
 //! How a walker moves otherwise: poses, before they are drawn.
 //!
 //! Each effect changes the pose of one frame, given what is known of the whole walk
-//! ([`Gait`]) and a strength: 0 leaves every byte as it is, 1 is the extreme that the
+//! ([`GaitFacts`]) and a strength: 0 leaves every byte as it is, 1 is the extreme that the
 //! effect's documentation states. None of them puts the feet back on the floor: that takes a
 //! body, and comes after all of them. [`slope`] is the last one, since it places feet on a
 //! floor where the others leave them in the air.
@@ -25,11 +25,11 @@ use edgegait_core::skeleton::{JOINTS, Skeleton};
 use glam::{DQuat, DVec3};
 
 /// An effect on one frame: the pose, the walk that it belongs to, and the strength.
-pub(crate) type Effect = fn(&mut Pose, &Gait, f64);
+pub(crate) type Effect = fn(&mut Pose, &GaitFacts, f64);
 
 /// What effects know of a walk beyond the frame.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Gait {
+pub(crate) struct GaitFacts {
     /// Mean rotation of each joint over the cycle, and mean root, metres.
     pub mean: Pose,
     /// The walker's skeleton.
@@ -40,7 +40,7 @@ pub(crate) struct Gait {
     pub duration_s: f64,
 }
 
-impl Gait {
+impl GaitFacts {
     /// The walk of one cycle's poses, evenly spaced, at `speed_mps` (0: unknown). The mean of
     /// no poses is the rest pose.
     ///

@@ -1,6 +1,6 @@
 //! Walking faster, slower, or as the old do.
 
-use super::Gait;
+use super::GaitFacts;
 use super::excursion::scale;
 use super::trunk::{Lean, lean};
 use edgegait_core::pose::Pose;
@@ -70,7 +70,7 @@ pub(crate) fn age_pace(strength: f64) -> Pace {
 /// The mean pose and the root stay as they are: a narrow range of speeds, where the knees'
 /// and the hips' means change by less than a person's standard deviation (Schwartz et al.
 /// 2008, J. Biomech. 41:1639-1650).
-pub(crate) fn speed(pose: &mut Pose, gait: &Gait, strength: f64) {
+pub(crate) fn speed(pose: &mut Pose, gait: &GaitFacts, strength: f64) {
     if strength != 0.0 {
         scale(pose, gait, Joint::ALL, speed_pace(strength).stride);
     }
@@ -81,7 +81,7 @@ pub(crate) fn speed(pose: &mut Pose, gait: &Gait, strength: f64) {
 ///
 /// Excursions shrink as the stride does at the speed that the old prefer: their gait is that
 /// of the young at the same low speed (Ferrandez et al. 1990).
-pub(crate) fn age_gait(pose: &mut Pose, gait: &Gait, strength: f64) {
+pub(crate) fn age_gait(pose: &mut Pose, gait: &GaitFacts, strength: f64) {
     if strength != 0.0 {
         scale(pose, gait, Joint::ALL, age_pace(strength).stride);
         lean(pose, STOOP, strength);

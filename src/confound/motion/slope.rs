@@ -1,7 +1,7 @@
 //! Walking up and down a slope.
 
-use super::Gait;
-use super::leg::Leg;
+use super::GaitFacts;
+use super::leg::PosedLeg;
 use super::trunk::{Lean, lean};
 use crate::scene::forward_kinematics;
 use edgegait_core::pose::Pose;
@@ -53,7 +53,7 @@ pub(crate) fn floor_normal(strength: f64) -> DVec3 {
 /// ahead and `h` above the level floor comes to `z tan(slope) + h / cos(slope)`, and the
 /// foot turns with the floor. Hips and knees follow in closed form, and the pelvis
 /// sinks as far as a leg is too short.
-pub(crate) fn slope(pose: &mut Pose, gait: &Gait, strength: f64) {
+pub(crate) fn slope(pose: &mut Pose, gait: &GaitFacts, strength: f64) {
     if strength == 0.0 {
         return;
     }
@@ -63,7 +63,7 @@ pub(crate) fn slope(pose: &mut Pose, gait: &Gait, strength: f64) {
     let root = pose.root.as_dvec3();
     lean(pose, TRUNK, TRUNK_SHARE * strength * MAX_SLOPE_DEG);
     let (positions, turns) = placed(pose, gait);
-    let legs = LEGS.map(|[thigh, shank, foot]| Leg {
+    let legs = LEGS.map(|[thigh, shank, foot]| PosedLeg {
         hip: positions[thigh.index()],
         knee: positions[shank.index()],
         ankle: positions[foot.index()],
@@ -98,7 +98,7 @@ pub(crate) fn slope(pose: &mut Pose, gait: &Gait, strength: f64) {
 }
 
 /// Joint positions and orientations in the walker's space.
-fn placed(pose: &Pose, gait: &Gait) -> ([DVec3; JOINTS], [DQuat; JOINTS]) {
+fn placed(pose: &Pose, gait: &GaitFacts) -> ([DVec3; JOINTS], [DQuat; JOINTS]) {
     forward_kinematics(
         &gait.skeleton.offsets.map(Vec3::as_dvec3),
         pose.root.as_dvec3(),

@@ -1,6 +1,6 @@
 //! Leaning forward, while legs and arms hang as they did.
 
-use super::Gait;
+use super::GaitFacts;
 use super::excursion::turn;
 use edgegait_core::pose::Pose;
 use edgegait_core::skeleton::Joint;
@@ -32,7 +32,7 @@ pub(super) struct Lean {
 
 /// Leans forward as one does under a backpack. Strength 0..=1: 1 is 10 degrees, a load of about
 /// a third of the walker's mass.
-pub(crate) fn load_lean(pose: &mut Pose, _gait: &Gait, strength: f64) {
+pub(crate) fn load_lean(pose: &mut Pose, _gait: &GaitFacts, strength: f64) {
     if strength != 0.0 {
         lean(pose, LOADED, strength);
     }

@@ -2,14 +2,14 @@
 
 /// From where a view's name says that it was taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Angle {
+pub(super) struct NamedView {
     /// -360..=360.
     pub azimuth_deg: f64,
     /// -90..=90.
     pub elevation_deg: f64,
 }
 
-impl Angle {
+impl NamedView {
     /// The angle that a name states, if it states one.
     pub(super) fn parse(name: &str) -> Option<Self> {
         let (azimuth, elevation) = name.split_once('e').unwrap_or((name, "0"));
@@ -52,11 +52,11 @@ mod tests {
             ("045e15", 45.0, 15.0),
             ("180e-7.5", 180.0, -7.5),
         ] {
-            let expected = Angle {
+            let expected = NamedView {
                 azimuth_deg,
                 elevation_deg,
             };
-            assert_eq!(Angle::parse(name), Some(expected), "{name}");
+            assert_eq!(NamedView::parse(name), Some(expected), "{name}");
         }
     }
 
@@ -78,7 +78,7 @@ mod tests {
             "seq0",
             "camid0_videoid2",
         ] {
-            assert_eq!(Angle::parse(name), None, "{name}");
+            assert_eq!(NamedView::parse(name), None, "{name}");
         }
     }
 }

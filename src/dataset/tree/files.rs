@@ -7,23 +7,23 @@ use std::path::{Path, PathBuf};
 
 use image::{ImageFormat, ImageReader};
 
-use super::frame::Picture;
+use super::frame::GreyPicture;
 use super::{MAX_BYTES, MAX_FRAMES, MAX_SIDE, Modality, pickle};
-use crate::error::{Error, Place, Remedy, Result};
+use crate::error::{Error, FilePlace, Remedy, Result};
 
 /// Most names that a message lists.
 const LISTED: usize = 12;
 
 /// What the pictures of a sequence are read from.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Files {
+pub(super) enum FrameFiles {
     /// One for each frame, in order.
     Pngs(Vec<PathBuf>),
     /// All of them in one.
     Pickle(PathBuf),
 }
 
-impl Files {
+impl FrameFiles {
     /// Those in a folder, or those of them that belong to a modality.
     pub(super) fn of(folder: &Path, modality: Option<&Modality>) -> Result<Self> {
         let all = files(folder)?;
@@ -85,7 +85,7 @@ impl Files {
     pub(super) fn show(
         &self,
         frames: Range<usize>,
-        mut show: impl FnMut(&Path, Picture<'_>) -> Result<()>,
+        mut show: impl FnMut(&Path, GreyPicture<'_>) -> Result<()>,
     ) -> Result<()> {
         let wanted = |all: usize| frames.start.min(all)..frames.end.min(all);
         match self {
@@ -97,7 +97,7 @@ impl Files {
                     let size = (pixels.len() / columns, columns);
                     check_same(path, size, *first.get_or_insert(size))?;
                     let pixels = &pixels;
-                    show(path, Picture { pixels, columns })
+                    show(path, GreyPicture { pixels, columns })
                 })
             }
         }
@@ -238,7 +238,7 @@ fn decode(path: &Path) -> Result<(Vec<u8>, usize)> {
 fn unpickle(
     path: &Path,
     wanted: impl Fn(usize) -> Range<usize>,
-    mut show: impl FnMut(&Path, Picture<'_>) -> Result<()>,
+    mut show: impl FnMut(&Path, GreyPicture<'_>) -> Result<()>,
 ) -> Result<()> {
     let io = |error| Error::io(path, error);
     let length = fs::metadata(path).map_err(io)?.len();
@@ -250,7 +250,7 @@ fn unpickle(
     }
     let bytes = fs::read(path).map_err(io)?;
     let array = pickle::read(&bytes)
-        .map_err(|refused| Error::at(path, Place::Byte(refused.byte), refused.problem))?;
+        .map_err(|refused| Error::at(path, FilePlace::Byte(refused.byte), refused.problem))?;
     let side = 1..=MAX_SIDE as usize;
     match *array.shape {
         [all @ 1..=MAX_FRAMES, rows, columns]
@@ -259,7 +259,7 @@ fn unpickle(
             let wanted = wanted(all);
             let frames = array.bytes.chunks_exact(rows * columns);
             let mut frames = frames.skip(wanted.start).take(wanted.len());
-            frames.try_for_each(|pixels| show(path, Picture { pixels, columns }))
+            frames.try_for_each(|pixels| show(path, GreyPicture { pixels, columns }))
         }
         _ => Err(Error::input(
             path,

@@ -1,31 +1,31 @@
 //! Fits a figure in a picture into a silhouette, as the core frames the figures that it draws.
 
 use crate::error::{Error, Result};
-use crate::sweep::Framing;
+use crate::sweep::FramingMode;
 use edgegait_core::silhouette::{Silhouette, Size};
 
 /// From which grey on a pixel belongs to the figure. Ours: half of 255, rounded up.
 const ON: u8 = 128;
 
 /// A grey picture, rows from the top.
-pub(super) struct Picture<'a> {
+pub(super) struct GreyPicture<'a> {
     pub pixels: &'a [u8],
     pub columns: usize,
 }
 
 /// The framings that pictures can be brought into.
 #[derive(Clone, Copy)]
-pub(super) enum Fit {
+pub(super) enum PictureFraming {
     Height,
     Box,
 }
 
-impl Fit {
-    pub(super) fn of(framing: Framing) -> Result<Self> {
+impl PictureFraming {
+    pub(super) fn of(framing: FramingMode) -> Result<Self> {
         match framing {
-            Framing::Height => Ok(Self::Height),
-            Framing::Box => Ok(Self::Box),
-            Framing::Cycle | Framing::Camera => Err(Error::Usage(format!(
+            FramingMode::Height => Ok(Self::Height),
+            FramingMode::Box => Ok(Self::Box),
+            FramingMode::Cycle | FramingMode::Camera => Err(Error::Usage(format!(
                 "framing {}: it follows from where the camera stood, which a tree of silhouettes does not say (use height or box)",
                 framing.name()
             ))),
@@ -34,20 +34,20 @@ impl Fit {
 }
 
 /// The figure's first and last row and column.
-struct Bounds {
+struct FigureBounds {
     top: usize,
     bottom: usize,
     left: usize,
     right: usize,
 }
 
-impl Picture<'_> {
+impl GreyPicture<'_> {
     fn is_on(&self, row: usize, column: usize) -> bool {
         self.pixels[row * self.columns + column] >= ON
     }
 
-    fn bounds(&self) -> Option<Bounds> {
-        let mut found: Option<Bounds> = None;
+    fn bounds(&self) -> Option<FigureBounds> {
+        let mut found: Option<FigureBounds> = None;
         for (row, pixels) in self.pixels.chunks_exact(self.columns).enumerate() {
             let on = |pixel: &u8| *pixel >= ON;
             let (Some(left), Some(right)) =
@@ -55,7 +55,7 @@ impl Picture<'_> {
             else {
                 continue;
             };
-            let bounds = found.get_or_insert(Bounds {
+            let bounds = found.get_or_insert(FigureBounds {
                 top: row,
                 bottom: row,
                 left,
@@ -76,12 +76,12 @@ impl Picture<'_> {
     /// comes to lie between two columns, and the whole is shifted by columns until the centroid
     /// of the pixels (centres at i + 0.5, rounded half up) is in the middle. In whole numbers, so
     /// exact.
-    pub(super) fn frame(&self, size: Size, fit: Fit, into: &mut Vec<u8>) -> Option<f64> {
+    pub(super) fn frame(&self, size: Size, fit: PictureFraming, into: &mut Vec<u8>) -> Option<f64> {
         let bounds = self.bounds()?;
         let (rows, columns) = (size.rows(), size.columns());
         let height = bounds.bottom + 1 - bounds.top;
         let row = |target: usize| bounds.top + (2 * target + 1) * height / (2 * rows);
-        if let Fit::Box = fit {
+        if let PictureFraming::Box = fit {
             let width = bounds.right + 1 - bounds.left;
             let column = |target: usize| bounds.left + (2 * target + 1) * width / (2 * columns);
             let start = into.len();
@@ -143,11 +143,14 @@ impl Picture<'_> {
 pub fn framed(
     (pixels, columns): (&[u8], usize),
     size: Size,
-    framing: Framing,
+    framing: FramingMode,
 ) -> Result<Option<Silhouette>> {
     let mut found = Vec::with_capacity(size.pixels());
-    let picture = Picture { pixels, columns };
-    if picture.frame(size, Fit::of(framing)?, &mut found).is_none() {
+    let picture = GreyPicture { pixels, columns };
+    if picture
+        .frame(size, PictureFraming::of(framing)?, &mut found)
+        .is_none()
+    {
         return Ok(None);
     }
     let bits = |row: &[u8]| {
@@ -174,9 +177,9 @@ mod tests {
         (pixels.collect(), text[0].len())
     }
 
-    fn framed(pixels: &[u8], columns: usize, size: Size, fit: Fit) -> (Vec<u8>, f64) {
+    fn framed(pixels: &[u8], columns: usize, size: Size, fit: PictureFraming) -> (Vec<u8>, f64) {
         let mut into = Vec::new();
-        let clipped = Picture { pixels, columns }.frame(size, fit, &mut into);
+        let clipped = GreyPicture { pixels, columns }.frame(size, fit, &mut into);
         (into, clipped.expect("a figure"))
     }
 
@@ -195,7 +198,7 @@ mod tests {
             "......###.",
             "..........",
         ]);
-        let (framed, clipped) = framed(&pixels, columns, Size::S50x30, Fit::Height);
+        let (framed, clipped) = framed(&pixels, columns, Size::S50x30, PictureFraming::Height);
         // 25 fold: 25 columns for one, 75 for three, of which 30 fit.
         assert_eq!(framed.len(), 1500);
         assert_eq!(span(&framed, Size::S50x30, 0), Some((2, 26)));
@@ -213,7 +216,7 @@ mod tests {
             let end = if row == 63 { 43 } else { 13 };
             pixels[row * 90 + 10..row * 90 + end].fill(255);
         }
-        let (framed, clipped) = framed(&pixels, 90, size, Fit::Height);
+        let (framed, clipped) = framed(&pixels, 90, size, PictureFraming::Height);
         // Centroid: (63 * 3 * 1.5 + 33 * 16.5) / 222 = 3.73 right of column 10, so that it
         // rounds to 4, and column 10 comes to 32 - 4.
         assert_eq!(span(&framed, size, 0), Some((28, 30)));
@@ -234,7 +237,7 @@ mod tests {
             }
         }
         let size = Size::S64x44;
-        let (framed, clipped) = framed(&pixels, 192, size, Fit::Height);
+        let (framed, clipped) = framed(&pixels, 192, size, PictureFraming::Height);
         // 120 / 3 = 40 columns, all on, in the middle of 44.
         for row in 0..64 {
             assert_eq!(span(&framed, size, row), Some((2, 41)));
@@ -246,7 +249,7 @@ mod tests {
     #[test]
     fn a_box_is_stretched_to_all_sides() {
         let (pixels, columns) = picture(&["....", ".##.", ".#..", "...."]);
-        let (framed, clipped) = framed(&pixels, columns, Size::S50x30, Fit::Box);
+        let (framed, clipped) = framed(&pixels, columns, Size::S50x30, PictureFraming::Box);
         assert_eq!(span(&framed, Size::S50x30, 24), Some((0, 29)));
         assert_eq!(span(&framed, Size::S50x30, 25), Some((0, 14)));
         assert_eq!(clipped, 0.0);
@@ -254,10 +257,11 @@ mod tests {
 
     #[test]
     fn from_128_on_a_pixel_is_on_and_a_picture_without_any_is_empty() {
-        for fit in [Fit::Height, Fit::Box] {
+        for fit in [PictureFraming::Height, PictureFraming::Box] {
             let frame = |pixels: &[u8]| {
                 let mut into = vec![7];
-                let clipped = Picture { pixels, columns: 2 }.frame(Size::S50x30, fit, &mut into);
+                let clipped =
+                    GreyPicture { pixels, columns: 2 }.frame(Size::S50x30, fit, &mut into);
                 (clipped.is_some(), into.len())
             };
             assert_eq!(frame(&[0, 127, 127, 0]), (false, 1));
@@ -268,8 +272,11 @@ mod tests {
 
     #[test]
     fn framings_that_need_a_camera_are_refused() {
-        for framing in [Framing::Cycle, Framing::Camera] {
-            let error = Fit::of(framing).err().expect("refused").to_string();
+        for framing in [FramingMode::Cycle, FramingMode::Camera] {
+            let error = PictureFraming::of(framing)
+                .err()
+                .expect("refused")
+                .to_string();
             assert!(error.contains("use height or box"), "{error}");
         }
     }

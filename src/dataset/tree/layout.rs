@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 /// How a tree is to be read.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Layout {
+pub struct TreeLayout {
     /// Whether views are cameras or recordings, even if their names look like angles.
     pub named_views: bool,
     /// Which files of a view's folder are meant, if several modalities share it.

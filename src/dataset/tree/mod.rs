@@ -19,14 +19,14 @@ use std::path::{Path, PathBuf};
 use super::MANIFEST;
 use super::reader::read_manifest;
 use crate::error::{Error, Remedy, Result};
-use crate::sweep::Framing;
-use angle::Angle;
+use crate::sweep::FramingMode;
+use angle::NamedView;
 use edgegait_core::cycle::LowerBody;
 use edgegait_core::silhouette::Size;
-use files::Files;
+use files::FrameFiles;
 pub use frame::framed;
-use frame::{Fit, Picture};
-pub use layout::{Layout, Modality};
+use frame::{GreyPicture, PictureFraming};
+pub use layout::{Modality, TreeLayout};
 pub(super) use pickle::pickled;
 
 /// Most sequences of a tree: OU-MVLP has 288,596.
@@ -85,7 +85,7 @@ impl Tree {
     /// # Errors
     /// If a folder cannot be read, a person has views named by angles and others that are not,
     /// there is no sequence, or there are more than 524,288.
-    pub fn open(root: impl AsRef<Path>, layout: &Layout) -> Result<Self> {
+    pub fn open(root: impl AsRef<Path>, layout: &TreeLayout) -> Result<Self> {
         let root = root.as_ref().to_path_buf();
         let mut tree = Self {
             root: root.clone(),
@@ -114,7 +114,7 @@ impl Tree {
                 .iter_mut()
                 .for_each(|one| one.angles_deg = None);
             // The names say nothing of whether this is a tree at all.
-            Files::of(&tree.folder(0), tree.modality.as_ref())?;
+            FrameFiles::of(&tree.folder(0), tree.modality.as_ref())?;
             return Ok(tree);
         }
         tree.check_angles()?;
@@ -200,7 +200,12 @@ impl Tree {
     ///
     /// # Panics
     /// If there is no such sequence.
-    pub fn silhouettes(&self, index: usize, size: Size, framing: Framing) -> Result<Silhouettes> {
+    pub fn silhouettes(
+        &self,
+        index: usize,
+        size: Size,
+        framing: FramingMode,
+    ) -> Result<Silhouettes> {
         self.silhouettes_of((index, ALL), size, framing)
     }
 
@@ -208,8 +213,8 @@ impl Tree {
     ///
     /// # Errors
     /// For what follows from where a camera stood.
-    pub fn require_framing(framing: Framing) -> Result<()> {
-        Fit::of(framing).map(drop)
+    pub fn require_framing(framing: FramingMode) -> Result<()> {
+        PictureFraming::of(framing).map(drop)
     }
 
     /// The same of a part of the pictures, by their numbers from 0.
@@ -223,9 +228,9 @@ impl Tree {
         &self,
         (index, frames): (usize, Range<usize>),
         size: Size,
-        framing: Framing,
+        framing: FramingMode,
     ) -> Result<Silhouettes> {
-        let fit = Fit::of(framing)?;
+        let fit = PictureFraming::of(framing)?;
         let mut found = Silhouettes {
             pixels: Vec::new(),
             frames: 0,
@@ -332,7 +337,7 @@ impl Tree {
     /// # Panics
     /// If there is no such sequence.
     pub fn frames(&self, index: usize) -> Result<Option<usize>> {
-        Files::of(&self.folder(index), self.modality.as_ref())?.count()
+        FrameFiles::of(&self.folder(index), self.modality.as_ref())?.count()
     }
 
     /// Reads a sequence and measures the legs in each of its pictures as they are, unframed; `None`
@@ -357,7 +362,7 @@ impl Tree {
         let person = self.root.join(subject);
         for take in folders(&person)? {
             for view in folders(&person.join(&take))? {
-                let angle = Angle::parse(&view);
+                let angle = NamedView::parse(&view);
                 self.sequences.push(TreeSequence {
                     subject: subject.to_owned(),
                     take: take.clone(),
@@ -380,7 +385,7 @@ impl Tree {
     /// If there is no such sequence.
     pub fn check_size(&self, index: usize, stored: &[Size]) -> Result<()> {
         let folder = self.folder(index);
-        let found = Files::of(&folder, self.modality.as_ref())?.size()?;
+        let found = FrameFiles::of(&folder, self.modality.as_ref())?.size()?;
         let Some((rows, columns)) = found else {
             return Ok(());
         };
@@ -397,9 +402,9 @@ impl Tree {
         &self,
         index: usize,
         frames: Range<usize>,
-        show: impl FnMut(&Path, Picture<'_>) -> Result<()>,
+        show: impl FnMut(&Path, GreyPicture<'_>) -> Result<()>,
     ) -> Result<()> {
-        Files::of(&self.folder(index), self.modality.as_ref())?.show(frames, show)
+        FrameFiles::of(&self.folder(index), self.modality.as_ref())?.show(frames, show)
     }
 }
 
@@ -429,7 +434,7 @@ fn other_size(path: &Path, (rows, columns): (usize, usize), size: Size) -> Error
 /// # Errors
 /// With what was expected of it.
 pub fn check_view_name(name: &str) -> Result<()> {
-    Angle::parse(name)
+    NamedView::parse(name)
         .map(drop)
         .ok_or_else(|| Error::Usage(angle::expected(name)))
 }

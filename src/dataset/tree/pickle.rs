@@ -47,14 +47,14 @@ pub(super) struct ByteArray<'a> {
 
 /// Where and why a pickle is refused.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) struct Refused {
+pub(super) struct RefusedPickle {
     pub byte: usize,
     pub problem: String,
 }
 
 /// The array in a pickle.
-pub(super) fn read(pickle: &[u8]) -> Result<ByteArray<'_>, Refused> {
-    let mut machine = Machine {
+pub(super) fn read(pickle: &[u8]) -> Result<ByteArray<'_>, RefusedPickle> {
+    let mut machine = PickleMachine {
         pickle,
         at: 0,
         stack: Vec::new(),
@@ -62,7 +62,7 @@ pub(super) fn read(pickle: &[u8]) -> Result<ByteArray<'_>, Refused> {
     };
     for _ in 0..MAX_STEPS {
         let start = machine.at;
-        let step = machine.step().map_err(|problem| Refused {
+        let step = machine.step().map_err(|problem| RefusedPickle {
             byte: start,
             problem,
         })?;
@@ -70,7 +70,7 @@ pub(super) fn read(pickle: &[u8]) -> Result<ByteArray<'_>, Refused> {
             return Ok(array);
         }
     }
-    Err(Refused {
+    Err(RefusedPickle {
         byte: machine.at,
         problem: format!("expected one array, found more than {MAX_STEPS} instructions"),
     })
@@ -79,7 +79,7 @@ pub(super) fn read(pickle: &[u8]) -> Result<ByteArray<'_>, Refused> {
 /// The shape `[frames][rows][columns]` of the array in a pickle that begins so, if the shape stands
 /// before the array's bytes, as NumPy writes it.
 pub(super) fn shape(start: &[u8]) -> Option<[usize; 3]> {
-    let mut machine = Machine {
+    let mut machine = PickleMachine {
         pickle: start,
         at: 0,
         stack: Vec::new(),
@@ -90,12 +90,12 @@ pub(super) fn shape(start: &[u8]) -> Option<[usize; 3]> {
             break;
         }
     }
-    let size = |value: &Value<'_>| match value {
-        Value::Int(size) => usize::try_from(*size).ok(),
+    let size = |value: &PickleValue<'_>| match value {
+        PickleValue::Int(size) => usize::try_from(*size).ok(),
         _ => None,
     };
     machine.stack.iter().rev().find_map(|value| match value {
-        Value::Tuple(sides) => match &**sides {
+        PickleValue::Tuple(sides) => match &**sides {
             [frames, rows, columns] => Some([size(frames)?, size(rows)?, size(columns)?]),
             _ => None,
         },
@@ -104,7 +104,7 @@ pub(super) fn shape(start: &[u8]) -> Option<[usize; 3]> {
 }
 
 #[derive(Clone, Debug)]
-enum Value<'a> {
+enum PickleValue<'a> {
     Mark,
     None,
     Bool(bool),
@@ -113,13 +113,13 @@ enum Value<'a> {
     Bytes(&'a [u8]),
     /// Bytes that protocol 2 writes as characters.
     Latin1(&'a str),
-    Tuple(Rc<[Value<'a>]>),
+    Tuple(Rc<[PickleValue<'a>]>),
     Name(Name),
     /// `dtype('u1')`, the only one that is made.
     Uint8,
     /// An array that awaits its state.
     Unbuilt,
-    Array(Rc<[Value<'a>]>, Box<Value<'a>>),
+    Array(Rc<[PickleValue<'a>]>, Box<PickleValue<'a>>),
 }
 
 /// What the instructions may name.
@@ -132,18 +132,18 @@ enum Name {
     Encode,
 }
 
-type Step<T> = Result<T, String>;
+type PickleStep<T> = Result<T, String>;
 
-struct Machine<'a> {
+struct PickleMachine<'a> {
     pickle: &'a [u8],
     at: usize,
-    stack: Vec<Value<'a>>,
-    memo: Vec<Value<'a>>,
+    stack: Vec<PickleValue<'a>>,
+    memo: Vec<PickleValue<'a>>,
 }
 
-impl<'a> Machine<'a> {
+impl<'a> PickleMachine<'a> {
     /// One instruction; the array after the last.
-    fn step(&mut self) -> Step<Option<ByteArray<'a>>> {
+    fn step(&mut self) -> PickleStep<Option<ByteArray<'a>>> {
         let [code] = *self.take::<1>()?;
         match code {
             // PROTO, FRAME
@@ -154,67 +154,68 @@ impl<'a> Machine<'a> {
             0x95 => {
                 self.take::<8>()?;
             }
-            b'(' => self.push(Value::Mark),
-            b'N' => self.push(Value::None),
-            0x88 => self.push(Value::Bool(true)),
-            0x89 => self.push(Value::Bool(false)),
+            b'(' => self.push(PickleValue::Mark),
+            b'N' => self.push(PickleValue::None),
+            0x88 => self.push(PickleValue::Bool(true)),
+            0x89 => self.push(PickleValue::Bool(false)),
             // BININT1, BININT2, BININT
             b'K' => {
                 let [number] = *self.take::<1>()?;
-                self.push(Value::Int(number.into()));
+                self.push(PickleValue::Int(number.into()));
             }
             b'M' => {
                 let number = u16::from_le_bytes(*self.take()?);
-                self.push(Value::Int(number.into()));
+                self.push(PickleValue::Int(number.into()));
             }
             b'J' => {
                 let number = i32::from_le_bytes(*self.take()?);
-                self.push(Value::Int(number.into()));
+                self.push(PickleValue::Int(number.into()));
             }
             // BINUNICODE, SHORT_BINUNICODE
             b'X' => {
                 let text = self.counted::<4>().and_then(utf8)?;
-                self.push(Value::Text(text));
+                self.push(PickleValue::Text(text));
             }
             0x8C => {
                 let text = self.counted::<1>().and_then(utf8)?;
-                self.push(Value::Text(text));
+                self.push(PickleValue::Text(text));
             }
             // SHORT_BINBYTES, BINBYTES, BINBYTES8 and BYTEARRAY8
             b'C' => {
                 let bytes = self.counted::<1>()?;
-                self.push(Value::Bytes(bytes));
+                self.push(PickleValue::Bytes(bytes));
             }
             b'B' => {
                 let bytes = self.counted::<4>()?;
-                self.push(Value::Bytes(bytes));
+                self.push(PickleValue::Bytes(bytes));
             }
             0x8E | 0x96 => {
                 let bytes = self.counted::<8>()?;
-                self.push(Value::Bytes(bytes));
+                self.push(PickleValue::Bytes(bytes));
             }
             // EMPTY_TUPLE, TUPLE1 to TUPLE3, TUPLE
             b')' => self.tuple(0)?,
             0x85..=0x87 => self.tuple(usize::from(code - 0x84))?,
             b't' => {
-                let is_mark = |value: &Value<'_>| matches!(value, Value::Mark);
+                let is_mark = |value: &PickleValue<'_>| matches!(value, PickleValue::Mark);
                 let mark = self.stack.iter().rposition(is_mark);
                 let mark = mark.ok_or("expected the start of a tuple, found none")?;
                 let items = self.stack.split_off(mark + 1);
                 self.stack.pop();
-                self.push(Value::Tuple(items.into()));
+                self.push(PickleValue::Tuple(items.into()));
             }
             // GLOBAL, STACK_GLOBAL
             b'c' => {
                 let (module, attribute) = (self.line()?, self.line()?);
-                self.push(Value::Name(known(module, attribute)?));
+                self.push(PickleValue::Name(known(module, attribute)?));
             }
             0x93 => {
                 let (attribute, module) = (self.pop()?, self.pop()?);
-                let (Value::Text(module), Value::Text(attribute)) = (module, attribute) else {
+                let (PickleValue::Text(module), PickleValue::Text(attribute)) = (module, attribute)
+                else {
                     return Err("expected the names of a module and of what it holds".into());
                 };
-                self.push(Value::Name(known(module, attribute)?));
+                self.push(PickleValue::Name(known(module, attribute)?));
             }
             // BINPUT, LONG_BINPUT and MEMOIZE, which number alike: one after another
             b'q' => {
@@ -253,21 +254,21 @@ impl<'a> Machine<'a> {
         Ok(None)
     }
 
-    fn array(&mut self) -> Step<ByteArray<'a>> {
-        let Value::Array(shape, content) = self.pop()? else {
+    fn array(&mut self) -> PickleStep<ByteArray<'a>> {
+        let PickleValue::Array(shape, content) = self.pop()? else {
             return Err("expected an array at the end, found something else".into());
         };
         let bytes = match *content {
-            Value::Bytes(bytes) => Cow::Borrowed(bytes),
-            Value::Latin1(text) => {
+            PickleValue::Bytes(bytes) => Cow::Borrowed(bytes),
+            PickleValue::Latin1(text) => {
                 let bytes = text.chars().map(|c| u8::try_from(c).ok());
                 let bytes: Option<Vec<u8>> = bytes.collect();
                 Cow::Owned(bytes.ok_or("expected bytes, found characters above 255")?)
             }
             _ => return Err("expected the array's bytes, found something else".into()),
         };
-        let size = |value: &Value<'_>| match value {
-            Value::Int(size) => usize::try_from(*size).ok(),
+        let size = |value: &PickleValue<'_>| match value {
+            PickleValue::Int(size) => usize::try_from(*size).ok(),
             _ => None,
         };
         let shape: Option<Vec<usize>> = shape.iter().map(size).collect();
@@ -284,24 +285,24 @@ impl<'a> Machine<'a> {
         Ok(ByteArray { shape, bytes })
     }
 
-    fn push(&mut self, value: Value<'a>) {
+    fn push(&mut self, value: PickleValue<'a>) {
         self.stack.push(value);
     }
 
-    fn pop(&mut self) -> Step<Value<'a>> {
+    fn pop(&mut self) -> PickleStep<PickleValue<'a>> {
         let value = self.stack.pop();
         value.ok_or_else(|| "expected a value, found an empty stack".into())
     }
 
-    fn tuple(&mut self, length: usize) -> Step<()> {
+    fn tuple(&mut self, length: usize) -> PickleStep<()> {
         let start = self.stack.len().checked_sub(length);
         let start = start.ok_or("expected a tuple's values, found too few")?;
         let items = self.stack.split_off(start);
-        self.push(Value::Tuple(items.into()));
+        self.push(PickleValue::Tuple(items.into()));
         Ok(())
     }
 
-    fn memoize(&mut self, index: usize) -> Step<()> {
+    fn memoize(&mut self, index: usize) -> PickleStep<()> {
         let top = self
             .stack
             .last()
@@ -313,13 +314,13 @@ impl<'a> Machine<'a> {
         Ok(())
     }
 
-    fn recall(&mut self, index: usize) -> Step<()> {
+    fn recall(&mut self, index: usize) -> PickleStep<()> {
         let value = self.memo.get(index).cloned();
         self.push(value.ok_or_else(|| format!("found nothing as memo {index}"))?);
         Ok(())
     }
 
-    fn take<const N: usize>(&mut self) -> Step<&'a [u8; N]> {
+    fn take<const N: usize>(&mut self) -> PickleStep<&'a [u8; N]> {
         let rest = self.pickle.get(self.at..).unwrap_or_default();
         let (taken, _) = rest
             .split_first_chunk::<N>()
@@ -329,7 +330,7 @@ impl<'a> Machine<'a> {
     }
 
     /// Bytes behind a little-endian count of `N` bytes.
-    fn counted<const N: usize>(&mut self) -> Step<&'a [u8]> {
+    fn counted<const N: usize>(&mut self) -> PickleStep<&'a [u8]> {
         let mut count = [0; 8];
         count[..N].copy_from_slice(self.take::<N>()?);
         let end = usize::try_from(u64::from_le_bytes(count)).ok();
@@ -340,7 +341,7 @@ impl<'a> Machine<'a> {
         Ok(bytes)
     }
 
-    fn line(&mut self) -> Step<&'a str> {
+    fn line(&mut self) -> PickleStep<&'a str> {
         let rest = self.pickle.get(self.at..).unwrap_or_default();
         let end = rest.iter().position(|byte| *byte == b'\n');
         let line = &rest[..end.ok_or("the pickle is cut short")?];
@@ -349,11 +350,11 @@ impl<'a> Machine<'a> {
     }
 }
 
-fn utf8(bytes: &[u8]) -> Step<&str> {
+fn utf8(bytes: &[u8]) -> PickleStep<&str> {
     std::str::from_utf8(bytes).map_err(|_| "expected UTF-8".into())
 }
 
-fn known(module: &str, attribute: &str) -> Step<Name> {
+fn known(module: &str, attribute: &str) -> PickleStep<Name> {
     Ok(match (module, attribute) {
         ("numpy.core.multiarray" | "numpy._core.multiarray", "_reconstruct") => Name::Reconstruct,
         ("numpy.core.numeric" | "numpy._core.numeric", "_frombuffer") => Name::FromBuffer,
@@ -369,21 +370,32 @@ fn known(module: &str, attribute: &str) -> Step<Name> {
 }
 
 /// What a call of a name stands for.
-fn reduced<'a>(name: &Value<'a>, arguments: &Value<'a>) -> Step<Value<'a>> {
-    let (Value::Name(name), Value::Tuple(arguments)) = (name, arguments) else {
+fn reduced<'a>(name: &PickleValue<'a>, arguments: &PickleValue<'a>) -> PickleStep<PickleValue<'a>> {
+    let (PickleValue::Name(name), PickleValue::Tuple(arguments)) = (name, arguments) else {
         return Err("expected a name and its arguments".into());
     };
     match (name, &**arguments) {
-        (Name::Reconstruct, [Value::Name(Name::Ndarray), _, _]) => Ok(Value::Unbuilt),
-        (Name::Dtype, [Value::Text("u1"), ..]) => Ok(Value::Uint8),
-        (Name::Dtype, [Value::Text(other), ..]) => {
+        (Name::Reconstruct, [PickleValue::Name(Name::Ndarray), _, _]) => Ok(PickleValue::Unbuilt),
+        (Name::Dtype, [PickleValue::Text("u1"), ..]) => Ok(PickleValue::Uint8),
+        (Name::Dtype, [PickleValue::Text(other), ..]) => {
             Err(format!("expected an array of uint8 (u1), found {other}"))
         }
-        (Name::Encode, [Value::Text(text), Value::Text("latin1")]) => Ok(Value::Latin1(text)),
-        (Name::FromBuffer, [bytes, Value::Uint8, Value::Tuple(shape), Value::Text("C")]) => {
-            Ok(Value::Array(Rc::clone(shape), Box::new(bytes.clone())))
+        (Name::Encode, [PickleValue::Text(text), PickleValue::Text("latin1")]) => {
+            Ok(PickleValue::Latin1(text))
         }
-        (Name::FromBuffer, [_, _, _, Value::Text("F")]) => Err(NOT_C.into()),
+        (
+            Name::FromBuffer,
+            [
+                bytes,
+                PickleValue::Uint8,
+                PickleValue::Tuple(shape),
+                PickleValue::Text("C"),
+            ],
+        ) => Ok(PickleValue::Array(
+            Rc::clone(shape),
+            Box::new(bytes.clone()),
+        )),
+        (Name::FromBuffer, [_, _, _, PickleValue::Text("F")]) => Err(NOT_C.into()),
         _ => Err(format!("found {name:?} with other arguments than NumPy's")),
     }
 }
@@ -392,23 +404,34 @@ const NOT_C: &str =
     "expected an array in C order, found Fortran's (numpy.ascontiguousarray before pickling)";
 
 /// An object with its state.
-fn built<'a>(object: &Value<'a>, state: &Value<'a>) -> Step<Value<'a>> {
-    let Value::Tuple(state) = state else {
+fn built<'a>(object: &PickleValue<'a>, state: &PickleValue<'a>) -> PickleStep<PickleValue<'a>> {
+    let PickleValue::Tuple(state) = state else {
         return Err("expected a state as NumPy writes it".into());
     };
     match (object, &**state) {
-        (Value::Uint8, [Value::Int(_), Value::Text("|"), Value::None, ..]) => Ok(Value::Uint8),
         (
-            Value::Unbuilt,
+            PickleValue::Uint8,
             [
-                Value::Int(1),
-                Value::Tuple(shape),
-                Value::Uint8,
-                Value::Bool(false),
+                PickleValue::Int(_),
+                PickleValue::Text("|"),
+                PickleValue::None,
+                ..,
+            ],
+        ) => Ok(PickleValue::Uint8),
+        (
+            PickleValue::Unbuilt,
+            [
+                PickleValue::Int(1),
+                PickleValue::Tuple(shape),
+                PickleValue::Uint8,
+                PickleValue::Bool(false),
                 bytes,
             ],
-        ) => Ok(Value::Array(Rc::clone(shape), Box::new(bytes.clone()))),
-        (Value::Unbuilt, [_, _, _, Value::Bool(true), _]) => Err(NOT_C.into()),
+        ) => Ok(PickleValue::Array(
+            Rc::clone(shape),
+            Box::new(bytes.clone()),
+        )),
+        (PickleValue::Unbuilt, [_, _, _, PickleValue::Bool(true), _]) => Err(NOT_C.into()),
         _ => Err("found another state than NumPy's of a uint8 array".into()),
     }
 }

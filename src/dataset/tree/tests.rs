@@ -52,7 +52,7 @@ fn sequences_are_listed_by_name_without_a_look_at_pictures() {
     ]);
     fs::write(root.path().join("manifest.csv"), "not looked at").expect("written");
     fs::write(root.path().join(SIDE).join("001.png"), "not looked at").expect("written");
-    let tree = Tree::open(root.path(), &Layout::default()).expect("a tree");
+    let tree = Tree::open(root.path(), &TreeLayout::default()).expect("a tree");
     let names: Vec<String> = tree
         .sequences()
         .iter()
@@ -73,21 +73,21 @@ fn sequences_are_listed_by_name_without_a_look_at_pictures() {
 #[test]
 fn folders_that_are_no_people_are_named_and_views_of_both_kinds_refused() {
     let root = tree_of(&[SIDE, "video/001_nm-01_090/frames"]);
-    let tree = Tree::open(root.path(), &Layout::default()).expect("one person");
+    let tree = Tree::open(root.path(), &TreeLayout::default()).expect("one person");
     assert_eq!(
         (tree.sequences().len(), tree.skipped()),
         (1, &["video".to_owned()][..])
     );
 
     let root = tree_of(&[SIDE, "001/nm-01/side"]);
-    let text = refusal(Tree::open(root.path(), &Layout::default()), &root);
+    let text = refusal(Tree::open(root.path(), &TreeLayout::default()), &root);
     assert!(
         text.starts_with("001/nm-01/side: expected the name of a view"),
         "{text}"
     );
-    let named = Layout {
+    let named = TreeLayout {
         named_views: true,
-        ..Layout::default()
+        ..TreeLayout::default()
     };
     bar(1, 255)
         .save(root.path().join(SIDE).join("1.png"))
@@ -100,12 +100,12 @@ fn folders_that_are_no_people_are_named_and_views_of_both_kinds_refused() {
     );
     let root = tree_of(&["001/nm-01"]);
     assert!(
-        refusal(Tree::open(root.path(), &Layout::default()), &root)
+        refusal(Tree::open(root.path(), &TreeLayout::default()), &root)
             .contains("<person>/<take>/<view>/")
     );
     assert!(!Tree::is_at(root.path()));
     assert!(matches!(
-        Tree::open("/no/such/tree", &Layout::default()),
+        Tree::open("/no/such/tree", &TreeLayout::default()),
         Err(Error::Io { .. })
     ));
 }
@@ -126,16 +126,16 @@ fn views_that_are_cameras_or_recordings_keep_their_names() {
         let pickle = root.path().join(folder).join(format!("{name}.pkl"));
         fs::write(pickle, pickled([1, 8, 10], &bar(1, 255).into_raw())).expect("written");
     }
-    let tree = Tree::open(root.path(), &Layout::default()).expect("a tree");
+    let tree = Tree::open(root.path(), &TreeLayout::default()).expect("a tree");
     assert_eq!((tree.sequences().len(), tree.skipped().len()), (5, 0));
     for (at, sequence) in tree.sequences().iter().enumerate() {
         assert_eq!(sequence.angles_deg, None);
-        let found = tree.silhouettes(at, Size::S50x30, Framing::Height);
+        let found = tree.silhouettes(at, Size::S50x30, FramingMode::Height);
         assert_eq!(found.expect("readable").frames, 1);
     }
     // One level too high: where frames should be are folders.
     let above = tree_of(&["tree/001/nm-01/090"]);
-    let text = refusal(Tree::open(above.path(), &Layout::default()), &above);
+    let text = refusal(Tree::open(above.path(), &TreeLayout::default()), &above);
     assert!(
         text.starts_with("tree/001/nm-01/090: expected frames")
             && text.contains("one level further down"),
@@ -151,9 +151,9 @@ fn one_of_several_modalities_is_chosen_by_name_or_number() {
         fs::write(pickle, pickled([1, 8, 10], &bar(left, 255).into_raw())).expect("written");
     }
     let read = |modality: Option<&str>| {
-        let layout = Layout {
+        let layout = TreeLayout {
             modality: modality.map(Modality::parse),
-            ..Layout::default()
+            ..TreeLayout::default()
         };
         let tree = Tree::open(root.path(), &layout).expect("a tree");
         tree.stored(0, Size::S50x30).map(|_| ())
@@ -198,7 +198,7 @@ fn sizes_are_found_out_by_the_beginnings_of_files() {
     GrayImage::new(44, 64)
         .save(at("nm-03/090/1.png"))
         .expect("written");
-    let tree = Tree::open(root.path(), &Layout::default()).expect("a tree");
+    let tree = Tree::open(root.path(), &TreeLayout::default()).expect("a tree");
     let check = |number, stored| tree.check_size(number, stored);
     for stored in [&[][..], &[Size::S64x64], &[Size::S64x44, Size::S64x64]] {
         check(0, stored).expect("64x64, which is cut to 64x44");
@@ -231,10 +231,10 @@ fn frames_are_read_in_order_and_empty_ones_counted() {
     let flat = GrayImage::from_fn(10, 8, |x, y| Luma([u8::from(x > 7 && y > 4) * 255]));
     flat.save(at("003.png")).expect("written");
     fs::write(at("gei.png"), "passed over").expect("written");
-    let tree = Tree::open(root.path(), &Layout::default()).expect("a tree");
+    let tree = Tree::open(root.path(), &TreeLayout::default()).expect("a tree");
 
     let found = tree
-        .silhouettes(0, Size::S50x30, Framing::Height)
+        .silhouettes(0, Size::S50x30, FramingMode::Height)
         .expect("readable");
     assert_eq!((found.frames, found.empty), (2, 1));
     assert_eq!(found.pixels.len(), 2 * 1500);
@@ -245,7 +245,7 @@ fn frames_are_read_in_order_and_empty_ones_counted() {
     // 2 columns at 50 / 6 of their size hold 16 samples, at 50 / 3 of it 34, of which 30 stay.
     assert_eq!((width(0), width(1)), (16, 30));
     assert!((found.clipped_share - 0.5 * 4.0 / 34.0).abs() < 1e-12);
-    let error = tree.silhouettes(0, Size::S50x30, Framing::Camera);
+    let error = tree.silhouettes(0, Size::S50x30, FramingMode::Camera);
     assert!(refusal(error, &root).contains("use height or box"));
 }
 
@@ -263,8 +263,8 @@ fn a_pickle_holds_what_its_pictures_would() {
     let pickle = pickles.path().join(SIDE).join("090.pkl");
     fs::write(pickle, pickled([3, 8, 10], &bytes)).expect("written");
     let [a, b] = [&pngs, &pickles].map(|root| {
-        let tree = Tree::open(root.path(), &Layout::default()).expect("a tree");
-        tree.silhouettes(0, Size::S64x64, Framing::Height)
+        let tree = Tree::open(root.path(), &TreeLayout::default()).expect("a tree");
+        tree.silhouettes(0, Size::S64x64, FramingMode::Height)
             .expect("readable")
     });
     assert_eq!(a, b);
@@ -277,7 +277,7 @@ fn stored_silhouettes_are_cut_as_opengait_cuts_them() {
     let bytes: Vec<u8> = (0..2 * 64 * 64).map(|i| (i % 64) as u8).collect();
     let pickle = root.path().join(SIDE).join("090.pkl");
     fs::write(pickle, pickled([2, 64, 64], &bytes)).expect("written");
-    let tree = Tree::open(root.path(), &Layout::default()).expect("a tree");
+    let tree = Tree::open(root.path(), &TreeLayout::default()).expect("a tree");
     let whole = tree.stored(0, Size::S64x64).expect("64x64");
     assert_eq!((whole.frames, whole.pixels), (2, bytes));
     let cut = tree.stored(0, Size::S64x44).expect("64x44");
@@ -298,8 +298,11 @@ fn files_that_cannot_be_used_are_named() {
         for (name, content) in files {
             fs::write(root.path().join(SIDE).join(name), content).expect("written");
         }
-        let tree = Tree::open(root.path(), &Layout::default()).expect("a tree");
-        refusal(tree.silhouettes(0, Size::S50x30, Framing::Height), &root)
+        let tree = Tree::open(root.path(), &TreeLayout::default()).expect("a tree");
+        refusal(
+            tree.silhouettes(0, Size::S50x30, FramingMode::Height),
+            &root,
+        )
     };
     let png = |picture: &GrayImage| crate::report::png(picture).expect("a PNG");
     let whole = png(&bar(1, 255));
@@ -346,8 +349,8 @@ fn a_picture_with_transparency_is_refused() {
     picture
         .save(root.path().join(SIDE).join("1.png"))
         .expect("written");
-    let tree = Tree::open(root.path(), &Layout::default()).expect("a tree");
-    let error = tree.silhouettes(0, Size::S50x30, Framing::Height);
+    let tree = Tree::open(root.path(), &TreeLayout::default()).expect("a tree");
+    let error = tree.silhouettes(0, Size::S50x30, FramingMode::Height);
     assert!(refusal(error, &root).contains("found one with transparency"));
 }
 
@@ -358,8 +361,8 @@ fn pictures_in_colour_and_of_several_sizes_are_refused() {
     let grey = RgbImage::from_pixel(4, 4, Rgb([200; 3]));
     grey.save(folder.join("1.png")).expect("written");
     fs::write(folder.join("Thumbs.db"), "of another program").expect("written");
-    let tree = Tree::open(root.path(), &Layout::default()).expect("a tree");
-    let read = || tree.silhouettes(0, Size::S50x30, Framing::Height);
+    let tree = Tree::open(root.path(), &TreeLayout::default()).expect("a tree");
+    let read = || tree.silhouettes(0, Size::S50x30, FramingMode::Height);
     assert_eq!(read().expect("grey in three channels").frames, 1);
     let colour = RgbImage::from_pixel(4, 4, Rgb([200, 200, 10]));
     colour.save(folder.join("2.png")).expect("written");
@@ -375,7 +378,7 @@ fn pictures_in_colour_and_of_several_sizes_are_refused() {
 
 /// Reads the `at`th sequence of a tree: each walker stands in the middle, from top to bottom.
 fn check_framing(tree: &Tree, at: usize) {
-    let found = tree.silhouettes(at, Size::S64x64, Framing::Height);
+    let found = tree.silhouettes(at, Size::S64x64, FramingMode::Height);
     let found = found.expect("readable");
     assert_eq!(found.empty, 0);
     for frame in found.pixels.chunks_exact(64 * 64) {
@@ -392,7 +395,7 @@ fn check_framing(tree: &Tree, at: usize) {
 /// Two people, two takes each, from the left, rendered elsewhere from skinned meshes.
 #[test]
 fn walkers_of_a_tree_that_others_made_are_framed() {
-    let tree = Tree::open("tests/data/people/people", &Layout::default()).expect("a tree");
+    let tree = Tree::open("tests/data/people/people", &TreeLayout::default()).expect("a tree");
     let sequences = tree.sequences();
     assert_eq!((sequences.len(), tree.skipped()), (4, &[][..]));
     for (at, sequence) in sequences.iter().enumerate() {

@@ -22,11 +22,11 @@ fn row() -> IndexRow {
     }
 }
 
-fn run(size: Size, units: usize) -> Run {
-    Run {
-        header: Header::new("sweep", 1).with("size", size.name()),
+fn run(size: Size, units: usize) -> DatasetRun {
+    DatasetRun {
+        header: ResultHeader::new("sweep", 1).with("size", size.name()),
         contents: Contents::one(Template::Gei, size),
-        format: Format::Folder,
+        format: DatasetFormat::Folder,
         units,
         shard: None,
     }
@@ -102,9 +102,9 @@ fn a_dataset_that_is_not_finished_waits_or_leaves_nothing() {
     let dataset = Dataset::open(&dir).unwrap();
     assert!(dataset.templates().eq([[1; PIXELS], [2; PIXELS]]));
     let found = standing(&dir, &run(Size::S50x30, 2)).unwrap();
-    assert_eq!(found, Standing::Whole);
+    assert_eq!(found, UnfinishedRun::Whole);
     let found = standing(&dir, &run(Size::S64x44, 2)).unwrap();
-    assert!(matches!(found, Standing::Other(_)), "{found:?}");
+    assert!(matches!(found, UnfinishedRun::Other(_)), "{found:?}");
 }
 
 #[test]

@@ -31,7 +31,7 @@ pub struct Baselines {
 }
 
 /// Pictures by which each class is known: their means, one a row, and whose they are.
-type Known = (Array2<f32>, Vec<usize>);
+type ClassMeans = (Array2<f32>, Vec<usize>);
 
 impl Contest<'_> {
     /// The baselines for these recognizers: two for those who are shown the same and know people
@@ -133,7 +133,7 @@ impl Contest<'_> {
     }
 
     /// Why pixels are not compared, if so.
-    fn refusal(&self, of: &Contract, known: Option<&Known>) -> Result<Option<String>> {
+    fn refusal(&self, of: &Contract, known: Option<&ClassMeans>) -> Result<Option<String>> {
         let (numbers, probes) = (of.numbers(), self.probes().max(1));
         let compared = match known {
             Some((known, _)) => known.nrows(),
@@ -166,7 +166,7 @@ fn contract(of: &Contract) -> Contract {
     }
 }
 
-fn with(baseline: Baseline, known: Option<&Known>, like: &Entrant) -> Entrant {
+fn with(baseline: Baseline, known: Option<&ClassMeans>, like: &Entrant) -> Entrant {
     let baseline = match known {
         Some((templates, classes)) => baseline.enrolled(templates.view(), classes.clone()),
         None => baseline,
@@ -192,7 +192,7 @@ fn embedding_dims(recognizer: &dyn Recognizer) -> Result<usize> {
 /// The mean templates of what a recognizer was trained on, by class and viewpoint; none if `pack`
 /// does not have walks of all classes. Of the variations as many are drawn as give no more
 /// pictures than half of the probes, at least the first.
-fn known(entrant: &Entrant, pack: Option<&Pack<'_>>, probes: usize) -> Result<Option<Known>> {
+fn known(entrant: &Entrant, pack: Option<&Pack<'_>>, probes: usize) -> Result<Option<ClassMeans>> {
     let contract = entrant.recognizer.contract();
     let training = &contract.training;
     let (Some(pack), false) = (pack, training.walks.is_empty()) else {

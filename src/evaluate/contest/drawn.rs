@@ -4,7 +4,7 @@ use super::{Contest, Entrant, training_views};
 use crate::confound::Condition;
 use crate::error::{ChoiceError, EvaluateError, Result};
 use crate::evaluate::protocol::{Decision, GalleryViews, Protocol};
-use crate::source::{Source, Walks};
+use crate::source::{PackWalks, SequenceSource};
 use crate::sweep::{View, Views};
 use edgegait_core::pack::Pack;
 
@@ -24,7 +24,7 @@ pub struct Wish<'a> {
 }
 
 /// A contest about walks that are drawn.
-pub struct Drawn<'a> {
+pub struct DrawnContest<'a> {
     /// The contest.
     pub contest: Contest<'a>,
     /// From where probes are seen.
@@ -35,13 +35,13 @@ pub struct Drawn<'a> {
     pub warnings: Vec<String>,
 }
 
-impl<'a> Drawn<'a> {
+impl<'a> DrawnContest<'a> {
     /// Whether probes of the usual protocol are variations, of which there are any number.
     ///
     /// # Errors
     /// If one of the walks is a whole take.
     pub fn is_made((pack, walks): (&Pack<'_>, &[usize]), entrants: &[Entrant]) -> Result<bool> {
-        let cycles = Walks::recorded(pack, walks)?;
+        let cycles = PackWalks::recorded(pack, walks)?;
         let protocol = usual(entrants, &cycles.sequences().subjects)?;
         Ok(protocol.decision == Decision::ClassScore || cycles.are_of_one_take())
     }
@@ -56,7 +56,7 @@ impl<'a> Drawn<'a> {
         entrants: &[Entrant],
         wish: Wish<'a>,
     ) -> Result<Self> {
-        let mut cycles = Walks::recorded(pack, walks)?;
+        let mut cycles = PackWalks::recorded(pack, walks)?;
         let mut protocol = match wish.protocol {
             Some(protocol) => protocol,
             None => usual(entrants, &cycles.sequences().subjects)?,
@@ -75,7 +75,7 @@ impl<'a> Drawn<'a> {
                     "every person has one take: others are made of it, as seeded variations of its cycle".into(),
                 );
             }
-            cycles = Walks::made(pack, walks, &made, wish.conditions)?;
+            cycles = PackWalks::made(pack, walks, &made, wish.conditions)?;
         } else if wish.cycles.is_some() {
             return Err(ChoiceError::CyclesAreRecorded(protocol.name).into());
         }
@@ -118,7 +118,7 @@ impl<'a> Drawn<'a> {
             seen
         });
         Ok(Self {
-            contest: Contest::with_roles(Source::Walks(walks), protocol, roles),
+            contest: Contest::with_roles(SequenceSource::Walks(walks), protocol, roles),
             views,
             probes,
             warnings,

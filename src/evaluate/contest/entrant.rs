@@ -5,7 +5,7 @@ use crate::error::{Result, TemplateOrigin};
 use crate::score::baseline::Baseline;
 use crate::score::{Contract, Model, Recognizer, Runtime};
 use crate::source::Form;
-use crate::sweep::{Framing, Settings};
+use crate::sweep::{FramingMode, Settings};
 use crate::template::Template;
 use edgegait_core::silhouette::Size;
 use std::path::Path;
@@ -20,16 +20,16 @@ pub struct Entrant {
 
 /// How a dataset's templates are, which cannot be drawn otherwise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Stored {
+pub struct StoredTemplates {
     /// Which they are.
     pub template: Template,
     /// Of which silhouettes.
     pub size: Size,
     /// How those were framed, if it says.
-    pub framing: Option<Framing>,
+    pub framing: Option<FramingMode>,
 }
 
-impl Stored {
+impl StoredTemplates {
     /// What the dataset in `folder` says of itself.
     ///
     /// # Errors
@@ -87,7 +87,7 @@ impl Entrant {
     pub fn stored(
         model: &Model,
         runtime: &Runtime,
-        (stored, settings): (Stored, Settings),
+        (stored, settings): (StoredTemplates, Settings),
     ) -> Result<Self> {
         let settings = Self::stored_settings_of(model.contract(), (stored, settings))?;
         Ok(Self {
@@ -102,7 +102,7 @@ impl Entrant {
     /// If it asks for other templates.
     pub(crate) fn stored_settings_of(
         contract: &Contract,
-        (stored, settings): (Stored, Settings),
+        (stored, settings): (StoredTemplates, Settings),
     ) -> Result<Settings> {
         let origin = TemplateOrigin::Dataset;
         // A dataset has no silhouettes, as it says itself.
@@ -120,7 +120,7 @@ impl Entrant {
 
     /// The baseline, which compares templates pixel by pixel: of a dataset, or drawn like this.
     #[must_use]
-    pub fn pixels(stored: Option<Stored>, settings: Settings) -> Self {
+    pub fn pixels(stored: Option<StoredTemplates>, settings: Settings) -> Self {
         let settings = stored.map_or(settings, |stored| Settings {
             template: stored.template,
             size: stored.size,

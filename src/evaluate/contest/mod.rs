@@ -6,19 +6,19 @@ mod entrant;
 mod seen;
 
 pub use baselines::Baselines;
-pub use drawn::{Drawn, Wish, usual};
-pub use entrant::{Entrant, Stored};
-use seen::Seen;
+pub use drawn::{DrawnContest, Wish, usual};
+pub use entrant::{Entrant, StoredTemplates};
+use seen::SeenInTraining;
 
 use super::judge::judge;
 use super::paired;
-use super::protocol::{Decision, GalleryViews, Protocol, Roles};
-use super::results::{Answered, PairedResult, RecognizerResult};
+use super::protocol::{Decision, GalleryViews, Protocol, TakeRoles};
+use super::results::{PairedResult, ProbeAnswer, RecognizerResult};
 use super::trial::Trial;
 use crate::error::{EvaluateError, Result};
 use crate::score::Contract;
 use crate::score::answers::{self, Answers, ask};
-use crate::source::{Shown, Source};
+use crate::source::{SequenceSource, Shown};
 use crate::sweep::{View, Views};
 
 /// Most comparisons of two embeddings, or one with a class, in a contest: some minutes.
@@ -26,13 +26,13 @@ const MAX_COMPARISONS: u64 = 4_000_000_000;
 
 /// People who are looked for, and how.
 pub struct Contest<'a> {
-    source: Source<'a>,
+    source: SequenceSource<'a>,
     protocol: Protocol,
-    roles: Roles,
+    roles: TakeRoles,
 }
 
 /// What came of a contest.
-pub struct Outcome {
+pub struct ContestOutcome {
     /// Of each recognizer, in order.
     pub results: Vec<RecognizerResult>,
     /// How far they are apart.
@@ -46,7 +46,7 @@ pub struct Outcome {
 }
 
 /// What recognizers answered, before anybody judges it.
-pub(crate) struct Asked {
+pub(crate) struct ContestAnswers {
     /// Of each recognizer, in order.
     pub answers: Vec<Answers>,
     /// Sequences that were shown to any of them.
@@ -57,7 +57,7 @@ pub(crate) struct Asked {
 
 /// A picture that a recognizer is shown.
 #[derive(Clone, Copy, Debug)]
-pub struct Picture<'a> {
+pub struct ShownPicture<'a> {
     /// Number of the sequence.
     pub sequence: usize,
     /// Number of the recognizer that takes it, the first of those who do.
@@ -85,13 +85,13 @@ impl<'a> Contest<'a> {
     ///
     /// # Errors
     /// If none of its takes is known by or looked for.
-    pub fn new(source: Source<'a>, protocol: Protocol) -> Result<Self> {
+    pub fn new(source: SequenceSource<'a>, protocol: Protocol) -> Result<Self> {
         let roles = protocol.roles(&source.sequences().takes)?;
         Ok(Self::with_roles(source, protocol, roles))
     }
 
     /// The same where it is known already which part each take has.
-    const fn with_roles(source: Source<'a>, protocol: Protocol, roles: Roles) -> Self {
+    const fn with_roles(source: SequenceSource<'a>, protocol: Protocol, roles: TakeRoles) -> Self {
         Self {
             source,
             protocol,
@@ -102,13 +102,13 @@ impl<'a> Contest<'a> {
     /// The people, for another contest.
     #[cfg(feature = "train")]
     #[must_use]
-    pub(crate) fn into_source(self) -> Source<'a> {
+    pub(crate) fn into_source(self) -> SequenceSource<'a> {
         self.source
     }
 
     /// Who is looked for.
     #[must_use]
-    pub const fn source(&self) -> &Source<'a> {
+    pub const fn source(&self) -> &SequenceSource<'a> {
         &self.source
     }
 
@@ -127,9 +127,9 @@ impl<'a> Contest<'a> {
         &self,
         entrants: &[Entrant],
         seed: u64,
-        seen: &mut dyn FnMut(Picture<'_>),
-        tell: &mut dyn FnMut(Answered<'_>),
-    ) -> Result<Outcome> {
+        seen: &mut dyn FnMut(ShownPicture<'_>),
+        tell: &mut dyn FnMut(ProbeAnswer<'_>),
+    ) -> Result<ContestOutcome> {
         let sequences = self.source.sequences();
         let asked = self.ask(entrants, seen)?;
         let trials = self.trials(entrants)?;
@@ -139,7 +139,7 @@ impl<'a> Contest<'a> {
                 continue;
             }
             let contract = entrant.recognizer.contract();
-            let seen = Seen::of(contract, sequences, |sequence| trial.is_probe(sequence));
+            let seen = SeenInTraining::of(contract, sequences, |sequence| trial.is_probe(sequence));
             warnings.extend(seen.warnings(entrant.recognizer.name()));
         }
         let mut results = Vec::with_capacity(entrants.len());
@@ -154,7 +154,7 @@ impl<'a> Contest<'a> {
             warnings.extend(doubts(&result));
             results.push(result);
         }
-        Ok(Outcome {
+        Ok(ContestOutcome {
             paired: paired::each_from_each(&results, seed),
             results,
             sequences: asked.sequences,
@@ -172,7 +172,7 @@ impl<'a> Contest<'a> {
         entrant: &Entrant,
         answers: &Answers,
         seed: u64,
-        tell: &mut dyn FnMut(Answered<'_>),
+        tell: &mut dyn FnMut(ProbeAnswer<'_>),
     ) -> Result<RecognizerResult> {
         let recognizer = entrant.recognizer.as_ref();
         let trial = self.trial(recognizer.contract())?;
@@ -186,8 +186,8 @@ impl<'a> Contest<'a> {
     pub(crate) fn ask(
         &self,
         entrants: &[Entrant],
-        seen: &mut dyn FnMut(Picture<'_>),
-    ) -> Result<Asked> {
+        seen: &mut dyn FnMut(ShownPicture<'_>),
+    ) -> Result<ContestAnswers> {
         let sequences = self.source.sequences();
         let trials = self.trials(entrants)?;
         let mut answers = vec![Answers::default(); entrants.len()];
@@ -210,12 +210,12 @@ impl<'a> Contest<'a> {
                 move |sequence: usize| trial.needs(sequence)
             };
             let needs: Vec<_> = group.iter().map(|&at| needs(at)).collect();
-            let recognizers: Vec<answers::Asked<'_>> = { group.iter() }
+            let recognizers: Vec<answers::Questioned<'_>> = { group.iter() }
                 .zip(&needs)
                 .map(|(&at, needs)| (entrants[at].recognizer.as_ref(), needs as _))
                 .collect();
             let mut tell = |sequence: usize, bytes: &[u8]| {
-                seen(Picture {
+                seen(ShownPicture {
                     sequence,
                     entrant: first,
                     is_probe: trials[first].is_probe(sequence),
@@ -228,7 +228,7 @@ impl<'a> Contest<'a> {
                 answers[at] = found;
             }
         }
-        Ok(Asked {
+        Ok(ContestAnswers {
             answers,
             sequences: all.iter().filter(|is_shown| **is_shown).count() as u64,
             shown: shown.unwrap_or_default(),

@@ -8,7 +8,7 @@ use crate::source::Sequences;
 
 /// How many probes were seen in training.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Seen {
+pub(super) struct SeenInTraining {
     probes: usize,
     /// Those that training was shown.
     shown: usize,
@@ -16,7 +16,7 @@ pub(super) struct Seen {
     varied: usize,
 }
 
-impl Seen {
+impl SeenInTraining {
     /// Compares the probes among `sequences` with what the contract says of training: by the names
     /// of people and walks, so that a walk of the same name in another file counts too.
     pub(super) fn of(
@@ -32,12 +32,12 @@ impl Seen {
         };
         let knows = |name: &String| people.contains(name);
         let is_known: Vec<bool> = sequences.subjects.iter().map(knows).collect();
-        let is_of_training = |origin: &crate::source::Origin| {
+        let is_of_training = |origin: &crate::source::SequenceOrigin| {
             let cycles = &training.cycles;
             let has = |cycle| cycles.is_empty() || cycles.contains(&cycle);
             training.walks.contains(&origin.walk) && origin.cycle.is_none_or(has)
         };
-        let was_shown = |origin: &crate::source::Origin| {
+        let was_shown = |origin: &crate::source::SequenceOrigin| {
             let is_of = |seed| seed == training.seed || training.seeds.contains(&seed);
             (origin.variation == 0 || is_of(origin.seed))
                 && training.variations.contains(&origin.variation)
@@ -87,11 +87,11 @@ impl Seen {
 mod tests {
     use super::*;
     use crate::score::Training;
-    use crate::source::{Origin, Sequence, Take, ViewLabel};
+    use crate::source::{Sequence, SequenceOrigin, SequenceTake, ViewLabel};
 
     /// One sequence of each of (person, walk, stored cycle, variation, seed).
     fn sequences(of: &[(usize, &str, Option<u32>, u32, u64)]) -> Sequences {
-        let take = |subject| Take {
+        let take = |subject| SequenceTake {
             subject,
             name: "probe".into(),
             condition: String::new(),
@@ -101,7 +101,7 @@ mod tests {
             takes: vec![take(0), take(1)],
             origins: of
                 .iter()
-                .map(|&(_, walk, cycle, variation, seed)| Origin {
+                .map(|&(_, walk, cycle, variation, seed)| SequenceOrigin {
                     walk: walk.into(),
                     cycle,
                     variation,
@@ -137,7 +137,7 @@ mod tests {
     }
 
     fn seen(contract: &Contract, of: (usize, &str, Option<u32>, u32, u64)) -> (usize, usize) {
-        let seen = Seen::of(contract, &sequences(&[of]), |_| true);
+        let seen = SeenInTraining::of(contract, &sequences(&[of]), |_| true);
         assert_eq!(seen.probes, 1);
         (seen.shown, seen.varied)
     }
@@ -179,7 +179,7 @@ mod tests {
     #[test]
     fn only_probes_count() {
         let both = sequences(&[(0, "1", Some(0), 0, 1), (0, "1", Some(0), 1000, 1)]);
-        let second = Seen::of(&contract(), &both, |sequence| sequence == 1);
+        let second = SeenInTraining::of(&contract(), &both, |sequence| sequence == 1);
         assert_eq!((second.probes, second.shown, second.varied), (1, 0, 1));
         assert_eq!(second.warnings("m").len(), 1);
     }

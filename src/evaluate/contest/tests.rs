@@ -1,5 +1,5 @@
 use super::*;
-use crate::dataset::Layout;
+use crate::dataset::TreeLayout;
 use crate::evaluate::testing::{Gei, write_geis};
 use crate::score::Recognizer;
 use crate::score::{InputRange, Outputs, RuntimeName};
@@ -41,13 +41,13 @@ impl Recognizer for FirstTwoPixels {
 const FRONT: (f64, f64) = (0.0, 0.0);
 const SIDE: (f64, f64) = (90.0, 0.0);
 
-fn outcome(protocol: &str, classes: &[&str], geis: &[Gei<'_>]) -> Result<Outcome> {
+fn outcome(protocol: &str, classes: &[&str], geis: &[Gei<'_>]) -> Result<ContestOutcome> {
     let folder = tempfile::tempdir().expect("a folder");
     let dir = folder.path().join("geis");
     write_geis(&dir, geis)?;
     let protocol = Protocol::named(protocol)?;
     let contest = Contest::new(
-        Source::open(&dir, &protocol.made, &Layout::default())?,
+        SequenceSource::open(&dir, &protocol.made, &TreeLayout::default())?,
         protocol,
     )?;
     let entrant = Entrant {

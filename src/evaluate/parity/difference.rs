@@ -15,7 +15,7 @@ const LEAST_SPREAD: f64 = 1e-3;
 
 /// How far apart the answers of two sides are, over all inputs whose answers are finite.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(crate) struct Difference {
+pub(crate) struct AnswerDifference {
     /// Inputs that were compared.
     pub inputs: u64,
     /// Numbers of each answer.
@@ -39,12 +39,12 @@ pub(crate) struct Difference {
 }
 
 /// A vector of the reference and that of another side, of one length and finite.
-pub(crate) type Pair<'a> = (&'a [f32], &'a [f32]);
+pub(crate) type VectorPair<'a> = (&'a [f32], &'a [f32]);
 
-impl Difference {
+impl AnswerDifference {
     /// Of these pairs, and of each of them how far it is apart relative to the spread; none without
     /// numbers.
-    pub(crate) fn of(pairs: &[Pair<'_>]) -> Option<(Self, Vec<f64>)> {
+    pub(crate) fn of(pairs: &[VectorPair<'_>]) -> Option<(Self, Vec<f64>)> {
         let width = pairs.first()?.0.len();
         if width == 0 {
             return None;
@@ -66,7 +66,7 @@ impl Difference {
         let size = root_mean_square(&vec![0.0; width]);
         let spread = root_mean_square(&mean).max(LEAST_SPREAD * size);
 
-        let relative = |&(a, b): &Pair<'_>| match Distance::Euclidean.between(a, b, 1) {
+        let relative = |&(a, b): &VectorPair<'_>| match Distance::Euclidean.between(a, b, 1) {
             0.0 => 0.0,
             length => length / spread,
         };
@@ -91,7 +91,7 @@ impl Difference {
 }
 
 /// 1 of equal vectors, zero or not.
-fn cosine((a, b): &Pair<'_>) -> f64 {
+fn cosine((a, b): &VectorPair<'_>) -> f64 {
     if a == b {
         return 1.0;
     }
@@ -108,7 +108,7 @@ mod tests {
         let reference = [[13.0_f32, 4.0], [7.0, -4.0]];
         let other = [[13.0_f32, 4.0], [7.0, -3.0]];
         let pairs = [0, 1].map(|at| (&reference[at][..], &other[at][..]));
-        let (found, relatives) = Difference::of(&pairs).expect("numbers");
+        let (found, relatives) = AnswerDifference::of(&pairs).expect("numbers");
         assert_eq!((found.inputs, found.numbers), (2, 2));
         assert_eq!((found.greatest, found.mean), (1.0, 0.25));
         assert_eq!((found.size, found.spread), (125.0_f64.sqrt(), 5.0));
@@ -122,7 +122,7 @@ mod tests {
     #[test]
     fn a_reference_that_hardly_varies_is_measured_by_a_thousandth_of_its_size() {
         let (a, b) = ([1000.0_f32], [1000.5_f32]);
-        let (found, _) = Difference::of(&[(&a, &b), (&a, &a)]).expect("numbers");
+        let (found, _) = AnswerDifference::of(&[(&a, &b), (&a, &a)]).expect("numbers");
         assert_eq!((found.size, found.spread), (1000.0, 1.0));
         assert_eq!((found.greatest_relative, found.mean_relative), (0.5, 0.25));
     }
@@ -130,12 +130,12 @@ mod tests {
     #[test]
     fn zeros_are_the_same_as_zeros_and_infinitely_far_from_others() {
         let (zero, one) = ([0.0_f32; 3], [1.0_f32; 3]);
-        let (same, _) = Difference::of(&[(&zero, &zero)]).expect("numbers");
+        let (same, _) = AnswerDifference::of(&[(&zero, &zero)]).expect("numbers");
         assert_eq!((same.greatest_relative, same.worst_cosine), (0.0, 1.0));
-        let (other, _) = Difference::of(&[(&zero, &one)]).expect("numbers");
+        let (other, _) = AnswerDifference::of(&[(&zero, &one)]).expect("numbers");
         assert_eq!(other.greatest_relative, f64::INFINITY);
         assert_eq!(other.worst_cosine, 0.0);
-        assert_eq!(Difference::of(&[]), None);
-        assert_eq!(Difference::of(&[(&[], &[])]), None);
+        assert_eq!(AnswerDifference::of(&[]), None);
+        assert_eq!(AnswerDifference::of(&[(&[], &[])]), None);
     }
 }

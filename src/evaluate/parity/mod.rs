@@ -10,25 +10,25 @@ mod ranks;
 mod side;
 mod verdict;
 
-pub(crate) use difference::Difference;
-pub(crate) use places::{Part, Place};
+pub(crate) use difference::AnswerDifference;
+pub(crate) use places::{InputDifference, ParityPart};
 pub(crate) use ranks::RankChanges;
-pub(crate) use side::Side;
+pub(crate) use side::ParitySide;
 pub(crate) use verdict::{Limits, Verdict};
 
-use super::contest::{Asked, Contest, Entrant, Picture};
-use crate::dataset::Header;
+use super::contest::{Contest, ContestAnswers, Entrant, ShownPicture};
+use crate::dataset::ResultHeader;
 use crate::error::{EvaluateError, Result};
 use crate::score::answers::Answers;
-use places::Found;
-use ranks::Ranked;
+use places::ComparedAnswers;
+use ranks::SideRanks;
 use serde::Serialize;
 
 /// What `edgegait parity` finds, as the JSON that it writes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct ParityResults {
     #[serde(flatten)]
-    pub header: Header,
+    pub header: ResultHeader,
     /// Whether all sides answer as the first.
     pub verdict: Verdict,
     /// Templates or sequences of silhouettes that each was shown.
@@ -40,7 +40,7 @@ pub(crate) struct ParityResults {
     /// The protocol by which people are looked for.
     pub protocol: String,
     /// The sides, the reference first.
-    pub sides: Vec<Side>,
+    pub sides: Vec<ParitySide>,
     /// Each of the others beside the reference.
     pub comparisons: Vec<Comparison>,
 }
@@ -55,27 +55,27 @@ pub(crate) struct Comparison {
     pub reasons: Vec<String>,
     pub limits: Limits,
     /// Of embeddings; none if none is finite on both sides.
-    pub embedding: Option<Difference>,
+    pub embedding: Option<AnswerDifference>,
     /// Of class scores; none if there are none, they are the embedding, or none is finite.
-    pub scores: Option<Difference>,
+    pub scores: Option<AnswerDifference>,
     /// None if the embeddings of a side cannot be ranked.
     pub ranks: Option<RankChanges>,
     /// Inputs at which they are farthest apart, those first that are not finite.
-    pub worst: Vec<Place>,
+    pub worst: Vec<InputDifference>,
     /// By person, in the source's order.
-    pub by_subject: Vec<Part>,
+    pub by_subject: Vec<ParityPart>,
     /// By viewpoint or camera.
-    pub by_view: Vec<Part>,
+    pub by_view: Vec<ParityPart>,
 }
 
 /// What sides answered to the same contest.
-pub(crate) struct Answered<'a> {
+pub(crate) struct SideAnswers<'a> {
     contest: &'a Contest<'a>,
-    asked: Asked,
-    ranked: Vec<Option<Ranked>>,
+    asked: ContestAnswers,
+    ranked: Vec<Option<SideRanks>>,
 }
 
-impl<'a> Answered<'a> {
+impl<'a> SideAnswers<'a> {
     /// Asks all sides, and ranks what they answer; `seen` is told of each picture.
     ///
     /// # Errors
@@ -85,7 +85,7 @@ impl<'a> Answered<'a> {
         contest: &'a Contest<'a>,
         entrants: &[Entrant],
         seed: u64,
-        seen: &mut dyn FnMut(Picture<'_>),
+        seen: &mut dyn FnMut(ShownPicture<'_>),
     ) -> Result<Self> {
         let asked = contest.ask(entrants, seen)?;
         let names: Vec<&str> = entrants.iter().map(|one| one.recognizer.name()).collect();
@@ -93,7 +93,8 @@ impl<'a> Answered<'a> {
             same_form((names[0], &asked.answers[0]), (name, answers))?;
         }
         let ranked = entrants.iter().zip(&asked.answers);
-        let ranked = ranked.map(|(entrant, answers)| Ranked::of(contest, entrant, answers, seed));
+        let ranked =
+            ranked.map(|(entrant, answers)| SideRanks::of(contest, entrant, answers, seed));
         Ok(Self {
             ranked: ranked.collect::<Result<_>>()?,
             contest,
@@ -107,7 +108,7 @@ impl<'a> Answered<'a> {
     }
 
     /// States of a side what it answered by itself.
-    pub(crate) fn complete(&self, side: &mut Side, at: usize) {
+    pub(crate) fn complete(&self, side: &mut ParitySide, at: usize) {
         let answers = &self.asked.answers[at];
         let numbers = || answers.embeddings.iter().chain(&answers.scores);
         side.numbers = numbers().count() as u64;
@@ -116,10 +117,10 @@ impl<'a> Answered<'a> {
     }
 
     /// A side beside the reference.
-    pub(crate) fn compare(&self, sides: &[Side], at: usize, limits: Limits) -> Comparison {
+    pub(crate) fn compare(&self, sides: &[ParitySide], at: usize, limits: Limits) -> Comparison {
         let sequences = self.contest.source().sequences();
         let [reference, other] = [0, at].map(|side| &self.asked.answers[side]);
-        let found = Found::of(reference, other, sequences.list.len());
+        let found = ComparedAnswers::of(reference, other, sequences.list.len());
         let ranks = self.ranked[0].as_ref().zip(self.ranked[at].as_ref());
         let mut comparison = Comparison {
             side: at,

@@ -1,6 +1,6 @@
 //! Where two sides are apart: at which inputs, people and viewpoints.
 
-use super::difference::{Difference, Pair};
+use super::difference::{AnswerDifference, VectorPair};
 use crate::score::answers::Answers;
 use crate::source::{Sequences, ViewLabel};
 use serde::Serialize;
@@ -11,7 +11,7 @@ const LISTED: usize = 5;
 
 /// An input, and how far apart the answers to it are.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Place {
+pub(crate) struct InputDifference {
     pub subject: String,
     pub take: String,
     pub view: ViewLabel,
@@ -22,30 +22,30 @@ pub(crate) struct Place {
 
 /// Inputs of one person or from one viewpoint.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Part {
+pub(crate) struct ParityPart {
     pub name: String,
     pub inputs: u64,
     /// Inputs at which a number is not finite; the others count below.
     pub non_finite: u64,
-    /// As [`Place::relative`].
+    /// As [`InputDifference::relative`].
     pub greatest_relative: f64,
     pub mean_relative: f64,
 }
 
 /// What two sides answered, compared.
-pub(super) struct Found {
-    pub(super) embedding: Option<Difference>,
-    pub(super) scores: Option<Difference>,
-    /// By the number of a sequence that was shown, as [`Place::relative`].
+pub(super) struct ComparedAnswers {
+    pub(super) embedding: Option<AnswerDifference>,
+    pub(super) scores: Option<AnswerDifference>,
+    /// By the number of a sequence that was shown, as [`InputDifference::relative`].
     relatives: BTreeMap<usize, Option<f64>>,
 }
 
-impl Found {
+impl ComparedAnswers {
     /// The answers to the sequences of these numbers, as far as there are any.
     pub(super) fn of(reference: &Answers, other: &Answers, sequences: usize) -> Self {
         let embeddings = |at| (reference.embedding(at), other.embedding(at));
         let scores = |at| (reference.scores(at), other.scores(at));
-        let numbers = |(a, b): Pair<'_>| a.iter().chain(b).all(|number| number.is_finite());
+        let numbers = |(a, b): VectorPair<'_>| a.iter().chain(b).all(|number| number.is_finite());
         let has_answer = |at: &usize| {
             let (a, b) = (embeddings(*at).0, scores(*at).0);
             !(a.is_empty() && b.is_empty())
@@ -55,16 +55,16 @@ impl Found {
         let finite: Vec<usize> = shown.iter().copied().filter(is_finite).collect();
         let mut relatives: BTreeMap<usize, Option<f64>> =
             shown.into_iter().map(|at| (at, None)).collect();
-        let mut difference = |pairs: Vec<Pair<'_>>| {
-            let (difference, found) = Difference::of(&pairs)?;
+        let mut difference = |pairs: Vec<VectorPair<'_>>| {
+            let (difference, found) = AnswerDifference::of(&pairs)?;
             for (at, relative) in finite.iter().zip(found) {
                 let greatest = relatives.entry(*at).or_default();
                 *greatest = Some(greatest.map_or(relative, |before| before.max(relative)));
             }
             Some(difference)
         };
-        let of_embeddings: Vec<Pair<'_>> = finite.iter().map(|&at| embeddings(at)).collect();
-        let of_scores: Vec<Pair<'_>> = finite.iter().map(|&at| scores(at)).collect();
+        let of_embeddings: Vec<VectorPair<'_>> = finite.iter().map(|&at| embeddings(at)).collect();
+        let of_scores: Vec<VectorPair<'_>> = finite.iter().map(|&at| scores(at)).collect();
         // A model with one output has it as both.
         let is_one = of_embeddings == of_scores;
         let embedding = difference(of_embeddings);
@@ -77,7 +77,7 @@ impl Found {
     }
 
     /// Where they are farthest apart.
-    pub(super) fn worst(&self, sequences: &Sequences) -> Vec<Place> {
+    pub(super) fn worst(&self, sequences: &Sequences) -> Vec<InputDifference> {
         let mut order: Vec<(usize, Option<f64>)> =
             self.relatives.iter().map(|(&at, &one)| (at, one)).collect();
         let key = |relative: Option<f64>| relative.unwrap_or(f64::INFINITY);
@@ -87,7 +87,7 @@ impl Found {
             finite.then(key(b.1).total_cmp(&key(a.1)))
         });
         let apart = order.into_iter().filter(|(_, one)| *one != Some(0.0));
-        let place = |(at, relative): (usize, Option<f64>)| Place {
+        let place = |(at, relative): (usize, Option<f64>)| InputDifference {
             subject: sequences.subjects[sequences.subject(at)].clone(),
             take: sequences.takes[sequences.list[at].take].name.clone(),
             view: sequences.view_label(at).clone(),
@@ -96,26 +96,26 @@ impl Found {
         apart.take(LISTED).map(place).collect()
     }
 
-    pub(super) fn by_subject(&self, sequences: &Sequences) -> Vec<Part> {
+    pub(super) fn by_subject(&self, sequences: &Sequences) -> Vec<ParityPart> {
         let names = sequences.subjects.clone();
         self.parts(names, |at| sequences.subject(at))
     }
 
-    pub(super) fn by_view(&self, sequences: &Sequences) -> Vec<Part> {
+    pub(super) fn by_view(&self, sequences: &Sequences) -> Vec<ParityPart> {
         let names = sequences.views.iter().map(ToString::to_string).collect();
         self.parts(names, |at| sequences.list[at].view)
     }
 
     /// Sums by the part that an input belongs to; parts without inputs are left out.
-    fn parts(&self, names: Vec<String>, part_of: impl Fn(usize) -> usize) -> Vec<Part> {
-        let part = |name| Part {
+    fn parts(&self, names: Vec<String>, part_of: impl Fn(usize) -> usize) -> Vec<ParityPart> {
+        let part = |name| ParityPart {
             name,
             inputs: 0,
             non_finite: 0,
             greatest_relative: 0.0,
             mean_relative: 0.0,
         };
-        let mut parts: Vec<Part> = names.into_iter().map(part).collect();
+        let mut parts: Vec<ParityPart> = names.into_iter().map(part).collect();
         for (&at, relative) in &self.relatives {
             let part = &mut parts[part_of(at)];
             part.inputs += 1;

@@ -2,23 +2,23 @@
 
 use crate::error::{Error, EvaluateError, Result};
 use crate::evaluate::contest::{Contest, Entrant};
-use crate::evaluate::results::Answered;
+use crate::evaluate::results::ProbeAnswer;
 use crate::score::answers::Answers;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// Whom one side took each probe for.
-pub(super) struct Ranked {
+pub(super) struct SideRanks {
     /// As [`crate::evaluate::results::RecognizerResult::rank1`].
     pub(super) rank1: f64,
-    told: BTreeMap<Probe, Told>,
+    told: BTreeMap<Probe, RankedAnswer>,
 }
 
 /// A probe: its set, its number, and the gallery's viewpoint if each is compared for itself.
 type Probe = (String, usize, String);
 
 /// The answer, and the rank of the right person.
-type Told = (Option<String>, Option<usize>);
+type RankedAnswer = (Option<String>, Option<usize>);
 
 /// What changes in whom probes are taken for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -39,7 +39,7 @@ pub(crate) struct RankChanges {
     pub rank1: f64,
 }
 
-impl Ranked {
+impl SideRanks {
     /// Ranks what a side answered; none if nothing of it is finite.
     ///
     /// # Errors
@@ -51,7 +51,7 @@ impl Ranked {
         seed: u64,
     ) -> Result<Option<Self>> {
         let mut told = BTreeMap::new();
-        let mut tell = |row: Answered<'_>| {
+        let mut tell = |row: ProbeAnswer<'_>| {
             let at = row.gallery_azimuth_deg.zip(row.gallery_elevation_deg);
             let gallery = match (row.gallery_view, at) {
                 (Some(name), _) => name.to_owned(),
@@ -73,7 +73,7 @@ impl Ranked {
 }
 
 impl RankChanges {
-    pub(super) fn of(reference: &Ranked, other: &Ranked) -> Self {
+    pub(super) fn of(reference: &SideRanks, other: &SideRanks) -> Self {
         let mut changes = Self {
             probes: 0,
             other_answers: 0,
@@ -92,7 +92,7 @@ impl RankChanges {
             (told, found.unwrap_or(&none))
         });
         for (a, b) in pairs.chain(only_other.map(|(_, told)| (&none, told))) {
-            let is_right = |told: &Told| told.1 == Some(1);
+            let is_right = |told: &RankedAnswer| told.1 == Some(1);
             changes.probes += 1;
             changes.other_answers += u64::from(a.0 != b.0);
             changes.lost += u64::from(is_right(a) && !is_right(b));
@@ -112,10 +112,10 @@ impl RankChanges {
 mod tests {
     use super::*;
 
-    fn ranked(told: &[(Option<&str>, Option<usize>)]) -> Ranked {
+    fn ranked(told: &[(Option<&str>, Option<usize>)]) -> SideRanks {
         let probe = |at: usize| ("probes".to_owned(), at, String::new());
         let told = told.iter().enumerate();
-        Ranked {
+        SideRanks {
             rank1: 0.5,
             told: told
                 .map(|(at, (answer, rank))| (probe(at), (answer.map(str::to_owned), *rank)))

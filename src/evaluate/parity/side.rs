@@ -5,7 +5,7 @@ use serde::Serialize;
 
 /// A model on a runtime.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Side {
+pub(crate) struct ParitySide {
     /// The model's file.
     pub model: String,
     pub runtime: RuntimeName,
@@ -31,7 +31,7 @@ pub(crate) struct Side {
     pub notes: Vec<String>,
 }
 
-impl Side {
+impl ParitySide {
     /// Before it has answered anything.
     pub(crate) fn new(model: &Model, runtime: RuntimeName) -> Self {
         Self {
@@ -127,16 +127,16 @@ fn listed(ran: &[Ran]) -> String {
 mod tests {
     use super::*;
 
-    fn side(provider: &str, quantized: bool) -> Side {
+    fn side(provider: &str, quantized: bool) -> ParitySide {
         let model = crate::score::testing::small_model();
         let runtime = RuntimeName {
             name: "onnxruntime".into(),
             version: "1.31.1".into(),
             provider: provider.into(),
         };
-        Side {
+        ParitySide {
             quantized,
-            ..Side::new(&model, runtime)
+            ..ParitySide::new(&model, runtime)
         }
     }
 

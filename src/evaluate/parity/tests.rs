@@ -1,12 +1,12 @@
 //! Sides whose answers follow from two pixels.
 
 use super::*;
-use crate::dataset::Layout;
+use crate::dataset::TreeLayout;
 use crate::evaluate::protocol::Protocol;
 use crate::evaluate::testing::{Gei, write_geis};
 use crate::score::testing::small_model;
 use crate::score::{Contract, InputRange, Outputs, Recognizer, RuntimeName};
-use crate::source::{Source, ViewLabel};
+use crate::source::{SequenceSource, ViewLabel};
 use crate::sweep::Settings;
 
 /// Answers with a function of the first two pixels, as embedding and as class scores.
@@ -68,17 +68,17 @@ const GEIS: [Gei<'_>; 4] = [
 ];
 
 /// The other beside the reference, with limits for float.
-fn compared(others: [fn(f32, f32) -> Vec<f32>; 2]) -> Result<(Vec<Side>, Comparison)> {
+fn compared(others: [fn(f32, f32) -> Vec<f32>; 2]) -> Result<(Vec<ParitySide>, Comparison)> {
     let folder = tempfile::tempdir().expect("a folder");
     let dir = folder.path().join("geis");
     write_geis(&dir, &GEIS)?;
     let protocol = Protocol::named("closed-set")?;
-    let source = Source::open(&dir, &protocol.made, &Layout::default())?;
+    let source = SequenceSource::open(&dir, &protocol.made, &TreeLayout::default())?;
     let contest = Contest::new(source, protocol)?;
     let entrants = [entrant("a", others[0]), entrant("b", others[1])];
-    let answered = Answered::of(&contest, &entrants, 1, &mut |_| {})?;
+    let answered = SideAnswers::of(&contest, &entrants, 1, &mut |_| {})?;
     assert_eq!(answered.sequences(), 4);
-    let mut sides = vec![Side::new(&small_model(), RuntimeName::default()); 2];
+    let mut sides = vec![ParitySide::new(&small_model(), RuntimeName::default()); 2];
     for (at, side) in sides.iter_mut().enumerate() {
         answered.complete(side, at);
     }
@@ -122,14 +122,14 @@ fn one_input_that_differs_is_found_with_its_person_and_viewpoint() {
         (embedding.greatest_relative, embedding.mean_relative),
         (2.0, 0.5)
     );
-    let expected = Place {
+    let expected = InputDifference {
         subject: "bob".into(),
         take: "w".into(),
         view: ViewLabel::Angles(90.0, 0.0),
         relative: Some(2.0),
     };
     assert_eq!(found.worst, [expected]);
-    let means = |parts: &[Part]| -> Vec<(String, f64)> {
+    let means = |parts: &[ParityPart]| -> Vec<(String, f64)> {
         let each = parts.iter();
         each.map(|part| (part.name.clone(), part.mean_relative))
             .collect()

@@ -1,6 +1,6 @@
 //! Whether a side answers as the reference, and why not.
 
-use super::{Comparison, Difference, Side};
+use super::{AnswerDifference, Comparison, ParitySide};
 use serde::Serialize;
 
 /// Whether sides answer the same.
@@ -16,9 +16,9 @@ pub(crate) enum Verdict {
 /// How far apart two sides may be and count as the same.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct Limits {
-    /// Of any input: [`Difference::greatest_relative`].
+    /// Of any input: [`AnswerDifference::greatest_relative`].
     pub relative_difference: f64,
-    /// Of all inputs: [`Difference::mean_relative`].
+    /// Of all inputs: [`AnswerDifference::mean_relative`].
     pub mean_relative_difference: f64,
     /// Share of probes that one side alone takes for the right person, 0..1. Whom the wrong answers
     /// name does not count: where nobody is near, rounding chooses.
@@ -46,7 +46,7 @@ impl Limits {
     };
 
     /// The usual ones of these sides.
-    pub(crate) const fn of(reference: &Side, other: &Side) -> Self {
+    pub(crate) const fn of(reference: &ParitySide, other: &ParitySide) -> Self {
         if reference.quantized || other.quantized {
             Self::INT8
         } else {
@@ -57,7 +57,7 @@ impl Limits {
 
 impl Comparison {
     /// Decides, and says why.
-    pub(super) fn judge(&mut self, sides: [&Side; 2]) {
+    pub(super) fn judge(&mut self, sides: [&ParitySide; 2]) {
         let mut reasons = Vec::new();
         for side in sides.iter().filter(|side| side.non_finite > 0) {
             reasons.push(format!(
@@ -95,7 +95,7 @@ impl Comparison {
 }
 
 impl Limits {
-    fn reasons(&self, what: &str, difference: &Difference) -> Vec<String> {
+    fn reasons(&self, what: &str, difference: &AnswerDifference) -> Vec<String> {
         let cases = [
             (
                 "greatest",

@@ -1,7 +1,7 @@
 use super::*;
 
-fn take(subject: usize, name: &str) -> Take {
-    Take {
+fn take(subject: usize, name: &str) -> SequenceTake {
+    SequenceTake {
         subject,
         name: name.into(),
         condition: String::new(),
@@ -33,7 +33,7 @@ fn casia_b_enrols_four_normal_walks_and_looks_for_three_kinds() {
     let names = [
         "bg-01", "bg-02", "cl-01", "cl-02", "nm-01", "nm-02", "nm-03", "nm-04", "nm-05", "nm-06",
     ];
-    let takes: Vec<Take> = names.map(|name| take(0, name)).to_vec();
+    let takes: Vec<SequenceTake> = names.map(|name| take(0, name)).to_vec();
     let roles = protocol.roles(&takes).expect("all are there");
     let chosen = |is_in: &[bool]| -> Vec<&str> {
         let names = names.iter().zip(is_in);
@@ -185,7 +185,7 @@ fn only_the_set_on_which_nothing_acts_is_clean() {
 fn conditions_that_one_set_pools_are_told() {
     let mut takes = vec![take(0, "a"), take(0, "b"), take(0, "c")];
     let protocol = Protocol::named("closed-set").expect("built in");
-    let doubts = |takes: &[Take]| {
+    let doubts = |takes: &[SequenceTake]| {
         let roles = protocol.roles(takes).expect("all are probed");
         protocol.doubts(takes, &roles)
     };

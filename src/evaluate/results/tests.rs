@@ -64,7 +64,7 @@ pub(crate) fn set(name: &str, clean: bool, hits: u32) -> ProbeSetResult {
 
 pub(crate) fn results_of(recognizers: Vec<RecognizerResult>) -> ScoreResults {
     ScoreResults {
-        header: Header::new("score", 1).with("views", "paper"),
+        header: ResultHeader::new("score", 1).with("views", "paper"),
         silhouettes: 3200,
         geis: 100,
         clipped_share: Some(0.25),

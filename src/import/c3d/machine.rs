@@ -2,7 +2,7 @@
 
 /// The machine whose numbers a file holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Machine {
+pub(super) enum NumberFormat {
     /// Intel: little endian, IEEE 754.
     Pc,
     /// DEC VAX and PDP-11: little endian words, floats in the F format.
@@ -11,7 +11,7 @@ pub(super) enum Machine {
     Mips,
 }
 
-impl Machine {
+impl NumberFormat {
     /// The machine by the fourth byte of the parameter section.
     pub(super) const fn of(byte: u8) -> Option<Self> {
         match byte {
@@ -70,7 +70,7 @@ mod tests {
         let real = |first: u16, second: u16| {
             let [a, b] = first.to_le_bytes();
             let [c, d] = second.to_le_bytes();
-            Machine::Vax.real([a, b, c, d])
+            NumberFormat::Vax.real([a, b, c, d])
         };
         assert_eq!(real(0x4080, 0).to_bits(), 1f64.to_bits());
         assert_eq!(real(0xC080, 0).to_bits(), (-1f64).to_bits());
@@ -85,17 +85,17 @@ mod tests {
 
     #[test]
     fn words_and_ieee_floats_differ_only_in_the_order_of_bytes() {
-        assert_eq!(Machine::Pc.integer([0xFE, 0xFF]), -2);
-        assert_eq!(Machine::Vax.word([0x01, 0x02]), 0x0201);
-        assert_eq!(Machine::Mips.word([0x01, 0x02]), 0x0102);
+        assert_eq!(NumberFormat::Pc.integer([0xFE, 0xFF]), -2);
+        assert_eq!(NumberFormat::Vax.word([0x01, 0x02]), 0x0201);
+        assert_eq!(NumberFormat::Mips.word([0x01, 0x02]), 0x0102);
         assert_eq!(
-            Machine::Pc.real([0, 0, 0x80, 0xBF]).to_bits(),
+            NumberFormat::Pc.real([0, 0, 0x80, 0xBF]).to_bits(),
             (-1f64).to_bits()
         );
         assert_eq!(
-            Machine::Mips.real([0xBF, 0x80, 0, 0]).to_bits(),
+            NumberFormat::Mips.real([0xBF, 0x80, 0, 0]).to_bits(),
             (-1f64).to_bits()
         );
-        assert_eq!(Machine::of(83), None);
+        assert_eq!(NumberFormat::of(83), None);
     }
 }

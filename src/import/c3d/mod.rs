@@ -11,16 +11,16 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::{Format, MAX_POSITIONS, Markers, RATE_HZ, metres};
-use crate::error::{Error, Place, Result};
+use super::{MAX_POSITIONS, Markers, MotionFormat, RATE_HZ, metres};
+use crate::error::{Error, FilePlace, Result};
 
 mod machine;
 mod parameters;
 #[cfg(test)]
 mod tests;
 
-use machine::Machine;
-use parameters::{Parameters, Section, unsigned};
+use machine::NumberFormat;
+use parameters::{C3dParameters, ParameterSection, unsigned};
 
 /// The format counts places in blocks of this many bytes.
 const BLOCK: usize = 512;
@@ -40,7 +40,7 @@ const NOT_POSITIONS: [&str; 7] = [
 ];
 
 /// The header's words that matter, in the order of the file.
-struct Header {
+struct C3dHeader {
     points: u16,
     analog_samples: u16,
     first_frame: u16,
@@ -50,8 +50,8 @@ struct Header {
     rate_hz: f64,
 }
 
-impl Header {
-    fn parse(block: &[u8; BLOCK], machine: Machine) -> Self {
+impl C3dHeader {
+    fn parse(block: &[u8; BLOCK], machine: NumberFormat) -> Self {
         let word = |at: usize| machine.word([block[at], block[at + 1]]);
         let real =
             |at: usize| machine.real([block[at], block[at + 1], block[at + 2], block[at + 3]]);
@@ -74,8 +74,8 @@ impl Header {
 }
 
 /// How frames of points lie in the data section.
-struct Layout {
-    machine: Machine,
+struct PointsLayout {
+    machine: NumberFormat,
     /// Byte of the first frame.
     start: u64,
     frames: usize,
@@ -105,7 +105,7 @@ fn read_from(path: &Path, mut file: impl Read + Seek, length: u64) -> Result<Mar
     if block[1] != KEY || block[0] < 2 {
         return Err(Error::at(
             path,
-            Place::Byte(0),
+            FilePlace::Byte(0),
             format!(
                 "expected a C3D header (parameter block, 80), found {} {}",
                 block[0], block[1]
@@ -115,14 +115,14 @@ fn read_from(path: &Path, mut file: impl Read + Seek, length: u64) -> Result<Mar
     let start = (usize::from(block[0]) - 1) * BLOCK;
     let mut first = [0; 4];
     fill(path, &mut file, &mut first, start, length)?;
-    let Some(machine) = Machine::of(first[3]) else {
+    let Some(machine) = NumberFormat::of(first[3]) else {
         return Err(Error::at(
             path,
-            Place::Byte(start + 3),
+            FilePlace::Byte(start + 3),
             format!("expected processor 84, 85 or 86, found {}", first[3]),
         ));
     };
-    let header = Header::parse(&block, machine);
+    let header = C3dHeader::parse(&block, machine);
     // Some writers leave the count of blocks at 0: then the data end the section.
     let blocks = match first[2] {
         0 => usize::from(header.data_block).saturating_sub(usize::from(block[0])),
@@ -136,7 +136,7 @@ fn read_from(path: &Path, mut file: impl Read + Seek, length: u64) -> Result<Mar
     }
     bytes.resize(size, 0);
     fill(path, &mut file, &mut bytes, start, length)?;
-    let parameters = Parameters::read(Section {
+    let parameters = C3dParameters::read(ParameterSection {
         path,
         bytes: &bytes,
         start,
@@ -153,7 +153,7 @@ fn read_from(path: &Path, mut file: impl Read + Seek, length: u64) -> Result<Mar
         let present = length.saturating_sub(layout.start) / (layout.stride as u64).max(1);
         return Err(Error::at(
             path,
-            Place::Byte(usize::try_from(length).unwrap_or(usize::MAX)),
+            FilePlace::Byte(usize::try_from(length).unwrap_or(usize::MAX)),
             format!(
                 "the file ends after {present} of {} frames (is it truncated?)",
                 layout.frames
@@ -176,7 +176,7 @@ fn read_from(path: &Path, mut file: impl Read + Seek, length: u64) -> Result<Mar
         }
     };
     Ok(Markers {
-        format: Format::C3d,
+        format: MotionFormat::C3d,
         names,
         sample_rate_hz,
         frames,
@@ -195,7 +195,7 @@ fn cut_short(path: &Path, start: usize, size: usize, length: u64) -> Error {
     }
     Error::at(
         path,
-        Place::Byte(usize::try_from(length).unwrap_or(usize::MAX)),
+        FilePlace::Byte(usize::try_from(length).unwrap_or(usize::MAX)),
         format!("the file ends inside of the {size} bytes from byte {start} (is it truncated?)"),
     )
 }
@@ -218,11 +218,11 @@ fn fill(
 
 /// How the data lie, by header and parameters, which must agree on what matters.
 fn layout(
-    header: &Header,
-    parameters: &Parameters,
-    machine: Machine,
+    header: &C3dHeader,
+    parameters: &C3dParameters,
+    machine: NumberFormat,
     warnings: &mut Vec<String>,
-) -> std::result::Result<Layout, String> {
+) -> std::result::Result<PointsLayout, String> {
     let points = header.points;
     if let Some(used) = parameters.count("POINT:USED")
         && used != f64::from(points)
@@ -249,7 +249,7 @@ fn layout(
         return Err(format!("expected the data from block 2 on, found {start}"));
     }
     let width = if scale < 0.0 { 4 } else { 2 };
-    Ok(Layout {
+    Ok(PointsLayout {
         machine,
         start: (whole(start) as u64 - 1) * BLOCK as u64,
         frames: whole(frame_count(header, parameters, warnings)?),
@@ -271,8 +271,8 @@ fn whole(count: f64) -> usize {
 
 /// The header's count, or one of those that were added where its 16 bits are too few.
 fn frame_count(
-    header: &Header,
-    parameters: &Parameters,
+    header: &C3dHeader,
+    parameters: &C3dParameters,
     warnings: &mut Vec<String>,
 ) -> std::result::Result<f64, String> {
     // Two words, the low one first, or one number.
@@ -313,7 +313,7 @@ fn frame_count(
 
 /// Names and indices of the points that are markers.
 fn names(
-    parameters: &Parameters,
+    parameters: &C3dParameters,
     points: usize,
     warnings: &mut Vec<String>,
 ) -> std::result::Result<(Vec<String>, Vec<usize>), String> {
@@ -349,8 +349,8 @@ fn names(
 }
 
 fn rate_hz(
-    header: &Header,
-    parameters: &Parameters,
+    header: &C3dHeader,
+    parameters: &C3dParameters,
     warnings: &mut Vec<String>,
 ) -> std::result::Result<f64, String> {
     let stated = parameters
@@ -374,7 +374,7 @@ fn rate_hz(
 fn read_frames(
     path: &Path,
     file: &mut (impl Read + Seek),
-    layout: &Layout,
+    layout: &PointsLayout,
     kept: &[usize],
 ) -> Result<Vec<Vec<Option<DVec3>>>> {
     file.seek(SeekFrom::Start(layout.start))
@@ -391,7 +391,7 @@ fn read_frames(
             let at = layout.start + (frame * layout.stride + 16 * kept[at]) as u64;
             return Err(Error::at(
                 path,
-                Place::Byte(usize::try_from(at).unwrap_or(usize::MAX)),
+                FilePlace::Byte(usize::try_from(at).unwrap_or(usize::MAX)),
                 format!("frame {frame}: expected a finite position"),
             ));
         }
@@ -402,7 +402,7 @@ fn read_frames(
 
 /// A point of a frame; missing where the residual is negative, or the coordinates are not
 /// numbers or exactly zero.
-fn position(frame: &[u8], layout: &Layout, point: usize) -> Option<DVec3> {
+fn position(frame: &[u8], layout: &PointsLayout, point: usize) -> Option<DVec3> {
     let machine = layout.machine;
     let [x, y, z, residual] = match layout.scale {
         None => frame.as_chunks::<16>().0.get(point)?.as_chunks::<4>().0[..]

@@ -6,8 +6,8 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use super::machine::Machine;
-use crate::error::{Error, Place, Result};
+use super::machine::NumberFormat;
+use crate::error::{Error, FilePlace, Result};
 
 /// The groups that are kept. Subjects' names, which other groups hold, are never decoded.
 const GROUPS: [&str; 2] = ["POINT", "TRIAL"];
@@ -18,17 +18,17 @@ const MAX_DIMENSIONS: u8 = 7;
 
 /// The section's bytes with their place in the file.
 #[derive(Clone, Copy)]
-pub(super) struct Section<'a> {
+pub(super) struct ParameterSection<'a> {
     pub(super) path: &'a Path,
     pub(super) bytes: &'a [u8],
     /// Of the first of the bytes.
     pub(super) start: usize,
-    pub(super) machine: Machine,
+    pub(super) machine: NumberFormat,
 }
 
-impl<'a> Section<'a> {
+impl<'a> ParameterSection<'a> {
     fn error(&self, at: usize, problem: impl Into<String>) -> Error {
-        Error::at(self.path, Place::Byte(self.start + at), problem)
+        Error::at(self.path, FilePlace::Byte(self.start + at), problem)
     }
 
     fn slice(&self, at: usize, count: usize) -> Result<&'a [u8]> {
@@ -50,7 +50,7 @@ impl<'a> Section<'a> {
 }
 
 /// A value, not decoded yet.
-struct Stored<'a> {
+struct StoredParameter<'a> {
     group: i8,
     name: String,
     kind: i8,
@@ -59,26 +59,26 @@ struct Stored<'a> {
 }
 
 /// A decoded value.
-enum Value {
+enum ParameterValue {
     Numbers(Vec<f64>),
     Texts(Vec<String>),
 }
 
 /// The values of the groups that are kept, by `GROUP:NAME`.
-pub(super) struct Parameters {
-    values: HashMap<String, Value>,
+pub(super) struct C3dParameters {
+    values: HashMap<String, ParameterValue>,
     /// What was odd about the section.
     pub(super) warnings: Vec<String>,
 }
 
-impl Parameters {
+impl C3dParameters {
     /// Follows the chain and decodes what is kept.
     ///
     /// # Errors
     /// Names that are not ASCII, unknown types, values larger than their record or the section.
-    pub(super) fn read(section: Section<'_>) -> Result<Self> {
+    pub(super) fn read(section: ParameterSection<'_>) -> Result<Self> {
         let mut groups: HashMap<i8, String> = HashMap::new();
-        let mut stored: Vec<Stored<'_>> = Vec::new();
+        let mut stored: Vec<StoredParameter<'_>> = Vec::new();
         let mut warnings = Vec::new();
         // The four bytes before the first record are the section's own.
         let mut at = 4;
@@ -136,7 +136,7 @@ impl Parameters {
     /// All numbers of a value; none if there is no such value.
     pub(super) fn numbers(&self, name: &str) -> &[f64] {
         match self.values.get(name) {
-            Some(Value::Numbers(numbers)) => numbers,
+            Some(ParameterValue::Numbers(numbers)) => numbers,
             _ => &[],
         }
     }
@@ -156,7 +156,7 @@ impl Parameters {
         let mut all = Vec::new();
         let mut key = name.to_owned();
         let mut part = 1;
-        while let Some(Value::Texts(texts)) = self.values.get(&key) {
+        while let Some(ParameterValue::Texts(texts)) = self.values.get(&key) {
             all.extend(texts.iter().map(String::as_str));
             part += 1;
             key = format!("{name}{part}");
@@ -172,11 +172,11 @@ pub(super) fn unsigned(word: f64) -> f64 {
 
 /// The value in `range`, which begins with the type.
 fn read_value<'a>(
-    section: &Section<'a>,
+    section: &ParameterSection<'a>,
     group: i8,
     name: String,
     range: std::ops::Range<usize>,
-) -> Result<Stored<'a>> {
+) -> Result<StoredParameter<'a>> {
     let [kind, dimension_count] = section.array(range.start)?;
     let kind = kind.cast_signed();
     if !matches!(kind, -1 | 1 | 2 | 4) {
@@ -205,7 +205,7 @@ fn read_value<'a>(
         return Err(section.error(range.start, problem));
     }
     let size = usize::try_from(size).unwrap_or(room);
-    Ok(Stored {
+    Ok(StoredParameter {
         group,
         name,
         kind,
@@ -214,7 +214,7 @@ fn read_value<'a>(
     })
 }
 
-fn decode(stored: &Stored<'_>, machine: Machine) -> Value {
+fn decode(stored: &StoredParameter<'_>, machine: NumberFormat) -> ParameterValue {
     match stored.kind {
         -1 => {
             let width = stored.dimensions.first().copied().unwrap_or(1);
@@ -223,7 +223,7 @@ fn decode(stored: &Stored<'_>, machine: Machine) -> Value {
                 text.trim_matches(|c: char| c == '\0' || c.is_whitespace())
                     .to_owned()
             };
-            Value::Texts(
+            ParameterValue::Texts(
                 stored
                     .bytes
                     .chunks_exact(usize::from(width).max(1))
@@ -231,10 +231,10 @@ fn decode(stored: &Stored<'_>, machine: Machine) -> Value {
                     .collect(),
             )
         }
-        1 => Value::Numbers(stored.bytes.iter().map(|&byte| byte.into()).collect()),
+        1 => ParameterValue::Numbers(stored.bytes.iter().map(|&byte| byte.into()).collect()),
         2 => {
             let (words, _) = stored.bytes.as_chunks();
-            Value::Numbers(
+            ParameterValue::Numbers(
                 words
                     .iter()
                     .map(|&word| machine.integer(word).into())
@@ -243,7 +243,7 @@ fn decode(stored: &Stored<'_>, machine: Machine) -> Value {
         }
         _ => {
             let (reals, _) = stored.bytes.as_chunks();
-            Value::Numbers(reals.iter().map(|&real| machine.real(real)).collect())
+            ParameterValue::Numbers(reals.iter().map(|&real| machine.real(real)).collect())
         }
     }
 }

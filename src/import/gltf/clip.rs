@@ -28,7 +28,7 @@ pub(super) enum Moves {
 }
 
 /// Keys of one property of one node.
-struct Track {
+struct KeyTrack {
     node: usize,
     moves: Moves,
     interpolation: Interpolation,
@@ -39,8 +39,8 @@ struct Track {
 }
 
 /// One animation, as far as it moves the given nodes.
-pub(super) struct Clip {
-    tracks: Vec<Track>,
+pub(super) struct GltfAnimation {
+    tracks: Vec<KeyTrack>,
     start_s: f64,
     pub(super) sample_rate_hz: f64,
     /// Frames; the first is at the first key.
@@ -48,14 +48,14 @@ pub(super) struct Clip {
     pub(super) warnings: Vec<String>,
 }
 
-impl Clip {
+impl GltfAnimation {
     pub(super) fn read(
         animation: &Animation,
         buffers: &Buffers,
         nodes: &[usize],
     ) -> Result<Self, String> {
         let nodes: HashSet<usize> = nodes.iter().copied().collect();
-        let mut tracks: Vec<Track> = Vec::new();
+        let mut tracks: Vec<KeyTrack> = Vec::new();
         let mut keys = 0;
         for channel in animation.channels() {
             let node = channel.target().node().index();
@@ -66,7 +66,7 @@ impl Clip {
                 Property::MorphTargetWeights => continue,
             };
             if nodes.contains(&node) {
-                let track = Track::read(&channel.sampler(), buffers, node, moves);
+                let track = KeyTrack::read(&channel.sampler(), buffers, node, moves);
                 let track = track.map_err(|problem| {
                     format!("channel {} of the animation: {problem}", channel.index())
                 })?;
@@ -161,7 +161,7 @@ fn rate(times: &[f64], warnings: &mut Vec<String>) -> Result<f64, String> {
     Ok(dense)
 }
 
-impl Track {
+impl KeyTrack {
     fn read(
         sampler: &gltf::animation::Sampler,
         buffers: &Buffers,

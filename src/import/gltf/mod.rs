@@ -12,10 +12,10 @@ use gltf::json::validation::Checked;
 use gltf::scene::Transform;
 
 use self::buffers::Buffers;
-use self::clip::{Clip, Moves};
-use self::skin::Joints;
+use self::clip::{GltfAnimation, Moves};
+use self::skin::SkinJoints;
 use super::files::read_file;
-use super::{Format, Motion, SourceFrame, SourceJoint};
+use super::{Motion, MotionFormat, SourceFrame, SourceJoint};
 use crate::error::{Error, Remedy, Result};
 
 mod buffers;
@@ -42,7 +42,7 @@ const STILL_RATE_HZ: f64 = 30.0;
 
 /// Which animation of a file is read.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Wanted<'a> {
+pub(super) enum WantedAnimation<'a> {
     /// The one of this name.
     Named(&'a str),
     /// The only one, or the rest pose of a file without any.
@@ -56,7 +56,7 @@ pub(super) enum Wanted<'a> {
 /// # Errors
 /// A file that is not a complete glTF with one skinned skeleton whose transforms rotate and
 /// move it, or has no such animation.
-pub(super) fn read(path: &Path, clip: Wanted<'_>) -> Result<Motion> {
+pub(super) fn read(path: &Path, clip: WantedAnimation<'_>) -> Result<Motion> {
     let bytes = read_file(path).map_err(|error| Error::io(path, error))?;
     let fail = |problem: String| Error::input(path, problem);
     let incomplete = |error: gltf::Error| fail(format!("not a complete glTF 2.0 file: {error}"));
@@ -66,7 +66,7 @@ pub(super) fn read(path: &Path, clip: Wanted<'_>) -> Result<Motion> {
     let root = document.into_json();
     check_targets(&root).map_err(fail)?;
     let document = Document::from_json(root).map_err(incomplete)?;
-    if let (Wanted::Only, count @ 2..) = (clip, document.animations().count()) {
+    if let (WantedAnimation::Only, count @ 2..) = (clip, document.animations().count()) {
         let names = names(&document);
         let problem = format!("{count} animations, expected the name of one: {names}");
         return Err(fail(problem).with_remedy(Remedy::NameAnimation));
@@ -104,9 +104,9 @@ fn check_targets(root: &gltf::json::Root) -> std::result::Result<(), String> {
 fn motion(
     document: &Document,
     buffers: &Buffers,
-    clip: Wanted<'_>,
+    clip: WantedAnimation<'_>,
 ) -> std::result::Result<Motion, String> {
-    let graph = Graph::of(document)?;
+    let graph = NodeGraph::of(document)?;
     let skins = used_skins(document);
     let order = graph.skeleton(&skins)?;
     let mut warnings = Vec::new();
@@ -117,7 +117,7 @@ fn motion(
     let carriers = graph.path_to_top(order[0]);
     let binds = binds(&graph, &order, &numbers, &skins, buffers)?;
     let upright = upright(graph.global(&carriers) * binds[0].inverse());
-    let joints = Joints {
+    let joints = SkinJoints {
         numbers,
         rest: binds.iter().map(|bind| upright * *bind).collect(),
     };
@@ -152,14 +152,14 @@ fn motion(
         Some(animation) => {
             let mut moved = carriers[1..].to_vec();
             moved.extend(&order);
-            let clip = Clip::read(&animation, buffers, &moved)?;
+            let clip = GltfAnimation::read(&animation, buffers, &moved)?;
             let frames = frames(&graph, &order, &clip, &skeleton, &joints)?;
             warnings.extend(clip.warnings);
             (frames, clip.sample_rate_hz)
         }
     };
     Ok(Motion {
-        format: Format::Gltf,
+        format: MotionFormat::Gltf,
         joints: skeleton,
         sample_rate_hz,
         frames,
@@ -193,13 +193,13 @@ fn names(document: &Document) -> String {
 /// The animation that is wanted, the only one at most if none is named; none for the rest pose.
 fn find_clip<'a>(
     document: &'a Document,
-    clip: Wanted<'_>,
+    clip: WantedAnimation<'_>,
 ) -> std::result::Result<Option<gltf::Animation<'a>>, String> {
     match (clip, document.animations().count()) {
-        (Wanted::Nothing, _) => Ok(None),
-        (Wanted::Only, _) => Ok(document.animations().next()),
-        (Wanted::Named(clip), 0) => Err(format!("no animation {clip}: the file has none")),
-        (Wanted::Named(clip), _) => {
+        (WantedAnimation::Nothing, _) => Ok(None),
+        (WantedAnimation::Only, _) => Ok(document.animations().next()),
+        (WantedAnimation::Named(clip), 0) => Err(format!("no animation {clip}: the file has none")),
+        (WantedAnimation::Named(clip), _) => {
             let mut found = document.animations().filter(|a| a.name() == Some(clip));
             match (found.next(), found.next()) {
                 (Some(only), None) => Ok(Some(only)),
@@ -238,12 +238,12 @@ impl Local {
 }
 
 /// The nodes, their parents and transforms.
-struct Graph {
+struct NodeGraph {
     nodes: Vec<Local>,
     parents: Vec<Option<usize>>,
 }
 
-impl Graph {
+impl NodeGraph {
     fn of(document: &Document) -> std::result::Result<Self, String> {
         let count = document.nodes().count();
         if count > MAX_NODES {
@@ -347,7 +347,7 @@ impl Graph {
 /// Global transforms of the joints in the bind pose; those of joints of no skin are fitted to
 /// a joint that they carry.
 fn binds(
-    graph: &Graph,
+    graph: &NodeGraph,
     order: &[usize],
     numbers: &[Option<usize>],
     skins: &[gltf::Skin],
@@ -398,14 +398,14 @@ fn upright(placed: DAffine3) -> DAffine3 {
 
 /// The poses of a clip.
 fn frames(
-    graph: &Graph,
+    graph: &NodeGraph,
     order: &[usize],
-    clip: &Clip,
+    clip: &GltfAnimation,
     skeleton: &[SourceJoint],
-    joints: &Joints,
+    joints: &SkinJoints,
 ) -> std::result::Result<Vec<SourceFrame>, String> {
     let from_rest: Vec<DAffine3> = joints.rest.iter().map(DAffine3::inverse).collect();
-    let mut moved = Graph {
+    let mut moved = NodeGraph {
         nodes: graph.nodes.clone(),
         parents: graph.parents.clone(),
     };

@@ -21,7 +21,7 @@ const MAX_SETS: u32 = 8;
 const SUM_TOLERANCE: f64 = 0.02;
 
 /// Where the joints are in the rest pose, by node; `None` for nodes that are no joints.
-pub(super) struct Joints {
+pub(super) struct SkinJoints {
     /// Number of the joint.
     pub(super) numbers: Vec<Option<usize>>,
     /// By number: from the joint's frame at rest to the world.
@@ -64,7 +64,7 @@ pub(super) fn inverse_binds(skin: &gltf::Skin, buffers: &Buffers) -> Result<Vec<
 pub(super) fn read(
     document: &Document,
     buffers: &Buffers,
-    joints: &Joints,
+    joints: &SkinJoints,
     warnings: &mut Vec<String>,
 ) -> Result<Option<Skin>, String> {
     let mut joined = Skin {

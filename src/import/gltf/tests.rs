@@ -5,7 +5,7 @@ use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
 use serde_json::{Value, json};
 
-use crate::import::{Format, Motion, Options};
+use crate::import::{ImportOptions, Motion, MotionFormat};
 
 /// Two joints, the second 1 m above the first, and a triangle of three vertices on them: at the
 /// first, at the second (half of each), and 1 m above the second.
@@ -70,9 +70,9 @@ fn read(scene: &Value, clip: Option<&str>) -> Result<Motion, String> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("t.gltf");
     std::fs::write(&path, scene.to_string()).unwrap();
-    let options = Options {
+    let options = ImportOptions {
         clip: clip.map(str::to_owned),
-        ..Options::default()
+        ..ImportOptions::default()
     };
     let shown = folder.path().display().to_string() + "/";
     Motion::read_with(&path, &options).map_err(|error| error.to_string().replace(&shown, ""))
@@ -90,7 +90,7 @@ fn assert_near(found: DVec3, expected: [f64; 3]) {
 #[test]
 fn a_joint_that_turns_takes_its_vertices_along() {
     let motion = read(&scene(&bytes()), None).unwrap();
-    assert_eq!(motion.format, Format::Gltf);
+    assert_eq!(motion.format, MotionFormat::Gltf);
     assert_eq!((motion.frames.len(), motion.sample_rate_hz), (31, 30.0));
     assert_eq!(
         motion.warnings,

@@ -19,9 +19,9 @@ pub(crate) fn raised() -> Option<PyErr> {
 
 /// Whether work is to end.
 #[derive(Default)]
-pub(crate) struct Stop(AtomicBool);
+pub(crate) struct StopFlag(AtomicBool);
 
-impl Stop {
+impl StopFlag {
     /// An error if so.
     pub(crate) fn check(&self) -> edgegait::Result<()> {
         if self.0.load(Ordering::Relaxed) {
@@ -32,7 +32,7 @@ impl Stop {
 }
 
 /// Threads that draw, kept from one call to the next: to start them anew costs as much as some GEIs.
-struct Kept {
+struct DrawingThreads {
     /// The process that has them: those of another one stayed behind when this one forked off.
     process: u32,
     asked: usize,
@@ -41,7 +41,7 @@ struct Kept {
 
 /// Locked only by who holds the lock of the interpreter, as who forks does, and for no work: in a
 /// process that forked off nobody holds it.
-static KEPT: Mutex<Option<Kept>> = Mutex::new(None);
+static KEPT: Mutex<Option<DrawingThreads>> = Mutex::new(None);
 
 /// So many threads (as many as cores if 0).
 fn pool(_: Python<'_>, asked: usize) -> PyResult<Arc<ThreadPool>> {
@@ -55,7 +55,7 @@ fn pool(_: Python<'_>, asked: usize) -> PyResult<Arc<ThreadPool>> {
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(asked).build();
     let pool = Arc::new(pool.map_err(|error| exception(&error.into()))?);
-    let former = kept.replace(Kept {
+    let former = kept.replace(DrawingThreads {
         process,
         asked,
         pool: Arc::clone(&pool),
@@ -72,11 +72,11 @@ fn pool(_: Python<'_>, asked: usize) -> PyResult<Arc<ThreadPool>> {
 pub(crate) fn attended<R: Send>(
     py: Python<'_>,
     threads: usize,
-    work: impl FnOnce(&Stop) -> R + Send,
+    work: impl FnOnce(&StopFlag) -> R + Send,
 ) -> PyResult<R> {
     let pool = pool(py, threads)?;
     py.detach(|| {
-        let (stop, (sender, receiver)) = (Stop::default(), channel());
+        let (stop, (sender, receiver)) = (StopFlag::default(), channel());
         pool.in_place_scope(|scope| {
             scope.spawn(|_| {
                 // Somebody waits for it.

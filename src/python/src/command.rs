@@ -2,8 +2,8 @@
 
 use crate::attend::{self, LOOK};
 use crate::errors::exception;
-use crate::pack::Pack;
-use edgegait::cli::embed::{self, Held, Stop};
+use crate::pack::PyPack;
+use edgegait::cli::embed::{self, EmbeddedInputs, Stop};
 use edgegait::score::{Contract, Outputs, Recognizer, RuntimeName};
 use ndarray::ArrayD;
 use numpy::{IntoPyArray as _, PyArrayDyn, PyArrayMethods as _, PyUntypedArrayMethods as _};
@@ -19,7 +19,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 const AT_ONCE: usize = 256;
 
 /// What the thread that works says to the one that holds the interpreter.
-enum Message {
+enum WorkerMessage {
     /// Asks for the outputs of a callable: of the input in this shape, and of the viewpoints of these.
     Call {
         callable: usize,
@@ -38,7 +38,7 @@ struct Callable {
     number: usize,
     contract: Contract,
     runtime: RuntimeName,
-    messages: Mutex<Sender<Message>>,
+    messages: Mutex<Sender<WorkerMessage>>,
 }
 
 impl Recognizer for Callable {
@@ -54,7 +54,7 @@ impl Recognizer for Callable {
         let frames = self.contract.frames_in(input.len(), batch)?;
         let (answer, answered) = channel();
         let (input, views) = self.contract.apart(input, batch);
-        let message = Message::Call {
+        let message = WorkerMessage::Call {
             callable: self.number,
             input: input.into_owned(),
             shape: self.contract.input_shape(batch, frames),
@@ -82,15 +82,15 @@ pub(crate) fn command(
     words: Vec<OsString>,
     program: Vec<OsString>,
     callables: Vec<(Py<PyAny>, String)>,
-    pack: Option<&Pack>,
+    pack: Option<&PyPack>,
 ) -> PyResult<String> {
     let (sender, receiver) = channel();
     let stop = Stop::default();
-    let mut held = Held {
-        pack: pack.map(Pack::source),
+    let mut held = EmbeddedInputs {
+        pack: pack.map(PyPack::source),
         program,
         stop: stop.clone(),
-        ..Held::default()
+        ..EmbeddedInputs::default()
     };
     for (number, (_, contract)) in callables.iter().enumerate() {
         held.recognizers.push(Arc::new(Callable {
@@ -124,7 +124,7 @@ pub(crate) fn command(
                 let run = || embed::results(&words, held);
                 let done = catch_unwind(AssertUnwindSafe(run));
                 // Somebody waits for it.
-                let _ = sender.send(Message::Done);
+                let _ = sender.send(WorkerMessage::Done);
                 done
             });
             let raised = served(&receiver, &functions, &stop);
@@ -141,7 +141,7 @@ pub(crate) fn command(
 /// Calls functions until the work is done, and looks for signals; the first exception that either
 /// raised, after which the work is ended.
 fn served(
-    messages: &Receiver<Message>,
+    messages: &Receiver<WorkerMessage>,
     functions: &[(Py<PyAny>, Option<usize>)],
     stop: &Stop,
 ) -> Option<PyErr> {
@@ -149,7 +149,7 @@ fn served(
     let mut raised = None;
     loop {
         match messages.recv_timeout(LOOK) {
-            Ok(Message::Call {
+            Ok(WorkerMessage::Call {
                 callable,
                 input,
                 shape,
@@ -172,7 +172,7 @@ fn served(
                 // Who asked may be gone.
                 let _ = answer.send(outputs);
             }
-            Ok(Message::Done) | Err(RecvTimeoutError::Disconnected) => return raised,
+            Ok(WorkerMessage::Done) | Err(RecvTimeoutError::Disconnected) => return raised,
             Err(RecvTimeoutError::Timeout) => {
                 if raised.is_none() {
                     raised = attend::raised();

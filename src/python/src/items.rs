@@ -2,7 +2,7 @@
 
 use crate::attend::attended;
 use crate::errors::exception;
-use crate::pack::Pack;
+use crate::pack::PyPack;
 use edgegait::dataset::{Array, DrawnItem, IndexRow, PackBytes, grey_png};
 use edgegait::design::{self, Design};
 use ndarray::{Array1, ArrayD};
@@ -20,23 +20,23 @@ use std::sync::{Mutex, PoisonError};
 const MAX_KEPT_BYTES: usize = 1 << 27;
 
 /// The items of a design or of a sweep.
-#[pyclass(frozen, module = "edgegait._native")]
-pub(crate) struct Items {
+#[pyclass(frozen, name = "Items", module = "edgegait._native")]
+pub(crate) struct PyItems {
     items: edgegait::dataset::Items,
     /// People who were made. Locked only by who holds the lock of the interpreter, and never for
     /// longer than it takes to look somebody up, so that nobody holds it in a process that forks.
-    people: Mutex<People>,
+    people: Mutex<MadePeople>,
 }
 
 /// People who were made, and in which order.
 #[derive(Default)]
-struct People {
+struct MadePeople {
     packs: BTreeMap<usize, PackBytes>,
     order: VecDeque<usize>,
     bytes: usize,
 }
 
-impl People {
+impl MadePeople {
     fn keep(&mut self, person: usize, pack: PackBytes) {
         self.bytes += pack.len();
         match self.packs.insert(person, pack) {
@@ -53,7 +53,7 @@ impl People {
     }
 }
 
-impl Items {
+impl PyItems {
     fn new(items: edgegait::dataset::Items) -> Self {
         Self {
             items,
@@ -129,7 +129,7 @@ impl Items {
 }
 
 #[pymethods]
-impl Items {
+impl PyItems {
     /// Those of a design's people.
     #[staticmethod]
     fn of_design(
@@ -145,8 +145,8 @@ impl Items {
 
     /// Those of a sweep, by words of the command line.
     #[staticmethod]
-    fn of_sweep(py: Python<'_>, words: Vec<OsString>, pack: Option<&Pack>) -> PyResult<Self> {
-        let pack = pack.map(Pack::source);
+    fn of_sweep(py: Python<'_>, words: Vec<OsString>, pack: Option<&PyPack>) -> PyResult<Self> {
+        let pack = pack.map(PyPack::source);
         let items = py.detach(|| edgegait::cli::embed::swept(&words, pack));
         Ok(Self::new(items.map_err(|error| exception(&error))?))
     }

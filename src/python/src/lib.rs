@@ -19,9 +19,9 @@ mod _native {
     #[pymodule_export]
     use crate::errors::Error;
     #[pymodule_export]
-    use crate::items::{Items, design_text, png};
+    use crate::items::{PyItems, design_text, png};
     #[pymodule_export]
-    use crate::pack::Pack;
+    use crate::pack::PyPack;
     use pyo3::prelude::*;
 
     #[pymodule_init]

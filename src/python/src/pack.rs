@@ -11,14 +11,14 @@ use pyo3::types::{PyBytes, PyDict};
 use std::path::{Path, PathBuf};
 
 /// People, their bodies and their walks in one block of bytes.
-#[pyclass(frozen, module = "edgegait._native")]
-pub(crate) struct Pack {
+#[pyclass(frozen, name = "Pack", module = "edgegait._native")]
+pub(crate) struct PyPack {
     pub bytes: PackBytes,
     /// Its file; empty of one that was made.
     pub path: PathBuf,
 }
 
-impl Pack {
+impl PyPack {
     /// The pack in the bytes, which were checked where they came in.
     fn opened(&self) -> PyResult<edgegait::Pack<'_>> {
         edgegait::Pack::reopen(&self.bytes).map_err(|error| exception(&error.into()))
@@ -39,7 +39,7 @@ impl Pack {
 }
 
 #[pymethods]
-impl Pack {
+impl PyPack {
     /// Reads a pack from a file.
     #[new]
     #[pyo3(signature = (path, /))]
@@ -72,7 +72,7 @@ impl Pack {
     #[getter]
     fn subjects<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let known = |number: u16, unit: f64| (number > 0).then(|| f64::from(number) / unit);
-        let one = |subject: edgegait_core::pack::Subject<'_>| {
+        let one = |subject: edgegait_core::pack::SubjectEntry<'_>| {
             let dict = PyDict::new(py);
             let sex = subject.sex.map(|sex| match sex {
                 Sex::Female => "female",
@@ -93,7 +93,7 @@ impl Pack {
     #[getter]
     fn walks<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let pack = self.opened()?;
-        let one = |walk: edgegait_core::pack::Walk<'_>| {
+        let one = |walk: edgegait_core::pack::WalkEntry<'_>| {
             let dict = PyDict::new(py);
             let clip = pack.clip(walk.clip);
             dict.set_item("subject", pack.subject(walk.subject).map(|it| it.name))?;

@@ -5,7 +5,7 @@ use image::{Rgb, RgbImage};
 
 /// A corner of a triangle on the canvas.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Corner {
+pub(super) struct TriangleCorner {
     /// Samples from the left.
     pub x: f32,
     /// Samples from the top.
@@ -19,11 +19,11 @@ pub(super) struct Corner {
 /// Samples with colours and depths.
 pub(super) struct Canvas {
     width: usize,
-    samples: Vec<Sample>,
+    samples: Vec<CanvasSample>,
 }
 
 #[derive(Clone, Copy)]
-struct Sample {
+struct CanvasSample {
     nearness: f32,
     colour: Colour,
     is_dark: bool,
@@ -31,7 +31,7 @@ struct Sample {
 
 impl Canvas {
     pub(super) fn new((width, height): (u32, u32), ground: Colour) -> Self {
-        let empty = Sample {
+        let empty = CanvasSample {
             nearness: f32::NEG_INFINITY,
             colour: ground,
             is_dark: false,
@@ -43,9 +43,9 @@ impl Canvas {
     }
 
     /// Paints a triangle where it is nearer than all before.
-    pub(super) fn fill(&mut self, corners: [Corner; 3]) {
+    pub(super) fn fill(&mut self, corners: [TriangleCorner; 3]) {
         self.visit(corners, |sample, nearness, colour| {
-            *sample = Sample {
+            *sample = CanvasSample {
                 nearness,
                 colour,
                 is_dark: false,
@@ -54,7 +54,7 @@ impl Canvas {
     }
 
     /// Darkens what lies behind a triangle, once, to this share of its light.
-    pub(super) fn darken(&mut self, corners: [Corner; 3], light: f32) {
+    pub(super) fn darken(&mut self, corners: [TriangleCorner; 3], light: f32) {
         self.visit(corners, |sample, _, _| {
             if !sample.is_dark {
                 sample.colour *= light;
@@ -65,7 +65,11 @@ impl Canvas {
 
     /// Calls `paint` for each sample that a triangle is in front of, with its own nearness and
     /// colour there.
-    fn visit(&mut self, corners: [Corner; 3], mut paint: impl FnMut(&mut Sample, f32, Colour)) {
+    fn visit(
+        &mut self,
+        corners: [TriangleCorner; 3],
+        mut paint: impl FnMut(&mut CanvasSample, f32, Colour),
+    ) {
         let [a, b, c] = corners;
         let area = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);
         if area == 0.0 || !area.is_finite() {
@@ -74,7 +78,7 @@ impl Canvas {
         let rows = self.samples.len() / self.width.max(1);
         let ys = within(corners.map(|corner| corner.y), rows);
         let xs = within(corners.map(|corner| corner.x), self.width);
-        let share = |p: Corner, q: Corner, x: f32, y: f32| {
+        let share = |p: TriangleCorner, q: TriangleCorner, x: f32, y: f32| {
             ((p.x - x) * (q.y - y) - (q.x - x) * (p.y - y)) / area
         };
         for row in ys {
@@ -124,8 +128,8 @@ mod tests {
     use super::*;
     use glam::Vec3;
 
-    fn triangle(places: [(f32, f32); 3], nearness: f32, colour: Colour) -> [Corner; 3] {
-        places.map(|(x, y)| Corner {
+    fn triangle(places: [(f32, f32); 3], nearness: f32, colour: Colour) -> [TriangleCorner; 3] {
+        places.map(|(x, y)| TriangleCorner {
             x,
             y,
             nearness,

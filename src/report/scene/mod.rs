@@ -7,7 +7,7 @@
 mod canvas;
 mod solid;
 
-use canvas::{Canvas, Corner};
+use canvas::{Canvas, TriangleCorner};
 use edgegait_core::camera::{Camera, NEAR_M};
 use edgegait_core::outline;
 use glam::Vec3;
@@ -41,7 +41,7 @@ const HAZE: f32 = 0.12;
 
 /// What a hull is, which decides its colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum HullKind {
     /// Skin and what is worn closest.
     Body,
     /// Hair.
@@ -56,7 +56,7 @@ pub(super) enum Kind {
     Occluder,
 }
 
-impl Kind {
+impl HullKind {
     const fn colour(self) -> Colour {
         match self {
             Self::Body => Vec3::new(226.0, 178.0, 142.0),
@@ -75,12 +75,12 @@ pub(super) struct ShownHull {
     /// Its points in the walker's space, metres, at most 32.
     pub points: Vec<Vec3>,
     /// What it is.
-    pub kind: Kind,
+    pub kind: HullKind,
 }
 
 /// A plane to walk on.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Floor {
+pub(super) struct DrawnFloor {
     /// A point of it, metres: the middle of what is shown.
     pub point: Vec3,
     /// Upwards, a unit vector that is not along X.
@@ -89,7 +89,7 @@ pub(super) struct Floor {
 
 /// From where a scene is seen, and how much of it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Shot {
+pub(super) struct SceneShot {
     /// The camera.
     pub camera: Camera,
     /// The point in the middle of the picture, metres.
@@ -97,7 +97,7 @@ pub(super) struct Shot {
     /// Metres from the picture's lower to its upper edge, at the centre.
     pub height_m: f32,
     /// The floor.
-    pub floor: Floor,
+    pub floor: DrawnFloor,
     /// Width and height of the picture, pixels.
     pub size_px: (u32, u32),
 }
@@ -107,13 +107,13 @@ pub(super) struct Shot {
 /// What is nearer covers what is farther, pixel by pixel, in whatever order hulls are listed.
 /// A floor that is seen from below is left out, and so is what is behind a perspective camera.
 #[must_use]
-pub(super) fn frame(hulls: &[ShownHull], shot: &Shot) -> RgbImage {
+pub(super) fn frame(hulls: &[ShownHull], shot: &SceneShot) -> RgbImage {
     let (width, height) = shot.size_px;
-    let eye = Eye::new(shot, height * SAMPLES);
+    let eye = ShotCamera::new(shot, height * SAMPLES);
     let mut canvas = Canvas::new((width * SAMPLES, height * SAMPLES), BACKGROUND);
     draw_floor(&mut canvas, &eye);
     let (shadows, solids): (Vec<_>, Vec<_>) =
-        hulls.iter().partition(|hull| hull.kind == Kind::Shadow);
+        hulls.iter().partition(|hull| hull.kind == HullKind::Shadow);
     draw_shadows(&mut canvas, &eye, &shadows);
     for hull in solids {
         draw_solid(&mut canvas, &eye, hull);
@@ -122,16 +122,16 @@ pub(super) fn frame(hulls: &[ShownHull], shot: &Shot) -> RgbImage {
 }
 
 /// A shot, and what follows from it.
-struct Eye<'s> {
-    shot: &'s Shot,
+struct ShotCamera<'s> {
+    shot: &'s SceneShot,
     /// Samples a metre.
     scale: f32,
     /// To the light: over the left shoulder of who looks.
     light: Vec3,
 }
 
-impl<'s> Eye<'s> {
-    fn new(shot: &'s Shot, rows: u32) -> Self {
+impl<'s> ShotCamera<'s> {
+    fn new(shot: &'s SceneShot, rows: u32) -> Self {
         let from = shot.camera.viewpoint();
         Self {
             shot,
@@ -150,8 +150,8 @@ impl<'s> Eye<'s> {
     }
 
     /// A point's place on the canvas; none if it is behind the camera.
-    fn corner(&self, point: Vec3, colour: Colour) -> Option<Corner> {
-        let Shot {
+    fn corner(&self, point: Vec3, colour: Colour) -> Option<TriangleCorner> {
+        let SceneShot {
             camera,
             centre,
             size_px,
@@ -162,7 +162,7 @@ impl<'s> Eye<'s> {
         }
         let at = camera.project(point) - camera.project(*centre);
         let middle = 0.5 * SAMPLES as f32;
-        Some(Corner {
+        Some(TriangleCorner {
             x: at.x * self.scale + middle * size_px.0 as f32,
             y: middle * size_px.1 as f32 - at.y * self.scale,
             nearness: self.nearness(point),
@@ -178,8 +178,8 @@ impl<'s> Eye<'s> {
     }
 }
 
-fn draw_floor(canvas: &mut Canvas, eye: &Eye<'_>) {
-    let Floor { point, normal } = eye.shot.floor;
+fn draw_floor(canvas: &mut Canvas, eye: &ShotCamera<'_>) {
+    let DrawnFloor { point, normal } = eye.shot.floor;
     if eye.shot.camera.viewpoint().toward().dot(normal) < 0.0 {
         return;
     }
@@ -212,7 +212,7 @@ fn draw_floor(canvas: &mut Canvas, eye: &Eye<'_>) {
     }
 }
 
-fn draw_shadows(canvas: &mut Canvas, eye: &Eye<'_>, shadows: &[&ShownHull]) {
+fn draw_shadows(canvas: &mut Canvas, eye: &ShotCamera<'_>, shadows: &[&ShownHull]) {
     let lift = SHADOW_LIFT_M * eye.shot.floor.normal;
     for shadow in shadows {
         let corners = shadow
@@ -227,7 +227,7 @@ fn draw_shadows(canvas: &mut Canvas, eye: &Eye<'_>, shadows: &[&ShownHull]) {
                 .iter()
                 .map(|corner| glam::Vec2::new(corner.x, corner.y)),
         );
-        let around: Vec<&Corner> = flat
+        let around: Vec<&TriangleCorner> = flat
             .iter()
             .filter_map(|at| {
                 corners
@@ -243,7 +243,7 @@ fn draw_shadows(canvas: &mut Canvas, eye: &Eye<'_>, shadows: &[&ShownHull]) {
     }
 }
 
-fn draw_solid(canvas: &mut Canvas, eye: &Eye<'_>, hull: &ShownHull) {
+fn draw_solid(canvas: &mut Canvas, eye: &ShotCamera<'_>, hull: &ShownHull) {
     let colour = hull.kind.colour();
     for facet in facets(&hull.points) {
         let corners =
@@ -260,13 +260,13 @@ mod tests {
     use edgegait_core::camera::Viewpoint;
 
     /// 40 by 40 pixels of 5 cm about a point a metre high, with parallel rays.
-    fn shot(azimuth_deg: f32, elevation_deg: f32) -> Shot {
+    fn shot(azimuth_deg: f32, elevation_deg: f32) -> SceneShot {
         let viewpoint = Viewpoint::from_degrees(azimuth_deg, elevation_deg).unwrap();
-        Shot {
+        SceneShot {
             camera: Camera::orthographic(viewpoint),
             centre: Vec3::Y,
             height_m: 2.0,
-            floor: Floor {
+            floor: DrawnFloor {
                 point: Vec3::ZERO,
                 normal: Vec3::Y,
             },
@@ -275,7 +275,7 @@ mod tests {
     }
 
     /// A cube with edges of half a metre.
-    fn cube(middle: Vec3, kind: Kind) -> ShownHull {
+    fn cube(middle: Vec3, kind: HullKind) -> ShownHull {
         let side = |bit: usize| if bit == 0 { -0.25 } else { 0.25 };
         let corner = |i: usize| middle + Vec3::new(side(i & 1), side(i & 2), side(i & 4));
         ShownHull {
@@ -292,7 +292,7 @@ mod tests {
     #[test]
     fn hulls_are_where_the_camera_sees_them() {
         // From the walker's left ahead is to the image's left: 0.5 m are 10 pixels.
-        let ahead = cube(Vec3::new(0.0, 1.25, 0.5), Kind::Load);
+        let ahead = cube(Vec3::new(0.0, 1.25, 0.5), HullKind::Load);
         let picture = frame(&[ahead], &shot(90.0, 0.0));
         let lit = |x, y| is_reddish(&picture, x, y);
         assert!(lit(5, 10) && lit(14, 19));
@@ -303,8 +303,8 @@ mod tests {
 
     #[test]
     fn what_is_nearer_hides_what_is_farther_in_any_order() {
-        let near = cube(Vec3::new(0.6, 1.0, 0.0), Kind::Garment);
-        let far = cube(Vec3::new(0.0, 1.0, 0.0), Kind::Load);
+        let near = cube(Vec3::new(0.6, 1.0, 0.0), HullKind::Garment);
+        let far = cube(Vec3::new(0.0, 1.0, 0.0), HullKind::Load);
         let one = frame(&[near.clone(), far.clone()], &shot(90.0, 0.0));
         let other = frame(&[far, near], &shot(90.0, 0.0));
         assert_eq!(one, other);
@@ -317,9 +317,9 @@ mod tests {
             points: [(-0.2, -0.2), (0.2, -0.2), (0.2, 0.2), (-0.2, 0.2)]
                 .map(|(dx, z)| Vec3::new(x + dx, 0.0, z))
                 .into(),
-            kind: Kind::Shadow,
+            kind: HullKind::Shadow,
         };
-        let stands = cube(Vec3::new(0.0, 1.0, 0.0), Kind::Load);
+        let stands = cube(Vec3::new(0.0, 1.0, 0.0), HullKind::Load);
         let from_above = |hulls: &[ShownHull]| frame(hulls, &shot(0.0, 90.0));
         let bare = from_above(std::slice::from_ref(&stands));
         // One under the cube, two on top of each other to the image's right.

@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::report::drawing::{Axes, LINES, Tick, percents, to_tenth};
 use crate::report::{percent, png};
-use crate::study::{BoxPlot, Overlay, Recognition, SIZE, Similarity, Subspaces};
+use crate::study::{BoxPlot, ComparedSubspaces, Overlay, Recognition, SIZE, Similarity};
 use image::{GrayImage, Luma, Rgb, RgbImage};
 use maud::{Markup, html};
 
@@ -48,7 +48,7 @@ impl Chart {
 
 /// Jaccard indices of each person: a box for two cycles of one take, and one for a cycle and the twin's.
 pub(super) fn boxes(similarity: &Similarity) -> Option<Chart> {
-    let groups: Vec<(&str, &crate::study::Group)> = similarity
+    let groups: Vec<(&str, &crate::study::SimilarityGroup)> = similarity
         .groups()
         .filter(|(name, _)| *name != "R-R, two takes")
         .collect();
@@ -218,7 +218,7 @@ pub(super) fn overlays(similarity: &Similarity) -> Result<Option<Vec<u8>>> {
 ///
 /// # Errors
 /// If it cannot be encoded.
-pub(super) fn components(subspaces: &Subspaces) -> Result<Vec<u8>> {
+pub(super) fn components(subspaces: &ComparedSubspaces) -> Result<Vec<u8>> {
     let sides = [&subspaces.real, &subspaces.synthetic];
     let columns = sides.map(|side| side.components.nrows() + 1);
     let columns = columns[0].max(columns[1]) as u32;

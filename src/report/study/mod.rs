@@ -6,7 +6,7 @@ mod tables;
 
 pub(crate) use tables::study_tables;
 
-use crate::dataset::{Header, write_bytes};
+use crate::dataset::{ResultHeader, write_bytes};
 use crate::error::Result;
 use crate::report::standalone::standalone;
 use crate::study::Findings;
@@ -15,7 +15,7 @@ use maud::Markup;
 use std::path::Path;
 
 /// A figure: what a page says of it, and its file.
-struct Figure {
+struct StudyFigure {
     /// The file's name.
     name: String,
     /// What stands below it.
@@ -26,7 +26,7 @@ struct Figure {
     shown: Markup,
 }
 
-impl Figure {
+impl StudyFigure {
     fn of_chart(name: String, chart: &Chart) -> Self {
         Self {
             bytes: standalone(chart.size, &chart.title, &chart.drawn).into_bytes(),
@@ -50,7 +50,7 @@ impl Figure {
 ///
 /// # Errors
 /// The system's.
-pub(crate) fn write_study(folder: &Path, header: &Header, findings: &Findings) -> Result<()> {
+pub(crate) fn write_study(folder: &Path, header: &ResultHeader, findings: &Findings) -> Result<()> {
     let figures = page::Figures::of(findings)?;
     for figure in figures.all() {
         write_bytes(folder.join("figures").join(&figure.name), &figure.bytes)?;

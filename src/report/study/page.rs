@@ -1,23 +1,23 @@
 //! The page of a study: one HTML document that needs nothing else.
 
-use super::Figure;
+use super::StudyFigure;
 use super::figures::{accuracies, boxes, components, overlaid, overlays};
 use super::tables::{index, span};
-use crate::dataset::Header;
+use crate::dataset::ResultHeader;
 use crate::error::Result;
 use crate::report::html::{document, provenance};
 use crate::report::percent;
-use crate::study::{Findings, Order, Price, Recognition, SIZE, Similarity, Unit, banded};
+use crate::study::{Findings, PaperOrder, Price, Recognition, SIZE, Similarity, SplitUnit, banded};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};
 
 /// The figures of a study by part.
 pub(super) struct Figures {
-    likeness: Vec<Figure>,
-    overlays: Vec<Figure>,
-    components: Vec<Figure>,
-    accuracies: Vec<Figure>,
+    likeness: Vec<StudyFigure>,
+    overlays: Vec<StudyFigure>,
+    components: Vec<StudyFigure>,
+    accuracies: Vec<StudyFigure>,
 }
 
 impl Figures {
@@ -37,7 +37,7 @@ impl Figures {
             } = one;
             let name = format!("{view}-{masks}-{framing}");
             if let Some(chart) = boxes(one) {
-                let figure = Figure::of_chart(format!("likeness-{name}"), &chart);
+                let figure = StudyFigure::of_chart(format!("likeness-{name}"), &chart);
                 figures.likeness.push(figure);
             }
             if let Some(bytes) = overlays(one)? {
@@ -47,7 +47,7 @@ impl Figures {
                     "View {view}, masks {masks}, framing {framing}: {}, eight phases of a cycle each. Green is both, red the real figure alone, yellow the twin's alone",
                     people.join(", ")
                 );
-                let figure = Figure::of_png(format!("overlays-{name}"), caption, bytes);
+                let figure = StudyFigure::of_png(format!("overlays-{name}"), caption, bytes);
                 figures.overlays.push(figure);
             }
         }
@@ -56,7 +56,7 @@ impl Figures {
                 "View {}: the mean and the first nine principal components, above of R, below of S; grey is 0",
                 one.view
             );
-            let figure = Figure::of_png(
+            let figure = StudyFigure::of_png(
                 format!("components-{}", one.view),
                 caption,
                 components(one)?,
@@ -65,7 +65,7 @@ impl Figures {
         }
         for (setting, found) in settings(&findings.recognition) {
             if let Some(chart) = accuracies(setting.title(), &found) {
-                figures.accuracies.push(Figure::of_chart(
+                figures.accuracies.push(StudyFigure::of_chart(
                     format!("accuracy-{}", setting.file()),
                     &chart,
                 ));
@@ -75,7 +75,7 @@ impl Figures {
     }
 
     /// All of them.
-    pub(super) fn all(&self) -> impl Iterator<Item = &Figure> {
+    pub(super) fn all(&self) -> impl Iterator<Item = &StudyFigure> {
         let parts = [
             &self.likeness,
             &self.overlays,
@@ -93,7 +93,7 @@ struct Setting<'a> {
     masks: &'a str,
     framing: &'a str,
     augmented: bool,
-    split: Unit,
+    split: SplitUnit,
 }
 
 impl Setting<'_> {
@@ -114,8 +114,8 @@ impl Setting<'_> {
 
     fn file(&self) -> String {
         let split = match self.split {
-            Unit::Cycle => "cycle",
-            Unit::Take => "take",
+            SplitUnit::Cycle => "cycle",
+            SplitUnit::Take => "take",
         };
         let augmented = if self.augmented { "-augmented" } else { "" };
         format!(
@@ -160,7 +160,7 @@ pub(super) fn picture(caption: &str, png: &[u8]) -> Markup {
 }
 
 /// The page.
-pub(super) fn page(header: &Header, findings: &Findings, figures: &Figures) -> String {
+pub(super) fn page(header: &ResultHeader, findings: &Findings, figures: &Figures) -> String {
     let title = if findings.similarity.is_empty() {
         "Synthetic silhouettes"
     } else {
@@ -222,13 +222,13 @@ pub(super) fn page(header: &Header, findings: &Findings, figures: &Figures) -> S
     document(title, &body)
 }
 
-fn shown(figures: &[Figure]) -> Markup {
+fn shown(figures: &[StudyFigure]) -> Markup {
     html! { @for figure in figures {
         figure { (figure.shown) figcaption { (figure.caption) } }
     } }
 }
 
-fn orders(orders: &[Order]) -> Markup {
+fn orders(orders: &[PaperOrder]) -> Markup {
     let says = |holds: bool| if holds { "yes" } else { "no" };
     let gain = |gain: f64| format!("{:+.1}", 100.0 * gain);
     html! { @if !orders.is_empty() {
@@ -367,7 +367,7 @@ fn recognition(all: &[Recognition]) -> Markup {
                     td { (one.view) } td { (one.masks) } td { (one.framing) }
                     td { @if one.augmented { "with" } }
                     td { (curve.experiment.name()) }
-                    td { (curve.split.map_or("", Unit::name)) }
+                    td { (curve.split.map_or("", SplitUnit::name)) }
                     td.number { (curve.people) " of " (curve.classes) }
                     td.number { (format!("{:.0}", curve.trained)) } td.number { (format!("{:.0}", curve.tested)) }
                     td.number { (percent(last.accuracy)) } td.number { (span(last.low, last.high)) }

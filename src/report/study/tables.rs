@@ -1,7 +1,7 @@
 //! What a study found, for a terminal.
 
 use crate::report::percent;
-use crate::study::{Curve, Findings, Group, Price, Recognition};
+use crate::study::{AccuracyCurve, Findings, Price, Recognition, SimilarityGroup};
 use crate::summary::optional;
 use crate::table::Column::{Left, Right};
 use crate::table::Table;
@@ -47,7 +47,7 @@ fn similarity(findings: &Findings) -> Option<String> {
     );
     for one in &findings.similarity {
         for (name, group) in one.groups() {
-            let Group {
+            let SimilarityGroup {
                 pairs,
                 unaligned,
                 by_phase,
@@ -122,7 +122,7 @@ fn recognition(findings: &Findings) -> Option<String> {
         curve,
     } in &findings.recognition
     {
-        let Curve {
+        let AccuracyCurve {
             experiment,
             split,
             people,
@@ -137,7 +137,7 @@ fn recognition(findings: &Findings) -> Option<String> {
             (*framing).to_owned(),
             if *augmented { "with" } else { "" }.to_owned(),
             experiment.name().to_owned(),
-            split.map_or("", crate::study::Unit::name).to_owned(),
+            split.map_or("", crate::study::SplitUnit::name).to_owned(),
             people.to_string(),
             percent(last.accuracy),
             span(last.low, last.high),

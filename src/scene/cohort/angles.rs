@@ -3,7 +3,7 @@
 
 use super::anthropometry::Dimensions;
 use super::norms::{
-    Curve, ELBOW_FLEXION, PELVIC_OBLIQUITY, PELVIC_ROTATION, RUNNING, SHOULDER_ABDUCTION,
+    AngleCurve, ELBOW_FLEXION, PELVIC_OBLIQUITY, PELVIC_ROTATION, RUNNING, SHOULDER_ABDUCTION,
     SHOULDER_FLEXION, THORAX_OBLIQUITY, THORAX_ROTATION, THORAX_TILT, WALKING, WalkingNorm, Waves,
 };
 use super::regulated::GRAVITY;
@@ -27,7 +27,7 @@ pub(super) fn gait_at(speed_kmh: f64) -> Gait {
 const SPONTANEOUS: usize = 2;
 
 /// The angles' curves at one speed.
-pub(super) enum Norm {
+pub(super) enum AngleNorm {
     /// Between two of the published walking speeds.
     Walk {
         slower: &'static WalkingNorm,
@@ -48,7 +48,7 @@ pub(super) enum Norm {
     },
 }
 
-impl Norm {
+impl AngleNorm {
     /// The norm for a person of these dimensions at this speed.
     pub(super) fn at(dimensions: &Dimensions, speed_kmh: f64) -> Self {
         if gait_at(speed_kmh) == Gait::Run {
@@ -94,9 +94,9 @@ impl Norm {
     /// Mean, swing at a phase if one is given, and spread, degrees.
     fn numbers(&self, angle: Angle, phase: Option<f64>) -> (f64, f64, f64) {
         let waves = phase.map(Waves::at);
-        let swing = |curve: &Curve| waves.as_ref().map_or(0.0, |waves| curve.swing(waves));
-        let plain = |curve: &Curve| (curve.mean, swing(curve), curve.sd);
-        let scaled = |curve: &Curve, by: f64| (curve.mean, by * swing(curve), curve.sd);
+        let swing = |curve: &AngleCurve| waves.as_ref().map_or(0.0, |waves| curve.swing(waves));
+        let plain = |curve: &AngleCurve| (curve.mean, swing(curve), curve.sd);
+        let scaled = |curve: &AngleCurve, by: f64| (curve.mean, by * swing(curve), curve.sd);
         match self {
             Self::Walk {
                 slower,
@@ -104,23 +104,26 @@ impl Norm {
                 share,
                 arms,
             } => {
-                let between = |of: fn(&'static WalkingNorm) -> &'static Curve| {
+                let between = |of: fn(&'static WalkingNorm) -> &'static AngleCurve| {
                     let (a, b) = (plain(of(slower)), plain(of(faster)));
                     let mix = |a: f64, b: f64| a + share * (b - a);
                     (mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
                 };
                 // Adults' pelves turn more than children's, and later: the adults' curve at their own
                 // speed, which grows with speed as the children's does.
-                let grown = |adult: &Curve, of: fn(&'static WalkingNorm) -> &'static Curve| {
-                    let size = of(slower).size() + share * (of(faster).size() - of(slower).size());
-                    scaled(adult, size / of(&WALKING[SPONTANEOUS]).size())
-                };
+                let grown =
+                    |adult: &AngleCurve, of: fn(&'static WalkingNorm) -> &'static AngleCurve| {
+                        let size =
+                            of(slower).size() + share * (of(faster).size() - of(slower).size());
+                        scaled(adult, size / of(&WALKING[SPONTANEOUS]).size())
+                    };
                 // Adults' pelves tip by 13 degrees in one laboratory and by 6 to 9 in four others,
                 // earlier: the mean of the adults' curve and the children's.
-                let tipped = |adult: &Curve, of: fn(&'static WalkingNorm) -> &'static Curve| {
-                    let (child, adult) = (between(of), grown(adult, of));
-                    (0.0, 0.5 * (child.1 + adult.1), adult.2)
-                };
+                let tipped =
+                    |adult: &AngleCurve, of: fn(&'static WalkingNorm) -> &'static AngleCurve| {
+                        let (child, adult) = (between(of), grown(adult, of));
+                        (0.0, 0.5 * (child.1 + adult.1), adult.2)
+                    };
                 match angle {
                     Angle::PelvicTilt => between(|n| &n.pelvic_tilt),
                     Angle::PelvicObliquity => tipped(&PELVIC_OBLIQUITY, |n| &n.pelvic_obliquity),

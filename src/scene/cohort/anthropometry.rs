@@ -22,7 +22,7 @@ struct Regression {
 impl Regression {
     /// Mean and standard deviation over a population, metres. Stature, mass index and what
     /// they leave open are independent.
-    fn spread(&self, population: &Population) -> (f64, f64) {
+    fn spread(&self, population: &PopulationNorms) -> (f64, f64) {
         let ((stature, stature_sd), (bmi, bmi_sd)) = (population.stature, population.bmi);
         let mean = self.constant + self.stature * stature + self.bmi * bmi;
         let variance = [self.stature * stature_sd, self.bmi * bmi_sd, self.residual]
@@ -154,14 +154,14 @@ dimensions! {
 
 /// Mean and standard deviation of stature, metres, and of body mass index.
 #[derive(Clone, Copy, Debug)]
-pub struct Population {
+pub struct PopulationNorms {
     /// Stature: mean and standard deviation, metres.
     pub stature: (f64, f64),
     /// Body mass index: mean and standard deviation, kg/m2.
     pub bmi: (f64, f64),
 }
 
-impl Population {
+impl PopulationNorms {
     /// ANSUR II's men or women. Stature and mass index are uncorrelated there
     /// (r = 0.002 and 0.054).
     #[must_use]
@@ -265,7 +265,7 @@ impl Dimensions {
                     Sex::Male => male,
                     Sex::Female => female,
                 };
-                regression.spread(&Population::of(sex))
+                regression.spread(&PopulationNorms::of(sex))
             });
             // No dimension is negative, however widely it spreads.
             (least.max(1e-3), most)
@@ -319,7 +319,7 @@ mod tests {
         near(of(Some(Sex::Female), "foot_length"), 0.1719, 0.3207);
         near(of(None, "foot_length"), 0.1719, 0.3498);
         near(of(Some(Sex::Male), "waist_breadth"), 0.1182, 0.5346);
-        near(Population::plausible_stature(None), 1.2433, 2.1678);
+        near(PopulationNorms::plausible_stature(None), 1.2433, 2.1678);
     }
 
     #[test]

@@ -16,14 +16,14 @@ const INNER: [usize; 3] = [3, 4, 5];
 
 /// A cross-section of a trunk or thigh in its joint's frame: an octagon about two axes.
 #[derive(Clone, Copy, Debug)]
-struct Section {
+struct CrossSection {
     centre: DVec3,
     half: (f64, f64),
     /// How far the points between the axes lie out, as a share of the half axes.
     diagonal: f64,
 }
 
-impl Section {
+impl CrossSection {
     fn of(ring: &[DVec3]) -> Self {
         let centre = 0.5 * (ring[0] + ring[4]);
         let half = ((ring[0].x - centre.x).abs(), ring[2].z - centre.z);
@@ -72,7 +72,7 @@ impl Section {
 #[derive(Clone, Debug)]
 pub(super) struct Flanks {
     offsets: [DVec3; JOINTS],
-    trunk: Vec<(Joint, Vec<Section>)>,
+    trunk: Vec<(Joint, Vec<CrossSection>)>,
     /// The inner points of an arm's rings.
     arms: Vec<(Joint, [DVec3; 3])>,
 }
@@ -90,7 +90,9 @@ impl Flanks {
                 | Joint::Spine
                 | Joint::Thorax
                 | Joint::LeftThigh
-                | Joint::RightThigh => trunk.push((*joint, rings().map(Section::of).collect())),
+                | Joint::RightThigh => {
+                    trunk.push((*joint, rings().map(CrossSection::of).collect()))
+                }
                 // Above its middle an upper arm is within the shoulder.
                 Joint::LeftUpperArm | Joint::RightUpperArm => {
                     arms.extend(inner(*joint, rings().skip(2)));
@@ -179,7 +181,7 @@ fn inner<'a>(joint: Joint, rings: impl Iterator<Item = &'a [DVec3]>) -> Vec<(Joi
 }
 
 /// How deep a point is in a stack of sections.
-fn depth_m(sections: &[Section], point: DVec3, sign: f64, margin: f64) -> f64 {
+fn depth_m(sections: &[CrossSection], point: DVec3, sign: f64, margin: f64) -> f64 {
     for pair in sections.windows(2) {
         let along = (point.y - pair[0].centre.y) / (pair[1].centre.y - pair[0].centre.y);
         if (0.0..=1.0).contains(&along) {

@@ -25,7 +25,7 @@ use super::{DEFAULT_SEED, PEOPLE, Person};
 use features::{Features, features};
 use statistics::{Matrix, correlation, eigen, mean_and_sd, principal_factors, shrunk_correlations};
 use std::collections::BTreeMap;
-use walkers::{Clip, clips};
+use walkers::{ManifestTake, clips};
 
 /// A feature of a cycle.
 fn value(feature: Feature, of: &Features) -> f64 {
@@ -90,12 +90,12 @@ fn without_speed(rows: &[Vec<f64>]) -> Matrix {
 }
 
 /// Made people at 4 and 5 km/h, measured alike.
-fn made() -> Vec<Clip> {
+fn made() -> Vec<ManifestTake> {
     let mut clips = Vec::new();
     for index in 0..PEOPLE {
         let person = Person::of_cohort(DEFAULT_SEED, index).expect("a person of the cohort");
         for speed_kmh in [4.0, 5.0] {
-            clips.push(Clip {
+            clips.push(ManifestTake {
                 dataset: "made".into(),
                 subject: person.name.clone(),
                 name: format!("{speed_kmh} km/h"),
@@ -108,7 +108,7 @@ fn made() -> Vec<Clip> {
 }
 
 /// Rows of one person each, of their takes' means; `dataset`'s people only.
-fn people(clips: &[Clip], dataset: &str) -> BTreeMap<String, Vec<Vec<f64>>> {
+fn people(clips: &[ManifestTake], dataset: &str) -> BTreeMap<String, Vec<Vec<f64>>> {
     let mut people: BTreeMap<String, Vec<Vec<f64>>> = BTreeMap::new();
     for clip in clips.iter().filter(|clip| clip.dataset == dataset) {
         let rows: Vec<Vec<f64>> = clip.cycles.iter().map(row).collect();
@@ -130,7 +130,7 @@ struct Within {
     spreads: Vec<(f64, f64)>,
 }
 
-fn within(clips: &[Clip], dataset: &str) -> Within {
+fn within(clips: &[ManifestTake], dataset: &str) -> Within {
     let (mut cycles, mut freedom, mut shares) = (Vec::new(), 0.0, Vec::new());
     for clip in clips.iter().filter(|clip| clip.dataset == dataset) {
         let rows: Vec<Vec<f64>> = clip.cycles.iter().map(row).collect();
@@ -302,7 +302,8 @@ fn compare(name: &str, rows: &[Vec<f64>], others: &[Vec<f64>]) {
 fn the_tables_are_those_of_the_recorded_walkers() {
     let data = std::env::var_os("EDGEGAIT_DATA").expect("EDGEGAIT_DATA: expected a folder");
     let clips = clips(std::path::Path::new(&data));
-    let (runs, walks): (Vec<Clip>, Vec<Clip>) = clips.into_iter().partition(|clip| clip.is_run);
+    let (runs, walks): (Vec<ManifestTake>, Vec<ManifestTake>) =
+        clips.into_iter().partition(|clip| clip.is_run);
     report::print(&walks, &runs);
     report::print(&made(), &[]);
 

@@ -1,11 +1,11 @@
 //! Gait cycles made from published joint-angle curves and one person's style.
 
-use super::angles::Norm;
+use super::angles::AngleNorm;
 use super::anthropometry::Dimensions;
 use super::arms::Flanks;
 use super::pose::upper_arm_of;
 use super::regulated::Regulated;
-use super::steps::{Steps, leg_of};
+use super::steps::{PersonSteps, leg_of};
 use super::style::{Angle, Side, Style};
 use crate::scene::{Body, Cycle};
 use edgegait_core::pack::Sex;
@@ -20,7 +20,7 @@ const HARMONICS: usize = 6;
 
 /// What decides how one person moves.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Walker<'a> {
+pub(super) struct GaitStyle<'a> {
     /// Body dimensions.
     pub dimensions: &'a Dimensions,
     /// The body that carries them.
@@ -37,10 +37,10 @@ pub(super) struct Walker<'a> {
 
 /// One gait cycle of `walker` at `speed_kmh`, from left contact to left contact.
 #[must_use]
-pub(super) fn cycle(walker: &Walker<'_>, speed_kmh: f64) -> Cycle {
+pub(super) fn cycle(walker: &GaitStyle<'_>, speed_kmh: f64) -> Cycle {
     let regulated = Regulated::of(walker, speed_kmh);
-    let norm = Norm::at(walker.dimensions, speed_kmh);
-    let steps = Steps::new(walker, &norm, regulated);
+    let norm = AngleNorm::at(walker.dimensions, speed_kmh);
+    let steps = PersonSteps::new(walker, &norm, regulated);
     let phases = || (0..FRAMES).map(|frame| frame as f64 / FRAMES as f64);
     let mut rotations: Vec<_> = phases().map(|phase| steps.pose(phase)).collect();
     smooth(&mut rotations);
@@ -55,7 +55,7 @@ pub(super) fn cycle(walker: &Walker<'_>, speed_kmh: f64) -> Cycle {
 }
 
 /// Holds the arms as far out as the trunk and the thighs ask for.
-fn hold_arms_out(walker: &Walker<'_>, norm: &Norm, rotations: &mut [[DQuat; JOINTS]]) {
+fn hold_arms_out(walker: &GaitStyle<'_>, norm: &AngleNorm, rotations: &mut [[DQuat; JOINTS]]) {
     let flanks = Flanks::of(walker.body);
     let mut style = walker.style.clone();
     for (side, arm) in [

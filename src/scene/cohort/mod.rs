@@ -26,12 +26,12 @@ mod wardrobe;
 use crate::error::{Error, Result};
 use crate::scene::{Body, Cycle, Subject, Track, Walk};
 use angles::gait_at;
-use anthropometry::{DIMENSIONS, Dimensions, Population};
+use anthropometry::{DIMENSIONS, Dimensions, PopulationNorms};
 use edgegait_core::pack::{Gait, Sex};
 use edgegait_core::skeleton::Joint;
-use gait::Walker;
+use gait::GaitStyle;
 #[cfg(feature = "import")]
-pub(super) use norms::{Curve, ELBOW_FLEXION, SHOULDER_ABDUCTION, SHOULDER_FLEXION, WALKING};
+pub(super) use norms::{AngleCurve, ELBOW_FLEXION, SHOULDER_ABDUCTION, SHOULDER_FLEXION, WALKING};
 #[cfg(feature = "import")]
 pub(super) use pose::STANDING_TILT_DEG;
 use rand::{RngExt, SeedableRng};
@@ -75,7 +75,7 @@ pub const BODY_MASS_INDICES: (f64, f64) = (16.0, 43.0);
 #[must_use]
 pub fn statures(sex: Option<Sex>) -> (f64, f64) {
     let of = |sex| {
-        let (mean, sd) = Population::of(sex).stature;
+        let (mean, sd) = PopulationNorms::of(sex).stature;
         (mean - 3.5 * sd, mean + 3.5 * sd)
     };
     match sex {
@@ -146,7 +146,7 @@ impl Person {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(index as u64);
         let (sex, _) = sex_of(index, profile.sex);
-        let population = Population::of(sex);
+        let population = PopulationNorms::of(sex);
         let drawn_m = population.stature.0 + population.stature.1 * normal(&mut rng);
         // Mass indices are skewed: log-normal with the published mean and deviation.
         let (mean, sd) = population.bmi;
@@ -182,7 +182,7 @@ impl Person {
     /// The person whom the norms describe.
     #[must_use]
     pub fn average(sex: Sex) -> Self {
-        let population = Population::of(sex);
+        let population = PopulationNorms::of(sex);
         let stature_m = population.stature.0;
         let mass_kg = population.bmi.0 * stature_m * stature_m;
         let person = Self::new(
@@ -239,7 +239,7 @@ impl Person {
     /// One gait cycle at `speed_kmh`.
     #[must_use]
     pub fn cycle(&self, speed_kmh: f64) -> Cycle {
-        let walker = Walker {
+        let walker = GaitStyle {
             dimensions: &self.dimensions,
             body: &self.body,
             style: &self.style,

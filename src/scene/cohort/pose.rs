@@ -1,6 +1,6 @@
 //! One person's pose at one phase, from the norm's angles and the person's deviations.
 
-use super::angles::Norm;
+use super::angles::AngleNorm;
 use super::style::{Angle, Side, Style};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::DQuat;
@@ -10,7 +10,13 @@ use glam::DQuat;
 pub(crate) const STANDING_TILT_DEG: f64 = 11.586;
 
 /// One person's angle on one side at a phase of the cycle, degrees.
-pub(super) fn angle_of(style: &Style, norm: &Norm, angle: Angle, side: Side, phase: f64) -> f64 {
+pub(super) fn angle_of(
+    style: &Style,
+    norm: &AngleNorm,
+    angle: Angle,
+    side: Side,
+    phase: f64,
+) -> f64 {
     let own_phase = match side {
         Side::Left => phase,
         Side::Right => phase + 0.5,
@@ -24,7 +30,7 @@ pub(super) fn angle_of(style: &Style, norm: &Norm, angle: Angle, side: Side, pha
 ///
 /// The hip follows the pelvis and half of the knee: whoever tips the pelvis forward or
 /// bends the knees flexes the hips as much more, since feet stay under the body.
-fn offset_deg(style: &Style, norm: &Norm, angle: Angle, side: Side) -> f64 {
+fn offset_deg(style: &Style, norm: &AngleNorm, angle: Angle, side: Side) -> f64 {
     let own = style.of(angle, side);
     let sd = norm.spread_deg(angle);
     let offset = own.offset_sd * sd + own.offset_deg;
@@ -38,7 +44,7 @@ fn offset_deg(style: &Style, norm: &Norm, angle: Angle, side: Side) -> f64 {
 }
 
 /// Local rotations at a phase: what the angles say, whatever the feet then do on the floor.
-pub(super) fn pose(style: &Style, norm: &Norm, phase: f64) -> [DQuat; JOINTS] {
+pub(super) fn pose(style: &Style, norm: &AngleNorm, phase: f64) -> [DQuat; JOINTS] {
     let mut rotations = [DQuat::IDENTITY; JOINTS];
     let of = |angle, side| angle_of(style, norm, angle, side, phase).to_radians();
     let left = |angle| of(angle, Side::Left);
@@ -95,7 +101,7 @@ pub(super) fn pose(style: &Style, norm: &Norm, phase: f64) -> [DQuat; JOINTS] {
 }
 
 /// The local rotation of an upper arm at a phase.
-pub(super) fn upper_arm_of(style: &Style, norm: &Norm, side: Side, phase: f64) -> DQuat {
+pub(super) fn upper_arm_of(style: &Style, norm: &AngleNorm, side: Side, phase: f64) -> DQuat {
     let of = |angle| angle_of(style, norm, angle, side, phase).to_radians();
     let sign = match side {
         Side::Left => 1.0,

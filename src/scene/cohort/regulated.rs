@@ -4,8 +4,8 @@
 //! solved for ([`steps`](super::steps)).
 
 use super::angles::gait_at;
-use super::anthropometry::Population;
-use super::gait::Walker;
+use super::anthropometry::PopulationNorms;
+use super::gait::GaitStyle;
 use edgegait_core::pack::{Gait, Sex};
 use std::f64::consts::{PI, TAU};
 
@@ -54,7 +54,7 @@ pub(super) struct Regulated {
 impl Regulated {
     /// How `walker` steps at `speed_kmh`.
     #[must_use]
-    pub(super) fn of(walker: &Walker<'_>, speed_kmh: f64) -> Self {
+    pub(super) fn of(walker: &GaitStyle<'_>, speed_kmh: f64) -> Self {
         let speed_mps = speed_kmh / 3.6;
         let gait = gait_at(speed_kmh);
         let style = walker.style;
@@ -66,7 +66,7 @@ impl Regulated {
             (0.352 - 0.011 * (speed_kmh - 8.0), 0.014)
         };
         let old = decades_past_60(walker.age_years);
-        let heavy = walker.bmi - Population::of(walker.sex).bmi.0;
+        let heavy = walker.bmi - PopulationNorms::of(walker.sex).bmi.0;
         let step_width_m = WIDER_BY_BMI_M * heavy
             + match (gait, walker.sex) {
                 (Gait::Walk, Sex::Male) => 0.095 + 0.025 * style.step_width,
@@ -140,7 +140,7 @@ impl Regulated {
 ///
 /// Running: 141 + 8.2 v steps a minute, SD 9 (recalled; Cavanagh & Kram 1989 report the
 /// same slight rise).
-fn steps_per_minute(walker: &Walker<'_>, speed_mps: f64, gait: Gait) -> f64 {
+fn steps_per_minute(walker: &GaitStyle<'_>, speed_mps: f64, gait: Gait) -> f64 {
     const CONSTANT_FROM_MPS: f64 = 3.7 / 3.6;
     match gait {
         Gait::Walk => {

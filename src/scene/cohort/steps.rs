@@ -1,14 +1,14 @@
 //! Where the feet go: planted, rolled over and swung, whatever a person's angles would do.
 
-use super::angles::Norm;
-use super::gait::Walker;
+use super::angles::AngleNorm;
+use super::gait::GaitStyle;
 use super::pose::{angle_of, pose, turn_x, turn_y};
 use super::regulated::Regulated;
 use super::sole::Sole;
 use super::style::{Angle, Side, Style};
 use super::swing::{LEAST_KNEE, Polar, Swing, floored, least};
 use crate::scene::forward_kinematics;
-use crate::scene::leg::Leg;
+use crate::scene::leg::LegLengths;
 use edgegait_core::pack::Gait;
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DMat3, DQuat, DVec3};
@@ -41,12 +41,12 @@ pub(super) const fn sign(side: Side) -> f64 {
 }
 
 /// One person's steps at one speed.
-pub(super) struct Steps<'a> {
-    walker: &'a Walker<'a>,
-    norm: &'a Norm,
+pub(super) struct PersonSteps<'a> {
+    walker: &'a GaitStyle<'a>,
+    norm: &'a AngleNorm,
     regulated: Regulated,
     soles: [Sole; 2],
-    legs: [Leg; 2],
+    legs: [LegLengths; 2],
     /// How far ahead of the pelvis a foot stands in the middle of its time flat on the floor.
     ahead_m: f64,
     /// Correction of the feet's pitch, radians: flat where they are flat.
@@ -89,10 +89,14 @@ pub(super) struct Placed {
     pub pitch: f64,
 }
 
-impl<'a> Steps<'a> {
+impl<'a> PersonSteps<'a> {
     /// The steps of `walker`.
     #[must_use]
-    pub(super) fn new(walker: &'a Walker<'a>, norm: &'a Norm, regulated: Regulated) -> Self {
+    pub(super) fn new(
+        walker: &'a GaitStyle<'a>,
+        norm: &'a AngleNorm,
+        regulated: Regulated,
+    ) -> Self {
         let offsets = &walker.body.offsets;
         let sides = [Side::Left, Side::Right];
         let soles = sides.map(|side| {
@@ -102,7 +106,7 @@ impl<'a> Steps<'a> {
         });
         let legs = sides.map(|side| {
             let [_, shank, foot] = leg_of(side);
-            Leg {
+            LegLengths {
                 thigh_m: offsets[shank.index()].length(),
                 shank_m: offsets[foot.index()].length(),
             }

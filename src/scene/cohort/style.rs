@@ -140,7 +140,7 @@ impl Style {
         let mut style = Self::NONE;
         // What the recordings say nothing of is drawn alone.
         for (angle, sides) in ALL.into_iter().zip(&mut style.angles) {
-            let spread = Spread::of(angle);
+            let spread = AngleSpread::of(angle);
             let offset_sd = spread.offset_sd * normal(rng);
             let amplitude = libm::exp(spread.amplitude * normal(rng));
             let phase = spread.delay * normal(rng);
@@ -165,7 +165,7 @@ impl Style {
 
     /// Gives a person a feature, in standard deviations between people.
     fn set(&mut self, feature: Feature, score: f64) {
-        let (angle, set): (Angle, fn(&mut AngleStyle, Spread, f64)) = match feature {
+        let (angle, set): (Angle, fn(&mut AngleStyle, AngleSpread, f64)) = match feature {
             Feature::Offset(angle) => (angle, |own, spread, score| {
                 own.offset_sd = spread.offset_sd * score;
             }),
@@ -181,7 +181,7 @@ impl Style {
             Feature::HeadPitch => return self.head_pitch_deg = 7.0 * score,
         };
         for own in &mut self.angles[angle as usize] {
-            set(own, Spread::of(angle), score);
+            set(own, AngleSpread::of(angle), score);
         }
     }
 
@@ -203,7 +203,7 @@ const ELBOW_PLANE_DEG: f64 = 3.0;
 
 /// Standard deviations between people in one angle.
 #[derive(Clone, Copy, Debug)]
-struct Spread {
+struct AngleSpread {
     /// Of the mean, as a share of the norm's spread: of the pelvis all, of others what 10 walkers
     /// of CMU's motion capture and 20 of other sets have of it, since the norm's holds the
     /// repeatability of markers, and children.
@@ -218,7 +218,7 @@ struct Spread {
     asymmetry_deg: f64,
 }
 
-impl Spread {
+impl AngleSpread {
     const fn of(angle: Angle) -> Self {
         let (offset_sd, amplitude, delay, asymmetry_deg) = match angle {
             Angle::PelvicTilt => (1.0, 0.35, 0.03, 0.0),

@@ -9,7 +9,7 @@ use crate::scene::wear::{
     Ease, Outfit, Wearer, clothes, coat, hair, shoes, short_hair, skirt, wide_trousers,
 };
 use crate::scene::{Body, BodyHull};
-use edgegait_core::clothes::{Clothes, Fit, Legs};
+use edgegait_core::clothes::{Clothes, ClothesFit, Legs};
 use edgegait_core::pack::Sex;
 use edgegait_core::skeleton::Skeleton;
 use glam::DVec3;
@@ -78,9 +78,9 @@ impl Worn {
         let woman = usize::from(sex == Sex::Male);
         let fit = share();
         let (fit, eases) = match FITS.iter().filter(|&&below| fit >= below).count() {
-            0 => (Fit::Tight, EASES_M[0]),
-            1 => (Fit::Normal, EASES_M[1]),
-            _ => (Fit::Loose, EASES_M[2]),
+            0 => (ClothesFit::Tight, EASES_M[0]),
+            1 => (ClothesFit::Normal, EASES_M[1]),
+            _ => (ClothesFit::Loose, EASES_M[2]),
         };
         let more = 1.0 + EASE_SPREAD * (2.0 * share() - 1.0);
         let [trunk_m, upper_arms_m, forearms_m, thighs_m, shanks_m] = eases.map(|m| m * more);
@@ -223,8 +223,8 @@ mod tests {
             assert_share((1.0 - skirts) * 0.15, |worn| worn.wide_trousers > 0.0);
             assert_share(long_hair, |worn| worn.clothes.has_long_hair);
             assert_share(0.3, |worn| worn.clothes.has_short_sleeves);
-            assert_share(0.25, |worn| worn.clothes.fit == Fit::Tight);
-            assert_share(0.5, |worn| worn.clothes.fit == Fit::Normal);
+            assert_share(0.25, |worn| worn.clothes.fit == ClothesFit::Tight);
+            assert_share(0.5, |worn| worn.clothes.fit == ClothesFit::Normal);
         }
     }
 

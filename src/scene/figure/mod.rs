@@ -15,11 +15,11 @@ use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
 use self::centres::Centres;
-use super::cohort::anthropometry::{DIMENSIONS, Dimensions, Population};
+use super::cohort::anthropometry::{DIMENSIONS, Dimensions, PopulationNorms};
 use super::rest::standing_points;
 use crate::error::{Error, Result};
 use crate::import::obj::Mesh;
-use crate::import::{Format, Motion, Skin, SourceFrame, SourceJoint};
+use crate::import::{Motion, MotionFormat, Skin, SourceFrame, SourceJoint};
 use edgegait_core::pack::Sex;
 
 /// Statures that a mesh can have, metres: below ten times the least, so that one decimal unit
@@ -111,7 +111,7 @@ fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
 /// The dimensions of a person as tall as the mesh, of the mean mass index, of either sex.
 fn expected_dimensions(mesh: &Mesh) -> Result<Dimensions> {
     let stature_m = bounds(&mesh.vertices).1.y;
-    let bmi = |sex| Population::of(sex).bmi.0;
+    let bmi = |sex| PopulationNorms::of(sex).bmi.0;
     let mean = 0.5 * (bmi(Sex::Female) + bmi(Sex::Male));
     Dimensions::expected(
         stature_m,
@@ -135,7 +135,7 @@ fn rigged(mesh: Mesh, centres: &Centres, weights: Vec<Vec<(usize, f64)>>) -> Mot
     });
     let root = centres.joints[Joint::Pelvis.index()];
     Motion {
-        format: Format::Obj,
+        format: MotionFormat::Obj,
         joints: joints.to_vec(),
         sample_rate_hz: 30.0,
         frames: vec![SourceFrame {

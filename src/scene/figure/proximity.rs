@@ -16,14 +16,14 @@ use crate::scene::follow::main_child;
 const BLEND: f64 = 0.4;
 
 /// A joint's bones, as segments of which it moves the surroundings.
-struct Bone {
+struct BoneSegments {
     joint: Joint,
     from: DVec3,
     to: DVec3,
     thickness_m: f64,
 }
 
-impl Bone {
+impl BoneSegments {
     /// In thicknesses.
     fn distance(&self, point: DVec3) -> f64 {
         let along = self.to - self.from;
@@ -47,7 +47,7 @@ pub(super) fn weights(
         .collect()
 }
 
-fn shares(vertex: DVec3, is_left: bool, bones: &[Bone]) -> Vec<(usize, f64)> {
+fn shares(vertex: DVec3, is_left: bool, bones: &[BoneSegments]) -> Vec<(usize, f64)> {
     let mut distances = [f64::INFINITY; JOINTS];
     for bone in bones {
         let is_midline = bone.joint.mirrored() == bone.joint;
@@ -76,13 +76,13 @@ fn shares(vertex: DVec3, is_left: bool, bones: &[Bone]) -> Vec<(usize, f64)> {
     vec![(first.index(), 1.0 - share), (second.index(), share)]
 }
 
-fn bones(centres: &Centres, d: &Dimensions) -> Vec<Bone> {
+fn bones(centres: &Centres, d: &Dimensions) -> Vec<BoneSegments> {
     let at = |joint: Joint| centres.joints[joint.index()];
-    let mut bones: Vec<Bone> = Joint::ALL
+    let mut bones: Vec<BoneSegments> = Joint::ALL
         .into_iter()
         .filter_map(|joint| {
             let end = main_child(joint).map(at).or(centres.ends[joint.index()]);
-            Some(Bone {
+            Some(BoneSegments {
                 joint,
                 from: at(joint),
                 to: end?,
@@ -91,7 +91,7 @@ fn bones(centres: &Centres, d: &Dimensions) -> Vec<Bone> {
         })
         .collect();
     for to in [Joint::LeftThigh, Joint::RightThigh, Joint::Spine] {
-        bones.push(Bone {
+        bones.push(BoneSegments {
             joint: Joint::Pelvis,
             from: at(Joint::Pelvis),
             to: at(to),

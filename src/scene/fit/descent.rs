@@ -1,7 +1,7 @@
 //! Moves hull points until silhouettes agree, and leaves out those that matter least.
 
-use super::view::{Camera, View};
-use super::{Example, Parts, STEPS, Skinned, start};
+use super::view::{FitCamera, TrainingView};
+use super::{FittedHulls, PosedMesh, STEPS, Skinned, start};
 use crate::error::{Error, Result};
 use crate::scene::BodyHull;
 use edgegait_core::budget::MAX_HULL_POINTS;
@@ -45,7 +45,7 @@ pub(super) struct Level {
 /// For a mesh without triangles.
 pub(super) fn fit(
     skinned: &Skinned,
-    examples: &[Example],
+    examples: &[PosedMesh],
     budgets: &[usize],
     (views, seed): (usize, u64),
     progress: &(dyn Fn() + Sync),
@@ -54,18 +54,18 @@ pub(super) fn fit(
         return Err(Error::Mesh("the mesh has no triangles".into()));
     }
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut images = |examples: &[Example]| -> Vec<View> {
-        let cameras: Vec<Camera> = (0..views).map(|_| camera(&mut rng)).collect();
+    let mut images = |examples: &[PosedMesh]| -> Vec<TrainingView> {
+        let cameras: Vec<FitCamera> = (0..views).map(|_| camera(&mut rng)).collect();
         let shots = cameras.into_par_iter().enumerate();
         shots
             .map(|(index, camera)| {
                 let example = &examples[index % examples.len()];
-                View::new(example, &skinned.triangles, camera)
+                TrainingView::new(example, &skinned.triangles, camera)
             })
             .collect()
     };
     let (seen, unseen) = examples.split_at(examples.len() / 2);
-    let mut fit = Fit::new(images(seen), start::parts(skinned), seed);
+    let mut fit = HullDescent::new(images(seen), start::parts(skinned), seed);
     let mut unseen = images(unseen);
     let at_first = fit.parts.points();
     let least = budgets.last().copied().unwrap_or(at_first).min(at_first);
@@ -91,7 +91,7 @@ pub(super) fn fit(
         fit.shake(SHAKE_M[1]);
         fit.descend(ROUNDS[1]);
         unseen.par_iter_mut().for_each(|view| view.put(&fit.parts));
-        let sum: f64 = unseen.iter().map(View::jaccard).sum();
+        let sum: f64 = unseen.iter().map(TrainingView::jaccard).sum();
         levels.push(Level {
             hulls: fit.hulls(),
             points: fit.parts.points(),
@@ -103,9 +103,9 @@ pub(super) fn fit(
 }
 
 /// A random camera: all around, more often level than from above, a quarter of them near by.
-fn camera(rng: &mut ChaCha8Rng) -> Camera {
+fn camera(rng: &mut ChaCha8Rng) -> FitCamera {
     let height: f64 = rng.random();
-    Camera {
+    FitCamera {
         azimuth: rng.random::<f64>() * TAU,
         elevation: (height * height * 75.0).to_radians(),
         distance_m: rng.random_bool(0.25).then(|| rng.random_range(3.0..8.0)),
@@ -113,16 +113,16 @@ fn camera(rng: &mut ChaCha8Rng) -> Camera {
 }
 
 /// Hulls over the images that they are fitted to.
-struct Fit {
-    views: Vec<View>,
-    parts: Parts,
+struct HullDescent {
+    views: Vec<TrainingView>,
+    parts: FittedHulls,
     /// Step of each point of each hull, metres.
     steps: Vec<Vec<f32>>,
     rng: ChaCha8Rng,
 }
 
-impl Fit {
-    fn new(mut views: Vec<View>, parts: Parts, seed: u64) -> Self {
+impl HullDescent {
+    fn new(mut views: Vec<TrainingView>, parts: FittedHulls, seed: u64) -> Self {
         let hulls = parts.hulls.iter();
         let steps = hulls.map(|hull| vec![FIRST_STEP_M; hull.points.len()]);
         let steps = steps.collect();

@@ -1,10 +1,10 @@
 //! Fitted hulls that are kept: a fit takes a minute of a processor, and is the same each time.
 
 use super::fitted_body;
-use crate::cache::{Cache, Key};
+use crate::cache::{Cache, CacheKey};
 use crate::error::Result;
 use crate::import::Motion;
-use crate::scene::{Body, BodyHull, Fit};
+use crate::scene::{Body, BodyHull, HullFit};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -15,7 +15,7 @@ const KIND: &str = "hulls";
 
 /// A fitted body; numbers as their bits, since JSON's come back a unit off.
 #[derive(Serialize, Deserialize)]
-struct Kept {
+struct KeptBody {
     offsets: Vec<[u64; 3]>,
     hulls: Vec<(usize, Vec<[u64; 3]>)>,
     jaccard: u64,
@@ -34,12 +34,12 @@ pub(crate) fn kept_body(
 ) -> Result<(Body, bool)> {
     let key = key(mesh, points, seed);
     let kept = cache.read(KIND, &key);
-    let kept = kept.and_then(|bytes| serde_json::from_slice::<Kept>(&bytes).ok());
-    if let Some(body) = kept.and_then(Kept::body) {
+    let kept = kept.and_then(|bytes| serde_json::from_slice::<KeptBody>(&bytes).ok());
+    if let Some(body) = kept.and_then(KeptBody::body) {
         return Ok((body, true));
     }
     let body = fitted_body(mesh, points, seed, progress)?;
-    if let Some(kept) = Kept::of(&body) {
+    if let Some(kept) = KeptBody::of(&body) {
         // It is made again the next time.
         let _ = cache.keep(KIND, &key, &serde_json::to_vec(&kept)?);
     }
@@ -47,7 +47,7 @@ pub(crate) fn kept_body(
 }
 
 /// Of all that a fit reads. Rust writes floats so that they come back the same.
-fn key(mesh: &Motion, points: usize, seed: u64) -> Key {
+fn key(mesh: &Motion, points: usize, seed: u64) -> CacheKey {
     let Motion {
         format,
         joints,
@@ -59,10 +59,10 @@ fn key(mesh: &Motion, points: usize, seed: u64) -> Key {
     } = mesh;
     let shape = format!("{format:?} {joints:?} {frames:?} {unit_m:?} {skin:?}");
     let asked = format!("{REVISION} {points} {seed}");
-    Key::of(&[asked.as_bytes(), shape.as_bytes()])
+    CacheKey::of(&[asked.as_bytes(), shape.as_bytes()])
 }
 
-impl Kept {
+impl KeptBody {
     /// None of a body that has more than a fit gives.
     fn of(body: &Body) -> Option<Self> {
         let bits = |at: &DVec3| at.to_array().map(f64::to_bits);
@@ -100,7 +100,7 @@ impl Kept {
             hulls: hulls.collect::<Option<_>>()?,
             draped: Vec::new(),
             clothes: None,
-            fit: Some(Fit {
+            fit: Some(HullFit {
                 jaccard: f64::from_bits(self.jaccard),
                 frontier: frontier
                     .map(|(points, bits)| (points, f64::from_bits(bits)))

@@ -13,8 +13,8 @@ mod start;
 mod view;
 
 pub(crate) use self::kept::kept_body;
-use self::poses::Figure;
-use super::{Body, Fit};
+use self::poses::RiggedMesh;
+use super::{Body, HullFit};
 use crate::error::{Error, Result};
 use crate::import::Motion;
 use edgegait_core::skeleton::{JOINTS, Joint};
@@ -51,7 +51,7 @@ pub(crate) fn fitted_body(
             POINTS.end()
         )));
     }
-    let figure = Figure::of(mesh).map_err(Error::Mesh)?;
+    let figure = RiggedMesh::of(mesh).map_err(Error::Mesh)?;
     let examples = figure.examples(POSES, seed)?;
     let mut budgets: Vec<usize> = LEVELS.to_vec();
     budgets.push(points);
@@ -73,7 +73,7 @@ pub(crate) fn fitted_body(
         hulls: level.hulls,
         draped: Vec::new(),
         clothes: None,
-        fit: Some(Fit {
+        fit: Some(HullFit {
             jaccard: level.jaccard,
             frontier,
         }),
@@ -82,7 +82,7 @@ pub(crate) fn fitted_body(
 
 /// A mesh in one pose, and where the joints of the canonical skeleton are in it, metres.
 #[derive(Clone, Debug)]
-struct Example {
+struct PosedMesh {
     /// By [`Joint::index`].
     positions: [DVec3; JOINTS],
     /// From a joint's frame to the world's.
@@ -99,7 +99,7 @@ struct Skinned {
     /// By vertex.
     joints: Vec<Joint>,
     /// The mesh at rest.
-    rest: Example,
+    rest: PosedMesh,
 }
 
 impl Skinned {
@@ -112,18 +112,18 @@ impl Skinned {
 
 /// Hulls as they are fitted.
 #[derive(Clone, Debug)]
-struct Parts {
-    hulls: Vec<Part>,
+struct FittedHulls {
+    hulls: Vec<HullPart>,
 }
 
 /// A hull in its joint's frame.
 #[derive(Clone, Debug)]
-struct Part {
+struct HullPart {
     joint: Joint,
     points: Vec<Vec3>,
 }
 
-impl Parts {
+impl FittedHulls {
     fn points(&self) -> usize {
         self.hulls.iter().map(|hull| hull.points.len()).sum()
     }
@@ -132,7 +132,7 @@ impl Parts {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::import::{Format, Skin, SourceFrame, SourceJoint};
+    use crate::import::{MotionFormat, Skin, SourceFrame, SourceJoint};
     use crate::scene::cohort::Person;
     use edgegait_core::pack::Sex;
 
@@ -183,7 +183,7 @@ mod tests {
             }
         }
         Motion {
-            format: Format::Gltf,
+            format: MotionFormat::Gltf,
             joints: Joint::ALL
                 .into_iter()
                 .map(|joint| SourceJoint {
@@ -208,7 +208,7 @@ mod tests {
     #[test]
     fn hulls_of_a_figure_of_boxes_are_nearly_those_boxes() {
         let boxes = boxes();
-        let figure = Figure::of(&boxes).expect("a figure");
+        let figure = RiggedMesh::of(&boxes).expect("a figure");
         let examples = figure.examples(40, 1).expect("poses");
         let fit = || descent::fit(&figure.skinned(), &examples, &[128, 96], (40, 1), &|| {});
         let levels = fit().expect("hulls");

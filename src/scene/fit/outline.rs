@@ -75,14 +75,14 @@ impl Chain {
 }
 
 /// Walks down a chain.
-struct Walk<'a> {
+struct ChainWalk<'a> {
     corners: &'a [Vec2],
     next: usize,
     x: f32,
     slope: f32,
 }
 
-impl<'a> Walk<'a> {
+impl<'a> ChainWalk<'a> {
     fn new(chain: &'a Chain) -> Self {
         Self {
             corners: &chain.corners[..chain.len],
@@ -172,7 +172,7 @@ impl Chains {
             reason = "clamped to rows"
         )]
         let row = |y: f32| (y - 0.5).ceil().clamp(from as f32, to as f32) as usize;
-        let (mut left, mut right) = (Walk::new(&self.left), Walk::new(&self.right));
+        let (mut left, mut right) = (ChainWalk::new(&self.left), ChainWalk::new(&self.right));
         for row in row(top)..row(bottom) {
             let y = row as f32 + 0.5;
             call(row, left.step(y), right.step(y));

@@ -4,14 +4,14 @@
 //! motion: each source joint that a canonical one follows is turned like it, the others stay as
 //! they are on it, and the mesh's own weights do the rest.
 
-use super::{Example, Skinned};
+use super::{PosedMesh, Skinned};
 use crate::error::Result;
 use crate::import::{Motion, Skin, SourceFrame};
 use crate::scene::cohort::{Person, style::normal};
 use crate::scene::follow::{local_rotations, source_points};
 use crate::scene::forward_kinematics;
-use crate::scene::rest::{Globals, Rest};
-use crate::scene::roles::Roles;
+use crate::scene::rest::{Globals, RestCalibration};
+use crate::scene::roles::JointRoles;
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
@@ -21,10 +21,10 @@ use rand_chacha::ChaCha8Rng;
 const MOST_TOE_DEG: f64 = 35.0;
 
 /// A skinned mesh whose joints are known.
-pub(super) struct Figure<'a> {
+pub(super) struct RiggedMesh<'a> {
     motion: &'a Motion,
     skin: &'a Skin,
-    rest: Rest,
+    rest: RestCalibration,
     /// From source axes to Y up.
     world: DQuat,
     unit_m: f64,
@@ -34,14 +34,14 @@ pub(super) struct Figure<'a> {
     pub(super) offsets: [DVec3; JOINTS],
 }
 
-impl<'a> Figure<'a> {
+impl<'a> RiggedMesh<'a> {
     /// Finds the canonical joints in a skinned mesh at rest.
     ///
     /// # Errors
     /// A sentence, without the file's name: there is no mesh, or a joint that gait needs is missing.
     pub(super) fn of(motion: &'a Motion) -> std::result::Result<Self, String> {
         let skin = motion.skin.as_ref().ok_or("no skinned mesh in the file")?;
-        let mut roles = Roles::find(&motion.joints)?;
+        let mut roles = JointRoles::find(&motion.joints)?;
         let unit_m = motion.unit_m.unwrap_or(1.0);
         let (positions, rotations) = at_rest(motion, skin).globals(0);
         let frames = [Globals {
@@ -49,7 +49,7 @@ impl<'a> Figure<'a> {
             rotations,
         }];
         let up = crate::scene::retarget::up_axis(&frames, &roles);
-        let rest = Rest::calibrate(motion, &mut roles, &frames, None, up)?;
+        let rest = RestCalibration::calibrate(motion, &mut roles, &frames, None, up)?;
         let offsets = rest.offsets.map(|offset| offset * unit_m);
         let carried = |foot: usize, joint: usize| {
             std::iter::successors(motion.joints[joint].parent, |&at| motion.joints[at].parent)
@@ -111,7 +111,7 @@ impl<'a> Figure<'a> {
     ///
     /// # Errors
     /// Never for the populations built in.
-    pub(super) fn examples(&self, count: usize, seed: u64) -> Result<Vec<Example>> {
+    pub(super) fn examples(&self, count: usize, seed: u64) -> Result<Vec<PosedMesh>> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut walkers = Vec::new();
         for person in 0..26 {
@@ -174,7 +174,7 @@ impl<'a> Figure<'a> {
     }
 
     /// The mesh and the canonical joints of a motion's only frame, as an import has them.
-    fn example(&self, motion: &Motion) -> Example {
+    fn example(&self, motion: &Motion) -> PosedMesh {
         let (positions, rotations) = motion.globals(0);
         let globals = Globals {
             positions,
@@ -185,7 +185,7 @@ impl<'a> Figure<'a> {
         let locals = local_rotations(&self.rest, self.world, &globals, &points, &self.offsets);
         let (positions, rotations) = forward_kinematics(&self.offsets, points[0], &locals);
         let mesh = self.skin.posed(motion, 0);
-        Example {
+        PosedMesh {
             positions,
             rotations,
             mesh: mesh

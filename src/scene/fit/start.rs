@@ -1,6 +1,6 @@
 //! Hulls to begin with: the parts of a skin, each by the points that reach farthest.
 
-use super::{Part, Parts, Skinned};
+use super::{FittedHulls, HullPart, Skinned};
 use crate::scene::thin::directions;
 use edgegait_core::skeleton::Joint;
 use glam::DVec3;
@@ -35,7 +35,7 @@ fn carrier(joint: Joint) -> Joint {
 }
 
 /// The parts of a skin.
-pub(super) fn parts(skinned: &Skinned) -> Parts {
+pub(super) fn parts(skinned: &Skinned) -> FittedHulls {
     let mut hulls = Vec::new();
     for joint in Joint::ALL
         .into_iter()
@@ -72,11 +72,11 @@ pub(super) fn parts(skinned: &Skinned) -> Parts {
             .collect();
         hulls.extend([below, above].iter().map(|points| part(joint, points)));
     }
-    Parts { hulls }
+    FittedHulls { hulls }
 }
 
 /// A hull of the points that are farthest in directions spread evenly.
-fn part(joint: Joint, points: &[DVec3]) -> Part {
+fn part(joint: Joint, points: &[DVec3]) -> HullPart {
     let mut chosen: Vec<usize> = Vec::new();
     for direction in directions(POINTS) {
         let along = |index: usize| points[index].dot(direction);
@@ -84,7 +84,7 @@ fn part(joint: Joint, points: &[DVec3]) -> Part {
         let farthest = (0..points.len()).max_by(reach);
         chosen.extend(farthest.filter(|farthest| !chosen.contains(farthest)));
     }
-    Part {
+    HullPart {
         joint,
         points: chosen
             .into_iter()

@@ -5,7 +5,7 @@
 //! rows make it a matter of two look-ups a row, continuous in x.
 
 use super::outline::{self, Chains};
-use super::{Example, Parts};
+use super::{FittedHulls, PosedMesh};
 use edgegait_core::skeleton::JOINTS;
 use glam::{DVec3, Vec2, Vec3, Vec3A};
 
@@ -21,7 +21,7 @@ const MAX_PIXELS: f64 = 2.0e6;
 
 /// A camera: orthographic, or in perspective at `distance_m` from what it looks at.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Camera {
+pub(super) struct FitCamera {
     pub(super) azimuth: f64,
     pub(super) elevation: f64,
     pub(super) distance_m: Option<f64>,
@@ -37,7 +37,7 @@ struct Map {
 }
 
 /// A training image.
-pub(super) struct View {
+pub(super) struct TrainingView {
     maps: [Map; JOINTS],
     is_perspective: bool,
     rows: usize,
@@ -57,9 +57,9 @@ pub(super) struct View {
     others: Vec<Vec2>,
 }
 
-impl View {
+impl TrainingView {
     /// Draws the mesh, without hulls.
-    pub(super) fn new(example: &Example, triangles: &[[u32; 3]], camera: Camera) -> Self {
+    pub(super) fn new(example: &PosedMesh, triangles: &[[u32; 3]], camera: FitCamera) -> Self {
         let (sin_a, cos_a) = libm::sincos(camera.azimuth);
         let (sin_e, cos_e) = libm::sincos(camera.elevation);
         let towards = DVec3::new(sin_a * cos_e, sin_e, cos_a * cos_e);
@@ -150,7 +150,7 @@ impl View {
     }
 
     /// Puts these hulls into the image, in place of those that are there.
-    pub(super) fn put(&mut self, parts: &Parts) {
+    pub(super) fn put(&mut self, parts: &FittedHulls) {
         self.count.fill(0);
         self.points.clear();
         for part in &parts.hulls {

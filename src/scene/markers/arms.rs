@@ -3,10 +3,10 @@
 use edgegait_core::skeleton::Joint;
 use glam::DVec3;
 
-use super::joints::{Joints, each, middles};
+use super::joints::{MarkerJoints, each, middles};
 use super::legs::MARKER_RADIUS_M;
-use super::names::{Side, Site};
-use super::stretch::Tracks;
+use super::names::{MarkerSide, Site};
+use super::stretch::MarkerTracks;
 use crate::scene::cohort::body::SHOULDER_DROP;
 
 /// Breadth of the elbow over the stature: 67 mm of 1.45 m in biomechzoo's HC002D, the only clip
@@ -15,20 +15,20 @@ const ELBOW_BREADTH: f64 = 0.046;
 
 /// Adds both arms as far as there are markers.
 pub(super) fn add(
-    joints: &mut Joints,
-    tracks: &Tracks,
+    joints: &mut MarkerJoints,
+    tracks: &MarkerTracks,
     stature_m: f64,
     warnings: &mut Vec<String>,
 ) {
     let mut missing = Vec::new();
     for (side, name, [upper_arm, forearm, hand]) in [
         (
-            Side::Left,
+            MarkerSide::Left,
             "left",
             [Joint::LeftUpperArm, Joint::LeftForearm, Joint::LeftHand],
         ),
         (
-            Side::Right,
+            MarkerSide::Right,
             "right",
             [Joint::RightUpperArm, Joint::RightForearm, Joint::RightHand],
         ),
@@ -64,7 +64,12 @@ pub(super) fn add(
 
 /// The shoulder: between markers before and behind it, else below the acromion's, along the rib
 /// cage, as far as in the cohort's bodies.
-fn shoulder(joints: &Joints, tracks: &Tracks, side: Side, stature_m: f64) -> Option<Vec<DVec3>> {
+fn shoulder(
+    joints: &MarkerJoints,
+    tracks: &MarkerTracks,
+    side: MarkerSide,
+    stature_m: f64,
+) -> Option<Vec<DVec3>> {
     if let (Some(front), Some(back)) = (
         tracks.get(Site::ShoulderFront, side),
         tracks.get(Site::ShoulderBack, side),
@@ -80,7 +85,7 @@ fn shoulder(joints: &Joints, tracks: &Tracks, side: Side, stature_m: f64) -> Opt
     ))
 }
 
-fn wrist(tracks: &Tracks, side: Side) -> Option<Vec<DVec3>> {
+fn wrist(tracks: &MarkerTracks, side: MarkerSide) -> Option<Vec<DVec3>> {
     let thumb = tracks.get(Site::WristThumb, side);
     let little = tracks.get(Site::WristLittle, side);
     match (thumb, little) {
@@ -93,8 +98,8 @@ fn wrist(tracks: &Tracks, side: Side) -> Option<Vec<DVec3>> {
 /// The elbow: between its two markers, else half its breadth inside of the lateral one, square
 /// to the plane of the arm, as Plug-in Gait does it.
 fn elbow(
-    tracks: &Tracks,
-    side: Side,
+    tracks: &MarkerTracks,
+    side: MarkerSide,
     stature_m: f64,
     shoulder: &[DVec3],
     wrist: Option<&[DVec3]>,

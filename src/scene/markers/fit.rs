@@ -3,14 +3,14 @@
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
-use super::joints::{Joints, each};
+use super::joints::{MarkerJoints, each};
 use super::neutral::Neutral;
 use super::set::median;
 use crate::scene::follow::main_child;
 use crate::scene::residual::Residual;
 
 /// A motion of constant segment lengths.
-pub(super) struct Fit {
+pub(super) struct FittedMotion {
     pub(super) offsets: [DVec3; JOINTS],
     pub(super) rotations: Vec<[DQuat; JOINTS]>,
     /// Measured joints where markers tell, the others by forward kinematics.
@@ -32,7 +32,7 @@ const HANGING: [Joint; 8] = [
 
 /// The walker's own offsets: medians over the frames where both ends are measured, the neutral
 /// body's elsewhere.
-fn offsets(joints: &Joints, neutral: &Neutral) -> [DVec3; JOINTS] {
+fn offsets(joints: &MarkerJoints, neutral: &Neutral) -> [DVec3; JOINTS] {
     std::array::from_fn(|index| {
         let joint = Joint::ALL[index];
         let Some(parent) = joint.parent() else {
@@ -58,11 +58,11 @@ fn offsets(joints: &Joints, neutral: &Neutral) -> [DVec3; JOINTS] {
     })
 }
 
-impl Fit {
+impl FittedMotion {
     /// Follows the joints from the pelvis outwards: each segment turns as its markers do, then by
     /// the least rotation that points it from where it begins to where the next joint was
     /// measured. What is left are the changes of the segments' lengths.
-    pub(super) fn new(joints: &Joints, neutral: &Neutral) -> Self {
+    pub(super) fn new(joints: &MarkerJoints, neutral: &Neutral) -> Self {
         let offsets = offsets(joints, neutral);
         let roots = joints.points(Joint::Pelvis).unwrap_or_default();
         let mut rotations = Vec::with_capacity(roots.len());
@@ -116,6 +116,6 @@ impl Fit {
 }
 
 /// Whether nothing beyond the joint was measured, so that only the norm tells how it is turned.
-fn is_end(joints: &Joints, joint: Joint) -> bool {
+fn is_end(joints: &MarkerJoints, joint: Joint) -> bool {
     main_child(joint).is_some_and(|child| joints.points(child).is_none())
 }

@@ -8,12 +8,12 @@ use crate::scene::rest::base_of;
 /// Positions and orientations by joint, then by frame: metres, Y up. A joint of which no marker
 /// tells has none.
 #[derive(Default)]
-pub(super) struct Joints {
+pub(super) struct MarkerJoints {
     points: [Option<Vec<DVec3>>; JOINTS],
     turns: [Option<Vec<DQuat>>; JOINTS],
 }
 
-impl Joints {
+impl MarkerJoints {
     /// States where a joint is in every frame.
     pub(super) fn put(&mut self, joint: Joint, points: Vec<DVec3>) {
         self.points[joint.index()] = Some(points);

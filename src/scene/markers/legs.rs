@@ -4,11 +4,11 @@ use edgegait_core::skeleton::Joint;
 use glam::{DQuat, DVec3};
 
 use super::centres::{Prior, chord, motion_of, shared_centre};
-use super::joints::{Joints, each, frames_of, middles};
-use super::names::{Place, Segment, Side, Site};
+use super::joints::{MarkerJoints, each, frames_of, middles};
+use super::names::{MarkerPlace, MarkerSide, Segment, Site};
 use super::pelvis::Pelvis;
 use super::set::median;
-use super::stretch::Tracks;
+use super::stretch::MarkerTracks;
 
 /// Breadth of the knee and of the ankle over the distance from the anterior iliac spine to the
 /// ankle: medians of the subject parameters in the tests of pyCGM (leg 940, knee 105, ankle
@@ -34,7 +34,7 @@ const ANKLE_ABOVE_M: f64 = 0.04;
 const LEAST_LATERAL: f64 = 0.5;
 
 /// One leg by frame.
-struct Leg {
+struct MarkerLeg {
     knee: Vec<DVec3>,
     ankle: Vec<DVec3>,
     /// To the left along the knee's axis.
@@ -43,19 +43,19 @@ struct Leg {
 
 /// Adds both legs.
 pub(super) fn add(
-    joints: &mut Joints,
-    tracks: &Tracks,
+    joints: &mut MarkerJoints,
+    tracks: &MarkerTracks,
     pelvis: &Pelvis,
     warnings: &mut Vec<String>,
 ) -> Result<(), String> {
     for (side, hips, [thigh, shank, foot]) in [
         (
-            Side::Left,
+            MarkerSide::Left,
             &pelvis.hips[0],
             [Joint::LeftThigh, Joint::LeftShank, Joint::LeftFoot],
         ),
         (
-            Side::Right,
+            MarkerSide::Right,
             &pelvis.hips[1],
             [Joint::RightThigh, Joint::RightShank, Joint::RightFoot],
         ),
@@ -78,9 +78,9 @@ pub(super) fn add(
 }
 
 /// Breadths of the knee and the ankle with a marker's radius: from the marker to the centre.
-fn depths(tracks: &Tracks) -> (f64, f64) {
+fn depths(tracks: &MarkerTracks) -> (f64, f64) {
     let mut lengths: Vec<f64> = Vec::new();
-    for side in Side::BOTH {
+    for side in MarkerSide::BOTH {
         let ankle = tracks
             .get(Site::Ankle, side)
             .or_else(|| tracks.get(Site::AnkleCentre, side));
@@ -94,12 +94,12 @@ fn depths(tracks: &Tracks) -> (f64, f64) {
 }
 
 fn leg(
-    tracks: &Tracks,
+    tracks: &MarkerTracks,
     pelvis: &Pelvis,
     hips: &[DVec3],
-    side: Side,
+    side: MarkerSide,
     warnings: &mut Vec<String>,
-) -> Result<Leg, String> {
+) -> Result<MarkerLeg, String> {
     let (knee_m, ankle_m) = depths(tracks);
     let mut say = |what: &str, how: &str| warnings.push(format!("{what}: {how}"));
     let clusters = |segment| motion_of(&tracks.of(segment, side));
@@ -123,18 +123,18 @@ fn leg(
         (Some(marker), _) => marker.to_vec(),
         (None, Some(centre)) => {
             say(
-                &Place(Site::Ankle, side).to_string(),
+                &MarkerPlace(Site::Ankle, side).to_string(),
                 "no marker: the file's joint centre is used",
             );
             centre.to_vec()
         }
         (None, None) => {
             say(
-                &Place(Site::Ankle, side).to_string(),
+                &MarkerPlace(Site::Ankle, side).to_string(),
                 "no marker: where shank and foot turn about each other",
             );
             functional_ankle()
-                .ok_or_else(|| format!("no marker for the {}", Place(Site::Ankle, side)))?
+                .ok_or_else(|| format!("no marker for the {}", MarkerPlace(Site::Ankle, side)))?
         }
     };
     let square = |down: &[DVec3]| -> Vec<DVec3> {
@@ -151,7 +151,7 @@ fn leg(
             Some(found) => found,
             None => {
                 say(
-                    &Place(Site::Knee, side).to_string(),
+                    &MarkerPlace(Site::Knee, side).to_string(),
                     "no medial marker and no thigh wand on the outer side: the knee's axis is taken as the pelvis's",
                 );
                 let left = square(marker);
@@ -179,7 +179,7 @@ fn leg(
                 ),
             };
             say(
-                &Place(Site::Knee, side).to_string(),
+                &MarkerPlace(Site::Knee, side).to_string(),
                 &format!("no marker: {how}"),
             );
             let left = square(&ankle_near);
@@ -202,16 +202,16 @@ fn leg(
             })
         }
     };
-    Ok(Leg { knee, ankle, left })
+    Ok(MarkerLeg { knee, ankle, left })
 }
 
 /// The knee's centre and its axis to the left, from a medial marker or by the chord with the
 /// thigh's wand.
 fn knee_of(
-    tracks: &Tracks,
+    tracks: &MarkerTracks,
     marker: &[DVec3],
     hips: &[DVec3],
-    side: Side,
+    side: MarkerSide,
     depth_m: f64,
     is_lateral: &dyn Fn(&[DVec3]) -> bool,
 ) -> Option<(Vec<DVec3>, Vec<DVec3>)> {
@@ -254,7 +254,7 @@ fn bent(hips: &[DVec3], ankles: &[DVec3], ahead: &[DVec3]) -> Vec<DVec3> {
 }
 
 /// Front of the foot: the second toe, else between the first and the fifth, else one of them.
-fn toe(tracks: &Tracks, side: Side) -> Option<Vec<DVec3>> {
+fn toe(tracks: &MarkerTracks, side: MarkerSide) -> Option<Vec<DVec3>> {
     let track = |site| tracks.get(site, side).map(<[DVec3]>::to_vec);
     let between = || {
         Some(middles(
@@ -271,9 +271,9 @@ fn toe(tracks: &Tracks, side: Side) -> Option<Vec<DVec3>> {
 
 /// The foot's orientation, level where it stands flat: along heel and toe, about them as the shank.
 fn feet(
-    tracks: &Tracks,
-    side: Side,
-    leg: &Leg,
+    tracks: &MarkerTracks,
+    side: MarkerSide,
+    leg: &MarkerLeg,
     shanks: &[DQuat],
     ahead: &[DVec3],
     warnings: &mut Vec<String>,
@@ -288,7 +288,7 @@ fn feet(
         (None, _) => {
             warnings.push(format!(
                 "{}: no marker: the foot is at a right angle to the shank",
-                Place(Site::Toe, side)
+                MarkerPlace(Site::Toe, side)
             ));
             each(ahead, shanks, |ahead, shank| {
                 ahead.reject_from(shank * DVec3::Y)

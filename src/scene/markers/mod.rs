@@ -24,20 +24,20 @@ mod trunk;
 
 use edgegait_core::skeleton::Joint;
 
-use self::fit::Fit;
-use self::joints::{Joints, each};
+use self::fit::FittedMotion;
+use self::joints::{MarkerJoints, each};
 use self::names::{Segment, Site};
 use self::neutral::Neutral;
 use self::pelvis::{Pelvis, pair};
 use self::set::{Marks, median};
-use self::stretch::Tracks;
+use self::stretch::MarkerTracks;
 use super::filter::LowPass;
 use super::recorded::LEG_SHARE;
-use super::retarget::{Take, floor, leg_length_m};
+use super::retarget::{RetargetedMotion, floor, leg_length_m};
 use crate::import::Markers;
 use glam::DVec3;
 
-impl Take {
+impl RetargetedMotion {
     /// Fits the canonical skeleton to markers. `cut_off_hz`: of the low-pass, usually
     /// [`DEFAULT_CUT_OFF_HZ`](super::retarget::DEFAULT_CUT_OFF_HZ); `None` leaves the motion as recorded.
     ///
@@ -58,17 +58,17 @@ impl Take {
         rebuild::drop_strays(&mut marks, &mut warnings);
         let rigidity_mm = rebuild::rigidity_mm(&marks);
         rebuild::rebuild(&mut marks, &mut warnings);
-        let mut tracks = Tracks::choose(&marks, &mut warnings)?;
+        let mut tracks = MarkerTracks::choose(&marks, &mut warnings)?;
         let cut_off_hz = smooth(&mut tracks, cut_off_hz, marks.sample_rate_hz, &mut warnings);
         let pelvis = name_sides(&mut tracks, &mut warnings)?;
 
-        let mut joints = Joints::default();
+        let mut joints = MarkerJoints::default();
         legs::add(&mut joints, &tracks, &pelvis, &mut warnings)?;
         let stature_m = stature(&joints);
         trunk::add(&mut joints, &tracks, &pelvis, &mut warnings);
         arms::add(&mut joints, &tracks, stature_m, &mut warnings);
         let neutral = Neutral::new(&joints, marks.sample_rate_hz, stature_m)?;
-        let mut fit = Fit::new(&joints, &neutral);
+        let mut fit = FittedMotion::new(&joints, &neutral);
 
         let floor_m = floor(&fit.positions, leg_length_m(&fit.offsets));
         for point in fit.positions.iter_mut().flatten() {
@@ -99,7 +99,7 @@ impl Take {
 
 /// Low-passes the tracks; the cut-off, if it was done.
 fn smooth(
-    tracks: &mut Tracks,
+    tracks: &mut MarkerTracks,
     cut_off_hz: Option<f64>,
     sample_rate_hz: f64,
     warnings: &mut Vec<String>,
@@ -117,7 +117,7 @@ fn smooth(
 
 /// The pelvis, after sides that were named the wrong way round were exchanged: its up tells of all,
 /// and the places of legs and shoulders beside it of theirs.
-fn name_sides(tracks: &mut Tracks, warnings: &mut Vec<String>) -> Result<Pelvis, String> {
+fn name_sides(tracks: &mut MarkerTracks, warnings: &mut Vec<String>) -> Result<Pelvis, String> {
     let mut pelvis = Pelvis::find(tracks)?;
     let mut up = each(&pelvis.ahead, &pelvis.left, |ahead, left| {
         ahead.cross(left).y
@@ -137,7 +137,7 @@ fn name_sides(tracks: &mut Tracks, warnings: &mut Vec<String>) -> Result<Pelvis,
         ) || matches!(site, Site::KneeCentre | Site::AnkleCentre)
     };
     let is_arm = |site: Site| !is_leg(site) && site.segment() != Segment::Pelvis;
-    let beside = |tracks: &Tracks, sites: &[Site]| {
+    let beside = |tracks: &MarkerTracks, sites: &[Site]| {
         let [left, right] = sites.iter().find_map(|&site| pair(tracks, site))?;
         Some(median(&mut each(
             &each(left, right, |l, r| l - r),
@@ -162,7 +162,7 @@ fn name_sides(tracks: &mut Tracks, warnings: &mut Vec<String>) -> Result<Pelvis,
 }
 
 /// Stature of a person with these legs, metres.
-fn stature(joints: &Joints) -> f64 {
+fn stature(joints: &MarkerJoints) -> f64 {
     let length = |near, far| match (joints.points(near), joints.points(far)) {
         (Some(near), Some(far)) => median(&mut each(near, far, DVec3::distance)),
         _ => 0.0,

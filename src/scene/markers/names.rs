@@ -8,13 +8,13 @@ use std::fmt;
 
 /// A side of the body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Side {
+pub(super) enum MarkerSide {
     Left,
     Right,
     Middle,
 }
 
-impl Side {
+impl MarkerSide {
     /// Both legs, both arms.
     pub(super) const BOTH: [Self; 2] = [Self::Left, Self::Right];
 
@@ -63,14 +63,14 @@ macro_rules! sites {
 
         /// Whether a site has a left and a right one, and what files call it without the
         /// letter of the side.
-        const TABLE: &[(Site, Shape, &[&str])] = &[
-            $((Site::$site, Shape::$shape, &[$($name),*]),)*
+        const TABLE: &[(Site, SiteShape, &[&str])] = &[
+            $((Site::$site, SiteShape::$shape, &[$($name),*]),)*
         ];
     };
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Shape {
+enum SiteShape {
     Paired,
     Single,
 }
@@ -122,45 +122,45 @@ sites! {
 }
 
 /// A place and its side, as errors and warnings call it.
-pub(super) struct Place(pub(super) Site, pub(super) Side);
+pub(super) struct MarkerPlace(pub(super) Site, pub(super) MarkerSide);
 
-impl fmt::Display for Place {
+impl fmt::Display for MarkerPlace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self.1 {
-            Side::Left => "left ",
-            Side::Right => "right ",
-            Side::Middle => "",
+            MarkerSide::Left => "left ",
+            MarkerSide::Right => "right ",
+            MarkerSide::Middle => "",
         })?;
         f.write_str(self.0.english())
     }
 }
 
 /// Where the marker of this name is, if the table knows it.
-pub(super) fn place_of(name: &str) -> Option<(Site, Side)> {
+pub(super) fn place_of(name: &str) -> Option<(Site, MarkerSide)> {
     let bare = name.rsplit(':').next().unwrap_or(name);
     let key: String = bare
         .chars()
         .filter(|c| c.is_alphanumeric())
         .flat_map(char::to_lowercase)
         .collect();
-    let look = |shape: Shape, key: &str| {
+    let look = |shape: SiteShape, key: &str| {
         TABLE
             .iter()
             .find(|(_, its, names)| *its == shape && names.contains(&key))
             .map(|(site, ..)| *site)
     };
-    if let Some(site) = look(Shape::Single, &key) {
-        return Some((site, Side::Middle));
+    if let Some(site) = look(SiteShape::Single, &key) {
+        return Some((site, MarkerSide::Middle));
     }
     let sides = [
-        ("left", Side::Left),
-        ("right", Side::Right),
-        ("l", Side::Left),
-        ("r", Side::Right),
+        ("left", MarkerSide::Left),
+        ("right", MarkerSide::Right),
+        ("l", MarkerSide::Left),
+        ("r", MarkerSide::Right),
     ];
     sides.into_iter().find_map(|(letter, side)| {
         let rest = key.strip_prefix(letter)?;
-        Some((look(Shape::Paired, rest)?, side))
+        Some((look(SiteShape::Paired, rest)?, side))
     })
 }
 
@@ -174,8 +174,8 @@ mod tests {
         for (_, shape, names) in TABLE {
             for name in *names {
                 let spelled = match shape {
-                    Shape::Single => vec![(*name).to_owned()],
-                    Shape::Paired => vec![format!("l{name}"), format!("r{name}")],
+                    SiteShape::Single => vec![(*name).to_owned()],
+                    SiteShape::Paired => vec![format!("l{name}"), format!("r{name}")],
                 };
                 for name in spelled {
                     assert!(!seen.contains(&name), "{name}");
@@ -195,18 +195,22 @@ mod tests {
             "L_asis",
             "left asis",
         ] {
-            assert_eq!(place_of(name), Some((Site::Asis, Side::Left)), "{name}");
+            assert_eq!(
+                place_of(name),
+                Some((Site::Asis, MarkerSide::Left)),
+                "{name}"
+            );
         }
         for (name, place) in [
-            ("R.Knee.Medial", (Site::KneeMedial, Side::Right)),
-            ("V.Sacral", (Site::Sacrum, Side::Middle)),
-            ("RLMAL", (Site::Ankle, Side::Right)),
-            ("LLMALv", (Site::Ankle, Side::Left)),
-            ("L_ankle", (Site::Ankle, Side::Left)),
-            ("l.heel", (Site::Heel, Side::Left)),
-            ("LCAL", (Site::Heel, Side::Left)),
-            ("lxlatmal", (Site::Ankle, Side::Left)),
-            ("STER_NOTCH", (Site::Clavicle, Side::Middle)),
+            ("R.Knee.Medial", (Site::KneeMedial, MarkerSide::Right)),
+            ("V.Sacral", (Site::Sacrum, MarkerSide::Middle)),
+            ("RLMAL", (Site::Ankle, MarkerSide::Right)),
+            ("LLMALv", (Site::Ankle, MarkerSide::Left)),
+            ("L_ankle", (Site::Ankle, MarkerSide::Left)),
+            ("l.heel", (Site::Heel, MarkerSide::Left)),
+            ("LCAL", (Site::Heel, MarkerSide::Left)),
+            ("lxlatmal", (Site::Ankle, MarkerSide::Left)),
+            ("STER_NOTCH", (Site::Clavicle, MarkerSide::Middle)),
         ] {
             assert_eq!(place_of(name), Some(place), "{name}");
         }

@@ -3,9 +3,9 @@
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
-use super::joints::{Joints, each};
+use super::joints::{MarkerJoints, each};
 use super::set::median;
-use crate::scene::cohort::anthropometry::{DIMENSIONS, Dimensions, Population};
+use crate::scene::cohort::anthropometry::{DIMENSIONS, Dimensions, PopulationNorms};
 use crate::scene::cohort::{ELBOW_FLEXION, SHOULDER_ABDUCTION, SHOULDER_FLEXION, WALKING, body};
 use crate::scene::contacts::averaged_heading;
 use edgegait_core::pack::Sex;
@@ -26,11 +26,11 @@ impl Neutral {
     /// # Errors
     /// The stature is that of no person.
     pub(super) fn new(
-        joints: &Joints,
+        joints: &MarkerJoints,
         sample_rate_hz: f64,
         stature_m: f64,
     ) -> Result<Self, String> {
-        let bmi = |sex| Population::of(sex).bmi.0;
+        let bmi = |sex| PopulationNorms::of(sex).bmi.0;
         let mass_kg = 0.5 * (bmi(Sex::Female) + bmi(Sex::Male)) * stature_m * stature_m;
         let dimensions = Dimensions::expected(stature_m, mass_kg, None, &[0.0; DIMENSIONS])
             .map_err(|error| error.to_string())?;
@@ -76,7 +76,7 @@ impl Neutral {
             .copied()
             .unwrap_or_default();
         let sign = if joint.is_left() { 1.0 } else { -1.0 };
-        let bend = |curve: &crate::scene::cohort::Curve| {
+        let bend = |curve: &crate::scene::cohort::AngleCurve| {
             curve.mean.to_radians() + other * amplitude(curve.harmonics) / hip
         };
         match joint {

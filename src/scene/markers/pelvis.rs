@@ -10,9 +10,9 @@
 use glam::{DQuat, DVec3};
 
 use super::joints::{each, frames_of, middles};
-use super::names::{Side, Site};
+use super::names::{MarkerSide, Site};
 use super::set::median;
-use super::stretch::Tracks;
+use super::stretch::MarkerTracks;
 use crate::scene::cohort::STANDING_TILT_DEG;
 
 /// The pelvis by frame.
@@ -28,10 +28,10 @@ pub(super) struct Pelvis {
 }
 
 /// Both sides' tracks of a place.
-pub(super) fn pair(tracks: &Tracks, site: Site) -> Option<[&[DVec3]; 2]> {
+pub(super) fn pair(tracks: &MarkerTracks, site: Site) -> Option<[&[DVec3]; 2]> {
     Some([
-        tracks.get(site, Side::Left)?,
-        tracks.get(site, Side::Right)?,
+        tracks.get(site, MarkerSide::Left)?,
+        tracks.get(site, MarkerSide::Right)?,
     ])
 }
 
@@ -40,13 +40,13 @@ impl Pelvis {
     ///
     /// # Errors
     /// The markers are not there or lie on a line.
-    pub(super) fn find(tracks: &Tracks) -> Result<Self, String> {
+    pub(super) fn find(tracks: &MarkerTracks) -> Result<Self, String> {
         let lacks = || {
             "the markers of the pelvis (LASI, RASI, SACR or LPSI and RPSI) are not seen together"
                 .to_owned()
         };
         let [asis_left, asis_right] = pair(tracks, Site::Asis).ok_or_else(lacks)?;
-        let back = match tracks.get(Site::Sacrum, Side::Middle) {
+        let back = match tracks.get(Site::Sacrum, MarkerSide::Middle) {
             Some(sacrum) => sacrum.to_vec(),
             None => {
                 let [left, right] = pair(tracks, Site::Psis).ok_or_else(lacks)?;
@@ -71,7 +71,7 @@ impl Pelvis {
         let depth_m = median(&mut depth.iter().map(|d| d.length()).collect::<Vec<_>>());
         let centre = hip_centre(width_m, depth_m);
         let plane = frames_of(&left, &up);
-        let hips = Side::BOTH.map(|side| {
+        let hips = MarkerSide::BOTH.map(|side| {
             each(&front, &plane, |front, turn| {
                 front + turn * DVec3::new(side.sign() * centre.x, centre.y, centre.z)
             })

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::names::{Segment, Side};
+use super::names::{MarkerSide, Segment};
 use super::rigid::Rigid;
 use super::set::{Mark, Marks, median};
 
@@ -71,7 +71,7 @@ pub(super) fn drop_strays(marks: &mut Marks, warnings: &mut Vec<String>) {
 }
 
 /// Where a segment's markers lie in a frame of their own, and how far they are from it.
-struct Shape {
+struct SegmentShape {
     /// Number of the marker, and its place.
     places: Vec<(usize, DVec3)>,
     rms_m: f64,
@@ -115,7 +115,7 @@ pub(super) fn rebuild(marks: &mut Marks, warnings: &mut Vec<String>) {
 /// How far the markers of segments with four or more are from rigid bodies, RMS, mm; none without
 /// such a segment.
 pub(super) fn rigidity_mm(marks: &Marks) -> Option<f64> {
-    let shapes: Vec<Shape> = bodies(marks)
+    let shapes: Vec<SegmentShape> = bodies(marks)
         .into_iter()
         .filter_map(|body| shape_of(marks, body))
         .collect();
@@ -125,8 +125,8 @@ pub(super) fn rigidity_mm(marks: &Marks) -> Option<f64> {
 }
 
 /// The segments that have enough markers to be looked at.
-fn bodies(marks: &Marks) -> Vec<(Segment, Side)> {
-    let mut bodies: Vec<(Segment, Side)> = Vec::new();
+fn bodies(marks: &Marks) -> Vec<(Segment, MarkerSide)> {
+    let mut bodies: Vec<(Segment, MarkerSide)> = Vec::new();
     for mark in &marks.all {
         if mark.site.segment() != Segment::Alone && !bodies.contains(&mark.body()) {
             bodies.push(mark.body());
@@ -136,20 +136,20 @@ fn bodies(marks: &Marks) -> Vec<(Segment, Side)> {
     bodies
 }
 
-fn markers_of(marks: &Marks, body: (Segment, Side)) -> Vec<usize> {
+fn markers_of(marks: &Marks, body: (Segment, MarkerSide)) -> Vec<usize> {
     (0..marks.all.len())
         .filter(|&i| marks.all[i].body() == body)
         .collect()
 }
 
 /// The pairs of a shape's places and where the markers are in a frame.
-fn seen_pairs(all: &[Mark], shape: &Shape, frame: usize) -> Vec<(DVec3, DVec3)> {
+fn seen_pairs(all: &[Mark], shape: &SegmentShape, frame: usize) -> Vec<(DVec3, DVec3)> {
     let pair = |&(number, place): &(usize, DVec3)| Some((place, all[number].track[frame]?));
     shape.places.iter().filter_map(pair).collect()
 }
 
 /// The mean shape of a segment over the frames in which all of its markers are seen.
-fn shape_of(marks: &Marks, body: (Segment, Side)) -> Option<Shape> {
+fn shape_of(marks: &Marks, body: (Segment, MarkerSide)) -> Option<SegmentShape> {
     /// Frames that the shape is taken from: enough, spread evenly.
     const SAMPLES: usize = 100;
     let numbers = markers_of(marks, body);
@@ -196,7 +196,7 @@ fn shape_of(marks: &Marks, body: (Segment, Side)) -> Option<Shape> {
             .sum::<f64>();
     }
     let count = (frames.len() * numbers.len()) as f64;
-    Some(Shape {
+    Some(SegmentShape {
         places: numbers.into_iter().zip(mean).collect(),
         rms_m: libm::sqrt(squares / count),
     })

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::names::Side;
+use super::names::MarkerSide;
 use super::set::Marks;
 
 /// Nothing on a walker or runner moves faster, m/s: a sprinter's foot reaches 20 to 24 (ours).
@@ -26,18 +26,23 @@ const LEAST_EXCHANGE_M: f64 = 0.12;
 pub(super) fn mend_exchanged_sides(marks: &mut Marks, warnings: &mut Vec<String>) {
     for left in 0..marks.all.len() {
         let mark = &marks.all[left];
-        if mark.side != Side::Left {
+        if mark.side != MarkerSide::Left {
             continue;
         }
         let site = mark.site;
         let others = marks.all.iter().filter(|m| m.site == site);
-        if others.clone().filter(|m| m.side == Side::Left).count() != 1 {
+        if others
+            .clone()
+            .filter(|m| m.side == MarkerSide::Left)
+            .count()
+            != 1
+        {
             continue;
         }
         let Some(right) = marks
             .all
             .iter()
-            .position(|m| m.site == site && m.side == Side::Right)
+            .position(|m| m.site == site && m.side == MarkerSide::Right)
         else {
             continue;
         };

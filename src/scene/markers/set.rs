@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use super::names::{Place, Segment, Side, Site, place_of};
+use super::names::{MarkerPlace, MarkerSide, Segment, Site, place_of};
 use crate::import::Markers;
 use crate::scene::rest::nearest_axis;
 use crate::scene::unit::choose_unit;
@@ -18,7 +18,7 @@ pub(super) struct Mark {
     /// As the file spells it.
     pub(super) name: String,
     pub(super) site: Site,
-    pub(super) side: Side,
+    pub(super) side: MarkerSide,
     /// Position by frame, where it was seen.
     pub(super) track: Vec<Option<DVec3>>,
 }
@@ -30,10 +30,10 @@ impl Mark {
     }
 
     /// The body that it is rigid with, with its side.
-    pub(super) fn body(&self) -> (Segment, Side) {
+    pub(super) fn body(&self) -> (Segment, MarkerSide) {
         let side = match self.site.segment() {
             // Markers of both sides are on the one pelvis, thorax or head.
-            Segment::Pelvis | Segment::Thorax | Segment::Head => Side::Middle,
+            Segment::Pelvis | Segment::Thorax | Segment::Head => MarkerSide::Middle,
             _ => self.side,
         };
         (self.site.segment(), side)
@@ -107,19 +107,19 @@ impl Marks {
     }
 
     /// The first marker of a place.
-    pub(super) fn get(&self, site: Site, side: Side) -> Option<&Mark> {
+    pub(super) fn get(&self, site: Site, side: MarkerSide) -> Option<&Mark> {
         self.all
             .iter()
             .find(|mark| mark.site == site && mark.side == side)
     }
 
     /// Whether there is a marker of a place.
-    pub(super) fn has(&self, site: Site, side: Side) -> bool {
+    pub(super) fn has(&self, site: Site, side: MarkerSide) -> bool {
         self.get(site, side).is_some()
     }
 
     /// Position of a place in a frame.
-    pub(super) fn at(&self, site: Site, side: Side, frame: usize) -> Option<DVec3> {
+    pub(super) fn at(&self, site: Site, side: MarkerSide, frame: usize) -> Option<DVec3> {
         self.get(site, side)?.track.get(frame).copied().flatten()
     }
 
@@ -131,20 +131,22 @@ impl Marks {
         let lacks = |site, side, names: &str| {
             Err(format!(
                 "no marker for the {} ({names}): none of the file's names means it",
-                Place(site, side)
+                MarkerPlace(site, side)
             ))
         };
-        for side in Side::BOTH {
+        for side in MarkerSide::BOTH {
             if !self.has(Site::Asis, side) {
                 return lacks(Site::Asis, side, "LASI, RASI");
             }
         }
-        if !self.has(Site::Sacrum, Side::Middle)
-            && !Side::BOTH.iter().all(|&side| self.has(Site::Psis, side))
+        if !self.has(Site::Sacrum, MarkerSide::Middle)
+            && !MarkerSide::BOTH
+                .iter()
+                .all(|&side| self.has(Site::Psis, side))
         {
-            return lacks(Site::Sacrum, Side::Middle, "SACR, or LPSI and RPSI");
+            return lacks(Site::Sacrum, MarkerSide::Middle, "SACR, or LPSI and RPSI");
         }
-        for side in Side::BOTH {
+        for side in MarkerSide::BOTH {
             let clusters = |site| self.all.iter().filter(|m| m.body() == (site, side)).count() >= 3;
             let ankle = self.has(Site::Ankle, side)
                 || self.has(Site::AnkleCentre, side)
@@ -171,8 +173,8 @@ impl Marks {
         for frame in 0..self.frames {
             let pair = |site| {
                 Some((
-                    self.at(site, Side::Left, frame)?,
-                    self.at(site, Side::Right, frame)?,
+                    self.at(site, MarkerSide::Left, frame)?,
+                    self.at(site, MarkerSide::Right, frame)?,
                 ))
             };
             let ankles = low.iter().find_map(|&site| pair(site));

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::names::{Place, Segment, Side, Site};
+use super::names::{MarkerPlace, MarkerSide, Segment, Site};
 use super::set::Marks;
 use crate::scene::filter::LowPass;
 
@@ -16,15 +16,15 @@ const LEAST_FRAMES: usize = 8;
 
 /// Complete tracks of markers over one stretch of frames, metres, Y up.
 #[derive(Clone, Debug)]
-pub(super) struct Tracks {
+pub(super) struct MarkerTracks {
     /// The frames of the recording.
     pub(super) frames: Range<usize>,
-    marks: Vec<(Site, Side, Vec<DVec3>)>,
+    marks: Vec<(Site, MarkerSide, Vec<DVec3>)>,
 }
 
-impl Tracks {
+impl MarkerTracks {
     /// The track of the first marker of a place.
-    pub(super) fn get(&self, site: Site, side: Side) -> Option<&[DVec3]> {
+    pub(super) fn get(&self, site: Site, side: MarkerSide) -> Option<&[DVec3]> {
         let (.., track) = self
             .marks
             .iter()
@@ -33,8 +33,9 @@ impl Tracks {
     }
 
     /// The tracks of all markers of one side's segment.
-    pub(super) fn of(&self, segment: Segment, side: Side) -> Vec<&[DVec3]> {
-        let its = |mark: &&(Site, Side, Vec<DVec3>)| mark.0.segment() == segment && mark.1 == side;
+    pub(super) fn of(&self, segment: Segment, side: MarkerSide) -> Vec<&[DVec3]> {
+        let its =
+            |mark: &&(Site, MarkerSide, Vec<DVec3>)| mark.0.segment() == segment && mark.1 == side;
         self.marks
             .iter()
             .filter(its)
@@ -54,9 +55,9 @@ impl Tracks {
         for (site, side, _) in &mut self.marks {
             if is_part(*site) {
                 *side = match side {
-                    Side::Left => Side::Right,
-                    Side::Right => Side::Left,
-                    Side::Middle => Side::Middle,
+                    MarkerSide::Left => MarkerSide::Right,
+                    MarkerSide::Right => MarkerSide::Left,
+                    MarkerSide::Middle => MarkerSide::Middle,
                 };
             }
         }
@@ -76,7 +77,7 @@ const ESSENTIAL: [Site; 9] = [
     Site::Toe,
 ];
 
-impl Tracks {
+impl MarkerTracks {
     /// The longest stretch in which the essential markers are all there, and those of the others
     /// that leave most of it.
     ///
@@ -87,17 +88,19 @@ impl Tracks {
         let mut frames = 0..marks.frames;
         let mut used: Vec<usize> = Vec::new();
         let mut left_out: Vec<&str> = Vec::new();
-        let has_back = marks.has(Site::Sacrum, Side::Middle);
+        let has_back = marks.has(Site::Sacrum, MarkerSide::Middle);
         for site in ESSENTIAL {
             // Posterior spines stand in for a sacrum that is not there, and the centres of the
             // file for markers.
             let stands_in = match site {
                 Site::Psis => has_back,
                 Site::AnkleCentre => {
-                    marks.has(Site::Ankle, Side::Left) && marks.has(Site::Ankle, Side::Right)
+                    marks.has(Site::Ankle, MarkerSide::Left)
+                        && marks.has(Site::Ankle, MarkerSide::Right)
                 }
                 Site::KneeCentre => {
-                    marks.has(Site::Knee, Side::Left) && marks.has(Site::Knee, Side::Right)
+                    marks.has(Site::Knee, MarkerSide::Left)
+                        && marks.has(Site::Knee, MarkerSide::Right)
                 }
                 _ => false,
             };
@@ -118,7 +121,7 @@ impl Tracks {
                     return Err(format!(
                         "marker {} ({}) is seen in {} of {} frames, never long enough together with the other markers of pelvis and legs",
                         mark.name,
-                        Place(mark.site, mark.side),
+                        MarkerPlace(mark.site, mark.side),
                         mark.seen(),
                         marks.frames
                     ));

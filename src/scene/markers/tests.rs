@@ -1,7 +1,7 @@
 //! Virtual markers on a made walker whose joints are known: the fit must find them again.
 
 use super::*;
-use crate::import::Format;
+use crate::import::MotionFormat;
 use crate::scene::cohort::Person;
 use crate::scene::cohort::STANDING_TILT_DEG;
 use crate::scene::{Cycle, events, forward_kinematics};
@@ -122,7 +122,7 @@ fn markers(truth: &Truth, keep: impl Fn(&str) -> bool) -> Markers {
         truth.positions[frame][centre.index()] + truth.turns[frame][joint.index()] * offset
     };
     Markers {
-        format: Format::C3d,
+        format: MotionFormat::C3d,
         names: set
             .iter()
             .map(|(name, ..)| format!("Anna:{name}"))
@@ -145,7 +145,7 @@ fn all(_: &str) -> bool {
 }
 
 /// Largest distance over the frames of a joint from its true place, mm; `shift`: of the floor.
-fn miss_mm(take: &Take, truth: &Truth, joint: Joint) -> f64 {
+fn miss_mm(take: &RetargetedMotion, truth: &Truth, joint: Joint) -> f64 {
     let start = (take.start_s * RATE_HZ).round() as usize;
     let height = |frame: usize| {
         take.roots[frame].y - truth.positions[start + frame][Joint::Pelvis.index()].y
@@ -181,7 +181,7 @@ fn column(markers: &Markers, name: &str) -> usize {
 #[test]
 fn legs_with_medial_markers_are_found_within_1_mm_and_arms_within_20() {
     let truth = truth();
-    let take = Take::from_markers(&markers(&truth, all), None).unwrap();
+    let take = RetargetedMotion::from_markers(&markers(&truth, all), None).unwrap();
     assert!(take.warnings.is_empty(), "{:?}", take.warnings);
     for joint in Joint::ALL {
         let miss = miss_mm(&take, &truth, joint);
@@ -199,7 +199,7 @@ fn legs_with_medial_markers_are_found_within_1_mm_and_arms_within_20() {
 #[test]
 fn pelvis_thighs_and_feet_turn_as_the_walker_does() {
     let truth = truth();
-    let take = Take::from_markers(&markers(&truth, all), None).unwrap();
+    let take = RetargetedMotion::from_markers(&markers(&truth, all), None).unwrap();
     let lab = DQuat::from_rotation_y(std::f64::consts::FRAC_PI_2);
     for (joint, limit_deg) in [
         (Joint::Pelvis, 0.1),
@@ -228,7 +228,9 @@ fn pelvis_thighs_and_feet_turn_as_the_walker_does() {
 fn plug_in_gait_without_medial_markers_finds_the_legs_within_10_mm() {
     let truth = truth();
     let medial = ["LKNM", "RKNM", "LMED", "RMED", "LELBM", "RELBM"];
-    let take = Take::from_markers(&markers(&truth, |name| !medial.contains(&name)), None).unwrap();
+    let take =
+        RetargetedMotion::from_markers(&markers(&truth, |name| !medial.contains(&name)), None)
+            .unwrap();
     assert!(take.warnings.is_empty(), "{:?}", take.warnings);
     for joint in LEGS {
         let miss = miss_mm(&take, &truth, joint);
@@ -239,7 +241,7 @@ fn plug_in_gait_without_medial_markers_finds_the_legs_within_10_mm() {
 #[test]
 fn cycles_have_the_walkers_cadence_and_speed() {
     let truth = truth();
-    let take = Take::from_markers(&markers(&truth, all), Some(10.0)).unwrap();
+    let take = RetargetedMotion::from_markers(&markers(&truth, all), Some(10.0)).unwrap();
     let cut = events::cut(&take).unwrap();
     assert!(
         (cut.cadence_spm * truth.cycle.period_s / 120.0 - 1.0).abs() < 0.01,
@@ -256,7 +258,7 @@ fn cycles_have_the_walkers_cadence_and_speed() {
 #[test]
 fn any_axes_and_units_give_the_same_take() {
     let truth = truth();
-    let plain = Take::from_markers(&markers(&truth, all), None).unwrap();
+    let plain = RetargetedMotion::from_markers(&markers(&truth, all), None).unwrap();
     for (turn, scale, stated) in [
         (
             DQuat::from_rotation_x(-std::f64::consts::FRAC_PI_2),
@@ -275,7 +277,7 @@ fn any_axes_and_units_give_the_same_take() {
             *point = turn * *point * scale;
         }
         other.unit_m = stated;
-        let take = Take::from_markers(&other, None).unwrap();
+        let take = RetargetedMotion::from_markers(&other, None).unwrap();
         for (a, b) in plain.offsets.iter().zip(&take.offsets) {
             assert!(a.distance(*b) < 1e-9, "{a} {b}");
         }
@@ -292,7 +294,7 @@ fn a_wrong_unit_is_told_and_not_used() {
     let truth = truth();
     let mut wrong = markers(&truth, all);
     wrong.unit_m = Some(1.0);
-    let take = Take::from_markers(&wrong, None).unwrap();
+    let take = RetargetedMotion::from_markers(&wrong, None).unwrap();
     assert_eq!(take.unit_m, 1e-3);
     assert!(
         take.warnings[0].starts_with("the stated unit makes the legs"),
@@ -312,7 +314,7 @@ fn a_short_gap_is_filled_and_a_long_one_put_back_from_the_segment() {
     for frame in 20..120 {
         gaps.frames[frame][spine] = None;
     }
-    let take = Take::from_markers(&gaps, None).unwrap();
+    let take = RetargetedMotion::from_markers(&gaps, None).unwrap();
     assert_eq!(take.len(), truth.positions.len());
     assert_eq!(
         take.warnings,
@@ -335,7 +337,7 @@ fn a_marker_that_is_only_there_midway_cuts_the_take() {
     for frame in &mut late.frames[..90] {
         frame[ankle] = None;
     }
-    let take = Take::from_markers(&late, None).unwrap();
+    let take = RetargetedMotion::from_markers(&late, None).unwrap();
     let count = truth.positions.len();
     assert_eq!((take.start_s, take.len()), (0.9, count - 90));
     assert_eq!(
@@ -359,7 +361,7 @@ fn a_spike_and_exchanged_ankles_are_repaired() {
     for frame in &mut faulty.frames[from..] {
         frame.swap(left, right);
     }
-    let take = Take::from_markers(&faulty, None).unwrap();
+    let take = RetargetedMotion::from_markers(&faulty, None).unwrap();
     let said = |part: &str| take.warnings.iter().any(|w| w.contains(part));
     assert!(
         said(&format!("change places at frame {from}")),
@@ -380,7 +382,7 @@ fn a_spike_and_exchanged_ankles_are_repaired() {
 #[test]
 fn sides_named_the_wrong_way_round_are_exchanged() {
     let truth = truth();
-    let plain = Take::from_markers(&markers(&truth, all), None).unwrap();
+    let plain = RetargetedMotion::from_markers(&markers(&truth, all), None).unwrap();
     let mut wrong = markers(&truth, all);
     for name in &mut wrong.names {
         *name = match name.strip_prefix("Anna:L") {
@@ -388,7 +390,7 @@ fn sides_named_the_wrong_way_round_are_exchanged() {
             None => name.replace("Anna:R", "Anna:L"),
         };
     }
-    let take = Take::from_markers(&wrong, None).unwrap();
+    let take = RetargetedMotion::from_markers(&wrong, None).unwrap();
     assert!(
         take.warnings[0].contains("wrong way round"),
         "{:?}",
@@ -404,7 +406,8 @@ fn legs_alone_walk_under_an_upright_trunk_with_arms_that_swing_against_them() {
     let truth = truth();
     let lower = ["ASI", "PSI", "THI", "KNE", "TIB", "ANK", "HEE", "TOE"];
     let take =
-        Take::from_markers(&markers(&truth, |name| lower.contains(&&name[1..])), None).unwrap();
+        RetargetedMotion::from_markers(&markers(&truth, |name| lower.contains(&&name[1..])), None)
+            .unwrap();
     assert_eq!(
         take.warnings,
         [
@@ -431,7 +434,8 @@ fn knees_without_markers_bend_ahead() {
     let truth = truth();
     let few = ["ASI", "PSI", "ANK", "HEE"];
     let take =
-        Take::from_markers(&markers(&truth, |name| few.contains(&&name[1..])), None).unwrap();
+        RetargetedMotion::from_markers(&markers(&truth, |name| few.contains(&&name[1..])), None)
+            .unwrap();
     assert!(
         take.warnings
             .iter()
@@ -447,8 +451,9 @@ fn knees_without_markers_bend_ahead() {
 #[test]
 fn a_set_without_a_pelvis_is_refused_by_name() {
     let truth = truth();
-    let refuse =
-        |keep: &dyn Fn(&str) -> bool| Take::from_markers(&markers(&truth, keep), None).unwrap_err();
+    let refuse = |keep: &dyn Fn(&str) -> bool| {
+        RetargetedMotion::from_markers(&markers(&truth, keep), None).unwrap_err()
+    };
     let error = refuse(&|name| name != "RASI");
     assert_eq!(
         error,

@@ -7,11 +7,11 @@
 use edgegait_core::skeleton::Joint;
 use glam::{DQuat, DVec3};
 
-use super::joints::{Joints, each, frames_of, middles};
-use super::names::{Side, Site};
+use super::joints::{MarkerJoints, each, frames_of, middles};
+use super::names::{MarkerSide, Site};
 use super::pelvis::{Pelvis, pair};
 use super::set::median;
-use super::stretch::Tracks;
+use super::stretch::MarkerTracks;
 
 /// Spine joint between hips and C7: (iliocristale - trochanterion) / (cervicale - trochanterion)
 /// heights, ANSUR II means of men and women.
@@ -57,8 +57,8 @@ struct Ribs {
 }
 
 impl Ribs {
-    fn find(tracks: &Tracks) -> Self {
-        let single = |site| tracks.get(site, Side::Middle).map(<[DVec3]>::to_vec);
+    fn find(tracks: &MarkerTracks) -> Self {
+        let single = |site| tracks.get(site, MarkerSide::Middle).map(<[DVec3]>::to_vec);
         Self {
             c7: single(Site::C7).or_else(|| single(Site::T2)),
             notch: single(Site::Clavicle)
@@ -104,8 +104,8 @@ impl Ribs {
 
 /// Adds the trunk and the head as far as there are markers.
 pub(super) fn add(
-    joints: &mut Joints,
-    tracks: &Tracks,
+    joints: &mut MarkerJoints,
+    tracks: &MarkerTracks,
     pelvis: &Pelvis,
     warnings: &mut Vec<String>,
 ) {
@@ -127,7 +127,7 @@ pub(super) fn add(
 }
 
 fn thorax(
-    joints: &mut Joints,
+    joints: &mut MarkerJoints,
     ribs: &Ribs,
     hips: &[DVec3],
     top: &[DVec3],
@@ -211,7 +211,7 @@ fn thorax(
 }
 
 /// Adds the head by its four markers; false without them.
-fn head(joints: &mut Joints, tracks: &Tracks) -> bool {
+fn head(joints: &mut MarkerJoints, tracks: &MarkerTracks) -> bool {
     let (Some([front_left, front_right]), Some([back_left, back_right])) =
         (pair(tracks, Site::HeadFront), pair(tracks, Site::HeadBack))
     else {

@@ -27,7 +27,7 @@ fn millimetres_and_metres_in_any_order_of_columns_are_the_same_people() {
     let mut dimensions = [None; DIMENSIONS];
     dimensions[2] = Some(0.34);
     assert_eq!(anna.dimensions_m, dimensions);
-    assert_eq!(people.of("08"), Some(&Measured::NOTHING));
+    assert_eq!(people.of("08"), Some(&MeasuredPerson::NOTHING));
     assert_eq!(people.of("09"), None);
 
     let other = "\u{feff}hip_breadth_m, stature_mm ,subject,sex,mass_kg\r\n0.34,1800,07,male,80.5\r\n,,08,,\r\n";

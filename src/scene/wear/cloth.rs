@@ -1,7 +1,7 @@
 //! Clothes: what makes the body's own hulls larger, and cloth that hangs from the waist.
 
-use super::standing::{Slice, Standing, swell};
-use super::{Outfit, Part, Wearer, WornHull};
+use super::standing::{BodySlice, RestJoints, swell};
+use super::{BodyPart, Outfit, Wearer, WornHull};
 use edgegait_core::skeleton::Joint;
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
@@ -47,17 +47,17 @@ pub(crate) fn coat(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
     }
-    let standing = Standing::of(&wearer.skeleton);
+    let standing = RestJoints::of(&wearer.skeleton);
     for hull in &mut outfit.hulls {
         if hull.joint().is_some_and(|joint| COATED.contains(&joint)) {
-            swell(hull, Part::Garment, DVec3::ONE, |_| COAT_M * strength);
+            swell(hull, BodyPart::Garment, DVec3::ONE, |_| COAT_M * strength);
         }
     }
     let (knee, ankle) = (
         standing.height(Joint::LeftShank),
         standing.height(Joint::LeftFoot),
     );
-    let cut = Cut {
+    let cut = ClothCut {
         hem: knee + COAT_HEM * (ankle - knee),
         ease: [0.0, 0.020, 0.035, 0.060],
         strength,
@@ -72,12 +72,12 @@ pub(crate) fn skirt(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
     }
-    let standing = Standing::of(&wearer.skeleton);
+    let standing = RestJoints::of(&wearer.skeleton);
     let (hip, ankle) = (
         standing.height(Joint::LeftThigh),
         standing.height(Joint::LeftFoot),
     );
-    let cut = Cut {
+    let cut = ClothCut {
         hem: hip + SKIRT_HEM * (ankle - hip),
         ease: [0.005, 0.015, 0.030, 0.070],
         strength,
@@ -86,7 +86,7 @@ pub(crate) fn skirt(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
 }
 
 /// How cloth that hangs from the waist is cut.
-struct Cut {
+struct ClothCut {
     /// Height of the hem at strength 1.
     hem: f64,
     /// How far it stands away from the waist, the hips, the knees and, at the hem, from the
@@ -99,11 +99,11 @@ struct Cut {
 const TRUNK: [Joint; 2] = [Joint::Pelvis, Joint::Spine];
 const SEAT: [Joint; 3] = [Joint::Pelvis, Joint::LeftThigh, Joint::RightThigh];
 
-impl Cut {
+impl ClothCut {
     /// The cloth: rings around waist and hips, and around each leg at the knee and at the hem,
     /// each on the joint that it moves with. While the hem is above the knees, the ring at
     /// the knees is on the way there.
-    fn hang(&self, outfit: &Outfit, standing: &Standing) -> WornHull {
+    fn hang(&self, outfit: &Outfit, standing: &RestJoints) -> WornHull {
         let hip = standing.height(Joint::LeftThigh);
         let knee = standing.height(Joint::LeftShank);
         let waist = standing.at(Joint::Spine).y;
@@ -146,7 +146,7 @@ impl Cut {
             );
         }
         WornHull {
-            part: Part::Garment,
+            part: BodyPart::Garment,
             points,
         }
     }
@@ -158,7 +158,7 @@ impl Cut {
     }
 
     /// Eight points around a slice, at one height.
-    fn ring(&self, around: &Slice, height: f64, ease: f64) -> [DVec3; 8] {
+    fn ring(&self, around: &BodySlice, height: f64, ease: f64) -> [DVec3; 8] {
         // Between two points of an octagon its side is a twelfth nearer.
         let span = self.span(1.0 / libm::cos(TAU / 16.0));
         let centre = around.centre();
@@ -171,7 +171,7 @@ impl Cut {
     }
 
     /// The four corners of a slice's bounds, at one height.
-    fn corners(&self, around: &Slice, height: f64, ease: f64) -> [DVec3; 4] {
+    fn corners(&self, around: &BodySlice, height: f64, ease: f64) -> [DVec3; 4] {
         let span = self.span(1.0) * std::f64::consts::FRAC_1_SQRT_2.max(self.strength);
         let (min, max) = around.bounds();
         let (centre, half) = (0.5 * (min + max), 0.5 * (max - min));
@@ -203,7 +203,7 @@ pub(crate) fn wide_trousers(outfit: &mut Outfit, wearer: &Wearer, strength: f64)
         // A recorded skeleton may have joints of no length.
         let length = f64::from(-wearer.skeleton.offsets[child.index()].y).max(0.01);
         let sideways = DVec3::new(1.0, 0.0, 1.0);
-        swell(hull, Part::Garment, sideways, |(_, point)| {
+        swell(hull, BodyPart::Garment, sideways, |(_, point)| {
             let share = (f64::from(-point.y) / length).clamp(0.0, 1.0);
             from + share * (to - from)
         });
@@ -218,7 +218,7 @@ pub(crate) fn shoes(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
     }
-    let standing = Standing::of(&wearer.skeleton);
+    let standing = RestJoints::of(&wearer.skeleton);
     let feet = [Joint::LeftFoot, Joint::RightFoot].map(|foot| {
         let (min, max) = standing
             .slice(outfit, &[foot], f64::MIN..=f64::MAX)
@@ -237,7 +237,7 @@ pub(crate) fn shoes(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
             .map(|&point| (standing.place(point) - min) / size)
             .collect();
         let level = DVec3::new(1.0, 0.0, 1.0);
-        swell(hull, Part::Garment, level, |_| UPPER_M * strength);
+        swell(hull, BodyPart::Garment, level, |_| UPPER_M * strength);
         let [ball, heel] = SOLE_M;
         for ((_, point), share) in hull.points.iter_mut().zip(shares) {
             // The sole goes down, what is above it less, and the instep stays.

@@ -1,7 +1,7 @@
 //! Hair and hats.
 
-use super::standing::{Slice, Standing};
-use super::{Outfit, Part, Wearer, WornHull};
+use super::standing::{BodySlice, RestJoints};
+use super::{BodyPart, Outfit, Wearer, WornHull};
 use edgegait_core::skeleton::Joint;
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
@@ -18,14 +18,14 @@ const CROWN_ABOVE_M: f64 = 0.050;
 
 /// The head at one height.
 struct Round {
-    around: Slice,
+    around: BodySlice,
     height: f64,
 }
 
 impl Round {
     /// `along` is 0 at the lowest point of the hulls that `joints` carry and 1 at the highest
     /// one; none if there is no such hull.
-    fn of(outfit: &Outfit, standing: &Standing, along: f64) -> Option<Self> {
+    fn of(outfit: &Outfit, standing: &RestJoints, along: f64) -> Option<Self> {
         let all = standing.slice(outfit, &HEAD, f64::MIN..=f64::MAX);
         let (min, max) = all.bounds();
         let height = min.y + along * (max.y - min.y);
@@ -60,8 +60,8 @@ pub(crate) fn hair(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     }
     outfit
         .hulls
-        .retain(|hull| hull.part != Part::Hair || hull.joint().is_some());
-    let standing = Standing::of(&wearer.skeleton);
+        .retain(|hull| hull.part != BodyPart::Hair || hull.joint().is_some());
+    let standing = RestJoints::of(&wearer.skeleton);
     let round = |along| Round::of(outfit, &standing, along);
     let (Some(top), Some(temples), Some(nape)) = (round(0.92), round(0.60), round(0.25)) else {
         return;
@@ -107,7 +107,7 @@ pub(crate) fn hair(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
         points.push(standing.hang(Joint::Thorax, place));
     }
     outfit.hulls.push(WornHull {
-        part: Part::Hair,
+        part: BodyPart::Hair,
         points,
     });
 }
@@ -115,7 +115,7 @@ pub(crate) fn hair(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
 /// A hat. Strength 1: a brim 7 cm wide around the head, above the brows, and a crown that ends
 /// 5 cm above the head (ours). Two hulls of 16 points, over hair if there is some.
 pub(crate) fn hat(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
-    let standing = Standing::of(&wearer.skeleton);
+    let standing = RestJoints::of(&wearer.skeleton);
     let round = |along| Round::of(outfit, &standing, along);
     let (Some(brow), Some(top)) = (round(0.68), round(0.90)) else {
         return;
@@ -139,7 +139,7 @@ pub(crate) fn hat(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
             .into_iter()
             .map(|place| standing.hang(Joint::Head, place));
         outfit.hulls.push(WornHull {
-            part: Part::Garment,
+            part: BodyPart::Garment,
             points: points.collect(),
         });
     }

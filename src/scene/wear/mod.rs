@@ -16,7 +16,7 @@ mod standing;
 pub(crate) use cloth::{coat, shoes, skirt, wide_trousers};
 pub(crate) use head::{hair, hat};
 pub(crate) use plain::{Ease, clothes, short_hair};
-pub(crate) use standing::Standing;
+pub(crate) use standing::RestJoints;
 
 use crate::scene::{Body, BodyHull};
 use edgegait_core::pack::Sex;
@@ -25,7 +25,7 @@ use glam::{DVec3, Vec3};
 
 /// What a hull is, as pictures colour it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Part {
+pub enum BodyPart {
     /// The body itself.
     Body,
     /// Hair.
@@ -40,7 +40,7 @@ pub enum Part {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct WornHull {
     /// What it is.
-    pub part: Part,
+    pub part: BodyPart,
     /// Its points, metres, each in the frame of the joint that carries it.
     pub points: Vec<(Joint, Vec3)>,
 }
@@ -69,7 +69,7 @@ impl Outfit {
             points.map(|point| (hull.joint, point.as_vec3())).collect()
         };
         let worn = |points| WornHull {
-            part: Part::Body,
+            part: BodyPart::Body,
             points,
         };
         let draped = body

@@ -1,7 +1,7 @@
 //! Clothes that follow the body, and short hair: hulls that are there, moved outward.
 
-use super::standing::{Standing, swell};
-use super::{Outfit, Part, Wearer};
+use super::standing::{RestJoints, swell};
+use super::{BodyPart, Outfit, Wearer};
 use edgegait_core::skeleton::Joint;
 use glam::DVec3;
 
@@ -50,7 +50,7 @@ pub(crate) fn clothes(outfit: &mut Outfit, wearer: &Wearer, ease: &Ease) {
             Joint::Thorax | Joint::LeftClavicle => DVec3::ONE,
             _ => sideways,
         };
-        swell(hull, Part::Garment, along, |(_, point)| {
+        swell(hull, BodyPart::Garment, along, |(_, point)| {
             let share = (f64::from(-point.y) / thigh).clamp(0.0, 1.0);
             from + share * (to - from)
         });
@@ -64,13 +64,13 @@ const NAPE: f64 = 0.3;
 /// Short hair, so thick, metres: it moves the points of the head above the brow and behind the
 /// ears.
 pub(crate) fn short_hair(outfit: &mut Outfit, wearer: &Wearer, thick_m: f64) {
-    let standing = Standing::of(&wearer.skeleton);
+    let standing = RestJoints::of(&wearer.skeleton);
     let head = standing.slice(outfit, &[Joint::Head], f64::MIN..=f64::MAX);
     let ((min, max), middle) = (head.bounds(), head.centre());
     let tall = (max.y - min.y).max(1e-6);
     let hulls = outfit.hulls.iter_mut();
     for hull in hulls.filter(|hull| hull.joint() == Some(Joint::Head)) {
-        swell(hull, Part::Hair, DVec3::ONE, |point| {
+        swell(hull, BodyPart::Hair, DVec3::ONE, |point| {
             let place = standing.place(point);
             let up = (place.y - min.y) / tall;
             let is_hairy = up > HAIRLINE || up > NAPE && place.z < middle.z;

@@ -3,7 +3,7 @@
 //! At rest every joint's frame is parallel to the world, so that a point is where its joint is,
 //! plus itself.
 
-use super::{Outfit, Part, WornHull};
+use super::{BodyPart, Outfit, WornHull};
 use edgegait_core::facets::Facets;
 use edgegait_core::skeleton::{JOINTS, Joint, Skeleton};
 use glam::{DVec2, DVec3, Vec3};
@@ -11,9 +11,9 @@ use std::ops::RangeInclusive;
 
 /// Where the joints are at rest, metres; the pelvis is at the origin.
 #[derive(Clone, Debug)]
-pub(crate) struct Standing([DVec3; JOINTS]);
+pub(crate) struct RestJoints([DVec3; JOINTS]);
 
-impl Standing {
+impl RestJoints {
     pub(crate) fn of(skeleton: &Skeleton) -> Self {
         let mut places = [DVec3::ZERO; JOINTS];
         for joint in Joint::ALL {
@@ -51,8 +51,8 @@ impl Standing {
         outfit: &Outfit,
         joints: &[Joint],
         heights: RangeInclusive<f64>,
-    ) -> Slice {
-        let mut slice = Slice { points: Vec::new() };
+    ) -> BodySlice {
+        let mut slice = BodySlice { points: Vec::new() };
         for hull in &outfit.hulls {
             let on = hull
                 .points
@@ -83,11 +83,11 @@ fn crossings(points: &[DVec3], height: f64) -> impl Iterator<Item = DVec3> {
 
 /// Points of a body, and of the sections that cut it off.
 #[derive(Clone, Debug)]
-pub(crate) struct Slice {
+pub(crate) struct BodySlice {
     points: Vec<DVec3>,
 }
 
-impl Slice {
+impl BodySlice {
     /// Whether nothing is there.
     pub(crate) const fn is_empty(&self) -> bool {
         self.points.is_empty()
@@ -126,7 +126,7 @@ impl Slice {
 /// from where the corner goes.
 pub(crate) fn swell(
     hull: &mut WornHull,
-    part: Part,
+    part: BodyPart,
     along: DVec3,
     amount: impl Fn((Joint, Vec3)) -> f64,
 ) {

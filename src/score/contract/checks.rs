@@ -2,8 +2,8 @@
 
 use super::Contract;
 use crate::error::{Error, Result};
-use crate::score::Layout;
-use crate::template::{Shape, Template};
+use crate::score::InputLayout;
+use crate::template::{Template, TemplateShape};
 use std::path::Path;
 
 /// Most rows, columns or frames of an input.
@@ -26,7 +26,7 @@ impl Contract {
             }
         }
         if !self.layout.holds(self.template) {
-            let fitting = Layout::ALL
+            let fitting = InputLayout::ALL
                 .iter()
                 .filter(|layout| layout.holds(self.template));
             let names: Vec<_> = fitting.map(|layout| layout.name()).collect();
@@ -37,7 +37,7 @@ impl Contract {
                     self.template.name(),
                     names.join(", "),
                     self.layout.name(),
-                    Layout::default().name()
+                    InputLayout::default().name()
                 ),
             ));
         }
@@ -90,7 +90,7 @@ impl Contract {
                 self.layout.name()
             ));
         }
-        let is_one_image = matches!(self.shape(), Shape::Image { planes: 1, .. });
+        let is_one_image = matches!(self.shape(), TemplateShape::Image { planes: 1, .. });
         if channels > 1 && !is_one_image {
             return Err(format!(
                 "channels: template {:?} has its own, found {channels}",

@@ -49,8 +49,8 @@ impl Contract {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::{Distance, InputRange, Layout};
-    use crate::sweep::Framing;
+    use crate::score::{Distance, InputLayout, InputRange};
+    use crate::sweep::FramingMode;
     use crate::template::Template;
 
     type Change = fn(&mut Contract);
@@ -70,8 +70,8 @@ mod tests {
         let cases: [(Change, &str); 10] = [
             (|c| c.template = Template::Mhi, "template: gei, mhi"),
             (|c| c.rows = 64, "size: 50x30, 64x30"),
-            (|c| c.layout = Layout::Nhwc, "layout: NCHW, NHWC"),
-            (|c| c.framing = Framing::Box, "framing: height, box"),
+            (|c| c.layout = InputLayout::Nhwc, "layout: NCHW, NHWC"),
+            (|c| c.framing = FramingMode::Box, "framing: height, box"),
             (
                 |c| c.input_range = InputRange::Byte,
                 "input_range: 0..1, 0..255",

@@ -6,9 +6,9 @@ use super::Contract;
 use crate::error::{Result, ScoreError};
 
 /// A key, what it means, and its line where the contract leaves it out.
-type Key = (&'static str, &'static str, &'static str);
+type ContractKey = (&'static str, &'static str, &'static str);
 
-const KEYS: [Key; 16] = [
+const KEYS: [ContractKey; 16] = [
     (
         "name",
         "What to call the recognizer in results; empty: the name of the model's file.",
@@ -84,7 +84,7 @@ const KEYS: [Key; 16] = [
     ("training", "", ""),
 ];
 
-const OUTPUTS: [Key; 2] = [
+const OUTPUTS: [ContractKey; 2] = [
     (
         "embedding",
         "The output that is compared by distance, f32 [N, numbers] or [N, numbers, parts].",
@@ -97,7 +97,7 @@ const OUTPUTS: [Key; 2] = [
     ),
 ];
 
-const TRAINING: [Key; 8] = [
+const TRAINING: [ContractKey; 8] = [
     ("description", "Data, recipe and seed, in words.", ""),
     (
         "viewpoints",
@@ -142,7 +142,7 @@ impl Contract {
     }
 }
 
-fn add(text: &mut String, table: &toml::Table, keys: &[Key]) {
+fn add(text: &mut String, table: &toml::Table, keys: &[ContractKey]) {
     for (key, remark, absent) in keys {
         let line = match table.get(*key) {
             Some(toml::Value::Table(_)) => continue,
@@ -160,7 +160,7 @@ fn add(text: &mut String, table: &toml::Table, keys: &[Key]) {
 mod tests {
     use super::super::{OutputNames, Training};
     use super::*;
-    use crate::score::input::{Distance, InputRange, Layout};
+    use crate::score::input::{Distance, InputLayout, InputRange};
     use crate::template::Template;
     use std::path::Path;
 
@@ -173,7 +173,7 @@ mod tests {
             channels: 2,
             rows: 64,
             columns: 44,
-            layout: Layout::Ntchw,
+            layout: InputLayout::Ntchw,
             template: Template::Silhouettes,
             frames: Some(30),
             view_input: Some("seen".into()),

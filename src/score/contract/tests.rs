@@ -32,7 +32,7 @@ fn every_key_is_read() {
         (contract.rows, contract.columns, contract.numbers()),
         (64, 44, 2816)
     );
-    assert_eq!(contract.framing, Framing::Cycle);
+    assert_eq!(contract.framing, FramingMode::Cycle);
     assert_eq!(contract.classes, ["s01", "s02"]);
     assert_eq!(contract.outputs.embedding.as_deref(), Some("features"));
     assert_eq!(contract.outputs.scores.as_deref(), Some("logits"));
@@ -135,14 +135,14 @@ fn geis_of_another_size_or_framing_are_refused() {
         let found = contract.require(size, framing, TemplateOrigin::Drawn);
         found.map_err(|error| error.to_string())
     };
-    assert_eq!(refusal(Size::S64x44, Some(Framing::Cycle)), Ok(()));
+    assert_eq!(refusal(Size::S64x44, Some(FramingMode::Cycle)), Ok(()));
     assert_eq!(refusal(Size::S64x44, None), Ok(()));
     assert_eq!(
-        refusal(Size::S50x30, Some(Framing::Cycle)),
+        refusal(Size::S50x30, Some(FramingMode::Cycle)),
         Err("pca-lda-side: the model's contract asks for size 64x44, found 50x30".into())
     );
     assert_eq!(
-        refusal(Size::S64x44, Some(Framing::Height)),
+        refusal(Size::S64x44, Some(FramingMode::Height)),
         Err("pca-lda-side: the model's contract asks for framing cycle, found height".into())
     );
     let odd = Contract {
@@ -242,7 +242,7 @@ fn frames_are_counted_from_the_numbers_given() {
     let any = Contract {
         name: "set".into(),
         template: Template::Silhouettes,
-        layout: Layout::Nthw,
+        layout: InputLayout::Nthw,
         ..Contract::default()
     };
     assert_eq!(any.frames_in(12 * 1500, 3).ok(), Some(4));

@@ -1,6 +1,6 @@
 //! The operators that multiply, and those that slide windows as they do.
 
-use super::Attribute;
+use super::AttributeValue;
 use super::rules::{Operands, broadcast, sizes};
 use super::walk::elements;
 
@@ -30,7 +30,7 @@ fn slide(of: &Operands<'_>, input: &[u64], kernel: &[u64]) -> Option<Vec<u64>> {
     let zeros = vec![0; 2 * rank];
     let pads = of.list("pads").unwrap_or(&zeros);
     let automatic = match of.node.attributes.get("auto_pad") {
-        Some(Attribute::Text(mode)) => mode.as_str(),
+        Some(AttributeValue::Text(mode)) => mode.as_str(),
         _ => "NOTSET",
     };
     let rounds_up = of.integer("ceil_mode", 0) != 0;

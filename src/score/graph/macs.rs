@@ -5,12 +5,12 @@ use std::collections::HashMap;
 use super::kernels;
 use super::rules::{self, Operands};
 use super::walk::elements;
-use super::{Dimension, Graph, Node, Tensor};
+use super::{Dimension, Graph, Node, StoredTensor};
 
 /// What is known of the tensors so far.
 #[derive(Default)]
-pub(super) struct Known<'a> {
-    tensors: HashMap<&'a str, Tensor>,
+pub(super) struct KnownTensors<'a> {
+    tensors: HashMap<&'a str, StoredTensor>,
     /// Sizes of named dimensions.
     named: HashMap<&'a str, u64>,
 }
@@ -24,7 +24,7 @@ impl Graph {
     /// # Errors
     /// Naming the first operation of an unknown kind or shape: nothing is guessed.
     pub fn macs(&self, input: &[u64]) -> Result<u64, String> {
-        let mut known = Known::of_initializers(self);
+        let mut known = KnownTensors::of_initializers(self);
         let (port, view) = match self.inputs.as_slice() {
             [port] => (port, None),
             [port, view] | [view, port] if view.is_pair() => (port, Some(view)),
@@ -48,7 +48,7 @@ impl Graph {
     }
 }
 
-impl<'a> Known<'a> {
+impl<'a> KnownTensors<'a> {
     pub(super) fn of_initializers(graph: &'a Graph) -> Self {
         let tensors = graph.initializers.iter();
         Self {
@@ -61,7 +61,7 @@ impl<'a> Known<'a> {
 
     pub(super) fn learn(&mut self, name: &'a str, shape: Vec<u64>) {
         let integers = None;
-        self.tensors.insert(name, Tensor { shape, integers });
+        self.tensors.insert(name, StoredTensor { shape, integers });
     }
 
     pub(super) fn shape(&self, name: &str) -> Option<&[u64]> {

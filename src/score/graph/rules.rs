@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 use super::kernels::{conv, gemm, global_pool, matmul, pool};
 use super::walk::{MAX_INTEGERS, MAX_RANK, elements};
-use super::{Attribute, Node, Tensor};
+use super::{AttributeValue, Node, StoredTensor};
 
 /// Operators whose first output has the shape of their first input.
 const KEEPING: &str = "Abs BatchNormalization Cast Ceil Celu Clip DequantizeLinear Dropout Elu Erf \
@@ -21,7 +21,7 @@ const BROADCASTING: &str =
 /// An operation and what is known of its inputs.
 pub(super) struct Operands<'a> {
     pub node: &'a Node,
-    pub tensors: &'a HashMap<&'a str, Tensor>,
+    pub tensors: &'a HashMap<&'a str, StoredTensor>,
 }
 
 impl<'a> Operands<'a> {
@@ -40,14 +40,14 @@ impl<'a> Operands<'a> {
 
     pub(super) fn integer(&self, name: &str, default: i64) -> i64 {
         match self.node.attributes.get(name) {
-            Some(Attribute::Integer(value)) => *value,
+            Some(AttributeValue::Integer(value)) => *value,
             _ => default,
         }
     }
 
     pub(super) fn list(&self, name: &str) -> Option<&'a [i64]> {
         match self.node.attributes.get(name) {
-            Some(Attribute::Integers(values)) => Some(values),
+            Some(AttributeValue::Integers(values)) => Some(values),
             _ => None,
         }
     }
@@ -65,7 +65,7 @@ impl<'a> Operands<'a> {
 
 /// What an operation gives: nothing if that cannot be told from its inputs.
 /// `None` if the operator is unknown, so that it might multiply.
-pub(super) fn outputs(of: &Operands<'_>) -> Option<Vec<Tensor>> {
+pub(super) fn outputs(of: &Operands<'_>) -> Option<Vec<StoredTensor>> {
     let shapes = shapes(of)?;
     if shapes.iter().any(|shape| shape.len() > MAX_RANK) {
         return Some(Vec::new());
@@ -73,7 +73,7 @@ pub(super) fn outputs(of: &Operands<'_>) -> Option<Vec<Tensor>> {
     let mut integers = integers(of).filter(|integers| integers.len() as u64 <= MAX_INTEGERS);
     let tensor = |shape| {
         let integers = integers.take();
-        Tensor { shape, integers }
+        StoredTensor { shape, integers }
     };
     Some(shapes.into_iter().map(tensor).collect())
 }
@@ -363,17 +363,17 @@ fn arg(of: &Operands<'_>) -> Option<Vec<u64>> {
     Some(shape)
 }
 
-fn constant(of: &Operands<'_>) -> Option<Tensor> {
+fn constant(of: &Operands<'_>) -> Option<StoredTensor> {
     let (shape, integers) = match of.node.attributes.iter().next()? {
-        (_, Attribute::Tensor(tensor)) => return Some(tensor.clone()),
-        (name, Attribute::Integers(values)) if name == "value_ints" => {
+        (_, AttributeValue::Tensor(tensor)) => return Some(tensor.clone()),
+        (name, AttributeValue::Integers(values)) if name == "value_ints" => {
             (vec![values.len() as u64], Some(values.clone()))
         }
-        (name, Attribute::Integer(value)) if name == "value_int" => {
+        (name, AttributeValue::Integer(value)) if name == "value_int" => {
             (Vec::new(), Some(vec![*value]))
         }
         (name, _) if name == "value_float" => (Vec::new(), None),
         _ => return None,
     };
-    Some(Tensor { shape, integers })
+    Some(StoredTensor { shape, integers })
 }

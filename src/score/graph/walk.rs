@@ -2,8 +2,8 @@
 //!
 //! Field numbers are those of `onnx.proto3` (onnx 1.23).
 
-use super::{Attribute, Dimension, Graph, Node, Port, Tensor};
-use crate::score::protobuf::{Field, Malformed, Reader};
+use super::{AttributeValue, Dimension, Graph, Node, Port, StoredTensor};
+use crate::score::protobuf::{Malformed, ProtobufField, ProtobufReader};
 
 /// Deepest nesting of graphs in graphs (If, Loop, Scan), or of sequences, that is followed.
 const MAX_DEPTH: usize = 16;
@@ -24,7 +24,7 @@ const INT64: u64 = 7;
 
 /// A graph being read.
 #[derive(Default)]
-pub(super) struct Walk {
+pub(super) struct GraphWalk {
     pub graph: Graph,
     pub has_graph: bool,
     /// The first tensor whose numbers are in another file.
@@ -33,31 +33,31 @@ pub(super) struct Walk {
 
 type Read<T> = Result<T, Malformed>;
 
-impl Walk {
-    pub(super) fn model(&mut self, mut model: Reader<'_>) -> Read<()> {
+impl GraphWalk {
+    pub(super) fn model(&mut self, mut model: ProtobufReader<'_>) -> Read<()> {
         while let Some((number, field)) = model.next()? {
             match (number, field) {
-                (1, Field::Number(version)) => self.graph.ir_version = version,
-                (2, Field::Bytes(name)) => self.graph.producer = name.text()?,
-                (7, Field::Bytes(graph)) => {
+                (1, ProtobufField::Number(version)) => self.graph.ir_version = version,
+                (2, ProtobufField::Bytes(name)) => self.graph.producer = name.text()?,
+                (7, ProtobufField::Bytes(graph)) => {
                     self.has_graph = true;
                     self.graph(graph, 0)?;
                 }
-                (8, Field::Bytes(set)) => self.operator_set(set)?,
-                (14, Field::Bytes(property)) => property.skim()?,
-                (25, Field::Bytes(function)) => self.function(function)?,
+                (8, ProtobufField::Bytes(set)) => self.operator_set(set)?,
+                (14, ProtobufField::Bytes(property)) => property.skim()?,
+                (25, ProtobufField::Bytes(function)) => self.function(function)?,
                 _ => {}
             }
         }
         Ok(())
     }
 
-    fn operator_set(&mut self, mut set: Reader<'_>) -> Read<()> {
+    fn operator_set(&mut self, mut set: ProtobufReader<'_>) -> Read<()> {
         let (mut domain, mut version) = (String::new(), 0);
         while let Some((number, field)) = set.next()? {
             match (number, field) {
-                (1, Field::Bytes(name)) => domain = name.text()?,
-                (2, Field::Number(number)) => version = number,
+                (1, ProtobufField::Bytes(name)) => domain = name.text()?,
+                (2, ProtobufField::Number(number)) => version = number,
                 _ => {}
             }
         }
@@ -67,29 +67,29 @@ impl Walk {
         Ok(())
     }
 
-    fn function(&mut self, mut function: Reader<'_>) -> Read<()> {
+    fn function(&mut self, mut function: ProtobufReader<'_>) -> Read<()> {
         while let Some((number, field)) = function.next()? {
-            if let (7, Field::Bytes(node)) = (number, field) {
+            if let (7, ProtobufField::Bytes(node)) = (number, field) {
                 self.node(node, 1)?;
             }
         }
         Ok(())
     }
 
-    fn graph(&mut self, mut graph: Reader<'_>, depth: usize) -> Read<()> {
+    fn graph(&mut self, mut graph: ProtobufReader<'_>, depth: usize) -> Read<()> {
         if depth > MAX_DEPTH {
             return Err(graph.malformed(format!("graphs are nested more than {MAX_DEPTH} deep")));
         }
         while let Some((number, field)) = graph.next()? {
             match (number, field) {
-                (1, Field::Bytes(node)) => self.node(node, depth)?,
-                (5, Field::Bytes(tensor)) => {
+                (1, ProtobufField::Bytes(node)) => self.node(node, depth)?,
+                (5, ProtobufField::Bytes(tensor)) => {
                     let (name, tensor) = self.tensor(tensor)?;
                     if depth == 0 {
                         self.graph.initializers.insert(name, tensor);
                     }
                 }
-                (11..=13, Field::Bytes(info)) => {
+                (11..=13, ProtobufField::Bytes(info)) => {
                     let port = port(info)?;
                     match number {
                         _ if depth > 0 => {}
@@ -110,18 +110,18 @@ impl Walk {
         Ok(())
     }
 
-    fn node(&mut self, mut node: Reader<'_>, depth: usize) -> Read<()> {
+    fn node(&mut self, mut node: ProtobufReader<'_>, depth: usize) -> Read<()> {
         let (mut found, mut domain) = (Node::default(), String::new());
         while let Some((number, field)) = node.next()? {
             match (number, field) {
-                (1, Field::Bytes(name)) => found.inputs.push(name.text()?),
-                (2, Field::Bytes(name)) => found.outputs.push(name.text()?),
-                (4, Field::Bytes(name)) => found.operator = name.text()?,
-                (5, Field::Bytes(attribute)) => {
+                (1, ProtobufField::Bytes(name)) => found.inputs.push(name.text()?),
+                (2, ProtobufField::Bytes(name)) => found.outputs.push(name.text()?),
+                (4, ProtobufField::Bytes(name)) => found.operator = name.text()?,
+                (5, ProtobufField::Bytes(attribute)) => {
                     let (name, value) = self.attribute(attribute, depth)?;
                     found.attributes.insert(name, value);
                 }
-                (7, Field::Bytes(name)) => domain = name.text()?,
+                (7, ProtobufField::Bytes(name)) => domain = name.text()?,
                 _ => {}
             }
         }
@@ -139,51 +139,62 @@ impl Walk {
     }
 
     /// `AttributeProto`: its name and value.
-    fn attribute(&mut self, mut attribute: Reader<'_>, depth: usize) -> Read<(String, Attribute)> {
-        let (mut name, mut integers, mut value) = (String::new(), Vec::new(), Attribute::Other);
+    fn attribute(
+        &mut self,
+        mut attribute: ProtobufReader<'_>,
+        depth: usize,
+    ) -> Read<(String, AttributeValue)> {
+        let (mut name, mut integers, mut value) =
+            (String::new(), Vec::new(), AttributeValue::Other);
         let mut strings = Vec::new();
         while let Some((number, field)) = attribute.next()? {
             match (number, field) {
-                (1, Field::Bytes(text)) => name = text.text()?,
-                (3, Field::Number(number)) => value = Attribute::Integer(number.cast_signed()),
-                // Bytes that are no text are nobody's padding mode.
-                (4, Field::Bytes(text)) => {
-                    value = text.text().map_or(Attribute::Other, Attribute::Text);
+                (1, ProtobufField::Bytes(text)) => name = text.text()?,
+                (3, ProtobufField::Number(number)) => {
+                    value = AttributeValue::Integer(number.cast_signed())
                 }
-                (5, Field::Bytes(tensor)) => value = Attribute::Tensor(self.tensor(tensor)?.1),
-                (10, Field::Bytes(tensor)) => {
+                // Bytes that are no text are nobody's padding mode.
+                (4, ProtobufField::Bytes(text)) => {
+                    value = text
+                        .text()
+                        .map_or(AttributeValue::Other, AttributeValue::Text);
+                }
+                (5, ProtobufField::Bytes(tensor)) => {
+                    value = AttributeValue::Tensor(self.tensor(tensor)?.1)
+                }
+                (10, ProtobufField::Bytes(tensor)) => {
                     self.tensor(tensor)?;
                 }
-                (6 | 11, Field::Bytes(graph)) => self.graph(graph, depth + 1)?,
+                (6 | 11, ProtobufField::Bytes(graph)) => self.graph(graph, depth + 1)?,
                 (8, field) => push_integers(field, &mut integers)?,
-                (9, Field::Bytes(text)) if strings.len() < MAX_LABELS => strings.push(text),
+                (9, ProtobufField::Bytes(text)) if strings.len() < MAX_LABELS => strings.push(text),
                 _ => {}
             }
         }
         if name == CLASS_LABELS {
-            let texts = strings.iter().map(Reader::text);
+            let texts = strings.iter().map(ProtobufReader::text);
             self.graph.labels = texts.collect::<Read<_>>()?;
         }
         if !integers.is_empty() {
-            value = Attribute::Integers(integers);
+            value = AttributeValue::Integers(integers);
         }
         Ok((name, value))
     }
 
     /// Counts a tensor's numbers; its name, and what is kept of it.
-    fn tensor(&mut self, mut tensor: Reader<'_>) -> Read<(String, Tensor)> {
-        let (mut found, mut element, mut name) = (Tensor::default(), 0, String::new());
+    fn tensor(&mut self, mut tensor: ProtobufReader<'_>) -> Read<(String, StoredTensor)> {
+        let (mut found, mut element, mut name) = (StoredTensor::default(), 0, String::new());
         let (mut sizes, mut integers) = (Vec::new(), Vec::new());
         let (mut external, mut raw) = (false, None);
         while let Some((number, field)) = tensor.next()? {
             match (number, field) {
                 (1, field) => push_integers(field, &mut sizes)?,
-                (2, Field::Number(kind)) => element = kind,
+                (2, ProtobufField::Number(kind)) => element = kind,
                 (7, field) => push_integers(field, &mut integers)?,
-                (8, Field::Bytes(text)) => name = text.text()?,
-                (9, Field::Bytes(bytes)) => raw = Some(bytes.bytes()),
-                (13, Field::Bytes(place)) => place.skim()?,
-                (14, Field::Number(location)) => external = location == EXTERNAL,
+                (8, ProtobufField::Bytes(text)) => name = text.text()?,
+                (9, ProtobufField::Bytes(bytes)) => raw = Some(bytes.bytes()),
+                (13, ProtobufField::Bytes(place)) => place.skim()?,
+                (14, ProtobufField::Number(location)) => external = location == EXTERNAL,
                 _ => {}
             }
         }
@@ -208,7 +219,7 @@ impl Walk {
     }
 }
 
-fn check_rank(rank: usize, at: Reader<'_>) -> Read<()> {
+fn check_rank(rank: usize, at: ProtobufReader<'_>) -> Read<()> {
     if rank > MAX_RANK {
         return Err(at.malformed(format!("a tensor has {rank} axes, more than {MAX_RANK}")));
     }
@@ -221,15 +232,15 @@ pub(super) fn elements(shape: &[u64]) -> u64 {
 }
 
 /// One integer, or packed ones.
-fn push_integers(field: Field<'_>, integers: &mut Vec<i64>) -> Read<()> {
+fn push_integers(field: ProtobufField<'_>, integers: &mut Vec<i64>) -> Read<()> {
     match field {
-        Field::Number(number) => integers.push(number.cast_signed()),
-        Field::Bytes(mut packed) => {
+        ProtobufField::Number(number) => integers.push(number.cast_signed()),
+        ProtobufField::Bytes(mut packed) => {
             while let Some(number) = packed.packed_number()? {
                 integers.push(number.cast_signed());
             }
         }
-        Field::Fixed => {}
+        ProtobufField::Fixed => {}
     }
     Ok(())
 }
@@ -239,12 +250,12 @@ fn is_default(domain: &str) -> bool {
 }
 
 /// `ValueInfoProto`.
-fn port(mut info: Reader<'_>) -> Read<Port> {
+fn port(mut info: ProtobufReader<'_>) -> Read<Port> {
     let mut port = Port::default();
     while let Some((number, field)) = info.next()? {
         match (number, field) {
-            (1, Field::Bytes(name)) => port.name = name.text()?,
-            (2, Field::Bytes(of)) => type_of(of, &mut port, 0)?,
+            (1, ProtobufField::Bytes(name)) => port.name = name.text()?,
+            (2, ProtobufField::Bytes(of)) => type_of(of, &mut port, 0)?,
             _ => {}
         }
     }
@@ -252,16 +263,16 @@ fn port(mut info: Reader<'_>) -> Read<Port> {
 }
 
 /// `TypeProto`.
-fn type_of(mut of: Reader<'_>, port: &mut Port, depth: usize) -> Read<()> {
+fn type_of(mut of: ProtobufReader<'_>, port: &mut Port, depth: usize) -> Read<()> {
     if depth > MAX_DEPTH {
         return Err(of.malformed(format!("sequences are nested more than {MAX_DEPTH} deep")));
     }
     while let Some((number, field)) = of.next()? {
         match (number, field) {
-            (1, Field::Bytes(tensor)) => tensor_type(tensor, port)?,
-            (4, Field::Bytes(mut sequence)) => {
+            (1, ProtobufField::Bytes(tensor)) => tensor_type(tensor, port)?,
+            (4, ProtobufField::Bytes(mut sequence)) => {
                 while let Some((number, field)) = sequence.next()? {
-                    if let (1, Field::Bytes(element)) = (number, field) {
+                    if let (1, ProtobufField::Bytes(element)) = (number, field) {
                         type_of(element, &mut Port::default(), depth + 1)?;
                     }
                 }
@@ -273,14 +284,14 @@ fn type_of(mut of: Reader<'_>, port: &mut Port, depth: usize) -> Read<()> {
 }
 
 /// `TypeProto.Tensor`.
-fn tensor_type(mut tensor: Reader<'_>, port: &mut Port) -> Read<()> {
+fn tensor_type(mut tensor: ProtobufReader<'_>, port: &mut Port) -> Read<()> {
     while let Some((number, field)) = tensor.next()? {
         match (number, field) {
-            (1, Field::Number(element)) => port.element = element,
-            (2, Field::Bytes(mut shape)) => {
+            (1, ProtobufField::Number(element)) => port.element = element,
+            (2, ProtobufField::Bytes(mut shape)) => {
                 let dimensions = port.shape.get_or_insert_default();
                 while let Some((number, field)) = shape.next()? {
-                    if let (1, Field::Bytes(dim)) = (number, field) {
+                    if let (1, ProtobufField::Bytes(dim)) = (number, field) {
                         dimensions.push(dimension(dim)?);
                     }
                 }
@@ -292,15 +303,15 @@ fn tensor_type(mut tensor: Reader<'_>, port: &mut Port) -> Read<()> {
     Ok(())
 }
 
-fn dimension(mut dim: Reader<'_>) -> Read<Dimension> {
+fn dimension(mut dim: ProtobufReader<'_>) -> Read<Dimension> {
     let mut found = Dimension::Unknown;
     while let Some((number, field)) = dim.next()? {
         found = match (number, field) {
             // Some exporters write -1 or 0 for "any".
-            (1, Field::Number(0)) => Dimension::Unknown,
-            (1, Field::Number(size)) if size > i64::MAX as u64 => Dimension::Unknown,
-            (1, Field::Number(size)) => Dimension::Fixed(size),
-            (2, Field::Bytes(name)) if !name.is_empty() => Dimension::Named(name.text()?),
+            (1, ProtobufField::Number(0)) => Dimension::Unknown,
+            (1, ProtobufField::Number(size)) if size > i64::MAX as u64 => Dimension::Unknown,
+            (1, ProtobufField::Number(size)) => Dimension::Fixed(size),
+            (2, ProtobufField::Bytes(name)) if !name.is_empty() => Dimension::Named(name.text()?),
             _ => found,
         };
     }

@@ -1,11 +1,11 @@
 //! Over how many axes a model slides windows: its convolutions and pooling.
 
-use super::macs::Known;
-use super::{Attribute, Dimension, Graph, Node};
+use super::macs::KnownTensors;
+use super::{AttributeValue, Dimension, Graph, Node};
 
 /// An operation that slides a window over an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Window<'a> {
+pub struct SlidingWindow<'a> {
     /// `Conv`, `ConvTranspose`, `MaxPool` or `AveragePool`.
     pub operator: &'a str,
     /// The name of what it gives.
@@ -19,16 +19,16 @@ pub struct Window<'a> {
 
 impl Graph {
     /// All windows, those of graphs in the graph and of functions last.
-    pub fn windows(&self) -> Vec<Window<'_>> {
+    pub fn windows(&self) -> Vec<SlidingWindow<'_>> {
         let mut windows = Vec::new();
-        let mut known = Known::of_initializers(self);
+        let mut known = KnownTensors::of_initializers(self);
         for port in &self.inputs {
             if let Some(shape) = &port.shape {
                 known.learn(&port.name, likely(shape));
             }
         }
         for node in &self.nodes {
-            windows.extend(Window::of(node, &known));
+            windows.extend(SlidingWindow::of(node, &known));
             // What cannot be worked out may be stated: its rank is sure, and sizes do not matter.
             if known.step(self, node).is_err() {
                 for output in &node.outputs {
@@ -39,25 +39,25 @@ impl Graph {
             }
         }
         // Names in there are not those out here.
-        let nothing = Known::default();
+        let nothing = KnownTensors::default();
         windows.extend(
             self.inner
                 .iter()
-                .filter_map(|node| Window::of(node, &nothing)),
+                .filter_map(|node| SlidingWindow::of(node, &nothing)),
         );
         windows
     }
 }
 
-impl<'a> Window<'a> {
-    fn of(node: &'a Node, known: &Known<'_>) -> Option<Self> {
+impl<'a> SlidingWindow<'a> {
+    fn of(node: &'a Node, known: &KnownTensors<'_>) -> Option<Self> {
         let is_pool = match node.operator.as_str() {
             "Conv" | "ConvTranspose" => false,
             "MaxPool" | "AveragePool" => true,
             _ => return None,
         };
         let list = |name: &str| match node.attributes.get(name) {
-            Some(Attribute::Integers(values)) => Some(values.len()),
+            Some(AttributeValue::Integers(values)) => Some(values.len()),
             _ => None,
         };
         let axes_of = |input: usize| {

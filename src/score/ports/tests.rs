@@ -28,14 +28,14 @@ fn of(bytes: Vec<u8>, contract: Contract) -> String {
     refusal(bytes, contract).replace("m.onnx: ", "")
 }
 
-fn gei(layout: Layout) -> Contract {
+fn gei(layout: InputLayout) -> Contract {
     Contract {
         layout,
         ..Contract::default()
     }
 }
 
-fn silhouettes(layout: Layout, frames: Option<usize>) -> Contract {
+fn silhouettes(layout: InputLayout, frames: Option<usize>) -> Contract {
     Contract {
         template: Template::Silhouettes,
         layout,
@@ -56,7 +56,7 @@ fn inputs_that_do_not_fit_are_refused_with_both_shapes() {
     };
     for (contract, element, found, expected, listed, way_out) in [
         (
-            gei(Layout::Nchw),
+            gei(InputLayout::Nchw),
             1,
             vec![any, one, Some(64), Some(44)],
             "[N, 1, 50, 30]",
@@ -64,7 +64,7 @@ fn inputs_that_do_not_fit_are_refused_with_both_shapes() {
             would_fit("gei", "NCHW") + ", rows = 64, columns = 44",
         ),
         (
-            gei(Layout::Nchw),
+            gei(InputLayout::Nchw),
             1,
             vec![any, Some(1501)],
             "[N, 1, 50, 30]",
@@ -72,7 +72,7 @@ fn inputs_that_do_not_fit_are_refused_with_both_shapes() {
             no_size.to_owned(),
         ),
         (
-            gei(Layout::Nchw),
+            gei(InputLayout::Nchw),
             1,
             vec![any, Some(1500)],
             "[N, 1, 50, 30]",
@@ -80,7 +80,7 @@ fn inputs_that_do_not_fit_are_refused_with_both_shapes() {
             would_fit("gei", "ND"),
         ),
         (
-            gei(Layout::Nchw),
+            gei(InputLayout::Nchw),
             7,
             IMAGE.to_vec(),
             "[N, 1, 50, 30]",
@@ -88,7 +88,7 @@ fn inputs_that_do_not_fit_are_refused_with_both_shapes() {
             "export it with an input of f32; f64 and u8 work, too".to_owned(),
         ),
         (
-            gei(Layout::Nchw),
+            gei(InputLayout::Nchw),
             1,
             vec![any, one, Some(128), Some(88)],
             "[N, 1, 50, 30]",
@@ -96,7 +96,7 @@ fn inputs_that_do_not_fit_are_refused_with_both_shapes() {
             no_size.to_owned(),
         ),
         (
-            gei(Layout::Nchw),
+            gei(InputLayout::Nchw),
             1,
             vec![any, Some(3), h, w],
             "[N, 1, 50, 30]",
@@ -104,7 +104,7 @@ fn inputs_that_do_not_fit_are_refused_with_both_shapes() {
             would_fit("gei", "NCHW") + ", channels = 3",
         ),
         (
-            gei(Layout::Nchw),
+            gei(InputLayout::Nchw),
             1,
             vec![any, h, w, one],
             "[N, 1, 50, 30]",
@@ -112,7 +112,7 @@ fn inputs_that_do_not_fit_are_refused_with_both_shapes() {
             would_fit("gei", "NHWC"),
         ),
         (
-            gei(Layout::Nhwc),
+            gei(InputLayout::Nhwc),
             1,
             IMAGE.to_vec(),
             "[N, 50, 30, 1]",
@@ -120,7 +120,7 @@ fn inputs_that_do_not_fit_are_refused_with_both_shapes() {
             would_fit("gei", "NCHW"),
         ),
         (
-            gei(Layout::Nhw),
+            gei(InputLayout::Nhw),
             1,
             vec![any, w, h],
             "[N, 50, 30]",
@@ -128,7 +128,7 @@ fn inputs_that_do_not_fit_are_refused_with_both_shapes() {
             no_size.to_owned(),
         ),
         (
-            silhouettes(Layout::Nthw, None),
+            silhouettes(InputLayout::Nthw, None),
             1,
             vec![any, any, one, h, w],
             "[N, T, 50, 30]",
@@ -136,7 +136,7 @@ fn inputs_that_do_not_fit_are_refused_with_both_shapes() {
             would_fit("silhouettes", "NTCHW"),
         ),
         (
-            silhouettes(Layout::Ntchw, None),
+            silhouettes(InputLayout::Ntchw, None),
             1,
             vec![any, any, h, w],
             "[N, T, 1, 50, 30]",
@@ -144,7 +144,7 @@ fn inputs_that_do_not_fit_are_refused_with_both_shapes() {
             would_fit("silhouettes", "NTHW"),
         ),
         (
-            silhouettes(Layout::Ntchw, Some(30)),
+            silhouettes(InputLayout::Ntchw, Some(30)),
             1,
             vec![any, one, Some(30), h, w],
             "[N, 30, 1, 50, 30]",
@@ -152,7 +152,7 @@ fn inputs_that_do_not_fit_are_refused_with_both_shapes() {
             would_fit("silhouettes", "NCTHW"),
         ),
         (
-            gei(Layout::Nchw),
+            gei(InputLayout::Nchw),
             1,
             vec![any, Some(60)],
             "[N, 1, 50, 30]",
@@ -171,7 +171,7 @@ fn inputs_that_do_not_fit_are_refused_with_both_shapes() {
             would_fit("gei", "NCHW"),
         ),
         (
-            silhouettes(Layout::Nthw, Some(30)),
+            silhouettes(InputLayout::Nthw, Some(30)),
             1,
             vec![any, Some(20), h, w],
             "[N, 30, 50, 30]",
@@ -237,12 +237,12 @@ fn two_inputs_are_refused_and_listed() {
 fn every_layout_fits_its_own_shape() {
     let (one, h, w) = (Some(1), Some(50), Some(30));
     for (layout, shape) in [
-        (Layout::Nchw, vec![None, one, h, w]),
-        (Layout::Nhwc, vec![None, h, w, one]),
-        (Layout::Nhw, vec![None, h, w]),
-        (Layout::Nthw, vec![None, None, h, w]),
-        (Layout::Ntchw, vec![None, None, one, h, w]),
-        (Layout::Ncthw, vec![None, one, None, h, w]),
+        (InputLayout::Nchw, vec![None, one, h, w]),
+        (InputLayout::Nhwc, vec![None, h, w, one]),
+        (InputLayout::Nhw, vec![None, h, w]),
+        (InputLayout::Nthw, vec![None, None, h, w]),
+        (InputLayout::Ntchw, vec![None, None, one, h, w]),
+        (InputLayout::Ncthw, vec![None, one, None, h, w]),
     ] {
         let contract = if layout.holds(Template::Gei) {
             gei(layout)

@@ -33,8 +33,9 @@ fn of(part: &[&Example]) -> BTreeSet<(bool, usize, usize)> {
 fn nothing_that_is_looked_for_or_next_to_it_is_trained_on() {
     let (real, synthetic) = (examples(true), examples(false));
     for experiment in Experiment::ALL {
-        for (unit, seed) in [Unit::Cycle, Unit::Take].into_iter().zip(0..20) {
-            let Trial { train, test } = trial(experiment, (&real, &synthetic), (unit, seed));
+        for (unit, seed) in [SplitUnit::Cycle, SplitUnit::Take].into_iter().zip(0..20) {
+            let RecognitionTrial { train, test } =
+                trial(experiment, (&real, &synthetic), (unit, seed));
             assert!(!test.is_empty() && of(&train).is_disjoint(&of(&test)));
             let tests_real = experiment != Experiment::RealSynthetic && !experiment.is_synthetic();
             assert!(
@@ -44,7 +45,7 @@ fn nothing_that_is_looked_for_or_next_to_it_is_trained_on() {
             for one in train.iter().filter(|_| experiment.is_split()) {
                 let is_near = |other: &&&Example| {
                     (one.gei[1_499], one.take) == (other.gei[1_499], other.take)
-                        && (unit == Unit::Take || one.position.abs_diff(other.position) == 1)
+                        && (unit == SplitUnit::Take || one.position.abs_diff(other.position) == 1)
                 };
                 assert!(
                     !test.iter().any(|other| is_near(&other)),
@@ -59,7 +60,7 @@ fn nothing_that_is_looked_for_or_next_to_it_is_trained_on() {
 fn each_experiment_trains_on_what_its_name_says() {
     let (real, synthetic) = (examples(true), examples(false));
     let parts = |experiment, unit| {
-        let Trial { train, test } = trial(experiment, (&real, &synthetic), (unit, 3));
+        let RecognitionTrial { train, test } = trial(experiment, (&real, &synthetic), (unit, 3));
         let count = |part: &[&Example], is_real: bool| {
             part.iter()
                 .filter(|one| (one.gei[1_499] > 0) == is_real)
@@ -73,20 +74,20 @@ fn each_experiment_trains_on_what_its_name_says() {
         ]
     };
     use Experiment::*;
-    assert_eq!(parts(SyntheticReal, Unit::Cycle), [0, 12, 12, 0]);
-    assert_eq!(parts(RealSynthetic, Unit::Cycle), [12, 0, 0, 12]);
+    assert_eq!(parts(SyntheticReal, SplitUnit::Cycle), [0, 12, 12, 0]);
+    assert_eq!(parts(RealSynthetic, SplitUnit::Cycle), [12, 0, 0, 12]);
     // One of two takes of each.
-    assert_eq!(parts(RealReal, Unit::Take), [6, 0, 6, 0]);
-    assert_eq!(parts(SyntheticSynthetic, Unit::Take), [0, 6, 0, 6]);
-    assert_eq!(parts(MixedSeventy, Unit::Take), [6, 12, 6, 0]);
-    assert_eq!(parts(MixedThirty, Unit::Take), [6, 12, 6, 0]);
+    assert_eq!(parts(RealReal, SplitUnit::Take), [6, 0, 6, 0]);
+    assert_eq!(parts(SyntheticSynthetic, SplitUnit::Take), [0, 6, 0, 6]);
+    assert_eq!(parts(MixedSeventy, SplitUnit::Take), [6, 12, 6, 0]);
+    assert_eq!(parts(MixedThirty, SplitUnit::Take), [6, 12, 6, 0]);
     // Two of six cycles of each; the larger part lacks one or two on guard.
-    let [trained, _, tested, _] = parts(RealReal, Unit::Cycle);
+    let [trained, _, tested, _] = parts(RealReal, SplitUnit::Cycle);
     assert!(
         tested == 4 && (4..=8).contains(&trained),
         "{trained} {tested}"
     );
-    let [trained, synthetic, tested, _] = parts(MixedThirty, Unit::Cycle);
+    let [trained, synthetic, tested, _] = parts(MixedThirty, SplitUnit::Cycle);
     assert_eq!((trained, synthetic), (4, 12));
     assert!((4..=8).contains(&tested));
 }
@@ -96,7 +97,7 @@ fn people_who_differ_by_a_bar_are_told_apart_and_strangers_are_not_looked_for() 
     let (real, synthetic) = (examples(true), examples(false));
     let run = |synthetic: &[Example], augmentation| {
         let both = (real.as_slice(), synthetic);
-        let unit = (Unit::Cycle, &[1, 2][..]);
+        let unit = (SplitUnit::Cycle, &[1, 2][..]);
         curve(Experiment::SyntheticReal, both, unit, augmentation, &|| ())
     };
     let flip = Augmentation {
@@ -125,7 +126,7 @@ fn people_who_differ_by_a_bar_are_told_apart_and_strangers_are_not_looked_for() 
         .filter(|one| one.person == 0)
         .for_each(|one| one.person = 2);
     let both = (strangers.as_slice(), synthetic.as_slice());
-    let seeds = (Unit::Cycle, &[1][..]);
+    let seeds = (SplitUnit::Cycle, &[1][..]);
     let found = curve(Experiment::SyntheticReal, both, seeds, flip, &|| ());
     assert_eq!(found.expect("learnt").expect("people").tested, 6.0);
 }

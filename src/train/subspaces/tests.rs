@@ -23,7 +23,7 @@ impl Learnt {
     }
 }
 
-const ONE: Subspaces = Subspaces {
+const ONE: SubspaceOptions = SubspaceOptions {
     classifiers: 1,
     eigenvectors: 4,
     discriminants: 3,
@@ -82,7 +82,7 @@ fn a_subspace_of_all_eigenvectors_is_plain_two_dimensional_discriminants() {
 #[test]
 fn of_vectors_two_dimensional_discriminants_are_lda() {
     let (features, labels) = features(60, 5, 1);
-    let one = Subspaces {
+    let one = SubspaceOptions {
         eigenvectors: 1,
         ..ONE
     };
@@ -105,14 +105,14 @@ fn of_vectors_two_dimensional_discriminants_are_lda() {
 #[test]
 fn the_seed_draws_and_each_classifier_has_its_own_part() {
     let (features, labels) = features(40, 6, 8);
-    let some = Subspaces {
+    let some = SubspaceOptions {
         classifiers: 5,
         eigenvectors: 2,
         discriminants: 2,
         seed: 1,
     };
     let fit = |seed| {
-        let drawn = Subspaces { seed, ..some };
+        let drawn = SubspaceOptions { seed, ..some };
         Learnt::fit(features.view(), &labels, 4, drawn).expect("four people")
     };
     let (one, again, other) = (fit(1), fit(1), fit(2));
@@ -159,7 +159,7 @@ fn samples(count: usize, classes: usize) -> Samples {
 #[test]
 fn the_model_file_computes_the_votes_that_were_learnt() {
     let samples = samples(60, 6);
-    let fitted = RandomSubspaces::fit(&samples, Subspaces::default()).expect("six people");
+    let fitted = RandomSubspaces::fit(&samples, SubspaceOptions::default()).expect("six people");
     let bytes = fitted.write("subspaces");
     // The kernels, and of 300 subspaces 56 by at most 10 discriminants.
     assert!(
@@ -201,7 +201,7 @@ fn other_templates_are_refused() {
         template: Template::Mhi,
         ..samples(12, 2)
     };
-    let refused = RandomSubspaces::fit(&other, Subspaces::default());
+    let refused = RandomSubspaces::fit(&other, SubspaceOptions::default());
     assert_eq!(
         refused.err().expect("a refusal").to_string(),
         "gabor-subspaces learns of GEIs, found MHIs"
@@ -215,7 +215,7 @@ fn what_cannot_be_learnt_is_refused() {
         let refused = Learnt::fit(features, labels, classes, how);
         refused.err().expect("a refusal").to_string()
     };
-    let five = Subspaces {
+    let five = SubspaceOptions {
         eigenvectors: 5,
         ..ONE
     };

@@ -4,7 +4,7 @@
 
 #![no_main]
 
-use edgegait_core::body::{Body, Figure};
+use edgegait_core::body::{UnpackedBody, Figure};
 use edgegait_core::format::{CRC_AT, HEADER_BYTES, LENGTH_AT, MAGIC, crc32};
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::{ModelPose, Pose};
@@ -28,7 +28,7 @@ fuzz_target!(|data: &[u8]| {
     for number in own.chain(pack.walks().map(|walk| walk.avatar)) {
         let avatar = pack.avatar(number).expect("a checked avatar");
         let rest = ModelPose::new(&avatar.skeleton(), &Pose::REST);
-        let body = Body::new(&avatar);
+        let body = UnpackedBody::new(&avatar);
         let figure = Figure::new(&body, &rest);
         assert!(figure.points().all(|point| point.is_finite()));
     }

@@ -1,7 +1,7 @@
 //! How well a linear classifier tells two groups of people apart whom it has not seen.
 
 use edgegait::Template;
-use edgegait::train::{Analysed, Components, Method, Options};
+use edgegait::train::{Analysed, Components, TrainMethod, TrainOptions};
 use edgegait_core::silhouette::Size;
 use ndarray::{Array2, ArrayView1, s};
 use rand::seq::SliceRandom;
@@ -176,10 +176,10 @@ impl Classifier {
             .collect();
         let size = (Template::Gei, Size::S50x30);
         let analysed = Analysed::<f64>::of(size, samples.view(), &labels, 2).expect("two groups");
-        let options = Options {
+        let options = TrainOptions {
             components: Components::Count(COMPONENTS),
             // Its embedding is the principal components themselves.
-            method: Method::Svm { c: 1.0 },
+            method: TrainMethod::Svm { c: 1.0 },
         };
         let components = analysed.fit(options).expect("components").embedding;
         let mut points: Vec<Vec<f64>> = samples

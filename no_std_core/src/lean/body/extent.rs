@@ -1,6 +1,6 @@
 //! The rectangle that a body takes in the image, from the few hulls that reach its sides.
 
-use super::{Posed, PosedHull, local};
+use super::{LeanFigure, PosedHull, local};
 use crate::budget::MAX_HULLS;
 use crate::camera::{Camera, NEAR_M};
 use crate::raster::place::Extent;
@@ -17,12 +17,12 @@ const MOST_SQUARES: f32 = 4.0;
 const FARTHEST_M: f32 = 40.0;
 
 /// Between which numbers something lies: to the right, upwards, and the same turned round.
-type Bounds = [f32; 4];
+type ExtentBounds = [f32; 4];
 
-const NOTHING: Bounds = [f32::NEG_INFINITY; 4];
-const EVERYTHING: Bounds = [f32::INFINITY; 4];
+const NOTHING: ExtentBounds = [f32::NEG_INFINITY; 4];
+const EVERYTHING: ExtentBounds = [f32::INFINITY; 4];
 
-impl Posed<'_> {
+impl LeanFigure<'_> {
     /// The rectangle that its points take in the image; none where one has no place there, or
     /// without points.
     ///
@@ -44,7 +44,7 @@ impl Posed<'_> {
             }
         }
         let first = first.iter().fold(0u32, |bits, number| bits | 1 << number);
-        let mut found = Found {
+        let mut found = FoundExtent {
             sides: NOTHING,
             wild: 0.0,
         };
@@ -69,7 +69,7 @@ impl Posed<'_> {
     }
 
     /// Within what a hull's points are, whatever is rounded; everywhere where that is not known.
-    fn reached(&self, hull: &PosedHull<'_>, camera: &Camera) -> Bounds {
+    fn reached(&self, hull: &PosedHull<'_>, camera: &Camera) -> ExtentBounds {
         let (turn, offset) = (hull.place.turn, hull.place.offset);
         let squares = |axis: Vec3| axis.length_squared();
         let turned = squares(turn.x_axis) + squares(turn.y_axis) + squares(turn.z_axis);
@@ -101,14 +101,14 @@ impl Posed<'_> {
 }
 
 /// What was found of the rectangle.
-struct Found {
+struct FoundExtent {
     /// Its right and upper sides, and the left and lower turned round.
-    sides: Bounds,
+    sides: ExtentBounds,
     /// Not finite if a point is not.
     wild: f32,
 }
 
-impl Found {
+impl FoundExtent {
     /// Adds a hull's points; none where one is too near.
     fn add(&mut self, hull: &PosedHull<'_>, camera: &Camera) -> Option<()> {
         for &point in hull.points {

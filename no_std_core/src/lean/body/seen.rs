@@ -3,13 +3,13 @@
 //!
 //! Whether a facet is seen is the sign of a product in the frame of its joint, rounded as on a
 //! host. Seen by parallel rays that is mostly told by the order of its corners in the image, in
-//! integers and in half of the instructions: [`Scale`] says when it is, and where a sign is too
+//! integers and in half of the instructions: [`PointScale`] says when it is, and where a sign is too
 //! near to 0 the product itself decides. Pixels are computed of the outline's corners alone.
 
 #[cfg(test)]
 mod tests;
 
-use super::{Corners, Posed, PosedHull, local};
+use super::{FacetCorners, LeanFigure, PosedHull, local};
 use crate::body::plane::{normal, sorted};
 use crate::budget::MAX_HULL_POINTS;
 use crate::camera::Camera;
@@ -23,8 +23,8 @@ use glam::{Vec2, Vec3};
 
 /// A body in a pose before a camera.
 #[derive(Clone, Copy, Debug)]
-pub struct Sight<'a> {
-    posed: &'a Posed<'a>,
+pub struct LeanSight<'a> {
+    posed: &'a LeanFigure<'a>,
     camera: &'a Camera,
     /// The direction of the eye, or where it stands.
     seen_from: Vec3,
@@ -33,41 +33,41 @@ pub struct Sight<'a> {
 
 /// One hull of it in the image.
 pub struct SeenHull<'a> {
-    sight: Sight<'a>,
-    scale: Scale,
-    points: Points,
+    sight: LeanSight<'a>,
+    scale: PointScale,
+    points: SeenPoints,
     /// Those of the outline.
-    corners: [Corner; MAX_HULL_POINTS],
+    corners: [OutlineCorner; MAX_HULL_POINTS],
 }
 
 /// What is known of each point of a hull.
-type Points = [Point; MAX_HULL_POINTS];
+type SeenPoints = [SeenPoint; MAX_HULL_POINTS];
 
 /// A point of a hull. 16 bytes, and what facets ask for not in the first four: one instruction
 /// then finds a point by its number, and one more both coordinates.
 #[derive(Clone, Copy)]
 #[repr(C)]
-struct Point {
+struct SeenPoint {
     /// That of its number.
     bit: u32,
     /// Bit `b` is the line to point `b`, of a greater number.
     lines: u32,
-    /// Its [`Scale`]d place in the image, to the right and up.
+    /// Its [`PointScale`]d place in the image, to the right and up.
     x: i32,
     y: i32,
 }
 
 /// A point of a hull's outline in the image.
 #[derive(Clone, Copy)]
-pub struct Corner {
+pub struct OutlineCorner {
     /// Where it appears, pixels.
     pub pixel: Vec2,
     /// The first row that is sampled below it.
     pub row: u32,
 }
 
-impl<'a> Sight<'a> {
-    pub fn new(posed: &'a Posed<'a>, camera: &'a Camera) -> Self {
+impl<'a> LeanSight<'a> {
+    pub fn new(posed: &'a LeanFigure<'a>, camera: &'a Camera) -> Self {
         let toward = camera.viewpoint().toward();
         let (seen_from, is_near) = match camera.eye() {
             Some((aim, distance_m)) => (aim + toward * distance_m, true),
@@ -84,8 +84,8 @@ impl<'a> Sight<'a> {
 
 impl<'a> SeenHull<'a> {
     /// None yet.
-    pub fn new(sight: &Sight<'a>) -> Self {
-        let mut points = [Point {
+    pub fn new(sight: &LeanSight<'a>) -> Self {
+        let mut points = [SeenPoint {
             bit: 1,
             lines: 0,
             x: 0,
@@ -94,13 +94,13 @@ impl<'a> SeenHull<'a> {
         for (number, point) in points.iter_mut().enumerate() {
             point.bit <<= number;
         }
-        let corner = Corner {
+        let corner = OutlineCorner {
             pixel: Vec2::ZERO,
             row: 0,
         };
         Self {
             sight: *sight,
-            scale: Scale::of(sight.posed.scale.reach),
+            scale: PointScale::of(sight.posed.scale.reach),
             points,
             corners: [corner; MAX_HULL_POINTS],
         }
@@ -114,7 +114,7 @@ impl<'a> SeenHull<'a> {
         parts: Range<usize>,
         placement: &Placement,
         row: impl Fn(f32) -> u32 + Copy,
-        take: impl FnMut(Corner, Corner),
+        take: impl FnMut(OutlineCorner, OutlineCorner),
     ) {
         let Some(first) = self.sight.posed.hull(parts.start) else {
             return;
@@ -136,7 +136,7 @@ impl<'a> SeenHull<'a> {
         &mut self,
         len: usize,
         place: impl FnOnce(&mut Self, u32),
-        mut take: impl FnMut(Corner, Corner),
+        mut take: impl FnMut(OutlineCorner, OutlineCorner),
     ) {
         let Some(points) = self.points.get(..len) else {
             return;
@@ -176,7 +176,7 @@ impl<'a> SeenHull<'a> {
         placement: &Placement,
         row: impl Fn(f32) -> u32,
     ) -> usize {
-        let Sight {
+        let LeanSight {
             posed,
             camera,
             seen_from,
@@ -184,9 +184,9 @@ impl<'a> SeenHull<'a> {
         } = self.sight;
         let points: HullPoints = posed.places_of(parts).take(MAX_HULL_POINTS).collect();
         let eye = if is_near {
-            Eye::At(seen_from)
+            FacetEye::At(seen_from)
         } else {
-            Eye::Toward(seen_from)
+            FacetEye::Toward(seen_from)
         };
         let seen = &mut self.points;
         let wrapped: Result<(), Infallible> = each_triangle(&points, |corners| {
@@ -206,7 +206,7 @@ impl<'a> SeenHull<'a> {
         for (corner, &point) in self.corners.iter_mut().zip(&points) {
             let pixel = placement.place(camera.project(point));
             let row = row(pixel.y);
-            *corner = Corner { pixel, row };
+            *corner = OutlineCorner { pixel, row };
         }
         points.len()
     }
@@ -234,7 +234,7 @@ impl<'a> SeenHull<'a> {
             let point = place.carry(local(steps, step));
             let pixel = placement.place(camera.project(point));
             let row = row(pixel.y);
-            self.corners[number] = Corner { pixel, row };
+            self.corners[number] = OutlineCorner { pixel, row };
         }
     }
 
@@ -250,11 +250,11 @@ impl<'a> SeenHull<'a> {
                 self.points[a].lines ^= 1 << b;
             }
         } else if sight.is_near {
-            let eye = Eye::At(hull.place.point(sight.seen_from));
+            let eye = FacetEye::At(hull.place.point(sight.seen_from));
             toggle_seen(&mut self.points, hull, &eye);
         } else {
             let toward = hull.place.direction(sight.seen_from);
-            let eye = Eye::Toward(toward);
+            let eye = FacetEye::Toward(toward);
             if self.draft(hull, toward) {
                 toggle_drafted(&mut self.points, (hull, self.scale.tolerance), &eye);
             } else {
@@ -272,9 +272,9 @@ impl<'a> SeenHull<'a> {
         let up = hull.place.direction(viewpoint.up());
         let skew = (right.cross(up) - toward).length_squared();
         // A NaN fails all comparisons.
-        let is_turned = skew <= Scale::SKEW * Scale::SKEW
-            && right.length_squared() <= Scale::LENGTH_SQUARED
-            && up.length_squared() <= Scale::LENGTH_SQUARED;
+        let is_turned = skew <= PointScale::SKEW * PointScale::SKEW
+            && right.length_squared() <= PointScale::LENGTH_SQUARED
+            && up.length_squared() <= PointScale::LENGTH_SQUARED;
         if !is_turned {
             return false;
         }
@@ -296,7 +296,7 @@ impl<'a> SeenHull<'a> {
 ///
 /// Not inlined: alone it has what it works with in registers.
 #[inline(never)]
-fn draft(points: &mut Points, steps: &[[i16; 3]], [right, up]: [[i32; 3]; 2]) {
+fn draft(points: &mut SeenPoints, steps: &[[i16; 3]], [right, up]: [[i32; 3]; 2]) {
     for (point, &[x, y, z]) in points.iter_mut().zip(steps) {
         let [x, y, z] = [i32::from(x), i32::from(y), i32::from(z)];
         point.x = right[0] * x + right[1] * y + right[2] * z;
@@ -305,7 +305,7 @@ fn draft(points: &mut Points, steps: &[[i16; 3]], [right, up]: [[i32; 3]; 2]) {
 }
 
 /// Toggles the edges of each facet that is seen: what two of them toggled is off again.
-fn toggle_seen(points: &mut Points, hull: &PosedHull<'_>, eye: &Eye) {
+fn toggle_seen(points: &mut SeenPoints, hull: &PosedHull<'_>, eye: &FacetEye) {
     for &corners in hull.facets {
         if eye.sees(hull, corners) {
             toggle(points, corners.numbers());
@@ -314,7 +314,11 @@ fn toggle_seen(points: &mut Points, hull: &PosedHull<'_>, eye: &Eye) {
 }
 
 /// The same by the draft, beyond its tolerance.
-fn toggle_drafted(points: &mut Points, (hull, tolerance): (&PosedHull<'_>, i32), eye: &Eye) {
+fn toggle_drafted(
+    points: &mut SeenPoints,
+    (hull, tolerance): (&PosedHull<'_>, i32),
+    eye: &FacetEye,
+) {
     let mut facets = hull.facets.iter();
     while let Some(untold) = toggle_told(points, &mut facets, tolerance) {
         if eye.sees(hull, untold) {
@@ -328,10 +332,10 @@ fn toggle_drafted(points: &mut Points, (hull, tolerance): (&PosedHull<'_>, i32),
 /// Not inlined, and calls nothing: alone it has all that it works with in registers.
 #[inline(never)]
 fn toggle_told(
-    points: &mut Points,
-    facets: &mut slice::Iter<'_, Corners>,
+    points: &mut SeenPoints,
+    facets: &mut slice::Iter<'_, FacetCorners>,
     tolerance: i32,
-) -> Option<Corners> {
+) -> Option<FacetCorners> {
     let mut rest = facets.clone();
     let untold = loop {
         let Some(&corners) = rest.next() else {
@@ -352,7 +356,7 @@ fn toggle_told(
 /// The high word of what a facet's corners turn counterclockwise by their numbers: twice its
 /// area in the image.
 #[inline]
-fn turn(points: &Points, corners: Corners) -> i32 {
+fn turn(points: &SeenPoints, corners: FacetCorners) -> i32 {
     let [a, b, c] = corners.numbers().map(|number| &points[number]);
     let high = |a: i32, b: i32| ((i64::from(a) * i64::from(b)) >> 32) as i32;
     high(b.x - a.x, c.y - a.y) - high(b.y - a.y, c.x - a.x)
@@ -360,22 +364,22 @@ fn turn(points: &Points, corners: Corners) -> i32 {
 
 /// Turns a facet's edges on, or off.
 #[inline]
-fn toggle(points: &mut Points, [a, b, c]: [usize; 3]) {
+fn toggle(points: &mut SeenPoints, [a, b, c]: [usize; 3]) {
     let [b_bit, c_bit] = [b, c].map(|number| points[number].bit);
     points[a].lines ^= b_bit | c_bit;
     points[b].lines ^= c_bit;
 }
 
 /// From where facets are seen, in the frame of their joint.
-enum Eye {
+enum FacetEye {
     At(Vec3),
     Toward(Vec3),
 }
 
-impl Eye {
+impl FacetEye {
     /// Whether it is on a facet's outer side; infinitely far away only the direction counts.
     #[inline(never)]
-    fn sees(&self, hull: &PosedHull<'_>, corners: Corners) -> bool {
+    fn sees(&self, hull: &PosedHull<'_>, corners: FacetCorners) -> bool {
         let corners_at = corners.numbers().map(|number| hull.points.get(number));
         let [Some(a), Some(b), Some(c)] = corners_at else {
             return false;
@@ -403,17 +407,17 @@ impl Eye {
 /// How points that appear by parallel rays are scaled to whole numbers within 2^29: with their
 /// differences below 2^30, products of these stay below 2^61.
 ///
-/// What a triangle of such points turns, and the sign that [`Eye::sees`] computes, are two
+/// What a triangle of such points turns, and the sign that [`FacetEye::sees`] computes, are two
 /// roundings of one number (Binet and Cauchy: the cross product in the image is the product of
 /// the facet's normal and the image's). Beyond the sum of their errors both have its sign.
-struct Scale {
+struct PointScale {
     /// Units in a step.
     units: f32,
     /// The greatest that a turn may be off, in the unit of its high word.
     tolerance: i32,
 }
 
-impl Scale {
+impl PointScale {
     /// How far right times up may be from the direction of the eye, and how long they may be,
     /// for the errors below.
     const SKEW: f32 = 2e-6;

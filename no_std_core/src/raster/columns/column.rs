@@ -10,7 +10,7 @@ const HALF: usize = LANES / 2;
 /// One column of the images of all elevations: 24 times 64 rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C, align(64))]
-pub(crate) struct Column {
+pub(crate) struct ImageColumn {
     /// Of the first sixteen elevations. Bit `r` is row `r`.
     pub low: [u32; LANES],
     /// Bit `r` is row 32 + `r`.
@@ -19,7 +19,7 @@ pub(crate) struct Column {
     pub rest: [u32; LANES],
 }
 
-impl Column {
+impl ImageColumn {
     pub const EMPTY: Self = Self {
         low: [0; LANES],
         high: [0; LANES],
@@ -45,7 +45,7 @@ impl Column {
 /// What of one plane lies in a hull: the greatest and the least height that corners of a
 /// cross-section reach, pixels upwards of the image's centre.
 #[derive(Clone, Copy)]
-pub struct Section<L: Wide> {
+pub struct PlaneSpan<L: Wide> {
     top: L::Floats,
     bottom: L::Floats,
     /// The top at the other elevations, and the opposite of the bottom.
@@ -55,7 +55,7 @@ pub struct Section<L: Wide> {
 /// Lower than any row.
 const LOWEST: f32 = -64.0;
 
-impl<L: Wide> Section<L> {
+impl<L: Wide> PlaneSpan<L> {
     /// Nothing yet: the top is below the last row, and the bottom above the first.
     #[inline(always)]
     pub fn empty(l: L) -> Self {
@@ -113,7 +113,13 @@ impl<L: Wide> Section<L> {
     /// itself excluded: from the first centre below the top to the last that is not below the
     /// bottom. A point at height v has passed floor(`offset` - v) centres.
     #[inline(always)]
-    pub fn paint(&self, l: L, is_few: bool, (offset, rows): (f32, usize), column: &mut Column) {
+    pub fn paint(
+        &self,
+        l: L,
+        is_few: bool,
+        (offset, rows): (f32, usize),
+        column: &mut ImageColumn,
+    ) {
         let (offset, rows) = (l.splat(offset), l.splat(as_pixels(rows)));
         let all = l.splat_word(64);
         let from = passed(l, l.sub(offset, self.top), rows);
@@ -168,7 +174,7 @@ fn passed<L: Wide>(l: L, count: L::Floats, rows: L::Floats) -> L::Words {
     l.truncate(l.min(l.max(count, l.splat(0.0)), rows))
 }
 
-/// The signs of [`Section::rest`].
+/// The signs of [`PlaneSpan::rest`].
 const OPPOSITE: [f32; LANES] = [
     1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0, -1.0, -1.0, -1.0, -1.0,
 ];

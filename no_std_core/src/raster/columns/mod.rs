@@ -61,7 +61,7 @@ mod column;
 mod section;
 
 pub use azimuth::{Azimuth, AzimuthError};
-pub(crate) use column::Column;
+pub(crate) use column::ImageColumn;
 
 use super::framing::check_jitter;
 use super::place::as_pixels;
@@ -71,11 +71,11 @@ use crate::body::Figure;
 use crate::budget::{MAX_COLUMNS, MAX_REACH_PIXELS};
 use crate::silhouette::{Silhouette, Size};
 use glam::{Vec2, Vec3};
-use section::{Reach, Seen};
+use section::{AzimuthPoints, Reach};
 
 /// Where figures are put into images.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct FigurePlace {
     /// The point that appears in the middle of the image, metres.
     pub centre: Vec3,
     /// Above 0.
@@ -87,19 +87,19 @@ pub struct Place {
 
 /// The images of one frame and azimuth at all elevations. 12 kB.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Images {
+pub struct ElevationImages {
     size: Size,
-    columns: [Column; MAX_COLUMNS],
+    columns: [ImageColumn; MAX_COLUMNS],
     is_whole: bool,
 }
 
-impl Images {
+impl ElevationImages {
     /// Nothing drawn.
     #[must_use]
     pub const fn empty(size: Size) -> Self {
         Self {
             size,
-            columns: [Column::EMPTY; MAX_COLUMNS],
+            columns: [ImageColumn::EMPTY; MAX_COLUMNS],
             is_whole: true,
         }
     }
@@ -138,29 +138,29 @@ impl Images {
     }
 
     /// One column, of which there are as many as in the largest size.
-    pub(crate) fn column(&self, column: usize) -> &Column {
+    pub(crate) fn column(&self, column: usize) -> &ImageColumn {
         &self.columns[column % MAX_COLUMNS]
     }
 
-    fn columns(&self) -> &[Column] {
+    fn columns(&self) -> &[ImageColumn] {
         self.columns.get(..self.size.columns()).unwrap_or_default()
     }
 }
 
 /// Draws figures column by column, reusing its memory: 24 kB, and no heap.
 #[derive(Clone, Debug)]
-pub struct Renderer {
+pub struct ColumnRenderer {
     simd: Simd,
-    seen: Seen,
+    seen: AzimuthPoints,
 }
 
-impl Default for Renderer {
+impl Default for ColumnRenderer {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl Renderer {
+impl ColumnRenderer {
     /// A renderer that uses the widest registers that the processor has.
     #[must_use]
     pub fn new() -> Self {
@@ -172,7 +172,7 @@ impl Renderer {
     pub const fn with_simd(simd: Simd) -> Self {
         Self {
             simd,
-            seen: Seen::NOTHING,
+            seen: AzimuthPoints::NOTHING,
         }
     }
 
@@ -185,15 +185,15 @@ impl Renderer {
         &mut self,
         figure: &Figure<'_>,
         azimuth: &Azimuth,
-        place: &Place,
-        images: &mut Images,
+        place: &FigurePlace,
+        images: &mut ElevationImages,
     ) -> Result<(), DrawError> {
         check_jitter(place.jitter)?;
         check_scale(place.pixels_per_metre)?;
         if figure.is_empty() {
             return Err(DrawError::Empty);
         }
-        let view = View::new(azimuth, place, images.size);
+        let view = ColumnView::new(azimuth, place, images.size);
         let reach = dispatch!(self.simd, project(self, figure, &view));
         let reach = reach.ok_or(DrawError::NotFinite)?;
         let farthest = reach.across.max(reach.along);
@@ -208,9 +208,9 @@ impl Renderer {
 }
 
 /// What does not depend on the figure.
-struct View<'a> {
+struct ColumnView<'a> {
     azimuth: &'a Azimuth,
-    place: &'a Place,
+    place: &'a FigurePlace,
     /// Pixels to the right, and towards the camera, for each metre along x and z.
     right: Vec3,
     toward: Vec3,
@@ -222,8 +222,8 @@ struct View<'a> {
     rows: usize,
 }
 
-impl<'a> View<'a> {
-    fn new(azimuth: &'a Azimuth, place: &'a Place, size: Size) -> Self {
+impl<'a> ColumnView<'a> {
+    fn new(azimuth: &'a Azimuth, place: &'a FigurePlace, size: Size) -> Self {
         let right = azimuth.right * place.pixels_per_metre;
         Self {
             azimuth,
@@ -238,15 +238,15 @@ impl<'a> View<'a> {
     }
 }
 
-compiled!(fn project(renderer: &mut Renderer, figure: &Figure<'_>, view: &View<'_>) -> Option<Reach>);
-compiled!(fn fill(renderer: &mut Renderer, figure: &Figure<'_>, view: &View<'_>, images: &mut Images));
+compiled!(fn project(renderer: &mut ColumnRenderer, figure: &Figure<'_>, view: &ColumnView<'_>) -> Option<Reach>);
+compiled!(fn fill(renderer: &mut ColumnRenderer, figure: &Figure<'_>, view: &ColumnView<'_>, images: &mut ElevationImages));
 
 #[inline(always)]
 fn project<L: Wide>(
     l: L,
-    renderer: &mut Renderer,
+    renderer: &mut ColumnRenderer,
     figure: &Figure<'_>,
-    view: &View<'_>,
+    view: &ColumnView<'_>,
 ) -> Option<Reach> {
     renderer.seen.project(l, figure, view)
 }
@@ -254,13 +254,13 @@ fn project<L: Wide>(
 #[inline(always)]
 fn fill<L: Wide>(
     l: L,
-    renderer: &mut Renderer,
+    renderer: &mut ColumnRenderer,
     figure: &Figure<'_>,
-    view: &View<'_>,
-    images: &mut Images,
+    view: &ColumnView<'_>,
+    images: &mut ElevationImages,
 ) {
     for column in images.columns.iter_mut().take(view.columns) {
-        *column = Column::EMPTY;
+        *column = ImageColumn::EMPTY;
     }
     let toward = section::toward(view.azimuth.right);
     for (number, hull) in figure.hull_parts().enumerate() {

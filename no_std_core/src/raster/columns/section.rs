@@ -1,7 +1,7 @@
 //! Cross-sections: where the planes of the image's columns cut the edges of hulls.
 
-use super::column::{Column, Section};
-use super::{Azimuth, Place, View};
+use super::column::{ImageColumn, PlaneSpan};
+use super::{Azimuth, ColumnView, FigurePlace};
 use crate::body::plane::{ALWAYS, Facets16};
 use crate::body::{Figure, FigureHull};
 use crate::budget::{LANES, MAX_COLUMNS, MAX_HULL_POINTS, MAX_POINTS};
@@ -15,7 +15,7 @@ const POINTS: usize = MAX_POINTS + MAX_HULL_POINTS;
 
 /// A figure's points as one azimuth sees them, pixels. 24 kB.
 #[derive(Clone, Debug)]
-pub struct Seen {
+pub struct AzimuthPoints {
     /// To the right of the image's left side.
     u: [f32; POINTS],
     /// Upwards of the image's centre, and towards the camera, at elevation 0.
@@ -24,13 +24,13 @@ pub struct Seen {
     /// How many columns' centres each point has passed.
     passed: [u32; POINTS],
     /// Cut and not yet drawn.
-    queue: [Corners; QUEUE],
+    queue: [SectionCorners; QUEUE],
 }
 
-/// Corners of a cross-section, as [`Section::reach`] takes them.
+/// Corners of a cross-section, as [`PlaneSpan::reach`] takes them.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
-struct Corners {
+struct SectionCorners {
     y: [f32; LANES],
     w: [f32; LANES],
     count: usize,
@@ -52,13 +52,13 @@ pub struct Reach {
     pub along: f32,
 }
 
-impl Seen {
+impl AzimuthPoints {
     pub const NOTHING: Self = Self {
         u: [0.0; POINTS],
         y: [0.0; POINTS],
         w: [0.0; POINTS],
         passed: [0; POINTS],
-        queue: [Corners {
+        queue: [SectionCorners {
             y: [0.0; LANES],
             w: [0.0; LANES],
             count: 0,
@@ -72,9 +72,9 @@ impl Seen {
         &mut self,
         l: L,
         figure: &Figure<'_>,
-        view: &View<'_>,
+        view: &ColumnView<'_>,
     ) -> Option<Reach> {
-        let Place {
+        let FigurePlace {
             centre,
             pixels_per_metre,
             ..
@@ -128,8 +128,8 @@ impl Seen {
         &mut self,
         l: L,
         (hull, directions): (&FigureHull<'_>, [Vec3; 2]),
-        view: &View<'_>,
-        columns: &mut [Column; MAX_COLUMNS],
+        view: &ColumnView<'_>,
+        columns: &mut [ImageColumn; MAX_COLUMNS],
     ) {
         let [above, below] = outermost(l, hull, directions, view.azimuth);
         let passed = self.passed.get(hull.points.start..);
@@ -173,8 +173,13 @@ impl Seen {
 
 /// Draws what was cut.
 #[inline(always)]
-fn draw<L: Wide>(l: L, queue: &[Corners], view: &View<'_>, columns: &mut [Column; MAX_COLUMNS]) {
-    let mut section = Section::empty(l);
+fn draw<L: Wide>(
+    l: L,
+    queue: &[SectionCorners],
+    view: &ColumnView<'_>,
+    columns: &mut [ImageColumn; MAX_COLUMNS],
+) {
+    let mut section = PlaneSpan::empty(l);
     for corners in queue {
         section.reach(l, view.azimuth, [&corners.y, &corners.w], corners.count);
         if let Some(column) = corners.column {
@@ -184,7 +189,7 @@ fn draw<L: Wide>(l: L, queue: &[Corners], view: &View<'_>, columns: &mut [Column
                 (view.offset, view.rows),
                 &mut columns[column],
             );
-            section = Section::empty(l);
+            section = PlaneSpan::empty(l);
         }
     }
 }

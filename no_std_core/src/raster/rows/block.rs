@@ -3,12 +3,12 @@
 use super::super::place::as_pixels;
 use super::super::simd::{Lanes, Wide};
 use super::outline::Strip;
-use super::{BLOCK, BLOCKS, Bits, LANES, WORD, Window};
+use super::{BLOCK, BLOCKS, BitWindow, LANES, SampleBits, WORD};
 
 /// Fills the hulls of so many strips.
 #[inline(always)]
-pub fn fill_hulls<L: Wide, const N: usize>(l: L, window: &mut Window, count: usize) {
-    let Window {
+pub fn fill_hulls<L: Wide, const N: usize>(l: L, window: &mut BitWindow, count: usize) {
+    let BitWindow {
         strips,
         sampling,
         words,
@@ -33,7 +33,7 @@ fn fill_block<L: Lanes<BLOCK>, const N: usize>(
     l: L,
     (hull, block): (&[Strip], u32),
     places: &[f32],
-    (bits, words): (&mut Bits, usize),
+    (bits, words): (&mut SampleBits, usize),
 ) {
     let block = block as usize % BLOCKS;
     #[expect(clippy::cast_precision_loss, reason = "at most 128")]

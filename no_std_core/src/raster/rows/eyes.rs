@@ -1,11 +1,11 @@
 //! Which facets of a figure are seen, of all hulls and by many cameras at once.
 
-use super::super::View;
+use super::super::RenderView;
 use super::super::seen::{dot, splat};
 use super::super::simd::{LANES, Lanes, Wide};
 use super::outline::{part, store};
 use crate::body::plane::{ALWAYS, Facets16};
-use crate::body::{Figure, Places};
+use crate::body::{Figure, JointPlaces};
 use crate::budget::{MAX_HULLS, VIEWS_AT_ONCE};
 use crate::camera::Camera;
 
@@ -35,7 +35,7 @@ impl Looks {
 /// Finds which facets are seen: those whose outer side an eye is on; infinitely far away only its
 /// direction counts.
 #[inline(always)]
-pub fn look<L: Wide>(l: L, looks: &mut Looks, figure: &Figure<'_>, views: &[View]) {
+pub fn look<L: Wide>(l: L, looks: &mut Looks, figure: &Figure<'_>, views: &[RenderView]) {
     let Looks { eyes, facing } = looks;
     let views = views.get(..VIEWS_AT_ONCE).unwrap_or(views);
     for (view, eyes) in views.iter().zip(&mut *eyes) {
@@ -89,7 +89,12 @@ fn seen_by<const N: usize, L: Lanes<N>>(
 
 /// Puts an eye into the frames of all hulls.
 #[inline(always)]
-fn turn_eye<L: Wide>(l: L, places: &Places, camera: &Camera, eyes: &mut [[f32; MAX_HULLS]; 3]) {
+fn turn_eye<L: Wide>(
+    l: L,
+    places: &JointPlaces,
+    camera: &Camera,
+    eyes: &mut [[f32; MAX_HULLS]; 3],
+) {
     let toward = camera.viewpoint().toward();
     let (eye, is_near) = match camera.eye() {
         Some((aim, distance_m)) => (aim + toward * distance_m, true),

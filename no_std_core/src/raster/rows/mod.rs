@@ -15,21 +15,21 @@ mod outline;
 mod read;
 mod samples;
 
-use super::framing::Moments;
+use super::framing::AreaMoments;
 use super::place::{Extent, Placement, places, row_columns};
-use super::seen::Points;
-use super::simd::{Ends, LANES, Simd, Wide, compiled, dispatch};
+use super::seen::ImagePoints;
+use super::simd::{LANES, LineEnds, Simd, Wide, compiled, dispatch};
 use super::window::{Fill, Pixels};
-use super::{DrawError, Rasterizer, View};
+use super::{DrawError, Rasterizer, RenderView};
 use crate::body::Figure;
 use crate::budget::{MAX_HULL_EDGES, MAX_HULL_POINTS, MAX_HULLS, MAX_ROWS, WINDOW_COLUMNS};
 use crate::camera::Camera;
-use crate::silhouette::{Frame, Silhouette, Size};
+use crate::silhouette::{AnySilhouette, Silhouette, Size};
 use block::fill_hulls;
 use eyes::{Looks, look};
 use outline::{Strip, lay_all};
 use read::{cut, moments};
-pub use samples::Samples;
+pub use samples::SampleImages;
 
 /// Columns of a word.
 const WORD: usize = 32;
@@ -62,26 +62,26 @@ impl Sampling {
 
 /// The samples by their place in the pixel (all of the leftmost places first), by word, by row.
 /// Bit `c` is column `c` of the word.
-type Bits = [[[u32; MAX_ROWS]; MAX_WORDS]; MAX_SAMPLES];
+type SampleBits = [[[u32; MAX_ROWS]; MAX_WORDS]; MAX_SAMPLES];
 
 /// A window of bits to draw into. 43 kB.
 #[derive(Clone, Debug)]
-pub(crate) struct Window {
+pub(crate) struct BitWindow {
     simd: Simd,
     sampling: Sampling,
     size: Size,
     /// Words of a row in use.
     words: usize,
     looks: Looks,
-    points: Points,
+    points: ImagePoints,
     /// The outlines of hulls that are not filled yet: ends of lines in the image, metres, and
     /// the lines.
-    ends: [Ends; MAX_STRIPS],
+    ends: [LineEnds; MAX_STRIPS],
     strips: [Strip; MAX_STRIPS],
-    bits: Bits,
+    bits: SampleBits,
 }
 
-impl Window {
+impl BitWindow {
     pub fn new(size: Size, sampling: Sampling, simd: Simd) -> Self {
         Self {
             simd,
@@ -89,8 +89,8 @@ impl Window {
             size,
             words: 0,
             looks: Looks::NONE,
-            points: Points::ZERO,
-            ends: [const { Ends::NONE }; _],
+            points: ImagePoints::ZERO,
+            ends: [const { LineEnds::NONE }; _],
             strips: [const { Strip::EMPTY }; _],
             bits: [[[0; MAX_ROWS]; MAX_WORDS]; MAX_SAMPLES],
         }
@@ -112,11 +112,11 @@ impl Window {
     }
 }
 
-impl Pixels for Window {
-    type Image = Frame;
+impl Pixels for BitWindow {
+    type Image = AnySilhouette;
 
-    fn blank(&self) -> Frame {
-        Frame::Binary(Silhouette::empty(self.size))
+    fn blank(&self) -> AnySilhouette {
+        AnySilhouette::Binary(Silhouette::empty(self.size))
     }
 
     fn rasterizer(&self) -> Rasterizer {
@@ -143,17 +143,17 @@ impl Pixels for Window {
         self.empty();
     }
 
-    fn moments(&self) -> Moments {
+    fn moments(&self) -> AreaMoments {
         dispatch!(self.simd, moments(self))
     }
 
-    fn cut(&self, left: isize, frame: &mut Frame) -> u64 {
+    fn cut(&self, left: isize, frame: &mut AnySilhouette) -> u64 {
         dispatch!(self.simd, cut(self, left, frame))
     }
 }
 
-impl<'a> Fill<Figure<'a>> for Window {
-    fn look(&mut self, figure: &Figure<'a>, views: &[View]) {
+impl<'a> Fill<Figure<'a>> for BitWindow {
+    fn look(&mut self, figure: &Figure<'a>, views: &[RenderView]) {
         dispatch!(self.simd, look(&mut self.looks, figure, views));
     }
 
@@ -173,16 +173,16 @@ impl<'a> Fill<Figure<'a>> for Window {
     }
 }
 
-compiled!(fn look(looks: &mut Looks, figure: &Figure<'_>, views: &[View]));
-compiled!(fn fill(window: &mut Window, figure: &Figure<'_>, view: usize, placement: &Placement));
-compiled!(fn moments(window: &Window) -> Moments);
-compiled!(fn cut(window: &Window, left: isize, frame: &mut Frame) -> u64);
+compiled!(fn look(looks: &mut Looks, figure: &Figure<'_>, views: &[RenderView]));
+compiled!(fn fill(window: &mut BitWindow, figure: &Figure<'_>, view: usize, placement: &Placement));
+compiled!(fn moments(window: &BitWindow) -> AreaMoments);
+compiled!(fn cut(window: &BitWindow, left: isize, frame: &mut AnySilhouette) -> u64);
 
 /// Finds the outlines of hulls, and fills them.
 #[inline(always)]
 fn fill<L: Wide>(
     l: L,
-    window: &mut Window,
+    window: &mut BitWindow,
     figure: &Figure<'_>,
     view: usize,
     placement: &Placement,
@@ -218,7 +218,7 @@ fn fill<L: Wide>(
 
 /// Fills the hulls of so many strips.
 #[inline(always)]
-fn fill_strips<L: Wide>(l: L, window: &mut Window, count: usize, placement: &Placement) {
+fn fill_strips<L: Wide>(l: L, window: &mut BitWindow, count: usize, placement: &Placement) {
     let drawn = (window.sampling, window.size);
     for strip in window.strips.iter_mut().zip(&window.ends).take(count) {
         lay_all(l, strip, placement, drawn);

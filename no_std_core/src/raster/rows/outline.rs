@@ -1,7 +1,7 @@
 //! Lines along the outline of a hull, and which rows they cross.
 
 use super::super::place::{Placement, as_pixels};
-use super::super::simd::{Ends, LANES, Lanes, Wide};
+use super::super::simd::{LANES, Lanes, LineEnds, Wide};
 use super::{BLOCK, Sampling};
 use crate::silhouette::Size;
 
@@ -50,7 +50,7 @@ impl Strip {
 #[inline(always)]
 pub fn lay_all<L: Wide>(
     l: L,
-    (strip, ends): (&mut Strip, &Ends),
+    (strip, ends): (&mut Strip, &LineEnds),
     placement: &Placement,
     drawn: (Sampling, Size),
 ) {
@@ -68,7 +68,7 @@ pub fn lay_all<L: Wide>(
 #[inline(always)]
 fn lay<const N: usize, L: Lanes<N>>(
     l: L,
-    (strip, ends, first): (&mut Strip, &Ends, usize),
+    (strip, ends, first): (&mut Strip, &LineEnds, usize),
     placement: &Placement,
     (sampling, size): (Sampling, Size),
 ) {

@@ -1,19 +1,19 @@
 //! What was drawn: its moments, and the image cut out.
 
-use super::super::framing::Moments;
+use super::super::framing::AreaMoments;
 use super::super::simd::{LANES, Wide};
-use super::{MAX_SAMPLES, Sampling, WORD, Window};
+use super::{BitWindow, MAX_SAMPLES, Sampling, WORD};
 use crate::budget::MAX_ROWS;
-use crate::silhouette::{Frame, Ninths, Silhouette};
+use crate::silhouette::{AnySilhouette, Ninths, Silhouette};
 
 /// Sums over the images in whole numbers: a sample counts `N`, so that places in a pixel do.
 #[inline(always)]
-pub fn moments<L: Wide>(l: L, window: &Window) -> Moments {
+pub fn moments<L: Wide>(l: L, window: &BitWindow) -> AreaMoments {
     let n = window.sampling.places().len();
     // What was filled below the last row, together with it, does not count.
     let height = window.size.rows();
     let kept = core::array::from_fn(|row| if row < height { u32::MAX } else { 0 });
-    let mut moments = Moments::default();
+    let mut moments = AreaMoments::default();
     for (image, words) in window.bits.iter().take(n * n).enumerate() {
         for (word, rows) in words.iter().take(window.words).enumerate() {
             let (area, columns) = word_moments(l, rows, &kept);
@@ -58,13 +58,13 @@ fn word_moments<L: Wide>(l: L, rows: &[u32; MAX_ROWS], kept: &[u32; MAX_ROWS]) -
 
 /// An image's columns from `left` on, without a copy of what is not used of a frame.
 #[inline(always)]
-pub fn cut<L: Wide>(_: L, window: &Window, left: isize, frame: &mut Frame) -> u64 {
+pub fn cut<L: Wide>(_: L, window: &BitWindow, left: isize, frame: &mut AnySilhouette) -> u64 {
     match window.sampling {
         Sampling::Once => {
-            if !matches!(frame, Frame::Binary(_)) {
-                *frame = Frame::Binary(Silhouette::empty(window.size));
+            if !matches!(frame, AnySilhouette::Binary(_)) {
+                *frame = AnySilhouette::Binary(Silhouette::empty(window.size));
             }
-            if let Frame::Binary(silhouette) = frame {
+            if let AnySilhouette::Binary(silhouette) = frame {
                 cut_image(window, 0, left, silhouette);
                 return u64::from(silhouette.area());
             }
@@ -74,7 +74,7 @@ pub fn cut<L: Wide>(_: L, window: &Window, left: isize, frame: &mut Frame) -> u6
             let mut images = [Silhouette::empty(window.size); MAX_SAMPLES];
             cut_images(window, left, &mut images);
             let ninths = Ninths::of(&images);
-            *frame = Frame::Ninths(ninths);
+            *frame = AnySilhouette::Ninths(ninths);
             3 * u64::from(ninths.samples())
         }
     }
@@ -82,7 +82,7 @@ pub fn cut<L: Wide>(_: L, window: &Window, left: isize, frame: &mut Frame) -> u6
 
 /// The columns from `left` on of the images of nine samples a pixel.
 #[inline(always)]
-pub fn cut_images(window: &Window, left: isize, images: &mut [Silhouette; MAX_SAMPLES]) {
+pub fn cut_images(window: &BitWindow, left: isize, images: &mut [Silhouette; MAX_SAMPLES]) {
     for (image, silhouette) in images.iter_mut().enumerate() {
         cut_image(window, image, left, silhouette);
     }
@@ -90,7 +90,7 @@ pub fn cut_images(window: &Window, left: isize, images: &mut [Silhouette; MAX_SA
 
 /// One image's columns from `left` on.
 #[inline(always)]
-fn cut_image(window: &Window, image: usize, left: isize, silhouette: &mut Silhouette) {
+fn cut_image(window: &BitWindow, image: usize, left: isize, silhouette: &mut Silhouette) {
     *silhouette = Silhouette::empty(window.size);
     if let Some(image) = window.bits.get(image) {
         for (word, bits) in image.iter().take(window.words).enumerate() {

@@ -1,11 +1,11 @@
 //! Three by three samples a pixel as they are, without their sum.
 
-use super::super::framing::Moments;
+use super::super::framing::AreaMoments;
 use super::super::place::{Extent, Placement};
 use super::super::window::{Fill, Pixels};
-use super::super::{DrawError, Rasterizer, Simd, View};
+use super::super::{DrawError, Rasterizer, RenderView, Simd};
 use super::read::cut_images;
-use super::{MAX_SAMPLES, Sampling, Window};
+use super::{BitWindow, MAX_SAMPLES, Sampling};
 use crate::body::Figure;
 use crate::camera::Camera;
 use crate::silhouette::{Silhouette, Size};
@@ -16,17 +16,17 @@ use crate::silhouette::{Silhouette, Size};
 /// Together they are a picture of three times as many rows and columns, which effects on images can
 /// act on.
 #[derive(Clone, Debug)]
-pub struct Samples(Window);
+pub struct SampleImages(BitWindow);
 
-impl Samples {
+impl SampleImages {
     /// An empty window, with the widest registers that the processor has.
     #[must_use]
     pub fn new(size: Size) -> Self {
-        Self(Window::new(size, Sampling::ThreeByThree, Simd::widest()))
+        Self(BitWindow::new(size, Sampling::ThreeByThree, Simd::widest()))
     }
 }
 
-impl Pixels for Samples {
+impl Pixels for SampleImages {
     type Image = [Silhouette; MAX_SAMPLES];
     const IS_GREY: bool = true;
 
@@ -48,7 +48,7 @@ impl Pixels for Samples {
     fn clear(&mut self) {
         self.0.clear();
     }
-    fn moments(&self) -> Moments {
+    fn moments(&self) -> AreaMoments {
         self.0.moments()
     }
     fn cut(&self, left: isize, images: &mut Self::Image) -> u64 {
@@ -60,8 +60,8 @@ impl Pixels for Samples {
     }
 }
 
-impl<'a> Fill<Figure<'a>> for Samples {
-    fn look(&mut self, figure: &Figure<'a>, views: &[View]) {
+impl<'a> Fill<Figure<'a>> for SampleImages {
+    fn look(&mut self, figure: &Figure<'a>, views: &[RenderView]) {
         self.0.look(figure, views);
     }
     fn extent(&mut self, figure: &Figure<'a>, camera: &Camera) -> Result<Extent, DrawError> {

@@ -4,7 +4,7 @@
     reason = "intrinsics; each value of the type was made after the processor was asked"
 )]
 
-use super::{Edges, Ends, Lanes, Two, Wide};
+use super::{Edges, Lanes, LineEnds, Two, Wide};
 use crate::budget::MAX_HULL_POINTS;
 use core::arch::x86_64::*;
 
@@ -251,7 +251,7 @@ impl Wide for Two<Avx2> {
         bits: u64,
         edges: &[Edges],
         points: [&[f32; MAX_HULL_POINTS]; 2],
-        ends: &mut [Ends],
+        ends: &mut [LineEnds],
     ) -> usize {
         let mut count = 0;
         for edges in edges {
@@ -260,7 +260,7 @@ impl Wide for Two<Avx2> {
             while outline != 0 {
                 let edge = outline.trailing_zeros() as usize;
                 outline &= outline - 1;
-                Ends::set(ends, count, (edges, edge), points);
+                LineEnds::set(ends, count, (edges, edge), points);
                 count += 1;
             }
         }

@@ -4,7 +4,7 @@
     reason = "intrinsics; each value of the type was made after the processor was asked"
 )]
 
-use super::{Edges, Ends, LANES, Lanes, Wide};
+use super::{Edges, LANES, Lanes, LineEnds, Wide};
 use crate::budget::MAX_HULL_POINTS;
 use core::arch::x86_64::*;
 
@@ -51,7 +51,7 @@ mod cuts;
 mod half;
 mod planes;
 
-use cuts::Cuts;
+use cuts::WideCuts;
 
 impl Lanes<LANES> for Avx512 {
     type Floats = __m512;
@@ -274,7 +274,7 @@ impl Avx512 {
 
 impl Wide for Avx512 {
     type Half = Avx512Half;
-    type Cuts = Cuts;
+    type Cuts = WideCuts;
 
     const IS_ONE: bool = true;
 
@@ -303,7 +303,7 @@ impl Wide for Avx512 {
         bits: u64,
         edges: &[Edges],
         points: [&[f32; MAX_HULL_POINTS]; 2],
-        ends: &mut [Ends],
+        ends: &mut [LineEnds],
     ) -> usize {
         let mut from = self.splat_word(0);
         let (mut to, mut count) = (from, 0);
@@ -360,17 +360,17 @@ impl Wide for Avx512 {
         (edges, _): (&[Edges], &[[u64; 2]]),
         masks: [[u64; 2]; 2],
         passed: &[u32; MAX_HULL_POINTS],
-    ) -> Cuts {
+    ) -> WideCuts {
         cuts::cuts(self, edges, masks, passed)
     }
     #[inline(always)]
-    fn crossed(self, cuts: &mut Cuts, column: usize) -> [[u64; 2]; 2] {
+    fn crossed(self, cuts: &mut WideCuts, column: usize) -> [[u64; 2]; 2] {
         cuts::crossed(self, cuts, column)
     }
     #[inline(always)]
     fn corners(
         self,
-        (cuts, _): (&Cuts, &[Edges]),
+        (cuts, _): (&WideCuts, &[Edges]),
         masks: &mut [[u64; 2]; 2],
         points: [&[f32; MAX_HULL_POINTS]; 3],
         plane: f32,

@@ -6,7 +6,7 @@ use crate::budget::{MAX_COLUMNS, MAX_HULL_POINTS};
 
 /// Edges that columns cross, found from the points where they begin and end.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Cuts {
+pub(crate) struct EdgeCuts {
     masks: [[u64; 2]; 2],
     /// For each number of column centres that points have passed, the edges that end at those
     /// points an odd number of times.
@@ -24,8 +24,8 @@ pub(super) fn cuts(
     spokes: &[[u64; 2]],
     masks: [[u64; 2]; 2],
     passed: &[u32; MAX_HULL_POINTS],
-) -> Cuts {
-    let mut cuts = Cuts {
+) -> EdgeCuts {
+    let mut cuts = EdgeCuts {
         masks,
         turning: [[0; 2]; MAX_COLUMNS + 1],
         crossed: [0; 2],
@@ -39,7 +39,7 @@ pub(super) fn cuts(
 
 /// [`Wide::crossed`].
 #[inline(always)]
-pub(super) fn crossed(cuts: &mut Cuts, column: usize) -> [[u64; 2]; 2] {
+pub(super) fn crossed(cuts: &mut EdgeCuts, column: usize) -> [[u64; 2]; 2] {
     let turned = cuts.turning[column % (MAX_COLUMNS + 1)];
     let crossed = [cuts.crossed[0] ^ turned[0], cuts.crossed[1] ^ turned[1]];
     cuts.crossed = crossed;
@@ -101,7 +101,7 @@ pub(super) fn cut<L: Wide>(
 /// [`Wide::Cuts`] and what is done with it, of processors that go edge by edge.
 macro_rules! edge_by_edge {
     () => {
-        type Cuts = crate::raster::simd::cuts::Cuts;
+        type Cuts = crate::raster::simd::cuts::EdgeCuts;
 
         #[inline(always)]
         fn cuts(

@@ -26,13 +26,13 @@ impl Edges {
 
 /// Both ends of up to sixteen lines.
 #[derive(Clone, Debug)]
-pub(crate) struct Ends {
+pub(crate) struct LineEnds {
     /// By axis.
     pub from: [[f32; LANES]; 2],
     pub to: [[f32; LANES]; 2],
 }
 
-impl Ends {
+impl LineEnds {
     pub const NONE: Self = Self {
         from: [[0.0; LANES]; 2],
         to: [[0.0; LANES]; 2],
@@ -63,7 +63,7 @@ pub fn ends_one_by_one<L: Wide>(
     bits: u64,
     edges: &[Edges],
     points: [&[f32; MAX_HULL_POINTS]; 2],
-    ends: &mut [Ends],
+    ends: &mut [LineEnds],
 ) -> usize {
     // As many as a byte has values, so that none is out of bounds.
     let mut named = [0; 256];
@@ -81,7 +81,7 @@ pub fn ends_one_by_one<L: Wide>(
             len = len.wrapping_add(named[usize::from(left)] ^ named[usize::from(right)]);
         }
         for &edge in outline.iter().take(usize::from(len)) {
-            Ends::set(ends, count, (edges, usize::from(edge)), points);
+            LineEnds::set(ends, count, (edges, usize::from(edge)), points);
             count += 1;
         }
     }

@@ -26,7 +26,7 @@ pub(crate) use portable::Portable;
 pub(crate) use two::Two;
 
 use edges::ends_one_by_one;
-pub(crate) use edges::{Edges, Ends};
+pub(crate) use edges::{Edges, LineEnds};
 
 pub(crate) use crate::budget::LANES;
 use crate::budget::MAX_HULL_POINTS;
@@ -34,10 +34,10 @@ use core::fmt;
 
 /// Which instructions draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Simd(Kind);
+pub struct Simd(SimdKind);
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum SimdKind {
     Portable(Portable),
     #[cfg(target_arch = "x86_64")]
     Avx2(Two<Avx2>),
@@ -49,7 +49,7 @@ pub(crate) enum Kind {
 
 impl Simd {
     /// What the compiler makes for every processor of the target.
-    pub const PORTABLE: Self = Self(Kind::Portable(Portable));
+    pub const PORTABLE: Self = Self(SimdKind::Portable(Portable));
 
     /// The widest that this processor has.
     #[must_use]
@@ -61,11 +61,11 @@ impl Simd {
     pub fn available() -> impl Iterator<Item = Self> {
         #[cfg(target_arch = "x86_64")]
         let wider = [
-            Avx2::detect().map(|half| Kind::Avx2(Two(half))),
-            Avx512::detect().map(Kind::Avx512),
+            Avx2::detect().map(|half| SimdKind::Avx2(Two(half))),
+            Avx512::detect().map(SimdKind::Avx512),
         ];
         #[cfg(target_arch = "aarch64")]
-        let wider = [Some(Kind::Neon(Two(Neon)))];
+        let wider = [Some(SimdKind::Neon(Two(Neon)))];
         #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
         let wider = [None];
         core::iter::once(Self::PORTABLE).chain(wider.into_iter().flatten().map(Self))
@@ -75,17 +75,17 @@ impl Simd {
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self.0 {
-            Kind::Portable(_) => "portable",
+            SimdKind::Portable(_) => "portable",
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx2(_) => "avx2",
+            SimdKind::Avx2(_) => "avx2",
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx512(_) => "avx512",
+            SimdKind::Avx512(_) => "avx512",
             #[cfg(target_arch = "aarch64")]
-            Kind::Neon(_) => "neon",
+            SimdKind::Neon(_) => "neon",
         }
     }
 
-    pub(crate) const fn kind(self) -> Kind {
+    pub(crate) const fn kind(self) -> SimdKind {
         self.0
     }
 }
@@ -129,19 +129,19 @@ macro_rules! compiled {
 macro_rules! dispatch {
     ($simd:expr, $name:ident($($argument:expr),*)) => {
         match $simd.kind() {
-            crate::raster::simd::Kind::Portable(lanes) => $name(lanes, $($argument),*),
+            crate::raster::simd::SimdKind::Portable(lanes) => $name(lanes, $($argument),*),
             #[cfg(target_arch = "x86_64")]
             #[expect(unsafe_code, reason = "a value of that kind was made after asking")]
             // SAFETY: such a value exists only where the processor has the instructions.
-            crate::raster::simd::Kind::Avx2(lanes) => unsafe { $name::avx2(lanes, $($argument),*) },
+            crate::raster::simd::SimdKind::Avx2(lanes) => unsafe { $name::avx2(lanes, $($argument),*) },
             #[cfg(target_arch = "x86_64")]
             #[expect(unsafe_code, reason = "a value of that kind was made after asking")]
             // SAFETY: such a value exists only where the processor has the instructions.
-            crate::raster::simd::Kind::Avx512(lanes) => unsafe {
+            crate::raster::simd::SimdKind::Avx512(lanes) => unsafe {
                 $name::avx512(lanes, $($argument),*)
             },
             #[cfg(target_arch = "aarch64")]
-            crate::raster::simd::Kind::Neon(lanes) => $name(lanes, $($argument),*),
+            crate::raster::simd::SimdKind::Neon(lanes) => $name(lanes, $($argument),*),
         }
     };
 }
@@ -297,7 +297,7 @@ pub(crate) trait Wide: Lanes<16> {
         bits: u64,
         edges: &[Edges],
         points: [&[f32; MAX_HULL_POINTS]; 2],
-        ends: &mut [Ends],
+        ends: &mut [LineEnds],
     ) -> usize {
         ends_one_by_one(self, bits, edges, points, ends)
     }

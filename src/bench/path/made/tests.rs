@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::cycle::{CycleFinder, LowerBody};
-use crate::segment::{Segmenter, Settings as Segmentation};
+use crate::segment::{SegmentSettings as Segmentation, Segmenter};
 use crate::source::{BUILT_IN_WALK, PackSource, built_in};
 
 #[test]

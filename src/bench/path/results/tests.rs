@@ -1,12 +1,12 @@
 //! Figures that follow from windows, by hand.
 
 use super::*;
-use crate::bench::path::laps::{Laps, Stage};
+use crate::bench::path::laps::{Laps, PathStage};
 use crate::bench::results::BenchResults;
 use std::time::Duration;
 
 /// Two windows: 100 frames in 2 s, 80 in 2 s; decoding takes a quarter of it.
-fn measured() -> Measured {
+fn measured() -> MeasuredPath {
     let mut ms = 0;
     let mut clock = || {
         ms += 1;
@@ -15,14 +15,14 @@ fn measured() -> Measured {
     let mut laps = Laps::new(&mut clock);
     // 180 times 1 ms of decoding, the rest of any length.
     for _ in 0..180 {
-        laps.lap(Stage::Decode);
-        laps.lap(Stage::Segment);
-        laps.lap(Stage::Framing);
-        laps.lap(Stage::Cycle);
+        laps.lap(PathStage::Decode);
+        laps.lap(PathStage::Segment);
+        laps.lap(PathStage::Framing);
+        laps.lap(PathStage::Cycle);
         laps.close();
     }
-    laps.lap(Stage::Template);
-    laps.lap(Stage::Network);
+    laps.lap(PathStage::Template);
+    laps.lap(PathStage::Network);
     let stages = laps.stages().expect("all");
     let window = |frames: u64, energy_j| PathWindow {
         seconds: 2.0,
@@ -31,7 +31,7 @@ fn measured() -> Measured {
         frames_per_second: frames as f64 / 2.0,
         energy_j,
     };
-    Measured {
+    MeasuredPath {
         windows: vec![window(100, Some(0.5)), window(80, Some(0.4))],
         answer: stages.network,
         stages,
@@ -44,7 +44,7 @@ fn measured() -> Measured {
 
 #[test]
 fn rates_are_frames_over_seconds() {
-    let rates = Rates::of(&measured(), 25.0).expect("windows");
+    let rates = PathRates::of(&measured(), 25.0).expect("windows");
     assert_eq!((rates.seconds, rates.frames), (4.0, 180));
     assert_eq!(
         (rates.frames_per_second, rates.times_real_time),
@@ -62,7 +62,7 @@ fn rates_are_frames_over_seconds() {
         rates.doubts(),
         ["the last window has 20 % fewer frames a second than the first"]
     );
-    let slow = Rates::of(&measured(), 60.0).expect("windows");
+    let slow = PathRates::of(&measured(), 60.0).expect("windows");
     assert_eq!(
         slow.doubts()[0],
         "the path does not keep up with the video: 45.0 frames a second are 0.75 of its rate"
@@ -72,13 +72,13 @@ fn rates_are_frames_over_seconds() {
 #[test]
 fn answers_and_energy_are_shared_out() {
     let mut measured = measured();
-    let answers = Answers::of(&measured).expect("answers");
+    let answers = PathAnswers::of(&measured).expect("answers");
     assert_eq!((answers.count, answers.per_second), (4, 1.0));
     assert_eq!(
         (answers.waited_frames_mean, answers.waited_frames_most),
         (7.5, 12)
     );
-    let energy = |measured: &Measured| {
+    let energy = |measured: &MeasuredPath| {
         let energy = PathEnergy::of("a sensor", &measured.windows);
         energy.map(|energy| energy.frame_mj)
     };

@@ -36,11 +36,11 @@ fn video(folder: &std::path::Path) -> Video {
 }
 
 /// Measured with a clock that goes on by 1 ms with each look at it.
-fn measured(plan: Plan) -> (Measured, usize) {
+fn measured(plan: PathPlan) -> (MeasuredPath, usize) {
     let folder = tempfile::tempdir().expect("a folder");
     let mut video = video(folder.path());
     let (segmenter, echo) = (segmenter(), echo(Template::Gei));
-    let mut walk = Walk::new(&segmenter, &echo, FPS).expect("a path");
+    let mut walk = WatchedWalker::new(&segmenter, &echo, FPS).expect("a path");
     first_answer(&mut walk, &mut video).expect("an answer");
     let ms = AtomicU64::new(0);
     let mut clock = || Duration::from_millis(1 + ms.fetch_add(1, Ordering::Relaxed));
@@ -60,7 +60,7 @@ fn measured(plan: Plan) -> (Measured, usize) {
 #[test]
 fn stages_add_up_to_the_time_that_was_measured_and_what_is_between_windows_does_not_count() {
     // 0.3 s each: 75 frames of 4 ms, fewer where there are answers of 2 ms more.
-    let plan = Plan {
+    let plan = PathPlan {
         windows: 5,
         window: Duration::from_millis(300),
     };
@@ -135,7 +135,7 @@ fn one_time_through_the_video_answers_each_of_its_cycles_and_counts_the_frames_w
     // 110 frames of 25 a cycle.
     assert!((3..=4).contains(&cycles.cycles.len()), "{cycles:?}");
     // Just so long that the video begins anew once: 4 ms a frame, 2 ms an answer and 2 ms the end.
-    let plan = Plan {
+    let plan = PathPlan {
         windows: 1,
         window: Duration::from_millis(4 * FRAMES as u64 + 2 * cycles.cycles.len() as u64 + 3),
     };
@@ -153,7 +153,7 @@ fn one_time_through_the_video_answers_each_of_its_cycles_and_counts_the_frames_w
 
 #[test]
 fn it_goes_on_until_there_is_an_answer() {
-    let plan = Plan {
+    let plan = PathPlan {
         windows: 2,
         window: Duration::from_millis(1),
     };
@@ -163,8 +163,8 @@ fn it_goes_on_until_there_is_an_answer() {
 
 #[test]
 fn a_minute_is_six_windows_and_a_second_two() {
-    let of = |seconds| Plan::of(Duration::from_secs_f64(seconds));
-    let plan = |windows, ms| Plan {
+    let of = |seconds| PathPlan::of(Duration::from_secs_f64(seconds));
+    let plan = |windows, ms| PathPlan {
         windows,
         window: Duration::from_millis(ms),
     };
@@ -182,7 +182,7 @@ fn a_video_without_a_walker_ends_with_words() {
     write_video(frames, folder.path());
     let mut video = Video::open(folder.path()).expect("a video");
     let (segmenter, echo) = (segmenter(), echo(Template::Gei));
-    let mut walk = Walk::new(&segmenter, &echo, FPS).expect("a path");
+    let mut walk = WatchedWalker::new(&segmenter, &echo, FPS).expect("a path");
     let error = first_answer(&mut walk, &mut video).expect_err("nobody");
     assert_eq!(
         error.to_string(),

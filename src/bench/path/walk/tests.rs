@@ -3,13 +3,13 @@
 use super::*;
 use crate::bench::path::made::write_made;
 use crate::bench::path::testing::{echo, legs, segmenter, walker, write_video};
-use crate::cycle::{CycleFinder, Cycles};
-use crate::dataset::Layout as TreeLayout;
+use crate::cycle::{CycleFinder, FoundCycles};
+use crate::dataset::TreeLayout;
 use crate::score::testing::{MadeUp, bytes_of_a_mean_over_frames, contract_of_sequences};
-use crate::score::{Contract, Layout, Model, Runtime, shipped};
-use crate::segment::{Names, SequenceWriter, Settings as Segmentation, Video};
-use crate::source::Source;
-use crate::sweep::Framing;
+use crate::score::{Contract, InputLayout, Model, Runtime, shipped};
+use crate::segment::{SegmentSettings as Segmentation, SequenceNames, SequenceWriter, Video};
+use crate::source::SequenceSource;
+use crate::sweep::FramingMode;
 use crate::template::Template;
 use std::path::Path;
 
@@ -19,11 +19,11 @@ fn answers(
     segmenter: &Segmenter,
     recognizer: &dyn Recognizer,
     fps: f32,
-) -> Vec<Answer> {
+) -> Vec<CycleAnswer> {
     let mut still = || std::time::Duration::ZERO;
     let mut laps = Laps::new(&mut still);
     let mut video = Video::open(video).expect("a video");
-    let mut walk = Walk::new(segmenter, recognizer, fps).expect("a path");
+    let mut walk = WatchedWalker::new(segmenter, recognizer, fps).expect("a path");
     let mut found = Vec::new();
     while let Some(frame) = video.frame().expect("a frame") {
         found.extend(walk.frame(&frame, &mut laps).expect("an answer"));
@@ -34,7 +34,7 @@ fn answers(
 
 /// A tree of one sequence, as `segment` writes it.
 fn write_tree(video: &Path, segmenter: &Segmenter, tree: &Path) {
-    let names = Names::new("001", "nm-01", "090").expect("names");
+    let names = SequenceNames::new("001", "nm-01", "090").expect("names");
     let mut writer = SequenceWriter::new(tree, &names).expect("a writer");
     let mut video = Video::open(video).expect("a video");
     loop {
@@ -55,14 +55,14 @@ fn write_tree(video: &Path, segmenter: &Segmenter, tree: &Path) {
 
 /// What the recognizer answers to each gait cycle of the tree.
 fn of_tree(tree: &Path, recognizer: &dyn Recognizer, fps: f32) -> Vec<Outputs> {
-    let source = Source::open(tree, &[], &TreeLayout::default()).expect("a tree");
-    let Source::Tree(recordings) = source else {
+    let source = SequenceSource::open(tree, &[], &TreeLayout::default()).expect("a tree");
+    let SequenceSource::Tree(recordings) = source else {
         panic!("another source");
     };
     let finder = CycleFinder::new(fps).expect("a frame rate");
     let (recordings, without) = recordings.in_cycles(&finder, &|| {}).expect("readable");
     assert_eq!(without, [""; 0]);
-    let source = Source::Tree(Box::new(recordings));
+    let source = SequenceSource::Tree(Box::new(recordings));
     let contract = recognizer.contract();
     let form = Form {
         settings: Settings {
@@ -109,10 +109,10 @@ fn echoes() -> Vec<MadeUp> {
         MadeUp::new(contract, <[f32]>::to_vec)
     };
     all.push(contract(&|c| (c.rows, c.columns) = (64, 44)));
-    all.push(contract(&|c| c.framing = Framing::Box));
+    all.push(contract(&|c| c.framing = FramingMode::Box));
     for frames in [5, 90] {
         all.push(contract(&|c| {
-            (c.template, c.layout) = (Template::Silhouettes, Layout::Nthw);
+            (c.template, c.layout) = (Template::Silhouettes, InputLayout::Nthw);
             c.frames = Some(frames);
         }));
     }
@@ -183,7 +183,7 @@ fn cohort() -> crate::source::PackSource {
 }
 
 /// The cycles of frames, found in all of them at once.
-fn in_all(segmenter: &Segmenter, frames: &[RgbImage], fps: f32) -> Cycles {
+fn in_all(segmenter: &Segmenter, frames: &[RgbImage], fps: f32) -> FoundCycles {
     let finder = CycleFinder::new(fps).expect("a frame rate");
     finder.find(legs(segmenter, frames)).expect("cycles")
 }
@@ -216,7 +216,7 @@ fn every_cycle_is_answered_by_its_own_frames_at_any_pace_and_frame_rate() {
         let expected: Vec<_> = expected.cycles.iter().map(whole_frames).collect();
         let mut still = || std::time::Duration::ZERO;
         let mut laps = Laps::new(&mut still);
-        let mut walk = Walk::new(&segmenter, &echo, fps).expect("a path");
+        let mut walk = WatchedWalker::new(&segmenter, &echo, fps).expect("a path");
         // The same twice over: nothing is left of the first recording.
         for _ in 0..2 {
             let mut found = Vec::new();
@@ -238,7 +238,7 @@ fn every_cycle_is_answered_by_its_own_frames_at_any_pace_and_frame_rate() {
                     let framed = framed(
                         (&mask.grey(), mask.columns()),
                         Settings::default().size,
-                        Framing::Height,
+                        FramingMode::Height,
                     );
                     let framed = framed.expect("framed").expect("a figure").to_coverage();
                     let mut pairs = framed.pixels().iter().zip(shown);

@@ -11,7 +11,7 @@ use edgegait_core::body::Figure;
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::pose::{ModelPose, Pose};
 use edgegait_core::raster::{Rasterizer, Renderer};
-use edgegait_core::silhouette::{Frame, Silhouette, Size};
+use edgegait_core::silhouette::{AnySilhouette, Silhouette, Size};
 use edgegait_core::skeleton::JOINTS;
 use glam::{DQuat, DVec3, Vec2, Vec3};
 use rand::{RngExt, SeedableRng};
@@ -52,7 +52,7 @@ impl Walker {
             mass_kg: person.mass_kg,
         };
         let hulls = person.body.hulls.iter().map(|hull| WornHull {
-            part: Part::Body,
+            part: BodyPart::Body,
             points: hull
                 .points
                 .iter()
@@ -206,7 +206,7 @@ fn silhouettes(outfit: &Outfit, poses: &[ModelPose]) -> Vec<Silhouette> {
                 let viewpoint = Viewpoint::from_degrees(azimuth, elevation).expect("in range");
                 let camera = Camera::orthographic(viewpoint);
                 let drawing = renderer.draw(&figure, &camera, framing, Vec2::ZERO);
-                let Frame::Binary(frame) = drawing.expect("a figure").frame else {
+                let AnySilhouette::Binary(frame) = drawing.expect("a figure").frame else {
                     panic!("rows draw binary frames");
                 };
                 frames.push(*frame);
@@ -228,9 +228,9 @@ fn an_avatar_that_wears_nothing_is_its_own_body() {
     let encoded = encode_avatar(&person.body, 2.0).expect("a body");
     let avatar = Avatar::parse(&encoded.bytes).expect("our own bytes");
     let outfit = Outfit::of(&avatar);
-    assert!(outfit.hulls.iter().all(|hull| hull.part == Part::Body));
+    assert!(outfit.hulls.iter().all(|hull| hull.part == BodyPart::Body));
     let body = outfit.body().expect("within the budget");
-    let expected = Body::new(&avatar);
+    let expected = UnpackedBody::new(&avatar);
     let (found, expected) = (Figure::at_rest(&body), Figure::at_rest(&expected));
     assert_eq!(found.hulls().count(), expected.hulls().count());
     for (found, expected) in found.hulls().zip(expected.hulls()) {
@@ -317,7 +317,7 @@ fn a_wearer_of_unknown_stature_is_estimated_from_the_skeleton() {
         let skeleton = Skeleton {
             offsets: person.body.offsets.map(DVec3::as_vec3),
         };
-        let mut subject = Subject {
+        let mut subject = SubjectEntry {
             name: "someone",
             sex: Some(sex),
             age_years: None,
@@ -348,7 +348,7 @@ fn a_skeleton_without_lengths_and_a_body_without_hulls_are_dressed_without_harm(
         mass_kg: 0.0,
     };
     let point = WornHull {
-        part: Part::Body,
+        part: BodyPart::Body,
         points: vec![(Joint::LeftFoot, Vec3::ZERO)],
     };
     for hulls in [vec![], vec![point]] {

@@ -41,7 +41,7 @@ fn more_strength_is_more_to_see() {
 
 /// Body points that cloth from the waist to a hem goes around, in a pose.
 fn under_cloth(walker: &Walker, pose: &ModelPose, hem: f64) -> Vec<Vec3> {
-    let standing = Standing::of(&walker.wearer.skeleton);
+    let standing = RestJoints::of(&walker.wearer.skeleton);
     let waist = standing.at(Joint::Spine).y;
     let hulls = walker.outfit.hulls.iter().zip(posed(&walker.outfit, pose));
     let points = hulls.flat_map(|(hull, places)| {
@@ -59,7 +59,7 @@ fn under_cloth(walker: &Walker, pose: &ModelPose, hem: f64) -> Vec<Vec3> {
 #[test]
 fn skirts_and_coats_are_around_hips_and_legs_in_every_pose() {
     for walker in Walker::all() {
-        let standing = Standing::of(&walker.wearer.skeleton);
+        let standing = RestJoints::of(&walker.wearer.skeleton);
         let (hip, ankle) = (
             standing.at(Joint::LeftThigh).y,
             standing.at(Joint::LeftFoot).y,
@@ -110,7 +110,7 @@ fn what_follows_the_body_is_around_it() {
 fn a_coat_adds_40_mm_to_the_breadth_of_the_shoulders() {
     let walker = Walker::average(Sex::Male);
     let breadth = |outfit: &Outfit| {
-        let standing = Standing::of(&walker.wearer.skeleton);
+        let standing = RestJoints::of(&walker.wearer.skeleton);
         let arms = [Joint::LeftUpperArm, Joint::RightUpperArm];
         let (min, max) = standing.slice(outfit, &arms, f64::MIN..=f64::MAX).bounds();
         max.x - min.x
@@ -195,7 +195,7 @@ fn dressed_people_put_on_whatever_a_condition_says() {
         // Hair in the place of hair.
         let hair = hangs(&outfit)
             .iter()
-            .filter(|part| **part == Part::Hair)
+            .filter(|part| **part == BodyPart::Hair)
             .count();
         assert_eq!(hair, 1);
         assert!(outfit.body().is_ok(), "{number}");

@@ -15,7 +15,7 @@ fn bytes(hex: &str) -> Vec<u8> {
     (0..hex.len()).step_by(2).map(byte).collect()
 }
 
-fn refusal(pickle: &[u8]) -> Refused {
+fn refusal(pickle: &[u8]) -> RefusedPickle {
     read(pickle).expect_err("refused")
 }
 

@@ -7,7 +7,8 @@ use super::*;
 #[ignore = "needs EDGEGAIT_DATA"]
 fn a_large_tree_is_listed_and_its_walkers_framed() {
     let data = std::env::var_os("EDGEGAIT_DATA").expect("EDGEGAIT_DATA");
-    let tree = Tree::open(Path::new(&data).join("reallike"), &Layout::default()).expect("a tree");
+    let tree =
+        Tree::open(Path::new(&data).join("reallike"), &TreeLayout::default()).expect("a tree");
     assert_eq!(
         (tree.sequences().len(), tree.skipped()),
         (290, &["video".to_owned()][..])
@@ -20,7 +21,7 @@ fn a_large_tree_is_listed_and_its_walkers_framed() {
 /// A frame as OpenGait's `datasets/pretreatment.py` makes it, after its description: cut to the
 /// figure's rows, scaled to 64 of them by OpenCV's cubic interpolation (a = -0.75, no
 /// smoothing), and 64 columns around that in which half of the sum is reached.
-fn pretreated(picture: &Picture<'_>) -> Option<Vec<u8>> {
+fn pretreated(picture: &GreyPicture<'_>) -> Option<Vec<u8>> {
     let rows: Vec<&[u8]> = picture.pixels.chunks_exact(picture.columns).collect();
     let is_on = |row: &&[u8]| row.iter().any(|&pixel| pixel > 0);
     let top = rows.iter().position(is_on)?;
@@ -79,7 +80,7 @@ fn pretreated(picture: &Picture<'_>) -> Option<Vec<u8>> {
 fn framing_here_and_in_opengaits_pretreatment_differ_by_a_column() {
     let data = std::env::var_os("EDGEGAIT_DATA").expect("EDGEGAIT_DATA");
     let root = Path::new(&data).join("people/people");
-    let tree = Tree::open(root, &Layout::default()).expect("a tree");
+    let tree = Tree::open(root, &TreeLayout::default()).expect("a tree");
     println!("view: Jaccard of frames, of the best shift, mean shift, GEI RMSE of 255");
     for view in ["000", "045", "090"] {
         let (mut jaccard, mut best, mut shift, mut rmse) = (0.0, 0.0, 0.0, 0.0);
@@ -88,7 +89,7 @@ fn framing_here_and_in_opengaits_pretreatment_differ_by_a_column() {
         // All of them where that does not take long.
         for at in of_view.step_by(if cfg!(debug_assertions) { 4 } else { 1 }) {
             let ours = tree
-                .silhouettes(at, Size::S64x64, Framing::Height)
+                .silhouettes(at, Size::S64x64, FramingMode::Height)
                 .expect("readable");
             let mut theirs = Vec::new();
             tree.pictures(at, ALL, |_, picture| {

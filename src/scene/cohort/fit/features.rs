@@ -1,12 +1,12 @@
 //! Features of a recorded cycle: how its angles and its steps differ from the norm's.
 
-use super::super::angles::Norm;
-use super::super::anthropometry::{DIMENSIONS, Dimensions, Population};
+use super::super::angles::AngleNorm;
+use super::super::anthropometry::{DIMENSIONS, Dimensions, PopulationNorms};
 use super::super::style::Angle;
 use super::invert::{ANGLES, SideAngles, sides};
 use crate::scene::recorded::LEG_SHARE;
 use crate::scene::retarget::leg_length_m;
-use crate::scene::stance::{Steps, soles_of_legs};
+use crate::scene::stance::{FeetMotion, soles_of_legs};
 use crate::scene::{Cycle, forward_kinematics};
 use edgegait_core::pack::Sex;
 use edgegait_core::skeleton::{JOINTS, Joint};
@@ -94,12 +94,12 @@ fn stature_m(offsets: &[DVec3; JOINTS]) -> f64 {
 /// Features of a cycle on its walker's own skeleton.
 pub(super) fn features(cycle: &Cycle, offsets: &[DVec3; JOINTS]) -> Features {
     let stature_m = stature_m(offsets);
-    let population = Population::of(Sex::Male);
+    let population = PopulationNorms::of(Sex::Male);
     let mass_kg = population.bmi.0 * stature_m * stature_m;
     let dimensions = Dimensions::expected(stature_m, mass_kg, None, &[0.0; DIMENSIONS])
         .expect("a recorded walker has a plausible stature");
     let speed_mps = cycle.drift_m / cycle.period_s;
-    let norm = Norm::at(&dimensions, 3.6 * speed_mps);
+    let norm = AngleNorm::at(&dimensions, 3.6 * speed_mps);
     let frames: Vec<[SideAngles; 2]> = cycle.rotations.iter().map(sides).collect();
     let angles = ANGLES.map(|angle| against_norm(&frames, &norm, angle));
     Features {
@@ -128,7 +128,7 @@ pub(super) fn range(values: impl Iterator<Item = f64> + Clone) -> f64 {
     values.clone().fold(f64::MIN, f64::max) - values.fold(f64::MAX, f64::min)
 }
 
-fn against_norm(frames: &[[SideAngles; 2]], norm: &Norm, angle: Angle) -> AngleFeatures {
+fn against_norm(frames: &[[SideAngles; 2]], norm: &AngleNorm, angle: Angle) -> AngleFeatures {
     let count = frames.len();
     let means = [0, 1].map(|side| mean((0..count).map(|frame| own(frames, angle, side, frame))));
     let both = 0.5 * (means[0] + means[1]);
@@ -195,7 +195,7 @@ fn steps(cycle: &Cycle, offsets: &[DVec3; JOINTS], frames: &[[SideAngles; 2]]) -
         .zip(&cycle.rotations)
         .map(|(&root, pose)| forward_kinematics(offsets, root, pose))
         .collect();
-    let stands = Steps::of_cycle(cycle, offsets).stances();
+    let stands = FeetMotion::of_cycle(cycle, offsets).stances();
     let feet = [Joint::LeftFoot, Joint::RightFoot];
     let apart = |frame: usize| {
         let [left, right] = feet.map(|foot| placed[frame].0[foot.index()]);
@@ -267,7 +267,7 @@ fn steps(cycle: &Cycle, offsets: &[DVec3; JOINTS], frames: &[[SideAngles; 2]]) -
         sway_m: range(cycle.root.iter().map(|root| root.x)),
         clearance_m: 0.5 * (clearances[0] + clearances[1]),
         arm_delay,
-        duty: Steps::of_cycle(cycle, offsets).duty_factor(),
+        duty: FeetMotion::of_cycle(cycle, offsets).duty_factor(),
         neck_deg: over_frames(&|frame| pitch(frame, Joint::Head) - pitch(frame, Joint::Thorax)),
         head_deg: over_frames(&|frame| pitch(frame, Joint::Head)),
         upper_arm_turn_deg: side_mean(&|side| side.upper_arm_turn),
@@ -316,7 +316,7 @@ mod tests {
 
     #[test]
     fn a_style_that_went_in_is_found_again() {
-        let norm = Norm::at(&Person::average(Sex::Male).dimensions, 5.0);
+        let norm = AngleNorm::at(&Person::average(Sex::Male).dimensions, 5.0);
         for seed in 0..10 {
             let style = Style::random(&mut ChaCha8Rng::seed_from_u64(seed));
             let frames: Vec<[SideAngles; 2]> = (0..96)

@@ -93,10 +93,10 @@ pub(super) fn sides(pose: &[DQuat; JOINTS]) -> [SideAngles; 2] {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::angles::Norm;
+    use super::super::super::angles::AngleNorm;
     use super::super::super::pose::{angle_of, pose};
     use super::super::super::style::{Side, Style};
-    use super::super::super::{Person, anthropometry::Population};
+    use super::super::super::{Person, anthropometry::PopulationNorms};
     use super::*;
     use edgegait_core::pack::Sex;
     use rand::SeedableRng;
@@ -105,11 +105,11 @@ mod tests {
     #[test]
     fn angles_of_a_pose_are_those_that_it_was_made_of() {
         let dimensions = Person::average(Sex::Female).dimensions;
-        assert!((dimensions.stature - Population::of(Sex::Female).stature.0).abs() < 1e-12);
+        assert!((dimensions.stature - PopulationNorms::of(Sex::Female).stature.0).abs() < 1e-12);
         for seed in 0..20 {
             let style = Style::random(&mut ChaCha8Rng::seed_from_u64(seed));
             for (speed_kmh, phase) in [(3.0, 0.1), (5.0, 0.63), (7.0, 0.9), (10.0, 0.35)] {
-                let norm = Norm::at(&dimensions, speed_kmh);
+                let norm = AngleNorm::at(&dimensions, speed_kmh);
                 let found = sides(&pose(&style, &norm, phase));
                 for (side, found) in [Side::Left, Side::Right].into_iter().zip(found) {
                     for (angle, found) in ANGLES.into_iter().zip(found.angles) {

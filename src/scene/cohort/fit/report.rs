@@ -3,15 +3,15 @@
 use super::features::Features;
 use super::invert::ANGLES;
 use super::statistics::mean_and_sd;
-use super::walkers::Clip;
+use super::walkers::ManifestTake;
 use edgegait_core::skeleton::Joint;
 use std::collections::BTreeMap;
 
 /// A number of a cycle, and its name.
-type Column = (String, Box<dyn Fn(&Features) -> f64>);
+type NamedNumber = (String, Box<dyn Fn(&Features) -> f64>);
 
-fn columns() -> Vec<Column> {
-    let mut columns: Vec<Column> = Vec::new();
+fn columns() -> Vec<NamedNumber> {
+    let mut columns: Vec<NamedNumber> = Vec::new();
     for (index, angle) in ANGLES.into_iter().enumerate() {
         let mut add = |name: &str, of: fn(&super::features::AngleFeatures) -> f64| {
             columns.push((
@@ -56,12 +56,12 @@ fn columns() -> Vec<Column> {
     columns
 }
 
-fn clip_mean(clip: &Clip, of: &dyn Fn(&Features) -> f64) -> f64 {
+fn clip_mean(clip: &ManifestTake, of: &dyn Fn(&Features) -> f64) -> f64 {
     clip.cycles.iter().map(of).sum::<f64>() / clip.cycles.len() as f64
 }
 
 /// Of each person the mean of their takes; by data set.
-fn by_dataset(clips: &[Clip], of: &dyn Fn(&Features) -> f64) -> BTreeMap<String, Vec<f64>> {
+fn by_dataset(clips: &[ManifestTake], of: &dyn Fn(&Features) -> f64) -> BTreeMap<String, Vec<f64>> {
     let mut people: BTreeMap<(&str, &str), Vec<f64>> = BTreeMap::new();
     for clip in clips {
         people
@@ -77,7 +77,7 @@ fn by_dataset(clips: &[Clip], of: &dyn Fn(&Features) -> f64) -> BTreeMap<String,
     sets
 }
 
-fn print_columns(title: &str, clips: &[Clip]) {
+fn print_columns(title: &str, clips: &[ManifestTake]) {
     println!("\n{title}: mean (standard deviation) over people");
     for (name, of) in columns() {
         print!("{name:34}");
@@ -90,7 +90,7 @@ fn print_columns(title: &str, clips: &[Clip]) {
 }
 
 /// Prints every take, the data sets' means and spreads, and the joints' mean rotations.
-pub(super) fn print(walks: &[Clip], runs: &[Clip]) {
+pub(super) fn print(walks: &[ManifestTake], runs: &[ManifestTake]) {
     for clip in walks.iter().chain(runs) {
         let of = |of: &dyn Fn(&Features) -> f64| clip_mean(clip, of);
         println!(

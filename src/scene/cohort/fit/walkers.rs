@@ -21,7 +21,7 @@ const STEADY: f64 = 0.15;
 
 /// One take.
 #[derive(Clone, Debug)]
-pub(super) struct Clip {
+pub(super) struct ManifestTake {
     pub dataset: String,
     pub subject: String,
     pub name: String,
@@ -30,7 +30,7 @@ pub(super) struct Clip {
 }
 
 /// A row of a manifest.
-struct Row {
+struct ManifestRow {
     dataset: String,
     subject: String,
     name: String,
@@ -38,7 +38,7 @@ struct Row {
     path: PathBuf,
 }
 
-fn rows(folder: &Path) -> Vec<Row> {
+fn rows(folder: &Path) -> Vec<ManifestRow> {
     let path = folder.join("manifest.csv");
     let mut reader =
         csv::Reader::from_path(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
@@ -53,7 +53,7 @@ fn rows(folder: &Path) -> Vec<Row> {
         ["dataset", "subject", "trial", "file", "activity"].map(column);
     let rows = reader.records().map(|row| {
         let row = row.expect("a row");
-        Row {
+        ManifestRow {
             dataset: row[dataset].into(),
             subject: row[subject].into(),
             name: row[name].into(),
@@ -68,7 +68,7 @@ fn rows(folder: &Path) -> Vec<Row> {
 ///
 /// Not GPL's (`shum_gait`, most of it patients, and `gaittoolbox`), whose statistics do not go
 /// into this repository; not CMU's clips on another avatar's bones.
-pub(super) fn clips(data: &Path) -> Vec<Clip> {
+pub(super) fn clips(data: &Path) -> Vec<ManifestTake> {
     let mut clips = Vec::new();
     for row in rows(&data.join("mocap"))
         .into_iter()
@@ -109,7 +109,7 @@ pub(super) fn clips(data: &Path) -> Vec<Clip> {
             .filter(|cut| (cut.speed_mps / usual - 1.0).abs() < STEADY)
             .map(|cut| features(&cut.cycle, &recording.take.offsets))
             .collect();
-        clips.push(Clip {
+        clips.push(ManifestTake {
             dataset: dataset.into(),
             subject: row.subject,
             name: row.name,

@@ -13,7 +13,7 @@ use core::fmt::Write;
 use cortex_m::{Peripherals, singleton};
 use cortex_m_rt::entry;
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
-use edgegait_core::lean::Body;
+use edgegait_core::lean::LeanBody;
 use edgegait_core::linear::LinearRecognizer;
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::ModelPose;
@@ -28,7 +28,7 @@ use semihosting::{println, process};
 use study::{BARE, DRESSED, FRAMES, Fnv, RECOGNIZER, Study};
 
 #[cfg(not(feature = "skia"))]
-type Window = edgegait_core::lean::Rows;
+type Window = edgegait_core::lean::LeanRows;
 #[cfg(feature = "skia")]
 type Window = edgegait_core::raster::Skia;
 
@@ -53,7 +53,7 @@ const RAM_LIMIT: usize = match (cfg!(feature = "skia"), cfg!(target_abi = "eabih
 const ARENA_BYTES: usize = 8_704;
 /// Room for every body of the study; tiny-skia asks for no facets.
 type Room =
-    Body<{ if IS_DRESSED { 548 } else { 488 } }, { if cfg!(feature = "skia") { 0 } else { 896 } }>;
+    LeanBody<{ if IS_DRESSED { 548 } else { 488 } }, { if cfg!(feature = "skia") { 0 } else { 896 } }>;
 /// A person of 19 hulls of 8 points, or one fewer.
 const EIGHT: &[u8] = include_bytes!("../../../../tests/golden/eight.egp");
 /// Most instructions of one of that person's silhouettes: required of rows with floats in
@@ -153,7 +153,7 @@ impl Tools {
     fn take() -> Self {
         let renderer = singleton!(: Renderer<Window> = Renderer::of(Window::new(Size::S50x30)));
         Self {
-            body: singleton!(: Room = Body::EMPTY).expect("taken once"),
+            body: singleton!(: Room = LeanBody::EMPTY).expect("taken once"),
             renderer: renderer.expect("taken once"),
             pixels: singleton!(: [u8; 1_500] = [0; 1_500]).expect("taken once"),
             pose: singleton!(: ModelPose = ModelPose::REST).expect("taken once"),

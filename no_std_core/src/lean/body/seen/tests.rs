@@ -1,6 +1,6 @@
-use super::super::Body;
+use super::super::LeanBody;
 use super::*;
-use crate::body::Place;
+use crate::body::JointPlace;
 use crate::camera::Viewpoint;
 use crate::pose::ModelPose;
 use glam::{Mat3, Quat};
@@ -27,12 +27,12 @@ fn told(reach: f32, is_image: bool) -> [usize; 2] {
         if round % 3 == 0 {
             points.iter_mut().for_each(|point| point[0] = 0);
         }
-        let mut body = Body::<0, 0>::EMPTY;
+        let mut body = LeanBody::<0, 0>::EMPTY;
         body.scale.reach = reach as u16;
         let turn = Quat::from_xyzw(number(), number(), number(), number()).normalize();
         let turn = if round % 3 == 0 { Quat::IDENTITY } else { turn };
         let hull = PosedHull {
-            place: Place {
+            place: JointPlace {
                 turn: Mat3::from_quat(turn),
                 offset: Vec3::new(number(), number(), number()),
             },
@@ -50,17 +50,17 @@ fn told(reach: f32, is_image: bool) -> [usize; 2] {
         let viewpoint = Viewpoint::from_degrees(azimuth, 60.0 * number());
         let camera = Camera::orthographic(viewpoint.expect("a viewpoint"));
         let posed = body.posed(&ModelPose::REST);
-        let sight = Sight::new(&posed, &camera);
+        let sight = LeanSight::new(&posed, &camera);
         let mut seen = SeenHull::new(&sight);
         let toward = hull.place.direction(sight.seen_from);
         assert!(seen.draft(&hull, toward));
         for a in 0..10u8 {
             for (b, c) in [(11, 12), (13, 17), (21, 30), (12, 31)] {
-                let corners = Corners::of([a, b, c]);
+                let corners = FacetCorners::of([a, b, c]);
                 let side = turn_of(&seen, corners);
                 counts[usize::from(side.is_some())] += 1;
                 if let Some(is_seen) = side {
-                    let eye = Eye::Toward(toward);
+                    let eye = FacetEye::Toward(toward);
                     assert_eq!(is_seen, eye.sees(&hull, corners), "{hull:?} {corners:?}");
                 }
             }
@@ -69,7 +69,7 @@ fn told(reach: f32, is_image: bool) -> [usize; 2] {
     counts
 }
 
-fn turn_of(seen: &SeenHull<'_>, corners: Corners) -> Option<bool> {
+fn turn_of(seen: &SeenHull<'_>, corners: FacetCorners) -> Option<bool> {
     let (turn, tolerance) = (turn(&seen.points, corners), seen.scale.tolerance);
     let is_clear = turn.abs() > tolerance;
     is_clear.then_some((turn.cast_unsigned() ^ corners.turn()).cast_signed() >= 0)
@@ -91,13 +91,13 @@ fn a_frame_that_is_not_turned_alone_has_no_draft() {
         ModelPose::REST,
         Camera::orthographic(Viewpoint::from_degrees(30.0, 20.0).expect("a viewpoint")),
     );
-    let body = Body::<0, 0>::EMPTY;
+    let body = LeanBody::<0, 0>::EMPTY;
     let posed = body.posed(&pose);
-    let sight = Sight::new(&posed, &camera);
+    let sight = LeanSight::new(&posed, &camera);
     let mut seen = SeenHull::new(&sight);
     let mut drafted = |turn: Mat3| {
         let hull = PosedHull {
-            place: Place {
+            place: JointPlace {
                 turn,
                 offset: Vec3::ZERO,
             },

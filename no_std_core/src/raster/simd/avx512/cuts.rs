@@ -35,9 +35,9 @@ pub fn cuts(
     edges: &[Edges],
     [upper, lower]: [[u64; 2]; 2],
     passed: &[u32; MAX_HULL_POINTS],
-) -> Cuts {
+) -> WideCuts {
     let none = l.splat_byte(0);
-    let mut all = [Side {
+    let mut all = [CutSide {
         from: none,
         to: none,
         first: none,
@@ -55,25 +55,25 @@ pub fn cuts(
             let b = _mm512_permutexvar_epi8(to, passed);
             let (first, end) = (_mm512_min_epu8(a, b), _mm512_max_epu8(a, b));
             is_cut[half] = _mm512_cmplt_epu8_mask(first, end);
-            all[half] = Side { from, to, first, end };
+            all[half] = CutSide { from, to, first, end };
         }
     }
     let upper = [upper[0] & is_cut[0], upper[1] & is_cut[1]];
     let lower = [lower[0] & is_cut[0], lower[1] & is_cut[1]];
     let most = |masks: [u64; 2]| masks[0].count_ones() + masks[1].count_ones();
     if most(upper).max(most(lower)) <= 64 {
-        return Cuts {
+        return WideCuts {
             sides: [l.those(&all, upper), l.those(&all, lower)],
             rest: None,
         };
     }
-    Cuts {
+    WideCuts {
         sides: [l.those(&all, [upper[0], 0]), l.those(&all, [lower[0], 0])],
         rest: Some([l.those(&all, [0, upper[1]]), l.those(&all, [0, lower[1]])]),
     }
 }
 #[inline(always)]
-pub fn crossed(l: Avx512, cuts: &Cuts, column: usize) -> [[u64; 2]; 2] {
+pub fn crossed(l: Avx512, cuts: &WideCuts, column: usize) -> [[u64; 2]; 2] {
     #[expect(clippy::cast_possible_truncation, reason = "below 64")]
     let column = l.splat_byte(column as u8);
     let [upper, lower] = &cuts.sides;
@@ -92,7 +92,7 @@ pub fn crossed(l: Avx512, cuts: &Cuts, column: usize) -> [[u64; 2]; 2] {
 #[inline(always)]
 pub fn corners(
     l: Avx512,
-    cuts: &Cuts,
+    cuts: &WideCuts,
     masks: &mut [[u64; 2]; 2],
     points: [&[f32; MAX_HULL_POINTS]; 3],
     plane: f32,
@@ -126,7 +126,7 @@ pub fn corners(
 /// Up to 64 edges that columns cut: the numbers of their ends, the first column that cuts each,
 /// and the one behind the last. Behind them are such as none cuts.
 #[derive(Clone, Copy, Debug)]
-struct Side {
+struct CutSide {
     from: __m512i,
     to: __m512i,
     first: __m512i,
@@ -135,9 +135,9 @@ struct Side {
 
 /// Edges that columns cut, and those that there is no room for.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Cuts {
-    sides: [Side; 2],
-    rest: Option<[Side; 2]>,
+pub(crate) struct WideCuts {
+    sides: [CutSide; 2],
+    rest: Option<[CutSide; 2]>,
 }
 
 impl Avx512 {
@@ -148,7 +148,7 @@ impl Avx512 {
 
     /// Those that the masks name, at most 64.
     #[inline(always)]
-    fn those(self, [low, high]: &[Side; 2], masks: [u64; 2]) -> Side {
+    fn those(self, [low, high]: &[CutSide; 2], masks: [u64; 2]) -> CutSide {
         let first = masks[0].count_ones();
         let numbers = self.append(
             self.together(masks[0], &NUMBERS[0]),
@@ -158,7 +158,7 @@ impl Avx512 {
         let count = first + masks[1].count_ones();
         let those = !u64::MAX.checked_shl(count).unwrap_or(0);
         with! {
-            Side {
+            CutSide {
                 from: _mm512_maskz_permutex2var_epi8(those, low.from, numbers, high.from),
                 to: _mm512_maskz_permutex2var_epi8(those, low.to, numbers, high.to),
                 first: _mm512_maskz_permutex2var_epi8(those, low.first, numbers, high.first),
@@ -169,7 +169,7 @@ impl Avx512 {
 
     /// Which of them the plane of a column crosses.
     #[inline(always)]
-    fn crossing(self, side: &Side, column: __m512i) -> u64 {
+    fn crossing(self, side: &CutSide, column: __m512i) -> u64 {
         with! {
             let is_right = _mm512_cmple_epu8_mask(side.first, column);
             _mm512_mask_cmplt_epu8_mask(is_right, column, side.end)
