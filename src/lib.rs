@@ -1,13 +1,13 @@
 //! The EdgeGait host: everything around `edgegait-core` that needs a computer.
 //!
-//! People and their walks are made ([`scene::cohort`]) or recorded ([`scene::recorded`]), encoded
+//! People and their walks are made ([`people::cohort`]) or recorded ([`people::recorded`]), encoded
 //! into a [`Pack`], drawn from viewpoints under conditions ([`sweep()`]), and shown to recognizers
 //! ([`Contest`]). The [`guide`] has a page for each topic of the command.
 //!
 //! # GEIs of a pack, as an array
 //!
 //! ```
-//! use edgegait::scene::cohort;
+//! use edgegait::people::cohort;
 //! use edgegait::{CohortOptions, MAX_ERROR_MM, Pack, Settings, Views, encode_subjects, jobs, sweep};
 //! use ndarray::Array3;
 //!
@@ -40,7 +40,7 @@
 //! # Score an ONNX model
 //!
 //! ```
-//! # use edgegait::scene::cohort;
+//! # use edgegait::people::cohort;
 //! # use edgegait::{CohortOptions, MAX_ERROR_MM, Pack, Settings, Views, encode_subjects};
 //! use edgegait::{DrawnContest, Entrant, Model, Runtime, Wish};
 //!
@@ -62,7 +62,7 @@
 //! # What a confounder does to rank-1
 //!
 //! ```
-//! # use edgegait::scene::cohort;
+//! # use edgegait::people::cohort;
 //! # use edgegait::{CohortOptions, MAX_ERROR_MM, Pack, Settings, Views, encode_subjects};
 //! # use edgegait::{DrawnContest, Entrant, Model, Runtime, Wish};
 //! use edgegait::{Condition, Doses, dose};
@@ -111,52 +111,52 @@ pub mod audit;
 mod bench;
 pub mod cache;
 pub mod cli;
-pub mod confound;
-pub mod cycle;
+pub mod confounders;
 pub mod dataset;
 pub mod design;
 pub mod encode;
 pub mod error;
 pub mod evaluate;
 mod frontier;
+pub mod gait_cycles;
 mod gate;
+mod grey_threshold;
 pub mod guide;
 #[cfg(feature = "import")]
 pub mod import;
+mod inspect;
 #[cfg(feature = "train")]
 mod literature;
-mod named;
+mod named_or_file;
+pub mod people;
 mod report;
-pub mod scene;
 pub mod score;
 pub mod segment;
-pub mod source;
+pub mod sequences;
 #[cfg(all(feature = "import", feature = "train", feature = "plots"))]
 mod study;
-mod summary;
 pub mod sweep;
-mod table;
 pub mod template;
+mod text_table;
 #[cfg(feature = "train")]
 pub mod train;
-mod two_means;
 
-pub use confound::{Condition, Conditions, Doses, dose};
-pub use cycle::{CycleFinder, FoundCycles};
+pub use confounders::{Condition, Conditions, Doses, dose};
 pub use dataset::{Dataset, Tree};
 pub use edgegait_core::pack::Pack;
 pub use encode::{Effort, MAX_ERROR_MM, encode_population, encode_subjects};
 pub use error::{Error, Result};
 pub use evaluate::contest::{Contest, ContestOutcome, DrawnContest, Entrant, Wish};
 pub use evaluate::protocol::Protocol;
+pub use gait_cycles::{CycleFinder, FoundCycles};
 #[cfg(feature = "import")]
 pub use import::Motion;
-pub use scene::Subject;
-pub use scene::cohort::CohortOptions;
+pub use people::Subject;
+pub use people::cohort::CohortOptions;
 #[cfg(feature = "import")]
-pub use scene::recorded::{ReadOptions, Recording};
+pub use people::recorded::{ReadOptions, Recording};
 pub use score::{Contract, Model, Runtime};
-pub use source::{PackSource, Selection};
+pub use sequences::{PackSource, Selection};
 pub use sweep::{FramingMode, Jitter, Job, Lens, Raster, Settings, View, Views, jobs, sweep};
 pub use template::Template;
 #[cfg(feature = "train")]

@@ -2,7 +2,7 @@
 
 use criterion::Criterion;
 use edgegait::encode::{MAX_ERROR_MM, encode_subjects};
-use edgegait::scene::cohort::{CohortOptions, subjects};
+use edgegait::people::cohort::{CohortOptions, subjects};
 use std::time::Duration;
 
 /// A pack of four people of the built-in cohort (seed 1), each with one walk at 5 km/h.

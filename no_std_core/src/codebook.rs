@@ -7,6 +7,7 @@
 //! from which clips state their differences.
 
 use crate::bits::BitReader;
+use crate::entry_table::EntryTable;
 use crate::format::{
     CHANNELS, CODEBOOK_BYTES, FRAME_BYTES, FRAME_STEP, FormatError, GROUPS_BITS, GROUPS_RICE_BITS,
     JOINT_ERRORS_AT, MAX_GROUPS, MAX_RICE, RICE_BITS, STEPS_AT, TEMPLATE_HEADER_BYTES, i16_at,
@@ -14,7 +15,6 @@ use crate::format::{
 };
 use crate::rotation::{product, quaternion};
 use crate::skeleton::Joint;
-use crate::table::EntryTable;
 use glam::{Quat, Vec3};
 
 /// A pack's codebook, read in place.

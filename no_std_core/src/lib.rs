@@ -66,8 +66,8 @@
 
 pub use glam;
 
-mod adder;
 pub mod avatar;
+mod bit_adder;
 pub mod bits;
 pub mod body;
 pub mod budget;
@@ -76,6 +76,7 @@ pub mod clip;
 pub mod clothes;
 pub mod codebook;
 pub mod cycle;
+mod entry_table;
 pub mod facets;
 pub mod format;
 mod hull;
@@ -88,7 +89,6 @@ pub mod raster;
 pub mod rotation;
 pub mod silhouette;
 pub mod skeleton;
-mod table;
 pub mod template;
 
 /// Compiles the example of the crate's README.

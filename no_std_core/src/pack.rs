@@ -7,12 +7,12 @@ use crate::avatar::Avatar;
 use crate::budget::{MAX_ENTRIES, MAX_PACK_BYTES};
 use crate::clip::Clip;
 use crate::codebook::{CodeTable, Codebook};
+use crate::entry_table::EntryTable;
 use crate::format::{
     CRC_AT, FormatError, HEADER_BYTES, LENGTH_AT, MAGIC, SECTION_ENTRY_BYTES, SECTION_ORDER,
     SECTIONS_AT, SEX_BITS, SUBJECT_BYTES, UNDER_AGE_YEARS, VERSION, VERSION_AT, WALK_BYTES, crc32,
     u16_at, u32_at,
 };
-use crate::table::EntryTable;
 
 /// A parsed pack.
 #[derive(Clone, Copy, Debug)]

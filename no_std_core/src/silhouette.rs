@@ -1,6 +1,6 @@
 //! Silhouettes: bits, or grey coverage, in one of three sizes.
 
-use crate::adder::full_add;
+use crate::bit_adder::full_add;
 use crate::budget::{COLUMNS, MAX_COLUMNS, MAX_PIXELS, MAX_ROWS, ROWS};
 use core::fmt;
 

@@ -1,7 +1,7 @@
 //! What a ruler and a stopwatch say of a gait cycle, as it is decoded and drawn.
 
-use crate::scene::stance::FeetMotion;
-use crate::scene::{Body, BodyHull, Cycle, forward_kinematics};
+use crate::people::cutting::stance::FeetMotion;
+use crate::people::{Body, BodyHull, Cycle, forward_kinematics};
 use edgegait_core::avatar::Avatar;
 use edgegait_core::clip::Loop;
 use edgegait_core::skeleton::{JOINTS, Joint};

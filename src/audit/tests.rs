@@ -2,8 +2,8 @@
 
 use super::measure::Decoded;
 use super::*;
-use crate::scene::cohort::{self, CohortOptions, Person};
-use crate::scene::{Body, Cycle, forward_kinematics};
+use crate::people::cohort::{self, CohortOptions, Person};
+use crate::people::{Body, Cycle, forward_kinematics};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 use std::f64::consts::TAU;

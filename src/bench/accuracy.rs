@@ -143,7 +143,7 @@ fn drawn<'a>(
 mod tests {
     use super::*;
     use crate::encode::encode_subjects;
-    use crate::scene::cohort::{self, CohortOptions};
+    use crate::people::cohort::{self, CohortOptions};
     use crate::score::Contract;
     use crate::score::testing::MadeUp;
     use crate::sweep::{Settings, View};

@@ -1,9 +1,9 @@
 //! How large the batches are that are measured.
 
-use super::cap::{TimeShare, batch_within, largest};
 use super::measure::Task;
 use super::memory;
-use super::timed::First;
+use super::time_budget::{TimeShare, batch_within, largest};
+use super::timed_model::First;
 use crate::error::Result;
 use crate::score::Recognizer;
 

@@ -125,7 +125,7 @@ fn usual_view(contract: &Contract) -> Result<Vec<View>> {
 mod tests {
     use super::*;
     use crate::encode::encode_subjects;
-    use crate::scene::cohort::{self, CohortOptions};
+    use crate::people::cohort::{self, CohortOptions};
     use crate::score::InputLayout;
     use crate::sweep::jobs;
 

@@ -7,14 +7,14 @@
 use super::accuracy::Accuracy;
 use super::batch::{Sized, batch};
 use super::board::{Board, LOAD_WARNED_OF, LoadWatch, MachineState, warnings};
-use super::cap::{Cap, WorkKind};
 use super::inputs::DrawnInputs;
 use super::memory;
 use super::process::MeasuringProgress;
 use super::results::{
     AnswerParts, BareLoops, Energy, LeftOut, MachineConditions, ModelResult, Offline, millijoules,
 };
-use super::timed::{First, LoadedModel, Watched, beside, seconds_of, timed};
+use super::time_budget::{Cap, WorkKind};
+use super::timed_model::{First, LoadedModel, Watched, beside, seconds_of, timed};
 use super::windows::TimingPlan;
 use crate::error::Result;
 use crate::evaluate::contest::Entrant;

@@ -11,21 +11,21 @@ mod accuracy;
 mod affinity;
 mod batch;
 pub(crate) mod board;
-mod cap;
 mod compare;
 mod csv;
 mod date;
 mod energy;
 mod inputs;
-mod lengths;
 mod measure;
 mod memory;
-mod path;
 mod process;
 mod results;
+mod sequence_lengths;
 mod statistics;
 mod table;
-mod timed;
+mod time_budget;
+mod timed_model;
+mod video_pipeline;
 pub(crate) mod windows;
 
 pub(crate) use affinity::pin;
@@ -33,13 +33,13 @@ pub(crate) use compare::{Compared, chart};
 pub(crate) use csv::csv;
 pub(crate) use date::utc_now;
 pub(crate) use inputs::DrawnInputs;
-pub(crate) use lengths::{measure_lengths, require_any_length};
 pub(crate) use measure::{Task, measure};
 pub(crate) use memory::peak_rss_bytes;
-pub(crate) use path::{
+pub(crate) use process::{MeasuringProgress, end_with_parent, measured_by};
+pub(crate) use results::{BenchResults, ModelResult};
+pub(crate) use sequence_lengths::{measure_lengths, require_any_length};
+pub(crate) use table::{ResultColumn, TableFormat, render};
+pub(crate) use video_pipeline::{
     CheckedVideo, MADE_FPS, MADE_SIZE, PathResult, PathTask, check, check_model, measure_path,
     write_made,
 };
-pub(crate) use process::{MeasuringProgress, end_with_parent, measured_by};
-pub(crate) use results::{BenchResults, ModelResult};
-pub(crate) use table::{ResultColumn, TableFormat, render};

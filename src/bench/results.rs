@@ -2,9 +2,9 @@
 
 use super::accuracy::Accuracy;
 use super::board::{Board, MachineState};
-use super::lengths::Length;
-use super::path::PathResult;
+use super::sequence_lengths::Length;
 use super::statistics::{Times, median_index};
+use super::video_pipeline::PathResult;
 use super::windows::{MeasuredWindow, TimingPlan};
 use crate::dataset::ResultHeader;
 use crate::error::{Error, Result};

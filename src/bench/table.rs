@@ -1,11 +1,11 @@
 //! Results for people: boards, then models, a column each, as plain text or as Markdown.
 
 use super::board::{Clock, MachineState};
-use super::path;
 use super::results::{BenchResults, MachineConditions, ModelResult, Timing};
+use super::video_pipeline;
 use crate::report::{grouped, microseconds, percent};
-use crate::table::Column::{Left, Right};
-use crate::table::Table;
+use crate::text_table::Column::{Left, Right};
+use crate::text_table::Table;
 
 /// How a table is written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -77,7 +77,7 @@ pub(crate) fn render(columns: &[ResultColumn<'_>], format: TableFormat) -> Strin
         .iter()
         .any(|column| !column.results.paths.is_empty())
     {
-        tables.push(side_by_side(paths, &path::ROWS, format));
+        tables.push(side_by_side(paths, &video_pipeline::ROWS, format));
     }
     tables.join("\n")
 }

@@ -2,7 +2,7 @@
 
 mod compare;
 mod doubts;
-mod path;
+mod video;
 
 use super::args::{Common, FileArgs, ViewArgs};
 use super::drawing::DrawArgs;
@@ -10,7 +10,7 @@ use super::outputs::{Output, OutputKind};
 use super::progress::{self, Doing};
 use super::recognizers::{is_baseline, models, sort_inputs, with_contracts};
 use super::runtime::RuntimeArgs;
-use super::source::{SelectionArgs, SourceArgs};
+use super::walks::{SelectionArgs, SourceArgs};
 use crate::bench::board::{Board, CpuList, load_of_others};
 use crate::bench::windows::TimingPlan;
 use crate::bench::{
@@ -21,17 +21,17 @@ use crate::bench::{
 use crate::dataset::{ResultHeader, Staging, write_bytes};
 use crate::error::{Error, Result};
 use crate::score::{Model, shipped};
-use crate::source::PackSource;
+use crate::sequences::PackSource;
 use crate::sweep::jobs;
 use doubts::{cut_short, warn};
 use edgegait_core::pack::Pack;
-use path::PathArgs;
 use serde::de::DeserializeOwned;
 use std::ffi::{OsStr, OsString};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
+use video::PathArgs;
 
 /// Most seconds that a model is measured if nobody says otherwise. Ours: a linear model takes half a
 /// minute, drawing for its rank-1 on a slow board included.
@@ -284,7 +284,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
     }
     let models = models(&paths)?;
     if args.path.is_given() {
-        return path::run(args, &models, data);
+        return video::run(args, &models, data);
     }
     if let Some(folder) = data.as_ref().filter(|path| path.is_dir()) {
         return Err(Error::input(
@@ -453,7 +453,7 @@ fn alone(args: &BenchArgs, paths: &[PathBuf], pack: Option<PathBuf>, index: usiz
         writeln!(std::io::stdout(), "{json}").map_err(|error| Error::io("standard output", error))
     };
     if let Some(folder) = args.path.at() {
-        return say(serde_json::to_string(&path::alone(args, &open, folder)?));
+        return say(serde_json::to_string(&video::alone(args, &open, folder)?));
     }
     let pack_at = args.pack_at.as_deref();
     let pack_at = pack_at.ok_or(Error::Missing("a pack"))?;

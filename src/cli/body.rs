@@ -8,11 +8,11 @@ use super::values::SexArg;
 use crate::dataset::{InputFile, ResultHeader};
 use crate::error::{Error, Result};
 use crate::import::{FileContents, Motion, is_gltf, skinned_body};
-use crate::scene::Body;
-use crate::scene::figure::from_obj;
-use crate::scene::fit::{STEPS, USUAL_POINTS, kept_body};
-use crate::scene::measured::MeasuredPeople;
-use crate::scene::recorded::{BodyOptions, Recording};
+use crate::people::Body;
+use crate::people::hull_fit::{STEPS, USUAL_POINTS, kept_body};
+use crate::people::measured::MeasuredPeople;
+use crate::people::recorded::{BodyOptions, Recording};
+use crate::people::rigging::from_obj;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

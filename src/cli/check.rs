@@ -5,7 +5,7 @@ use super::args::{Common, FileArgs};
 use super::hints::WithFlags;
 use super::recognizers::with_contracts;
 use super::runtime::RuntimeChoice;
-use super::source::{SelectionArgs, SourceArgs};
+use super::walks::{SelectionArgs, SourceArgs};
 use crate::bench::DrawnInputs;
 use crate::dataset::ResultHeader;
 use crate::error::{ChoiceError, Error, Result};

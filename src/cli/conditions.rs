@@ -1,13 +1,13 @@
 //! Flags that say under which conditions people walk.
 
 use super::args::file_with;
-use crate::confound::{
+use crate::confounders::{
     CATALOGUE, Condition, Conditions, Dose, DoseUnit, Doses, Draws, NAMES, dose,
 };
 use crate::dataset::{InputFile, ResultHeader};
 use crate::error::{Error, Result};
-use crate::table::Column::Left;
-use crate::table::Table;
+use crate::text_table::Column::Left;
+use crate::text_table::Table;
 use std::path::PathBuf;
 
 /// Under which conditions people walk.

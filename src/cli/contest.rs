@@ -2,18 +2,18 @@
 
 use super::args::{ViewArgs, file_with};
 use super::conditions::ConditionArgs;
-use super::cutting::CuttingArgs;
 use super::drawing::DrawArgs;
 use super::keep_going::{KeepGoing, with_hint};
 use super::layout::{LayoutArgs, refuse_without_tree};
 use super::progress::Progress;
-use super::source::{SelectionArgs, SourceArgs};
-use crate::confound::Condition;
+use super::tree_cycles::CuttingArgs;
+use super::walks::{SelectionArgs, SourceArgs};
+use crate::confounders::Condition;
 use crate::dataset::{Dataset, InputFile, Partition, ResultHeader, TREE_PARTITION};
 use crate::error::{Error, Result};
 use crate::evaluate::contest::{Contest, DrawnContest, Entrant, StoredTemplates, Wish, usual};
 use crate::evaluate::protocol::{PARTITION, Protocol};
-use crate::source::{Form, PackSource, SequenceSource};
+use crate::sequences::{Form, PackSource, SequenceSource};
 use crate::sweep::Views;
 use crate::template::Template;
 use edgegait_core::pack::Pack;

@@ -1,7 +1,7 @@
 //! Flags that say how silhouettes are drawn, and how results state them.
 
 use super::args::ViewArgs;
-use super::source::SelectionArgs;
+use super::walks::SelectionArgs;
 use crate::error::{Error, Result, TemplateOrigin};
 use crate::score::Contract;
 use crate::sweep::{Aim, FramingMode, Jitter, Lens, Raster, Sensor, Settings};

@@ -6,8 +6,8 @@ use crate::dataset::ResultHeader;
 use crate::encode::{BUDGET_TRIES, Effort, MAX_ERROR_MM, STEPS_OF_WALK, encode_population};
 use crate::error::{Error, Result};
 use crate::frontier::{EncodedPack, EncodingGoal, encoded};
-use crate::scene::Subject;
-use crate::scene::thin::thinned;
+use crate::people::Subject;
+use crate::people::fewer_points::thinned;
 use std::ops::Range;
 
 /// The flags.

@@ -154,7 +154,7 @@ impl ExportArgs {
 /// What a tree calls the take of a walk, under a condition if any acts.
 pub(super) fn take_name(walk: &str, condition: &str, number: Option<u32>) -> String {
     let mut name = walk.to_owned();
-    if condition != crate::confound::NORMAL {
+    if condition != crate::confounders::NORMAL {
         name = format!("{name}-{condition}");
     }
     match number {

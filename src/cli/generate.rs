@@ -11,8 +11,8 @@ use crate::dataset::{
 use crate::design::{Design, Split};
 use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
 use crate::error::{Error, Result};
-use crate::scene::cohort::DEFAULT_SEED;
-use crate::scene::variation::CYCLES_OF_A_TAKE;
+use crate::people::cohort::DEFAULT_SEED;
+use crate::people::variation::CYCLES_OF_A_TAKE;
 use crate::sweep::{Swept, View, sweep_each};
 use crate::template::Template;
 use edgegait_core::pack::{Pack, Sex};

@@ -2,21 +2,21 @@
 
 use super::args::{Common, FileArgs};
 use super::body::BodyArgs;
+use super::encode_recordings::encoded_people;
 use super::encoding::{EncodingArgs, say_choice};
 use super::keep_going::KeepGoing;
 use super::outputs::{Output, OutputKind};
 use super::progress::Progress;
 use super::shared_warnings::SharedWarning;
-use super::walkers::encoded_people;
 use crate::dataset::{InputFile, ResultHeader, write_bytes};
 use crate::error::{Error, Result};
 use crate::import::EXTENSIONS;
-use crate::scene::Subject;
-use crate::scene::recorded::{Keep, ReadOptions, Recording, Smoothing, SubjectName};
-use crate::scene::stance::Skate;
-use crate::summary::{Summary, optional};
-use crate::table::Column::{Left, Right};
-use crate::table::Table;
+use crate::inspect::{Summary, optional};
+use crate::people::Subject;
+use crate::people::cutting::stance::Skate;
+use crate::people::recorded::{Keep, ReadOptions, Recording, Smoothing, SubjectName};
+use crate::text_table::Column::{Left, Right};
+use crate::text_table::Table;
 use clap::ValueEnum;
 use edgegait_core::clip::Clip;
 use edgegait_core::pack::Pack;

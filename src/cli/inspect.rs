@@ -3,8 +3,8 @@
 use super::args::{Common, FileArgs};
 use crate::dataset::ResultHeader;
 use crate::error::Result;
-use crate::source::PackSource;
-use crate::summary::Summary;
+use crate::inspect::Summary;
+use crate::sequences::PackSource;
 use std::path::PathBuf;
 
 /// Show what a pack holds and takes: people, walks, bytes, errors, memory

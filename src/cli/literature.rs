@@ -1,9 +1,9 @@
 //! `edgegait literature`: recognizers of the literature beside each other.
 
 use super::args::{Common, FileArgs};
-use super::cutting::CuttingArgs;
 use super::progress::Progress;
 use super::subspaces::SubspaceArgs;
+use super::tree_cycles::CuttingArgs;
 use crate::dataset::{ResultHeader, TreeLayout};
 use crate::error::{Error, Result};
 use crate::evaluate::contest::Entrant;
@@ -12,9 +12,9 @@ use crate::literature::{
     COLUMNS, CONTESTS, ConfounderClass, ContestPlan, FITTED, Garments, JudgedRecognizer,
     LiteratureRow, PublishedRecognizer, judge, judge_recorded,
 };
+use crate::people::cohort::SPEEDS_KMH;
 use crate::report::{garments_table, literature_table};
-use crate::scene::cohort::SPEEDS_KMH;
-use crate::source::{Recordings, SequenceSource};
+use crate::sequences::{Recordings, SequenceSource};
 use crate::sweep::{View, Views};
 use edgegait_core::pack::Pack;
 use serde::Serialize;

@@ -13,9 +13,10 @@ mod conditions;
 mod confounders;
 mod contest;
 mod contract;
-mod cutting;
 mod drawing;
 pub mod embed;
+#[cfg(feature = "import")]
+mod encode_recordings;
 mod encoding;
 mod export;
 #[cfg(feature = "plots")]
@@ -43,7 +44,6 @@ mod score;
 mod segment;
 #[cfg(feature = "import")]
 mod shared_warnings;
-mod source;
 #[cfg(all(feature = "import", feature = "train", feature = "plots"))]
 mod study;
 #[cfg(feature = "train")]
@@ -51,9 +51,9 @@ mod subspaces;
 mod sweep;
 #[cfg(feature = "train")]
 mod train;
+mod tree_cycles;
 mod values;
-#[cfg(feature = "import")]
-mod walkers;
+mod walks;
 
 use crate::error::Result;
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};

@@ -9,7 +9,7 @@ use crate::score::baseline;
 use crate::score::{
     CachedRecognizer, Contract, Firmware, Model, Outputs, Recognizer, Runtime, RuntimeName, shipped,
 };
-use crate::source::is_pack_or_folder;
+use crate::sequences::is_pack_or_folder;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 

@@ -4,7 +4,7 @@ use super::args::{Common, FileArgs, ViewArgs};
 use super::conditions::ConditionArgs;
 use super::drawing::DrawArgs;
 use super::outputs::{Output, OutputKind};
-use super::source::SourceArgs;
+use super::walks::SourceArgs;
 use crate::dataset::{ResultHeader, write_npy};
 use crate::error::{Error, Result};
 use crate::report::{cells, contact_sheet, write_png};

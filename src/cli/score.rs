@@ -14,7 +14,7 @@ use crate::evaluate::contest::{Contest, Entrant, ShownPicture};
 use crate::evaluate::results::{Latency, ProbeAnswer, RunTime, ScoreResults};
 use crate::report::{TemplateSample, table, write_page};
 use crate::score::Recognizer;
-use crate::source::ViewLabel;
+use crate::sequences::ViewLabel;
 use crate::template::TemplateShape;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

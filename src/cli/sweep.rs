@@ -9,15 +9,15 @@ use super::conditions::{ConditionArgs, listing};
 use super::drawing::DrawArgs;
 use super::export::{ExportArgs, sized, templates_of};
 use super::layout::{LayoutArgs, refuse_without_tree};
-use super::source::SourceArgs;
+use super::walks::SourceArgs;
 pub(super) use crate::bench::peak_rss_bytes;
-use crate::confound::Condition;
+use crate::confounders::Condition;
 use crate::dataset::{
     Contents, DatasetFormat, DatasetRun, Items, PackItems, ResultHeader, check_folder_name,
 };
 use crate::error::{Error, Result};
 use crate::frontier::choose;
-use crate::source::PackSource;
+use crate::sequences::PackSource;
 use crate::sweep::{Job, Settings, TAKE_FPS, Views, Wanted, is_take, walk_name};
 use crate::template::Template;
 use edgegait_core::pack::Pack;

@@ -1,32 +1,33 @@
 //! `edgegait train`: fit a recognizer and export it as ONNX.
 
-mod how;
+mod fitting;
 mod mix;
-mod opened;
-mod part;
+mod opened_source;
+mod samples;
 mod sources;
 
 use super::args::{Common, FileArgs, ViewArgs};
 use super::augment::AugmentArgs;
-use super::cutting::CuttingArgs;
 use super::drawing::DrawArgs;
 use super::layout::LayoutArgs;
 use super::outputs::{Output, OutputKind};
-use super::source::SelectionArgs;
 use super::subspaces::SubspaceArgs;
+use super::tree_cycles::CuttingArgs;
+use super::walks::SelectionArgs;
 use crate::dataset::{InputFile, ResultHeader, sha256_of_bytes, write_bytes};
 use crate::error::{Error, Result};
-use crate::evaluate::rank::{ProbeOutcome, closed_set};
+use crate::evaluate::rank1::{ProbeOutcome, closed_set};
 use crate::score::Contract;
-use crate::table::Column::{Left, Right};
-use crate::table::Table;
 use crate::template::augment::Augmentation;
+use crate::text_table::Column::{Left, Right};
+use crate::text_table::Table;
 use crate::train::subspaces::{RandomSubspaces, SubspaceOptions};
-use crate::train::views::ViewTransformation;
+use crate::train::view_transformation::ViewTransformation;
 use crate::train::{
-    Analysed, Components, LinearModel, Real, Samples, TrainMethod, TrainOptions, choice, onnx,
+    Analysed, Components, LinearModel, Real, Samples, TrainMethod, TrainOptions, feature_choice,
+    onnx,
 };
-use how::How;
+use fitting::How;
 use mix::MixArgs;
 use serde::Serialize;
 use sources::{Gathered, SourceResult, gathered};
@@ -340,8 +341,8 @@ fn linear<F: Real>(
 }
 
 fn feature_choice(args: &TrainArgs, out: &Path, samples: &Samples) -> Result<TrainedModel> {
-    let recognizer = choice::fit(samples)?;
-    let how = choice::described(&recognizer);
+    let recognizer = feature_choice::fit(samples)?;
+    let how = feature_choice::described(&recognizer);
     let made = MadeModel::linear(&recognizer, samples, (stem(out), &how));
     write(args, out, samples, made)
 }

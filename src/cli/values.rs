@@ -1,7 +1,7 @@
 //! Flags' names of the library's own choices, and what `--help` says of each.
 
 use crate::bench::TableFormat;
-use crate::scene::cohort::Dressing;
+use crate::people::cohort::Dressing;
 use crate::score::Provider;
 use crate::sweep::{FramingMode, Jitter, Lens};
 use crate::template::Template;

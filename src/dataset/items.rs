@@ -11,12 +11,12 @@ pub use drawn::DrawnItem;
 
 use super::contents::Array;
 use super::{Contents, IndexRow, ItemOrder};
-use crate::confound::Condition;
+use crate::confounders::Condition;
 use crate::design::Design;
 use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
 use crate::error::{ChoiceError, Error, Result};
-use crate::scene::cohort;
-use crate::scene::variation::CYCLES_OF_A_TAKE;
+use crate::people::cohort;
+use crate::people::variation::CYCLES_OF_A_TAKE;
 use crate::sweep::{Drawer, Job, Settings, View, Wanted, is_take};
 use edgegait_core::pack::Pack;
 use rayon::prelude::*;

@@ -1,16 +1,16 @@
 //! Designs: who walks, how, under which conditions and seen from where, in one TOML file from
 //! which a whole training set is made again.
 
-mod drawn;
+mod chance;
 mod images;
 mod numbers;
-mod written;
+mod toml_file;
 
-use crate::confound::Condition;
+use crate::confounders::Condition;
 use crate::error::{Error, FilePlace, Result};
-use crate::named::toml_of;
-use crate::scene::Subject;
-use crate::scene::cohort::{self, CohortOptions, Dressing, Profile};
+use crate::named_or_file::toml_of;
+use crate::people::Subject;
+use crate::people::cohort::{self, CohortOptions, Dressing, Profile};
 use crate::sweep::{Job, Settings, View, Wanted};
 use edgegait_core::pack::{Pack, Sex};
 use std::borrow::Cow;
@@ -26,7 +26,7 @@ const BUILT_IN: [&str; 2] = [
 
 /// Cycles of one take of a made walk: variations `8 t` to `8 t + 7` of a stored cycle are of take
 /// `t`.
-const CYCLES_OF_A_TAKE: u32 = crate::scene::variation::CYCLES_OF_A_TAKE;
+const CYCLES_OF_A_TAKE: u32 = crate::people::variation::CYCLES_OF_A_TAKE;
 
 /// What a dataset is made of.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,7 +77,7 @@ pub struct Split {
     pub people: Range<usize>,
 }
 
-/// People as [`crate::scene::cohort`] makes them.
+/// People as [`crate::people::cohort`] makes them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Population {
     /// Sex of all of them.
@@ -152,7 +152,7 @@ impl Design {
     /// If the text is not TOML, a key is unknown, or people, speeds, views or conditions are none
     /// that can be made.
     pub fn parse(path: &Path, text: &str) -> Result<Self> {
-        let written: written::WrittenDesign =
+        let written: toml_file::WrittenDesign =
             toml::from_str(text).map_err(|error| Error::toml(path, text, &error))?;
         written.design().map_err(|(at, problem)| {
             let line = 1 + text.get(..at).unwrap_or(text).matches('\n').count();
@@ -209,9 +209,9 @@ impl Design {
     /// # Errors
     /// As [`cohort::subject`].
     pub fn subject(&self, number: usize) -> Result<Subject> {
-        let mut draw = drawn::of_person(self.settings.seed, number);
+        let mut draw = chance::of_person(self.settings.seed, number);
         let ages = self.population.ages;
-        let age = ages.map(|ages| drawn::years(&mut draw, ages));
+        let age = ages.map(|ages| chance::years(&mut draw, ages));
         let speeds = self.population.speeds.drawn(&mut draw);
         cohort::subject(&self.options_at(number, age, speeds), number)
     }
@@ -266,7 +266,7 @@ impl Design {
                 elevation,
                 count,
             } => {
-                let mut draw = drawn::of_cycle(self.settings.seed, pack, job);
+                let mut draw = chance::of_cycle(self.settings.seed, pack, job);
                 let view = |_| View::new(azimuth.drawn(&mut draw), elevation.drawn(&mut draw));
                 (0..*count).map(view).collect()
             }

@@ -5,10 +5,10 @@
 mod tests;
 
 use super::bits::{BitWriter, signed_width};
-use super::halves::{Halves, counts, distance, position};
 use super::hull::{StepPoint, image, write_drape};
+use super::symmetry::{Halves, counts, distance, position};
 use crate::error::{EncodeError, Result};
-use crate::scene::{Body, BodyHull};
+use crate::people::{Body, BodyHull};
 use edgegait_core::avatar::Avatar;
 use edgegait_core::budget::{MAX_DRAPED_HULLS, MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
 use edgegait_core::format::{

@@ -5,7 +5,7 @@
 //! up down a limb. The scale of the steps is searched, not derived: the coarsest one at
 //! which [`refine`](super::refine) can bring all points within the stated error.
 
-use super::figure::DecodedCycle;
+use super::decoded::DecodedCycle;
 use super::frames::Frames;
 use super::target::EncodingTarget;
 use edgegait_core::format::{CHANNELS, ESCAPE_BITS};

@@ -5,23 +5,23 @@
 
 mod avatar;
 mod bits;
-mod code;
+mod codebook;
 mod cycle;
-mod figure;
-mod fits;
+mod decoded;
+mod fourier;
 mod frames;
-mod halves;
 mod hull;
 mod knots;
+mod mean_walks;
+mod motion_sections;
 mod pack;
-mod parameters;
 mod population;
-mod series;
+mod rice;
 mod spline;
+mod symmetry;
 mod take;
+mod take_fit;
 mod target;
-mod templates;
-mod tracks;
 
 pub use avatar::{EncodedAvatar, encode_avatar};
 pub use pack::{

@@ -1,12 +1,12 @@
 //! Putting a pack together.
 
 use super::avatar::encode_avatar;
-use super::code::CodeSections;
+use super::codebook::CodeSections;
+use super::motion_sections::{EncodableMotion, MotionSections, Stopped};
 use super::target::EncodingTarget;
-use super::tracks::{EncodableMotion, MotionSections, Stopped};
 use super::{take, target};
 use crate::error::{EncodeError, Error, RefusedWalk, Result};
-use crate::scene::{Subject, Track, Walk};
+use crate::people::{Subject, Track, Walk};
 use edgegait_core::avatar::Avatar;
 use edgegait_core::format::{
     CRC_AT, HEADER_BYTES, LENGTH_AT, MAGIC, SECTION_ENTRY_BYTES, SECTION_ORDER, SECTIONS_AT,

@@ -6,14 +6,14 @@
 //! people are encoded as they are made.
 
 use super::MAX_ERROR_MM;
-use super::code::{Code, ErrorsOfAll, StoredCode};
+use super::codebook::{Code, ErrorsOfAll, StoredCode};
 use super::cycle::{Quantised, quantise, quickly, rounded_at};
+use super::mean_walks::difference;
+use super::motion_sections::{TIGHTER, TRIES, worst};
 use super::pack::{Bodies, PackBuilder, body_error_mm, refused};
 use super::target::{EncodingTarget, JointErrors};
-use super::templates::difference;
-use super::tracks::{TIGHTER, TRIES, worst};
 use crate::error::{EncodeError, Error, Result};
-use crate::scene::{Subject, Track};
+use crate::people::{Subject, Track};
 use edgegait_core::budget::{MAX_ENTRIES, MAX_PACK_BYTES};
 use edgegait_core::codebook::Codebook;
 use rayon::prelude::*;
@@ -213,9 +213,9 @@ fn nearest(code: &Code, target: &EncodingTarget<'_>) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::encode::tracks::{EncodableMotion, settled};
+    use crate::encode::motion_sections::{EncodableMotion, settled};
     use crate::encode::{encode_avatar, encode_subjects};
-    use crate::scene::cohort::{CohortOptions, Dressing, subject, subjects};
+    use crate::people::cohort::{CohortOptions, Dressing, subject, subjects};
     use edgegait_core::avatar::Avatar;
     use edgegait_core::pack::Pack;
 

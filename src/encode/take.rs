@@ -5,12 +5,12 @@
 //! the fewest bytes whose error, measured with the core's decoder, is within the stated one.
 //! Where that fails by little, the moments that are furthest off weigh more in the next fit.
 
-use super::fits::Fits;
 use super::frames::VIRTUAL_POINTS;
+use super::take_fit::Fits;
 use super::target::{JointErrors, around, joint_errors, refuse_flips, virtual_points};
 use crate::error::{EncodeError, Result};
-use crate::scene::flips::MotionEnds;
-use crate::scene::{UncutMotion, forward_kinematics};
+use crate::people::cleaning::flips::MotionEnds;
+use crate::people::{UncutMotion, forward_kinematics};
 use edgegait_core::clip::{Clip, Take};
 use edgegait_core::codebook::Codebook;
 use edgegait_core::pose::ModelPose;

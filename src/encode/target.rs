@@ -1,10 +1,10 @@
 //! What a cycle's encoding aims at, and how far off it is.
 
+use super::fourier::FourierBasis;
 use super::frames::{VIRTUAL_POINT_M, VIRTUAL_POINTS};
-use super::series::FourierBasis;
 use crate::error::{EncodeError, Result};
-use crate::scene::flips::{MotionEnds, first_flip, largest_step_deg};
-use crate::scene::{Cycle, forward_kinematics};
+use crate::people::cleaning::flips::{MotionEnds, first_flip, largest_step_deg};
+use crate::people::{Cycle, forward_kinematics};
 use edgegait_core::clip::Loop;
 use edgegait_core::pose::{ModelPose, Pose};
 use edgegait_core::skeleton::{JOINTS, Joint, Skeleton};

@@ -1,6 +1,6 @@
 //! Rank-1 summed over bands of azimuth and elevation: 703 numbers as 25.
 
-use super::rank::Tally;
+use super::rank1::Tally;
 use super::results::ViewpointResult;
 
 /// Names of the azimuth bands, degrees, from the front to the back.

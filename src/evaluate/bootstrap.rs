@@ -10,7 +10,7 @@ use std::ops::AddAssign;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::rank::Tally;
+use super::rank1::Tally;
 use super::verification::{Pairs, Verification, finite};
 use super::wilson::Interval;
 
@@ -165,7 +165,7 @@ fn count(distances: &[f64], thresholds: &[f64]) -> Vec<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluate::ranking::{ProbeRank, Ranking};
+    use crate::evaluate::identification::{ProbeRank, Ranking};
     use crate::evaluate::wilson::wilson_95;
 
     fn tally(hits: u64, probes: u64) -> Tally {

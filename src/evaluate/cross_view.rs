@@ -4,7 +4,7 @@
 //! OU-MVLP's published numbers are the mean over the gallery views, without the identical one, then
 //! over the probe views.
 
-use super::rank::{ProbeOutcome, Tally};
+use super::rank1::{ProbeOutcome, Tally};
 use crate::error::{EvaluateError, Result};
 
 /// A tally for each probe view and gallery view.

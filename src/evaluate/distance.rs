@@ -163,7 +163,7 @@ fn sums<const N: usize>(x: &[f32], y: &[f32], of: impl Fn(f64, f64) -> [f64; N])
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluate::ranking::{ProbeRank, rank};
+    use crate::evaluate::identification::{ProbeRank, rank};
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 

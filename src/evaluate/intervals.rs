@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::bootstrap::rank1_95;
-use super::rank::Tally;
+use super::rank1::Tally;
 
 /// The two 95 % intervals of a Rank-1.
 ///

@@ -9,27 +9,27 @@
 //! `edgegait score` writes; `strengths` is what each confounder does, `agreement` what 8-bit
 //! weights do, `checkup` whether a model works at all, and `parity` whether runtimes and forms of a model answer alike.
 
-pub(crate) mod agreement;
-pub(crate) mod angle;
 pub(crate) mod bands;
 pub(crate) mod bootstrap;
 pub(crate) mod checkup;
 pub mod contest;
 pub(crate) mod cross_view;
 pub(crate) mod distance;
+pub(crate) mod eight_bit;
+pub(crate) mod identification;
 pub(crate) mod intervals;
-mod judge;
 pub(crate) mod median;
 pub(crate) mod paired;
 pub(crate) mod parity;
 pub mod protocol;
-pub(crate) mod rank;
-pub(crate) mod ranking;
+pub(crate) mod rank1;
 pub mod results;
 #[cfg(feature = "plots")]
 pub(crate) mod strengths;
 #[cfg(test)]
 pub(crate) mod testing;
+mod totals;
 pub(crate) mod trial;
 pub(crate) mod verification;
+pub(crate) mod view_angle;
 pub(crate) mod wilson;

@@ -12,10 +12,10 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::bootstrap::interval_95;
-use super::rank::Tally;
+use super::rank1::Tally;
 use super::results::{ProbeSetResult, RecognizerResult};
 use super::wilson::Interval;
-use crate::source::ViewLabel;
+use crate::sequences::ViewLabel;
 
 /// Rank-1 on the probes of one person.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -6,14 +6,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::angle::AngleResult;
 use super::intervals::Rank1Intervals;
 pub use super::paired::{Confusion, HitsByView, PairedResult, PairedViewpoint, PersonResult};
-use super::rank::Tally;
+use super::rank1::Tally;
 use super::verification::{RocPoint, TarAtFar};
+use super::view_angle::AngleResult;
 pub use crate::dataset::{InputFile, ResultHeader};
 pub use crate::score::RuntimeName;
-use crate::source::ViewLabel;
+use crate::sequences::ViewLabel;
 
 /// The results of `edgegait score`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

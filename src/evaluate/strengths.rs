@@ -2,7 +2,7 @@
 
 use super::intervals::Rank1Intervals;
 use super::results::RecognizerResult;
-use crate::confound::{Condition, Confounder, Dose, Doses, NORMAL};
+use crate::confounders::{Condition, Confounder, Dose, Doses, NORMAL};
 use crate::error::{EvaluateError, Result};
 use crate::sweep::{Job, Settings, Swept, View, sweep};
 use edgegait_core::pack::Pack;
@@ -246,7 +246,7 @@ fn rmse(a: &[Vec<u8>], b: &[Vec<u8>]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::confound::catalogue::named;
+    use crate::confounders::catalogue::named;
 
     #[test]
     fn a_study_has_each_confounder_at_each_strength_and_opposites_where_there_are() {

@@ -1,14 +1,14 @@
 //! Who is compared with whom under a protocol, and what becomes of a probe.
 
+use super::identification::{ProbeRank, rank};
 use super::protocol::{GalleryViews, Protocol, TakeRoles};
-use super::rank::ProbeOutcome;
-use super::ranking::{ProbeRank, rank};
+use super::rank1::ProbeOutcome;
 use super::results::ProbeAnswer;
 use super::verification::Pairs;
 use crate::error::{EvaluateError, Result};
 use crate::score::Recognizer;
 use crate::score::answers::Answers;
-use crate::source::{Sequences, ViewLabel};
+use crate::sequences::{Sequences, ViewLabel};
 use crate::sweep::View;
 use std::ops::Neg;
 

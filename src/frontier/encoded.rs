@@ -4,8 +4,8 @@ use super::choose::{self, FrontierChoice};
 use super::configuration::Encoding;
 use crate::encode::{MAX_ERROR_MM, body_error_mm, check_walks, encode_subjects, encode_within};
 use crate::error::Result;
-use crate::scene::Subject;
-use crate::scene::thin::with_thinner_bodies;
+use crate::people::Subject;
+use crate::people::fewer_points::with_thinner_bodies;
 use edgegait_core::pack::Pack;
 
 /// Greatest error by default where a body was fitted to a mesh, mm: 5 mm would cost 0.002 of its

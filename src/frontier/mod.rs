@@ -15,6 +15,8 @@ mod cost;
 mod encoded;
 pub(crate) mod exact;
 #[cfg(feature = "plots")]
+mod measure;
+#[cfg(feature = "plots")]
 pub(crate) mod pareto;
 #[cfg(feature = "plots")]
 pub(crate) mod plot;
@@ -22,13 +24,11 @@ pub(crate) mod plot;
 mod recognition;
 pub(crate) mod reference;
 #[cfg(feature = "plots")]
-mod study;
-#[cfg(feature = "plots")]
 mod timing;
 
 pub(crate) use encoded::{EncodedPack, EncodingGoal, encoded};
 #[cfg(feature = "plots")]
-pub(crate) use study::{FrontierPeople, FrontierPoint, FrontierStudy};
+pub(crate) use measure::{FrontierPeople, FrontierPoint, FrontierStudy};
 
 use crate::error::Result;
 use crate::sweep::Views;

@@ -2,8 +2,8 @@
 
 use super::FrontierPoint;
 use super::pareto::{Merits, pareto};
+use crate::report::axis_ticks::{LogAxis, NUMBER, RING, labels};
 use crate::report::drawing::{Axes, LINES, to_tenth};
-use crate::report::placing::{LogAxis, NUMBER, RING, labels};
 use crate::report::standalone::standalone;
 use maud::{Markup, html};
 

@@ -223,7 +223,7 @@ mod tests {
     use super::*;
     use crate::encode::encode_subjects;
     use crate::frontier::configuration::{DrawConfiguration, drawings};
-    use crate::scene::cohort::{CohortOptions, subjects};
+    use crate::people::cohort::{CohortOptions, subjects};
     use crate::sweep::Views;
 
     #[test]

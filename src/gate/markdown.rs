@@ -2,8 +2,8 @@
 
 use super::judge::GateOutcome;
 use super::report::GateReport;
-use crate::table::Column::Left;
-use crate::table::Table;
+use crate::text_table::Column::Left;
+use crate::text_table::Table;
 
 /// What a file of it begins with.
 pub(crate) const MARKDOWN_START: &str = "### EdgeGait gate: ";

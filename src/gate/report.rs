@@ -4,8 +4,8 @@ use super::estimate::Estimate;
 use super::judge::GateOutcome;
 use crate::dataset::ResultHeader;
 use crate::report::grouped;
-use crate::table::Column::Left;
-use crate::table::Table;
+use crate::text_table::Column::Left;
+use crate::text_table::Table;
 use serde::Serialize;
 use std::fmt;
 

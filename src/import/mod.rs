@@ -1,7 +1,7 @@
 //! Motion capture files, each read in its own units, axes and names.
 //!
 //! Readers state what a file says and change nothing: finding the up axis, the
-//! unit and the joints' roles is the work of [`crate::scene::retarget`].
+//! unit and the joints' roles is the work of [`crate::people::retarget`].
 
 use std::collections::HashSet;
 use std::fmt;

@@ -1,16 +1,16 @@
 //! What recognizers are judged by: a contest for each class of confounder.
 
-use crate::confound::{Condition, Conditions};
+use crate::confounders::{Condition, Conditions};
 use crate::dataset::kmh;
 use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
 use crate::error::{Error, Result};
 use crate::evaluate::contest::{Contest, DrawnContest, Entrant, Wish};
 use crate::evaluate::intervals::Rank1Intervals;
 use crate::evaluate::protocol::Protocol;
-use crate::evaluate::rank::Tally;
+use crate::evaluate::rank1::Tally;
 use crate::evaluate::results::{PersonResult, ProbeSetResult};
-use crate::scene::cohort::{self, CohortOptions};
-use crate::source::{BUILT_IN_WALK, Recordings, SequenceSource};
+use crate::people::cohort::{self, CohortOptions};
+use crate::sequences::{BUILT_IN_WALK, Recordings, SequenceSource};
 use crate::sweep::Views;
 use edgegait_core::pack::Pack;
 use serde::Serialize;

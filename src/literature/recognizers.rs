@@ -6,14 +6,15 @@ use crate::error::{Error, Result};
 use crate::evaluate::contest::Entrant;
 use crate::score::baseline::{Baseline, RANDOM};
 use crate::score::{Contract, InputLayout, Model, Recognizer, Runtime, Training};
-use crate::source::BUILT_IN_WALK;
+use crate::sequences::BUILT_IN_WALK;
 use crate::sweep::{Job, Raster, Settings, Views, jobs, sweep};
 use crate::template::Template;
 use crate::template::augment::{Augmentation, Crops};
 use crate::train::subspaces::{RandomSubspaces, SubspaceOptions};
-use crate::train::views::ViewTransformation;
+use crate::train::view_transformation::ViewTransformation;
 use crate::train::{
-    Analysed, Components, CycleShare, Recipe, Samples, TrainMethod, TrainOptions, choice, onnx,
+    Analysed, Components, CycleShare, Recipe, Samples, TrainMethod, TrainOptions, feature_choice,
+    onnx,
 };
 use edgegait_core::pack::Pack;
 use edgegait_core::raster::Rasterizer;
@@ -186,10 +187,10 @@ impl PublishedRecognizer {
             ..settings
         };
         let (samples, names, worn) = dressed(training, widths)?;
-        let fitted = choice::fit(&samples)?;
-        let garments = Garments::of(&samples, (names, &worn), choice::chosen(&fitted));
+        let fitted = feature_choice::fit(&samples)?;
+        let garments = Garments::of(&samples, (names, &worn), feature_choice::chosen(&fitted));
         let name = "row-width-chosen";
-        let contract = samples.contract(name.into(), choice::METHOD);
+        let contract = samples.contract(name.into(), feature_choice::METHOD);
         let bytes = onnx::write(&fitted, name, &[]);
         add(
             loaded(bytes, contract)?,

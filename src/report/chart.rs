@@ -3,9 +3,9 @@
 use maud::{Markup, html};
 
 use super::drawing::{Axes, LINES, Tick, percents, to_tenth};
-use super::{THIN, percent, scope};
-use crate::evaluate::angle::{AngleResult, BIN_DEG};
+use super::{THIN, headline_scope, percent};
 use crate::evaluate::results::RecognizerResult;
+use crate::evaluate::view_angle::{AngleResult, BIN_DEG};
 
 /// Rates at which charts have a line across, percent.
 const RATES: [u32; 5] = [0, 25, 50, 75, 100];
@@ -66,8 +66,8 @@ pub(super) fn angles(results: &[RecognizerResult]) -> Option<Markup> {
             (BIN_DEG) " degrees, each with its upper end, drawn at their middle. Bars are " (bars) "."
         }
         ul.quiet { @for result in &curves {
-            li { (result.name) ": " (scope::counts(result, THIN))
-                @if let Some(which) = scope::probe_sets(result) { ", of " (which) } }
+            li { (result.name) ": " (headline_scope::counts(result, THIN))
+                @if let Some(which) = headline_scope::probe_sets(result) { ", of " (which) } }
         } }
         @if curves.len() < results.len() {
             p.quiet { (curves.len()) " of " (results.len()) " recognizers: the first "
@@ -186,7 +186,7 @@ mod tests {
         };
         result.by_angle = vec![bin(0.0, 0.0, 1.0), bin(90.0, 100.0, 0.25)];
         let chart = angles(&[result]).unwrap().into_string();
-        crate::report::extent::assert_texts_are_readable(&chart);
+        crate::report::text_extent::assert_texts_are_readable(&chart);
         // 100 % at 0 degrees, 25 % in the bin of 90 to 100, where the axis ends.
         assert!(chart.contains("d=\"M54.0 12.0L515.7 162.0\""), "{chart}");
         assert!(

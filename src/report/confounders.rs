@@ -4,8 +4,8 @@ use super::{percent, strengths};
 use crate::dataset::write_bytes;
 use crate::error::Result;
 use crate::evaluate::strengths::{ConfounderResult, StrengthResult};
-use crate::table::Column::{Left, Right};
-use crate::table::Table;
+use crate::text_table::Column::{Left, Right};
+use crate::text_table::Table;
 use std::fmt::Write as _;
 use std::path::Path;
 

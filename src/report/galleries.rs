@@ -1,12 +1,12 @@
 //! Galleries of walks of a pack: what confounders do to one, and one in every template.
 
-use super::gallery::{GalleryImage, GalleryRow, TemplateCell, gallery, template_sheet};
-use super::pixels::{faded, mean, pixelated, warped};
-use super::scene::{DrawnFloor, HullKind as Colour, SceneShot, ShownHull, frame};
-use crate::confound::image::straightened;
-use crate::confound::{Condition, ConfounderKind};
+use super::camera_effects::{faded, mean, pixelated, warped};
+use super::camera_view::{DrawnFloor, HullKind as Colour, SceneShot, ShownHull, frame};
+use super::labelled_sheet::{GalleryImage, GalleryRow, TemplateCell, gallery, template_sheet};
+use crate::confounders::image::straightened;
+use crate::confounders::{Condition, ConfounderKind};
 use crate::error::Result;
-use crate::scene::wear::BodyPart;
+use crate::people::clothes::BodyPart;
 use crate::sweep::{
     Job, Moments, Scene, SceneHulls, Settings, Shot, Swept, Thing, View, scene, silhouettes, sweep,
 };

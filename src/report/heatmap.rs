@@ -301,7 +301,7 @@ fn ticks(angles: &[f64], cell: usize, room: usize) -> Vec<usize> {
 mod tests {
     use super::*;
     use crate::evaluate::results::tests::result_of;
-    use crate::report::extent::assert_texts_are_readable;
+    use crate::report::text_extent::assert_texts_are_readable;
 
     #[test]
     fn the_scale_has_viridis_at_its_ends_and_in_between() {

@@ -15,7 +15,7 @@ use serde_json::Value;
 
 use super::summary::{finding, summary};
 use super::viewpoints::recognizer;
-use super::{THIN, chart, grouped, paired, people, percent, png, ranks};
+use super::{THIN, chart, cmc_roc, grouped, paired, people, percent, png};
 use crate::dataset::{ResultHeader, write_atomically};
 use crate::error::{Error, ReportError, Result};
 use crate::evaluate::results::ScoreResults;
@@ -99,7 +99,7 @@ pub(crate) fn page(results: &ScoreResults, samples: &[TemplateSample]) -> Result
                         h2 { "How far from training" }
                         (chart)
                     }
-                    @if let Some(charts) = ranks::charts(&results.recognizers) {
+                    @if let Some(charts) = cmc_roc::charts(&results.recognizers) {
                         h2 { "Who is found, and who is accepted" }
                         (charts)
                     }

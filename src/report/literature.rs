@@ -2,8 +2,8 @@
 
 use super::percent;
 use crate::literature::{ClassRank1, Garments, LiteratureRow};
-use crate::table::Column::{Left, Right};
-use crate::table::Table;
+use crate::text_table::Column::{Left, Right};
+use crate::text_table::Table;
 
 /// Rank-1 of each recognizer under each class, with its 95 % interval over people, percent.
 pub(crate) fn literature_table(

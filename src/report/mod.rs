@@ -2,32 +2,30 @@
 //!
 //! A report never computes a result: it shows what [`crate::evaluate`] found.
 
+pub(crate) mod axis_ticks;
+#[cfg(feature = "plots")]
+mod camera_effects;
+#[cfg(feature = "plots")]
+mod camera_view;
 mod chart;
+mod cmc_roc;
 #[cfg(feature = "plots")]
 mod confounders;
 pub(crate) mod drawing;
-#[cfg(test)]
-mod extent;
 #[cfg(feature = "plots")]
 mod galleries;
-#[cfg(feature = "plots")]
-mod gallery;
+mod headline_scope;
 mod heatmap;
 mod html;
+#[cfg(feature = "plots")]
+mod labelled_sheet;
 #[cfg(feature = "train")]
 mod literature;
-mod measures;
 mod paired;
 mod people;
 mod picture;
-#[cfg(feature = "plots")]
-mod pixels;
-pub(crate) mod placing;
-mod ranks;
+mod probe_sets;
 mod scatter;
-#[cfg(feature = "plots")]
-mod scene;
-mod scope;
 pub(crate) mod standalone;
 #[cfg(feature = "plots")]
 mod strengths;
@@ -35,6 +33,8 @@ mod strengths;
 mod study;
 mod summary;
 mod table;
+#[cfg(test)]
+mod text_extent;
 mod viewpoints;
 
 #[cfg(feature = "plots")]

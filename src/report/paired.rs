@@ -4,8 +4,8 @@ use maud::{Markup, html};
 
 use super::table::shortened;
 use crate::evaluate::results::{PairedResult, ScoreResults};
-use crate::table::Column::{Left, Right};
-use crate::table::Table;
+use crate::text_table::Column::{Left, Right};
+use crate::text_table::Table;
 
 /// What is said of a difference.
 fn verdict(one: &PairedResult) -> &'static str {

@@ -101,7 +101,7 @@ pub(super) fn svg(result: &RecognizerResult) -> Markup {
 mod tests {
     use super::*;
     use crate::evaluate::results::tests::result_of;
-    use crate::report::extent::assert_texts_are_readable;
+    use crate::report::text_extent::assert_texts_are_readable;
 
     #[test]
     fn dots_are_drawn_to_scale_with_labels_at_values_that_exist() {

@@ -119,7 +119,7 @@ mod tests {
     use super::*;
     use crate::evaluate::intervals::Rank1Intervals;
     use crate::evaluate::strengths::{Rank1Rate, StrengthResult};
-    use crate::report::extent::assert_texts_of_size_are_readable;
+    use crate::report::text_extent::assert_texts_of_size_are_readable;
 
     fn result(name: &'static str, class: &'static str, rates: &[(f64, f64)]) -> ConfounderResult {
         let intervals = Rank1Intervals {

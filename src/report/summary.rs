@@ -4,9 +4,9 @@ use maud::{Markup, html};
 
 use super::heatmap::label;
 use super::viewpoints::{chance, rate};
-use super::{THIN, chart, grouped, microseconds, percent, scope};
+use super::{THIN, chart, grouped, headline_scope, microseconds, percent};
 use crate::evaluate::bands::{Bands, ELEVATIONS};
-use crate::evaluate::rank::Tally;
+use crate::evaluate::rank1::Tally;
 use crate::evaluate::results::{RecognizerResult, ScoreResults};
 
 /// The best recognizer in a few sentences.
@@ -39,10 +39,10 @@ pub(super) fn finding(results: &ScoreResults) -> Markup {
                     strong { (rate(tally)) " %" } "."
                 }
             }
-            @if let Some(which) = scope::probe_sets(best) {
+            @if let Some(which) = headline_scope::probe_sets(best) {
                 p {
-                    "That is of " strong { (which) } ": " (scope::counts(best, THIN)) "."
-                    @if let Some((worst, others)) = scope::worst_other(best) {
+                    "That is of " strong { (which) } ": " (headline_scope::counts(best, THIN)) "."
+                    @if let Some((worst, others)) = headline_scope::worst_other(best) {
                         @match others {
                             1 => " The other one",
                             many => { " Of the other " (many) " it does worst on " (worst.name) },
@@ -75,7 +75,7 @@ pub(super) fn summary(results: &ScoreResults) -> Markup {
                     th scope="row" { (result.name)
                         @if result.baseline { small { "baseline: nothing learnt" } }
                         small { (result.protocol)
-                        @if let Some(which) = scope::probe_sets(result) { ": " (which) } } }
+                        @if let Some(which) = headline_scope::probe_sets(result) { ": " (which) } } }
                     td.text data-label="runtime" { (result.runtime.name) small { (result.runtime.detail()) } }
                     td data-label="rank-1" {
                         b { (percent(result.rank1)) " %" }
@@ -134,7 +134,7 @@ pub(super) mod tests {
     use super::*;
     use crate::evaluate::results::tests::set;
     use crate::evaluate::results::tests::{result_of, results_of};
-    use crate::report::scope::tests::confounded;
+    use crate::report::headline_scope::tests::confounded;
 
     /// Four viewpoints, the side view of them that of training.
     pub(crate) fn grid() -> RecognizerResult {

@@ -2,12 +2,12 @@
 
 use std::fmt::Write;
 
-use super::{grouped, measures, microseconds, paired, percent, scope};
+use super::{grouped, headline_scope, microseconds, paired, percent, probe_sets};
 use crate::evaluate::bands::{AZIMUTHS, Bands, ELEVATIONS};
-use crate::evaluate::rank::Tally;
+use crate::evaluate::rank1::Tally;
 use crate::evaluate::results::{Latency, RecognizerResult, ScoreResults};
-use crate::table::Column::{Left, Right};
-use crate::table::Table;
+use crate::text_table::Column::{Left, Right};
+use crate::text_table::Table;
 
 /// The results as text: a line for each recognizer, then where each of them works.
 #[must_use]
@@ -38,10 +38,10 @@ pub(crate) fn table(results: &ScoreResults) -> String {
             &mut out,
             &format!("protocol: {}", shortened(&first.protocol, 60)),
         );
-        if let Some(which) = scope::probe_sets(first) {
+        if let Some(which) = headline_scope::probe_sets(first) {
             line(&mut out, &shortened(&format!("rank-1 is of {which}"), 80));
         }
-        if let Some((worst, others)) = scope::worst_other(first) {
+        if let Some((worst, others)) = headline_scope::worst_other(first) {
             let name = shortened(&worst.name, 30);
             let lowest = percent(worst.rank1);
             line(
@@ -57,7 +57,7 @@ pub(crate) fn table(results: &ScoreResults) -> String {
     // Of baselines beside others the page has more.
     for recognizer in results.learnt() {
         places(&mut out, recognizer);
-        out.push_str(&measures::text(recognizer));
+        out.push_str(&probe_sets::text(recognizer));
     }
     out
 }
@@ -79,7 +79,7 @@ fn places(out: &mut String, recognizer: &RecognizerResult) {
             out,
             &format!("\n{name}: rank-1 % by elevation and azimuth, degrees"),
         );
-        if let Some(which) = scope::probe_sets(recognizer) {
+        if let Some(which) = headline_scope::probe_sets(recognizer) {
             line(out, &shortened(&format!("  of {which}"), 80));
         }
         out.push_str(&grid(&bands).to_string());

@@ -3,9 +3,9 @@
 use maud::{Markup, html};
 
 use super::heatmap::{HeatmapGrid, colour, ink, label, legend};
-use super::{THIN, grouped, measures, percent, scatter, scope};
+use super::{THIN, grouped, headline_scope, percent, probe_sets, scatter};
 use crate::evaluate::bands::{AZIMUTHS, Bands, ELEVATIONS};
-use crate::evaluate::rank::Tally;
+use crate::evaluate::rank1::Tally;
 use crate::evaluate::results::RecognizerResult;
 
 /// Viewpoints that are listed one by one rather than in bands.
@@ -22,13 +22,13 @@ pub(super) fn recognizer(result: &RecognizerResult) -> Markup {
     html! {
         section {
             h2 { (result.name) }
-            (measures::page(result))
+            (probe_sets::page(result))
             @if !result.by_viewpoint.is_empty() {
                 h3 { "Rank-1 by viewpoint" }
                 p {
                     (result.name)
-                    @if let Some(which) = scope::probe_sets(result) { " on " (which) }
-                    ": " (scope::counts(result, THIN)) " in all. Azimuth, to the right: 0 in front of the "
+                    @if let Some(which) = headline_scope::probe_sets(result) { " on " (which) }
+                    ": " (headline_scope::counts(result, THIN)) " in all. Azimuth, to the right: 0 in front of the "
                     "walker, 90 at their left, 180 behind. Elevation, upwards: 0 level, 90 straight above."
                 }
                 div.views {

@@ -2,7 +2,7 @@
 
 use super::{Distance, Outputs, Recognizer};
 use crate::error::{Result, ScoreError};
-use crate::source::{Form, SequenceSource, Shown};
+use crate::sequences::{Form, SequenceSource, Shown};
 use crate::template::Template;
 
 /// Most numbers given to a recognizer at once (4 MB), and most templates. Sequences of silhouettes are

@@ -7,12 +7,13 @@
 mod affine;
 pub(crate) mod answers;
 pub(crate) mod baseline;
+mod cached;
 mod contract;
+mod find_runtime;
 mod firmware;
 mod graph;
 mod guess;
 mod input;
-mod kept;
 mod library;
 mod model;
 mod onnx;
@@ -22,24 +23,23 @@ mod protobuf;
 mod quantize;
 mod rten;
 mod runtime;
-mod search;
 pub mod shipped;
 
 pub use affine::{Affine, AffineScores};
+pub use cached::CachedRecognizer;
 #[cfg(feature = "train")]
 pub(crate) use contract::SAME_VIEW_DEG;
 pub use contract::{Contract, OutputNames, Training};
+pub use find_runtime::find_library;
 pub use firmware::Firmware;
 pub use graph::{Dimension, Graph, Port};
 pub use input::{Distance, InputLayout, InputRange};
-pub use kept::CachedRecognizer;
 pub use model::Model;
 pub(crate) use ports::list_of;
 pub use ports::{Batching, EMBEDDING, SCORES};
 pub use profile::{Arithmetic, OperatorTime, Ran};
 pub use quantize::GeiForm;
 pub use runtime::{BareLoop, BareOutputs, Provider, Runtime, RuntimeName};
-pub use search::find_library;
 
 use crate::error::{Result, ScoreError};
 use ports::Ports;

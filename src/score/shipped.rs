@@ -104,7 +104,7 @@ mod tests {
     use super::super::testing::ort_library;
     use super::super::{Outputs, Runtime};
     use super::*;
-    use crate::scene::cohort::{self, CohortOptions};
+    use crate::people::cohort::{self, CohortOptions};
     use crate::sweep::{Job, Settings, Views, sweep};
     use edgegait_core::pack::Pack;
 

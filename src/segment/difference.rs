@@ -1,6 +1,6 @@
 //! How a frame differs from the empty scene: light taken out, noise measured, shadows forgiven.
 
-use super::lab::{Lab, Tables};
+use super::cie_lab::{Lab, Tables};
 use image::RgbImage;
 use libm::logf;
 

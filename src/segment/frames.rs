@@ -1,7 +1,7 @@
 //! The frames of a video, a batch at a time: a folder of pictures, a stream, or a file.
 
 use super::background::{MIN_FRAMES, median, sample};
-use super::spread::EvenlySpaced;
+use super::evenly_spaced::EvenlySpaced;
 use super::stream::Stream;
 use super::y4m::{MAX_PIXELS, MAX_SIDE};
 use crate::dataset::{InputFile, hex};

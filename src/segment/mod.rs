@@ -29,13 +29,13 @@
 //! ```
 
 mod background;
+mod cie_lab;
 mod difference;
+mod evenly_spaced;
 mod frames;
-mod lab;
 mod mask;
 mod painted;
 mod sheet;
-mod spread;
 mod stream;
 mod writer;
 mod y4m;
@@ -51,7 +51,7 @@ pub use writer::{SequenceNames, SequenceWriter, check_replaceable};
 
 use crate::dataset::InputFile;
 use crate::error::{Error, Result};
-use crate::two_means::threshold;
+use crate::grey_threshold::threshold;
 use difference::{EmptyScene, SceneDifference, over_noise};
 use image::RgbImage;
 use std::path::Path;

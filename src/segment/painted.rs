@@ -158,7 +158,7 @@ impl Normals {
     const COUNT: usize = 1 << 16;
 
     fn new(rng: &mut ChaCha8Rng) -> Self {
-        let table = (0..Self::COUNT).map(|_| crate::scene::cohort::normal(rng) as f32);
+        let table = (0..Self::COUNT).map(|_| crate::people::cohort::normal(rng) as f32);
         Self {
             table: table.collect(),
             state: rng.random_range(1..u64::MAX),

@@ -1,7 +1,7 @@
 //! A contact sheet: frames of the whole video with the outlines of what was found in them.
 
+use super::evenly_spaced::EvenlySpaced;
 use super::mask::Mask;
-use super::spread::EvenlySpaced;
 use image::{Rgb, RgbImage, imageops};
 
 /// Most frames of a sheet: 16 to 32 of a long video are shown.

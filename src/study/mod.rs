@@ -12,9 +12,9 @@ mod example;
 mod likeness;
 mod manifest;
 mod masks;
-mod order;
+mod paper_order;
 mod plan;
-mod real;
+mod real_cycles;
 mod recognition;
 mod similarity;
 mod splits;
@@ -25,16 +25,16 @@ pub(crate) use differences::{BANDS, Price, banded};
 pub(crate) use example::SIZE;
 pub(crate) use likeness::BoxPlot;
 pub(crate) use masks::Masks;
-pub(crate) use order::PaperOrder;
+pub(crate) use paper_order::PaperOrder;
 pub(crate) use plan::{Paths, StudyPlan};
 pub(crate) use recognition::{AccuracyCurve, Experiment};
 pub(crate) use similarity::{Overlay, Similarity, SimilarityGroup};
 pub(crate) use splits::SplitUnit;
 pub(crate) use subspaces::ComparedSubspaces;
 
-use crate::confound::{Condition, Doses, dose};
+use crate::confounders::{Condition, Doses, dose};
 use crate::error::{Error, Result};
-use crate::scene::measured::MeasuredPeople;
+use crate::people::measured::MeasuredPeople;
 use crate::sweep::{FramingMode, View};
 use crate::template::augment::{Augmentation, Crops};
 use example::Example;
@@ -216,7 +216,7 @@ pub(crate) fn run(
             .collect::<Result<_>>()?;
         for (number, &masks) in choices.masks.iter().enumerate() {
             let seed = choices.seeds.first().copied().unwrap_or(1);
-            let real = real::read(&plan.tree, &shown, (masks, seed), &framings, progress)?;
+            let real = real_cycles::read(&plan.tree, &shown, (masks, seed), &framings, progress)?;
             findings.counts.push(CycleCounts {
                 view: seen.name.clone(),
                 masks: masks.name(),
@@ -263,7 +263,7 @@ pub(crate) fn run(
             }
         }
     }
-    findings.orders = order::orders(&findings.recognition);
+    findings.orders = paper_order::orders(&findings.recognition);
     Ok(findings)
 }
 

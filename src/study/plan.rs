@@ -2,11 +2,11 @@
 //! any long work.
 
 use super::manifest::{self, Pairing, listed};
-use super::real::ShownTake;
+use super::real_cycles::ShownTake;
 use super::twins::{TwinRecording, find};
 use crate::dataset::{InputFile, Tree};
 use crate::error::{Error, FilePlace, Result};
-use crate::scene::measured::MeasuredPeople;
+use crate::people::measured::MeasuredPeople;
 use crate::sweep::View;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

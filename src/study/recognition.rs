@@ -6,7 +6,7 @@ use super::likeness::mean;
 use super::splits::{ExampleSplit, SplitUnit, split};
 use crate::error::Result;
 use crate::evaluate::bootstrap::interval_95;
-use crate::evaluate::rank::{ProbeOutcome, Tally, closed_set};
+use crate::evaluate::rank1::{ProbeOutcome, Tally, closed_set};
 use crate::template::Template;
 use crate::template::augment::{Augmentation, varied};
 use crate::train::{Analysed, Components, TrainMethod, TrainOptions};

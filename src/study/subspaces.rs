@@ -3,7 +3,7 @@
 
 use super::example::{Example, SIZE};
 use crate::error::Result;
-use crate::train::algebra::{eigen, multiply};
+use crate::train::linear_algebra::{eigen, multiply};
 use crate::train::pca::Pca;
 use ndarray::{Array2, ArrayView2, s};
 use serde::Serialize;

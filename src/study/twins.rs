@@ -4,13 +4,13 @@
 use super::example::{Example, SIZE, gei};
 use super::likeness::PHASES;
 use super::manifest::{Pairing, listed};
-use crate::confound::Condition;
+use crate::confounders::Condition;
 use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
 use crate::error::{Error, FilePlace, Result};
-use crate::scene::cohort::{self, CohortOptions};
-use crate::scene::measured::MeasuredPeople;
-use crate::scene::recorded::{BodyOptions, Keep, ReadOptions, Recording, SubjectName, subjects};
-use crate::scene::{Subject, Track};
+use crate::people::cohort::{self, CohortOptions};
+use crate::people::measured::MeasuredPeople;
+use crate::people::recorded::{BodyOptions, Keep, ReadOptions, Recording, SubjectName, subjects};
+use crate::people::{Subject, Track};
 use crate::sweep::{FramingMode, Job, Lens, Moments, Sensor, Settings, Shot, View, silhouettes};
 use edgegait_core::pack::Pack;
 use edgegait_core::raster::Rasterizer;

@@ -1,7 +1,7 @@
 //! Sweeps by columns: all elevations of an azimuth at once.
 
-use super::film::{Film, FilmView};
-use super::painter::PaintedView;
+use super::drawing::PaintedView;
+use super::posed_frames::{Film, FilmView};
 use super::views::{View, by_azimuth};
 use crate::error::{ChoiceError, Error, Result};
 use edgegait_core::raster::columns::{self, Azimuth, ElevationImages};

@@ -4,29 +4,29 @@
 //! from every viewpoint. Results come in the jobs' order, whatever the number of threads.
 
 mod columns;
-mod film;
-mod painter;
+mod confounded_frames;
+mod drawing;
+mod outputs;
+mod posed_frames;
 mod recording;
-mod scene;
+mod scene_view;
 mod settings;
-mod stage;
 mod views;
 mod walker;
-mod wanted;
 
-pub use scene::{Scene, SceneHulls, Thing, scene};
+pub use outputs::{MAX_FRAMES, TAKE_FPS, Wanted};
+pub use scene_view::{Scene, SceneHulls, Thing, scene};
 pub use settings::{Aim, FRAMES_PER_CYCLE, FramingMode, Jitter, Lens, Raster, Sensor, Settings};
 pub use views::{View, Views};
 pub use walker::drawn;
-pub use wanted::{MAX_FRAMES, TAKE_FPS, Wanted};
 
-use crate::confound::{Condition, ConfounderKind, NORMAL};
+use crate::confounders::{Condition, ConfounderKind, NORMAL};
 use crate::error::{Result, SweepError};
+use drawing::Painter;
 use edgegait_core::pack::Pack;
 use edgegait_core::silhouette::AnySilhouette;
-use film::Film;
 use glam::Vec3;
-use painter::Painter;
+use posed_frames::Film;
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::ops::Range;

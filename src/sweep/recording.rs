@@ -2,7 +2,7 @@
 
 use super::settings::{FramingMode, Lens, Raster, Settings};
 use super::views::View;
-use crate::confound::{ConfounderKind, DosePlan, Stage};
+use crate::confounders::{ConfounderKind, DosePlan, Stage};
 use crate::error::{ChoiceError, Result};
 use edgegait_core::camera::Viewpoint;
 use rand::RngExt as _;
@@ -130,8 +130,8 @@ pub(super) fn check(plan: &DosePlan, settings: &Settings) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::confound::{Condition, Dose, Doses};
-    use crate::scene::variation::CycleSeed;
+    use crate::confounders::{Condition, Dose, Doses};
+    use crate::people::variation::CycleSeed;
 
     fn plan(doses: &[(ConfounderKind, f64)]) -> DosePlan {
         let dose = |&(kind, strength): &(ConfounderKind, f64)| Dose { kind, strength };

@@ -1,12 +1,12 @@
 //! One job's figure at any moment.
 
 use super::{Job, Moments, walk_name};
-use crate::confound::appearance::{self, BodyPart, Outfit, Wearer};
-use crate::confound::image::{Crossing, Floor};
-use crate::confound::motion::{self, GaitFacts};
-use crate::confound::{Condition, ConfounderKind, DosePlan, Stage};
+use crate::confounders::appearance::{self, BodyPart, Outfit, Wearer};
+use crate::confounders::image::{Crossing, Floor};
+use crate::confounders::motion::{self, GaitFacts};
+use crate::confounders::{Condition, ConfounderKind, DosePlan, Stage};
 use crate::error::{Result, SweepError};
-use crate::scene::variation::{CycleSeed, Variation};
+use crate::people::variation::{CycleSeed, Variation};
 use edgegait_core::avatar::Avatar;
 use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::clip::Clip;

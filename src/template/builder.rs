@@ -1,6 +1,6 @@
 //! Makes a template of frames that come one by one.
 
-use super::{Template, kfd, width};
+use super::{Template, kfd, row_width};
 use crate::error::Result;
 use edgegait_core::silhouette::{AnySilhouette, Size};
 use edgegait_core::template::{FrameError, TemplateBuilder, TemplateKind};
@@ -103,8 +103,8 @@ impl Builder {
                 builder.finish(&mut bytes);
                 builder.clear();
                 if self.template == Template::RowWidth {
-                    let widths = width::row_widths(&bytes, self.size, 0);
-                    return width::bytes(&widths, self.size);
+                    let widths = row_width::row_widths(&bytes, self.size, 0);
+                    return row_width::bytes(&widths, self.size);
                 }
                 bytes
             }

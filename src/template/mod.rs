@@ -4,7 +4,7 @@ pub mod augment;
 mod builder;
 pub(crate) mod kfd;
 mod outline;
-pub(crate) mod width;
+pub(crate) mod row_width;
 
 pub use builder::Builder;
 pub use outline::outline;

@@ -12,7 +12,7 @@
 //! The last term, 3e-9 of the kernel's peak, is less than f32 resolves, and is left out. What remains is a
 //! product of a function of rows and one of columns, so that a response is two products of matrices.
 
-use super::algebra::multiply;
+use super::linear_algebra::multiply;
 use super::onnx_file::{NodeAttribute, OnnxFile};
 use edgegait_core::silhouette::Size;
 use ndarray::{Array2, ArrayView2, s};

@@ -7,7 +7,7 @@
 
 use ndarray::{Array1, Array2, ArrayView2, Axis, s};
 
-use super::algebra::{Real, add_products_of_columns, eigen, finite, fix_sign, multiply};
+use super::linear_algebra::{Real, add_products_of_columns, eigen, finite, fix_sign, multiply};
 use crate::error::{Result, TrainError};
 
 /// Directions that tell classes apart, best first.

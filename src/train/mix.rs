@@ -197,7 +197,7 @@ fn training(parts: &[MixPart]) -> Training {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::source::{BUILT_IN_WALK, PackSource, Selection, built_in};
+    use crate::sequences::{BUILT_IN_WALK, PackSource, Selection, built_in};
     use crate::sweep::{Raster, Settings, Views};
     use crate::template::augment::Augmentation;
     use crate::train::Recipe;

@@ -5,25 +5,25 @@
 //! support vector machines on principal components. A board then runs two
 //! products instead of a stack of operators.
 
-pub(crate) mod algebra;
-pub(crate) mod choice;
+mod cycle_share;
+pub(crate) mod feature_choice;
 pub(crate) mod gabor;
 pub(crate) mod lda;
+pub(crate) mod linear_algebra;
 mod mix;
 pub mod onnx;
 mod onnx_file;
 pub(crate) mod pca;
+mod real_synthetic;
 mod samples;
-mod share;
 pub mod subspaces;
 pub(crate) mod svm;
-mod synthetic;
-pub mod views;
+pub mod view_transformation;
 
-pub use algebra::Real;
+pub use cycle_share::CycleShare;
+pub use linear_algebra::Real;
 pub use mix::{MixPart, SampleForm, joined, require_one_form, strangers};
 pub use samples::{Recipe, Samples};
-pub use share::CycleShare;
 
 use edgegait_core::silhouette::Size;
 use ndarray::{Array1, Array2, ArrayView1, ArrayView2, s};
@@ -281,9 +281,9 @@ impl<'a, F: Real> Analysed<'a, F> {
     fn lda(&self, components: Components, ridge: f64) -> Result<LinearModel> {
         let (components, points) = self.projected(components)?;
         let lda = Lda::fit(points.view(), self.labels, self.class_means.nrows(), ridge)?;
-        let weights = algebra::multiply(lda.directions.view(), components);
+        let weights = linear_algebra::multiply(lda.directions.view(), components);
         let offsets = &self.class_means - &self.pca.mean;
-        let centroids = algebra::multiply(offsets.view(), weights.t());
+        let centroids = linear_algebra::multiply(offsets.view(), weights.t());
         Ok(self.recognizer(weights, Classifier::Centroids(centroids.mapv(F::exported))))
     }
 

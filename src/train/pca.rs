@@ -7,7 +7,7 @@
 use ndarray::{Array1, Array2, ArrayView2, Axis, s};
 
 use super::Components;
-use super::algebra::{Real, add_products_of_columns, eigen, finite, fix_sign, multiply};
+use super::linear_algebra::{Real, add_products_of_columns, eigen, finite, fix_sign, multiply};
 use crate::error::{Result, TrainError};
 
 /// Rows centred at once: bounds the copy to 6 MB at 1500 pixels.

@@ -6,9 +6,9 @@
 //! two-dimensional discriminants (Li & Yuan 2005, Pattern Recognit. Lett. 26:527) along the other axis.
 //! A probe is taken for whom most classifiers take it for ([`crate::score::Distance::Votes`]).
 
-use super::algebra::{add_products_of_columns, eigen, fix_sign, multiply};
 use super::gabor::Gabor;
 use super::lda::{Classes, Scatter, discriminants};
+use super::linear_algebra::{add_products_of_columns, eigen, fix_sign, multiply};
 use super::onnx::add_input;
 use super::onnx_file::{NodeAttribute, OnnxFile};
 use super::{RIDGE, Samples};

@@ -8,8 +8,8 @@
 use ndarray::{Array1, Array2, ArrayView2, Axis, s};
 use rayon::prelude::*;
 
-use super::algebra::{Real, add_products_of_columns, solve_positive};
 use super::lda::Classes;
+use super::linear_algebra::{Real, add_products_of_columns, solve_positive};
 use crate::error::{Result, TrainError};
 
 /// Newton steps before giving up; ours, some 10 times what GEIs need.

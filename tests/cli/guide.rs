@@ -1,7 +1,7 @@
 //! What the README and the guide tell users to type is what the command takes.
 
 use crate::command::done;
-use edgegait::confound::Conditions;
+use edgegait::confounders::Conditions;
 use edgegait::design::Design;
 use edgegait::score::Contract;
 use std::collections::{BTreeMap, BTreeSet};

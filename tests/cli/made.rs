@@ -1,7 +1,7 @@
 //! What the tests of the command compare it with.
 
-use edgegait::scene::Subject;
-use edgegait::scene::cohort::{self, CohortOptions};
+use edgegait::people::Subject;
+use edgegait::people::cohort::{self, CohortOptions};
 use sha2::{Digest, Sha256};
 use std::fs;
 use std::path::PathBuf;

@@ -1,7 +1,7 @@
 //! How far cycles that were found are from true ones.
 
 use super::truth::Take;
-use edgegait::cycle::{FoundCycles, NoCycle};
+use edgegait::gait_cycles::{FoundCycles, NoCycle};
 use std::f64::consts::TAU;
 use std::fmt;
 

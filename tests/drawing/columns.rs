@@ -2,7 +2,7 @@
 //! through a sweep.
 
 use edgegait::encode::{MAX_ERROR_MM, encode_subjects};
-use edgegait::scene::cohort::{CohortOptions, subjects};
+use edgegait::people::cohort::{CohortOptions, subjects};
 use edgegait::sweep::{
     Aim, FramingMode, Jitter, Job, Moments, Raster, Sensor, Settings, Shot, Swept, View, Views,
     silhouettes, sweep,

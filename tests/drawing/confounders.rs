@@ -3,9 +3,9 @@
 use crate::command::{done, refused};
 use crate::npy::npy;
 use crate::two::folder;
-use edgegait::confound::{CATALOGUE, Condition, ConfounderKind, Dose, Doses, Stage};
+use edgegait::confounders::{CATALOGUE, Condition, ConfounderKind, Dose, Doses, Stage};
 use edgegait::encode::{MAX_ERROR_MM, encode_subjects};
-use edgegait::scene::cohort::{CohortOptions, subjects};
+use edgegait::people::cohort::{CohortOptions, subjects};
 use edgegait::sweep::{FramingMode, Job, Lens, Raster, Settings, Swept, View, sweep};
 use edgegait_core::pack::Pack;
 use edgegait_core::raster::Rasterizer;

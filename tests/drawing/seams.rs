@@ -1,9 +1,9 @@
 //! Bodies have no seams: nothing is seen through a walker but between the limbs.
 
 use crate::parts::{ARMS, Parts, TRUNK};
-use edgegait::scene::Body;
-use edgegait::scene::cohort::anthropometry::{DIMENSIONS, Dimensions};
-use edgegait::scene::cohort::{Person, body};
+use edgegait::people::Body;
+use edgegait::people::cohort::anthropometry::{DIMENSIONS, Dimensions};
+use edgegait::people::cohort::{Person, body};
 use edgegait_core::pack::Sex;
 use glam::{DQuat, DVec2, DVec3};
 

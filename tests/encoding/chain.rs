@@ -2,8 +2,8 @@
 //! made does not depend on threads, and people differ more than their cycles do.
 
 use edgegait::encode::{encode_avatar, encode_subjects};
-use edgegait::scene::cohort::{self, CohortOptions};
-use edgegait::scene::{Cycle, Subject, Track};
+use edgegait::people::cohort::{self, CohortOptions};
+use edgegait::people::{Cycle, Subject, Track};
 use edgegait::sweep::{FramingMode, Job, Settings, View, Views, sweep};
 use edgegait_core::avatar::Avatar;
 use edgegait_core::pack::{Gait, Pack};

@@ -5,8 +5,8 @@
 //! their poses again: only until that version is released.
 
 use edgegait::encode::encode_subjects;
-use edgegait::scene::cohort::{self, CohortOptions};
-use edgegait::scene::{Cycle, Subject, Track, UncutMotion};
+use edgegait::people::cohort::{self, CohortOptions};
+use edgegait::people::{Cycle, Subject, Track, UncutMotion};
 use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::clip::Clip;
 use edgegait_core::format::crc32;

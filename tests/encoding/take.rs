@@ -3,9 +3,9 @@
 use super::take_oracle::Oracle;
 use crate::data::{fixtures, given};
 use edgegait::encode::{EncodedClip, encode_take};
-use edgegait::scene::cohort::Person;
-use edgegait::scene::recorded::{BodyOptions, Keep, ReadOptions, Recording, subjects};
-use edgegait::scene::{Cycle, Track, UncutMotion};
+use edgegait::people::cohort::Person;
+use edgegait::people::recorded::{BodyOptions, Keep, ReadOptions, Recording, subjects};
+use edgegait::people::{Cycle, Track, UncutMotion};
 use edgegait_core::clip::Clip;
 use edgegait_core::codebook::Codebook;
 use edgegait_core::format::{CODEBOOK_BYTES, STEPS_AT};

@@ -1,6 +1,6 @@
 //! A second decoder of takes, in f64 and written from FORMAT.md: what the core's is held to.
 
-use edgegait::scene::UncutMotion;
+use edgegait::people::UncutMotion;
 use edgegait_core::skeleton::{JOINTS, Joint, Skeleton};
 use glam::{DQuat, DVec3};
 

@@ -7,7 +7,7 @@ use super::truth::{
 };
 use crate::command::{self, done, refused};
 use edgegait::encode::encode_within;
-use edgegait::scene::{Cycle, Subject};
+use edgegait::people::{Cycle, Subject};
 use edgegait_core::pack::Pack;
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, Vec3};

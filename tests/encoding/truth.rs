@@ -1,8 +1,8 @@
 //! Where joints really are: forward kinematics by matrices, apart from encoder and decoder.
 
 pub use edgegait::encode::encode_subjects;
-use edgegait::scene::cohort::Person;
-use edgegait::scene::{Cycle, Subject, Track, Walk};
+use edgegait::people::cohort::Person;
+use edgegait::people::{Cycle, Subject, Track, Walk};
 use edgegait_core::clip::Loop;
 use edgegait_core::pack::{Gait, Pack};
 use edgegait_core::skeleton::{JOINTS, Joint};

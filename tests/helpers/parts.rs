@@ -2,7 +2,7 @@
 //!
 //! Nothing of it is shared with the rasterisers of the product.
 
-use edgegait::scene::{Body, forward_kinematics};
+use edgegait::people::{Body, forward_kinematics};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec2, DVec3};
 

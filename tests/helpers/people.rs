@@ -1,6 +1,6 @@
 //! People of other software's silhouettes: their bodies, and the recordings by which they walk.
 
-use edgegait::scene::cohort::anthropometry::NAMES;
+use edgegait::people::cohort::anthropometry::NAMES;
 use std::collections::HashMap;
 use std::path::Path;
 

@@ -2,7 +2,7 @@
 
 use crate::command::done;
 use crate::people::{body, recordings, rows};
-use edgegait::scene::forward_kinematics;
+use edgegait::people::forward_kinematics;
 use edgegait_core::clip::Clip;
 use edgegait_core::pack::Pack;
 use edgegait_core::skeleton::{JOINTS, Joint};

@@ -6,9 +6,9 @@ mod measured;
 #[path = "anthropometry/statue.rs"]
 mod statue;
 
-use edgegait::scene::cohort::Person;
-use edgegait::scene::cohort::anthropometry::{DIMENSIONS, Dimensions};
-use edgegait::scene::cohort::body;
+use edgegait::people::cohort::Person;
+use edgegait::people::cohort::anthropometry::{DIMENSIONS, Dimensions};
+use edgegait::people::cohort::body;
 use edgegait_core::pack::Sex;
 use measured::{Measured, measure};
 use statue::Statue;

@@ -2,7 +2,7 @@
 
 use crate::command::done;
 use crate::data::fixtures;
-use edgegait::scene::recorded::{ReadOptions, Recording};
+use edgegait::people::recorded::{ReadOptions, Recording};
 use edgegait_core::skeleton::Joint;
 use serde_json::Value;
 use std::fs;

@@ -8,8 +8,8 @@ use crate::data::{fixtures, given};
 use std::path::Path;
 
 use edgegait::import::Motion;
-use edgegait::scene::forward_kinematics;
-use edgegait::scene::retarget::RetargetedMotion;
+use edgegait::people::forward_kinematics;
+use edgegait::people::retarget::RetargetedMotion;
 use edgegait_core::skeleton::Joint;
 use glam::DVec3;
 

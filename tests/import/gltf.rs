@@ -3,10 +3,10 @@
 use crate::data::{fixtures, given};
 use crate::npz::Npz;
 use edgegait::import::{ImportOptions, Motion};
-use edgegait::scene::UncutMotion;
-use edgegait::scene::figure;
-use edgegait::scene::forward_kinematics;
-use edgegait::scene::retarget::RetargetedMotion;
+use edgegait::people::UncutMotion;
+use edgegait::people::forward_kinematics;
+use edgegait::people::retarget::RetargetedMotion;
+use edgegait::people::rigging;
 use edgegait_core::skeleton::Joint;
 use glam::DVec3;
 use ndarray::ArrayD;
@@ -160,14 +160,14 @@ fn bones_at_rest(body: &Motion) -> HashMap<&str, DVec3> {
 /// Finds the joints of a mesh, without a skeleton and with that of its own body, and compares
 /// them with where the body's bones begin.
 fn check_found_joints(mesh: &Path, own: &Motion, bones: &HashMap<&str, DVec3>) {
-    let figure = figure::from_obj(mesh, None).unwrap();
+    let figure = rigging::from_obj(mesh, None).unwrap();
     let skin = figure.skin.as_ref().unwrap();
     assert_eq!(skin.vertices.len(), 13_380);
     for weights in &skin.weights {
         let sum: f64 = weights.iter().map(|(_, weight)| weight).sum();
         assert!((sum - 1.0).abs() < 1e-12);
     }
-    let given = figure::from_obj(mesh, Some(own)).unwrap();
+    let given = rigging::from_obj(mesh, Some(own)).unwrap();
     for (joint, bone) in BONES {
         // At rest: L4/L5 and T12/L1, and not where MakeHuman's walks bend.
         let bone = match joint {
@@ -228,7 +228,7 @@ fn a_mesh_in_other_units_and_axes_is_the_same_figure() {
     write_obj(&other, &body, |v| {
         DVec3::new(-100.0 * v.x, 100.0 * v.z, 100.0 * v.y - 30.0)
     });
-    let [plain, other] = [plain, other].map(|path| figure::from_obj(&path, None).unwrap());
+    let [plain, other] = [plain, other].map(|path| rigging::from_obj(&path, None).unwrap());
     for (a, b) in plain.globals(0).0.iter().zip(&other.globals(0).0) {
         assert!(a.distance(*b) < 1e-4, "{a} {b}");
     }

@@ -6,7 +6,7 @@ use super::hard_files::{Case, End, MARKERS, NO_MARKERS, REFERENCE, SKELETONS, US
 use crate::command::{self, code, text};
 use crate::data::given;
 use edgegait::import::{FileContents, ImportOptions, Markers, Motion};
-use edgegait::scene::retarget::RetargetedMotion;
+use edgegait::people::retarget::RetargetedMotion;
 use edgegait_core::skeleton::Joint;
 use glam::DVec3;
 use std::collections::BTreeSet;

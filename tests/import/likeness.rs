@@ -4,10 +4,10 @@
 use crate::command::done;
 use crate::data::given;
 use crate::parts::Parts;
-use edgegait::scene::Cycle;
-use edgegait::scene::cohort::anthropometry::{DIMENSIONS, Dimensions, NAMES};
-use edgegait::scene::cohort::body;
-use edgegait::scene::recorded::{Keep, ReadOptions, Recording};
+use edgegait::people::Cycle;
+use edgegait::people::cohort::anthropometry::{DIMENSIONS, Dimensions, NAMES};
+use edgegait::people::cohort::body;
+use edgegait::people::recorded::{Keep, ReadOptions, Recording};
 use edgegait_core::pack::{Pack, Sex};
 use edgegait_core::skeleton::Joint;
 use glam::{DQuat, DVec2, DVec3};

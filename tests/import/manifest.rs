@@ -8,8 +8,8 @@ use std::path::Path;
 
 use super::clips::{manifest, number};
 use crate::data::{fixtures, given};
-use edgegait::scene::recorded::{Keep, ReadOptions, Recording};
-use edgegait::scene::retarget::RetargetedMotion;
+use edgegait::people::recorded::{Keep, ReadOptions, Recording};
+use edgegait::people::retarget::RetargetedMotion;
 use edgegait_core::skeleton::Joint;
 
 /// Clips without a cycle, and the reason that is given.
@@ -214,7 +214,7 @@ fn check_treadmill(data: &Path, files: &[&str]) {
                 *point -= travel * frame as f64;
             }
         }
-        let cut = edgegait::scene::events::cut(&take).unwrap();
+        let cut = edgegait::people::cutting::events::cut(&take).unwrap();
         let off = cut.speed_mps / speed_mps - 1.0;
         eprintln!(
             "{file}: {speed_mps:.2} m/s over ground, {:.2} from the belt",

@@ -5,8 +5,8 @@ use std::path::Path;
 use super::clips::{manifest, number};
 use crate::data::{fixtures, given};
 use edgegait::import::{FileContents, Markers};
-use edgegait::scene::retarget::{DEFAULT_CUT_OFF_HZ, RetargetedMotion};
-use edgegait::scene::{UncutMotion, events};
+use edgegait::people::retarget::{DEFAULT_CUT_OFF_HZ, RetargetedMotion};
+use edgegait::people::{UncutMotion, cutting::events};
 use edgegait_core::skeleton::Joint;
 use glam::DVec3;
 

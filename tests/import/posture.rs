@@ -3,8 +3,8 @@
 use crate::command::done;
 use crate::data::given;
 use crate::walker::{Moment, moments};
-use edgegait::scene::forward_kinematics;
-use edgegait::scene::recorded::{ReadOptions, Recording};
+use edgegait::people::forward_kinematics;
+use edgegait::people::recorded::{ReadOptions, Recording};
 use edgegait_core::pack::Pack;
 use edgegait_core::skeleton::Joint;
 use glam::DVec3;

@@ -6,8 +6,8 @@ use std::path::Path;
 use super::clips::{Row, manifest, number};
 use crate::data::{fixtures, given};
 use edgegait::import::{ImportOptions, Motion};
-use edgegait::scene::events::{self, CutTake};
-use edgegait::scene::retarget::{DEFAULT_CUT_OFF_HZ, RetargetedMotion};
+use edgegait::people::cutting::events::{self, CutTake};
+use edgegait::people::retarget::{DEFAULT_CUT_OFF_HZ, RetargetedMotion};
 use edgegait_core::skeleton::Joint;
 use glam::{DMat4, DVec3};
 
@@ -149,7 +149,7 @@ fn the_left_ankle_of_cmu_02_01_is_where_matrices_put_it() {
 
 #[test]
 fn subjects_and_takes_do_not_depend_on_the_order_of_the_files() {
-    use edgegait::scene::recorded::{BodyOptions, ReadOptions, Recording, SubjectName, subjects};
+    use edgegait::people::recorded::{BodyOptions, ReadOptions, Recording, SubjectName, subjects};
     let folder = fixtures().join("mocap/clips/cmu_amc");
     let read = |file: &str, subject: SubjectName| {
         let options = ReadOptions {
@@ -164,7 +164,7 @@ fn subjects_and_takes_do_not_depend_on_the_order_of_the_files() {
     let names = |recordings: &[Recording]| -> Vec<(String, Vec<String>)> {
         let people = subjects(recordings, &BodyOptions::default()).unwrap();
         let takes =
-            |walks: &[edgegait::scene::Walk]| walks.iter().map(|w| w.name.clone()).collect();
+            |walks: &[edgegait::people::Walk]| walks.iter().map(|w| w.name.clone()).collect();
         people
             .iter()
             .map(|p| (p.name.clone(), takes(&p.walks)))

@@ -2,7 +2,7 @@
 
 use crate::command::done;
 use edgegait::evaluate::contest::Baselines;
-use edgegait::scene::cohort;
+use edgegait::people::cohort;
 use edgegait::{
     CohortOptions, DrawnContest, Entrant, Job, MAX_ERROR_MM, Model, Pack, Protocol, Runtime,
     Settings, Views, Wish, encode_subjects, sweep,

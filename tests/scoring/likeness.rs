@@ -12,7 +12,7 @@ mod walkers;
 
 use crate::data::given;
 use classifier::{Case, Separation, interval, resamples};
-use edgegait::scene::Subject;
+use edgegait::people::Subject;
 use edgegait::{Condition, Doses, dose};
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -3,7 +3,7 @@
 use super::heap::rows_heap_bytes;
 use edgegait::encode::{MAX_ERROR_MM, encode_subjects};
 use edgegait::error::{Error, Result};
-use edgegait::scene::cohort::{CohortOptions, subjects};
+use edgegait::people::cohort::{CohortOptions, subjects};
 use edgegait_core::budget::SKIA_HEAP_BYTES;
 use edgegait_core::lean::Budget;
 use serde::Deserialize;

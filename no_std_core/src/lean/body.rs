@@ -1,9 +1,9 @@
 //! A body in a few kilobytes, and what a camera sees of it in a pose.
 
 mod extent;
-mod seen;
+mod visible;
 
-pub use seen::{LeanSight, SeenHull};
+pub use visible::{LeanSight, SeenHull};
 
 use crate::avatar::{Avatar, Hull};
 use crate::body::plane::sorted;

@@ -5,7 +5,7 @@ use super::body::{LeanSight, SeenHull};
 use crate::budget::{MAX_ROWS, WINDOW_COLUMNS};
 use crate::camera::Camera;
 use crate::raster::framing::AreaMoments;
-use crate::raster::place::{Placement, as_pixels, places, row_columns};
+use crate::raster::placement::{Placement, as_pixels, places, row_columns};
 use crate::raster::{DrawError, Extent, Fill, Pixels, PosedHulls, Rasterizer};
 use crate::silhouette::{Ninths, Silhouette, Size};
 use core::ops::Range;

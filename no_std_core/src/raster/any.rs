@@ -1,7 +1,7 @@
 //! A window whose rasteriser is chosen when the program runs.
 
 use super::framing::AreaMoments;
-use super::place::{Extent, Placement};
+use super::placement::{Extent, Placement};
 use super::rows::{self, Sampling};
 use super::simd::Simd;
 #[cfg(feature = "skia")]

@@ -1,7 +1,7 @@
 //! How framings draw a figure, whatever carries its hulls and whatever fills its pixels.
 
 use super::DrawError;
-use super::place::{self, Extent, ExtentPlace, Placement, as_pixels};
+use super::placement::{self, Extent, ExtentPlace, Placement, as_pixels};
 use super::window::{Fill, Pixels};
 use crate::camera::{Camera, Framing, NEAR_M};
 use crate::silhouette::Size;
@@ -30,7 +30,7 @@ impl<F, W: Fill<F>> Sitting<'_, F, W> {
         match framing {
             Framing::Height => self.by_height(extent, jitter),
             Framing::Box => {
-                let placement = place::stretched(extent, image(size))?.moved(jitter);
+                let placement = placement::stretched(extent, image(size))?.moved(jitter);
                 self.fill(&placement, size.columns());
                 if self.cut(0) == 0 {
                     return Err(DrawError::Vanished);
@@ -42,7 +42,7 @@ impl<F, W: Fill<F>> Sitting<'_, F, W> {
                 pixels_per_metre,
             } => {
                 let centre = projected(self.camera, centre)?;
-                let placement = place::fixed(centre, pixels_per_metre, image(size))?;
+                let placement = placement::fixed(centre, pixels_per_metre, image(size))?;
                 let clipped_share = self.at(extent, placement, jitter)?;
                 Ok((placement.moved(jitter), clipped_share))
             }
@@ -63,7 +63,7 @@ impl<F, W: Fill<F>> Sitting<'_, F, W> {
     fn by_height(&mut self, extent: &Extent, jitter: Vec2) -> Result<(Placement, f32), DrawError> {
         let (size, limit) = (self.window.size(), self.window.width());
         let columns = |columns| self.window.columns(columns);
-        let (placement, windows, columns) = place::by_height(extent, size, (limit, columns))?;
+        let (placement, windows, columns) = placement::by_height(extent, size, (limit, columns))?;
         let placement = placement.moved(jitter);
         let mut whole = AreaMoments::default();
         for index in 0..windows {
@@ -97,7 +97,7 @@ impl<F, W: Fill<F>> Sitting<'_, F, W> {
         jitter: Vec2,
     ) -> Result<f32, DrawError> {
         let size = self.window.size();
-        let spread = place::spread(extent, &placement, image(size))?;
+        let spread = placement::spread(extent, &placement, image(size))?;
         if spread == ExtentPlace::Outside {
             self.window.clear();
             self.cut(0);
@@ -121,7 +121,7 @@ impl<F, W: Fill<F>> Sitting<'_, F, W> {
     fn area(&mut self, part: &Extent, placement: &Placement) -> f32 {
         let columns = self.window.width();
         let window = Vec2::new(as_pixels(columns), image(self.window.size()).y);
-        let stretched = place::enlarged(part, placement, window);
+        let stretched = placement::enlarged(part, placement, window);
         self.fill(&stretched, columns);
         let growth = stretched.scale / placement.scale;
         #[expect(clippy::cast_precision_loss, reason = "an area")]

@@ -15,9 +15,9 @@ mod any;
 pub mod columns;
 mod error;
 pub(crate) mod framing;
-pub(crate) mod place;
+mod image_points;
+pub(crate) mod placement;
 mod rows;
-mod seen;
 pub(crate) mod simd;
 #[cfg(feature = "skia")]
 mod skia;
@@ -34,7 +34,7 @@ pub use error::DrawError;
 pub use framing::projected;
 use framing::{Sitting, check_jitter};
 use glam::Vec2;
-pub use place::{Extent, Placement};
+pub use placement::{Extent, Placement};
 pub use rows::SampleImages;
 pub use simd::Simd;
 #[cfg(feature = "skia")]

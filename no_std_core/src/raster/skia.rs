@@ -4,7 +4,7 @@
 //! constant; [`crate::budget::SKIA_TRANSIENT_BYTES`] sums it.
 
 use super::framing::AreaMoments;
-use super::place::{Extent, Placement, as_pixels};
+use super::placement::{Extent, Placement, as_pixels};
 use super::window::{Fill, Pixels, PosedHulls};
 use super::{DrawError, Rasterizer};
 use crate::budget::{

@@ -1,7 +1,7 @@
 //! What figures are drawn into, whatever carries their hulls and whatever fills their pixels.
 
 use super::framing::AreaMoments;
-use super::place::{Extent, Placement};
+use super::placement::{Extent, Placement};
 use super::{DrawError, Rasterizer, RenderView};
 use crate::camera::Camera;
 use crate::silhouette::Size;

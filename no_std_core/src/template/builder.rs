@@ -1,8 +1,8 @@
 //! One builder for every template.
 
+use super::frame_sums::FrameSums;
 use super::frequency::Frequencies;
 use super::history::{History, PixelEvent};
-use super::sums::FrameSums;
 use super::{FrameError, Gei, TemplateKind};
 use crate::raster::Simd;
 use crate::silhouette::{AnySilhouette, Size};

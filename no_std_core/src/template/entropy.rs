@@ -1,6 +1,6 @@
 //! The Gait Entropy Image, from the same sums as the Gait Energy Image.
 
-use super::sums::FrameSums;
+use super::frame_sums::FrameSums;
 use crate::budget::MAX_PIXELS;
 
 /// For each pixel Shannon's entropy of whether it is on, bits (Bashir, Xiang & Gong 2009), spread

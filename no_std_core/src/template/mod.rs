@@ -10,20 +10,20 @@
 //! | [`GeiTally`] | GEIs at many elevations | `raster::columns` | 259 kB |
 
 mod builder;
+mod elevation_tally;
 mod entropy;
 mod error;
+mod frame_sums;
 mod frequency;
 mod gei;
 mod history;
 mod in_place;
-mod sums;
-mod tally;
 
 pub use builder::{GeiBuilder, TemplateBuilder};
+pub use elevation_tally::GeiTally;
 pub use error::FrameError;
 pub use gei::Gei;
 pub use in_place::{BufferTooSmall, GeiInPlace};
-pub use tally::GeiTally;
 
 use crate::budget::FREQUENCIES;
 use crate::silhouette::Size;

@@ -2,8 +2,8 @@
 
 use super::{Compared, Met, p50_range};
 use crate::error::{Error, Result};
+use crate::report::axis_ticks::{LogAxis, NUMBER, labels};
 use crate::report::drawing::{Axes, LINES, percents, to_tenth};
-use crate::report::placing::{LogAxis, NUMBER, labels};
 use crate::report::standalone::{LETTER, standalone};
 use crate::report::{microseconds, percent};
 use maud::{Markup, html};

@@ -3,8 +3,8 @@
 use crate::evaluate::parity::{
     AnswerDifference, Comparison, Limits, ParityPart, ParityResults, ParitySide, Verdict,
 };
-use crate::table::Column::{Left, Right};
-use crate::table::Table;
+use crate::text_table::Column::{Left, Right};
+use crate::text_table::Table;
 use std::fmt;
 
 /// Of half precision, whose numbers have 11 bits, differences up to this are expected. Ours.

@@ -1,13 +1,13 @@
 //! A sweep of a tree of silhouettes: a dataset with the templates of each of its gait cycles.
 
 use super::{MadeDataset, SweepArgs};
-use crate::cli::cutting::CuttingArgs;
 use crate::cli::progress::Progress;
+use crate::cli::tree_cycles::CuttingArgs;
 use crate::dataset::{
     Contents, DatasetFormat, DatasetRun, DatasetWriter, IndexRow, Item, ResultHeader, Tree,
 };
 use crate::error::{Error, Result};
-use crate::source::{Form, SequenceSource, Shown, ViewLabel};
+use crate::sequences::{Form, SequenceSource, Shown, ViewLabel};
 use crate::sweep::{Settings, Wanted};
 use crate::template::Template;
 use crate::template::augment::{Variant, varied};

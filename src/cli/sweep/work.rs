@@ -4,7 +4,7 @@ use crate::cli::export::take_name;
 use crate::cli::progress::Progress;
 use crate::dataset::{DatasetWriter, IndexRow, Item, hex};
 use crate::error::Result;
-use crate::scene::variation::CYCLES_OF_A_TAKE;
+use crate::people::variation::CYCLES_OF_A_TAKE;
 use crate::sweep::{Job, Settings, Swept, View, Wanted, is_take, sweep_each};
 use crate::template::augment::{Variant, varied};
 use edgegait_core::pack::Pack;

@@ -2,7 +2,7 @@
 
 use super::TrainArgs;
 use super::mix::SharedSource;
-use super::opened::ChosenSource;
+use super::opened_source::ChosenSource;
 use crate::dataset::ResultHeader;
 use crate::error::{Error, Result};
 use crate::sweep::{Settings, Views};

@@ -1,6 +1,6 @@
 use super::*;
-use crate::confound::Doses;
-use crate::confound::dose;
+use crate::confounders::Doses;
+use crate::confounders::dose;
 use crate::sweep::{Raster, Views, sweep_each};
 use crate::template::Template;
 use edgegait_core::raster::Rasterizer;
@@ -81,8 +81,8 @@ fn of_takes() -> Items {
 }
 
 fn of_pack(conditions: Vec<Condition>, variations: Range<u32>) -> Items {
-    let source = crate::source::built_in(&["walk-5kmh".into()]);
-    let bytes = crate::source::stored(&source).expect("the built-in cohort");
+    let source = crate::sequences::built_in(&["walk-5kmh".into()]);
+    let bytes = crate::sequences::stored(&source).expect("the built-in cohort");
     let items = PackItems {
         bytes: bytes.into(),
         walks: vec![3, 0, 25],

@@ -6,11 +6,11 @@
 //! azimuth of 90 shows the walker's left (as ours does) or right, is the data's to say. Where views
 //! are cameras or recordings (Gait3D, GREW, CCPG), their names say nothing of angles.
 
-mod angle;
 mod files;
 mod frame;
 mod layout;
 mod pickle;
+mod view_name;
 
 use std::fs;
 use std::ops::Range;
@@ -20,7 +20,6 @@ use super::MANIFEST;
 use super::reader::read_manifest;
 use crate::error::{Error, Remedy, Result};
 use crate::sweep::FramingMode;
-use angle::NamedView;
 use edgegait_core::cycle::LowerBody;
 use edgegait_core::silhouette::Size;
 use files::FrameFiles;
@@ -28,6 +27,7 @@ pub use frame::framed;
 use frame::{GreyPicture, PictureFraming};
 pub use layout::{Modality, TreeLayout};
 pub(super) use pickle::pickled;
+use view_name::NamedView;
 
 /// Most sequences of a tree: OU-MVLP has 288,596.
 const MAX_SEQUENCES: usize = 1 << 19;
@@ -141,9 +141,8 @@ impl Tree {
                     ..
                 }) => {
                     let path = self.root.join(subject).join(take).join(view);
-                    return Err(
-                        Error::input(path, angle::expected(view)).with_remedy(Remedy::NamedViews)
-                    );
+                    return Err(Error::input(path, view_name::expected(view))
+                        .with_remedy(Remedy::NamedViews));
                 }
             }
         }
@@ -341,7 +340,7 @@ impl Tree {
     }
 
     /// Reads a sequence and measures the legs in each of its pictures as they are, unframed; `None`
-    /// where nobody is. [`crate::cycle::CycleFinder`] finds gait cycles in them.
+    /// where nobody is. [`crate::gait_cycles::CycleFinder`] finds gait cycles in them.
     ///
     /// # Errors
     /// If a file is broken, or there are no or too many pictures.
@@ -436,7 +435,7 @@ fn other_size(path: &Path, (rows, columns): (usize, usize), size: Size) -> Error
 pub fn check_view_name(name: &str) -> Result<()> {
     NamedView::parse(name)
         .map(drop)
-        .ok_or_else(|| Error::Usage(angle::expected(name)))
+        .ok_or_else(|| Error::Usage(view_name::expected(name)))
 }
 
 /// Names of the folders in a folder, in order, without hidden ones.

@@ -1,6 +1,6 @@
 use super::*;
-use crate::scene::BodyHull;
-use crate::scene::cohort::{CohortOptions, Dressing, Person, subject};
+use crate::people::BodyHull;
+use crate::people::cohort::{CohortOptions, Dressing, Person, subject};
 
 fn decoded(encoded: &EncodedAvatar) -> Vec<(Joint, Vec<DVec3>)> {
     let avatar = Avatar::parse(&encoded.bytes).expect("it was checked");

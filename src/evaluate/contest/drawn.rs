@@ -1,10 +1,10 @@
 //! Contests about walks that are drawn.
 
 use super::{Contest, Entrant, training_views};
-use crate::confound::Condition;
+use crate::confounders::Condition;
 use crate::error::{ChoiceError, EvaluateError, Result};
 use crate::evaluate::protocol::{Decision, GalleryViews, Protocol};
-use crate::source::{PackWalks, SequenceSource};
+use crate::sequences::{PackWalks, SequenceSource};
 use crate::sweep::{View, Views};
 use edgegait_core::pack::Pack;
 

@@ -4,7 +4,7 @@ use crate::dataset::Dataset;
 use crate::error::{Result, TemplateOrigin};
 use crate::score::baseline::Baseline;
 use crate::score::{Contract, Model, Recognizer, Runtime};
-use crate::source::Form;
+use crate::sequences::Form;
 use crate::sweep::{FramingMode, Settings};
 use crate::template::Template;
 use edgegait_core::silhouette::Size;

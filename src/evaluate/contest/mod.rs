@@ -3,22 +3,22 @@
 mod baselines;
 mod drawn;
 mod entrant;
-mod seen;
+mod seen_in_training;
 
 pub use baselines::Baselines;
 pub use drawn::{DrawnContest, Wish, usual};
 pub use entrant::{Entrant, StoredTemplates};
-use seen::SeenInTraining;
+use seen_in_training::SeenInTraining;
 
-use super::judge::judge;
 use super::paired;
 use super::protocol::{Decision, GalleryViews, Protocol, TakeRoles};
 use super::results::{PairedResult, ProbeAnswer, RecognizerResult};
+use super::totals::judge;
 use super::trial::Trial;
 use crate::error::{EvaluateError, Result};
 use crate::score::Contract;
 use crate::score::answers::{self, Answers, ask};
-use crate::source::{SequenceSource, Shown};
+use crate::sequences::{SequenceSource, Shown};
 use crate::sweep::{View, Views};
 
 /// Most comparisons of two embeddings, or one with a class, in a contest: some minutes.

@@ -2,7 +2,7 @@
 
 use super::difference::{AnswerDifference, VectorPair};
 use crate::score::answers::Answers;
-use crate::source::{Sequences, ViewLabel};
+use crate::sequences::{Sequences, ViewLabel};
 use serde::Serialize;
 use std::collections::BTreeMap;
 

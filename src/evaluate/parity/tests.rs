@@ -6,7 +6,7 @@ use crate::evaluate::protocol::Protocol;
 use crate::evaluate::testing::{Gei, write_geis};
 use crate::score::testing::small_model;
 use crate::score::{Contract, InputRange, Outputs, Recognizer, RuntimeName};
-use crate::source::{SequenceSource, ViewLabel};
+use crate::sequences::{SequenceSource, ViewLabel};
 use crate::sweep::Settings;
 
 /// Answers with a function of the first two pixels, as embedding and as class scores.

@@ -4,7 +4,7 @@ use crate::errors::exception;
 use edgegait::dataset::InputFile;
 use edgegait::dataset::{PackBytes, kmh, sha256_of_bytes, write_bytes};
 use edgegait::error::ChoiceError;
-use edgegait::source::PackSource;
+use edgegait::sequences::PackSource;
 use edgegait_core::pack::Sex;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};

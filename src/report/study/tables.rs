@@ -1,10 +1,10 @@
 //! What a study found, for a terminal.
 
+use crate::inspect::optional;
 use crate::report::percent;
 use crate::study::{AccuracyCurve, Findings, Price, Recognition, SimilarityGroup};
-use crate::summary::optional;
-use crate::table::Column::{Left, Right};
-use crate::table::Table;
+use crate::text_table::Column::{Left, Right};
+use crate::text_table::Table;
 
 /// The main numbers of all parts.
 pub(crate) fn study_tables(findings: &Findings) -> String {

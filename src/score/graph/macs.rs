@@ -143,5 +143,4 @@ impl<'a> KnownTensors<'a> {
 }
 
 #[cfg(test)]
-#[path = "macs_tests.rs"]
 mod tests;

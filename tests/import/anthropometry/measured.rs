@@ -2,7 +2,7 @@
 //! 2011, "Measurer's Handbook", NATICK/TR-11/017).
 
 use super::statue::{Statue, extent, levels};
-use edgegait::scene::cohort::anthropometry::Dimensions;
+use edgegait::people::cohort::anthropometry::Dimensions;
 use edgegait_core::pack::Sex;
 use edgegait_core::skeleton::Joint::{self, *};
 

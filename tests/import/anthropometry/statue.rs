@@ -1,7 +1,7 @@
 //! A body that stands still in the rest pose with its soles on the floor, to be cut level or
 //! upright.
 
-use edgegait::scene::{Body, forward_kinematics};
+use edgegait::people::{Body, forward_kinematics};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec2, DVec3};
 

@@ -1,7 +1,7 @@
 //! Joint angles of made and recorded people, measured alike on the bodies that are drawn.
 
 use super::walkers::{is_patient, set_of};
-use edgegait::scene::{Subject, Track, forward_kinematics};
+use edgegait::people::{Subject, Track, forward_kinematics};
 use edgegait_core::skeleton::Joint;
 use glam::{DQuat, DVec3};
 use std::collections::BTreeMap;
@@ -46,7 +46,7 @@ fn ahead(of: DVec3) -> f64 {
 }
 
 /// The measures of one walk.
-fn measures(person: &Subject, walk: &edgegait::scene::Walk) -> Vec<f64> {
+fn measures(person: &Subject, walk: &edgegait::people::Walk) -> Vec<f64> {
     let Track::Loop(cycle) = &walk.motion else {
         panic!("{}: expected a cycle", walk.name);
     };

@@ -1,7 +1,7 @@
 //! Who is compared: recorded people on bodies of their own dimensions, and made ones.
 
-use edgegait::scene::recorded::{BodyOptions, ReadOptions, Recording, SubjectName, subjects};
-use edgegait::scene::{Subject, cohort};
+use edgegait::people::recorded::{BodyOptions, ReadOptions, Recording, SubjectName, subjects};
+use edgegait::people::{Subject, cohort};
 use edgegait::{
     CohortOptions, Condition, Job, MAX_ERROR_MM, Pack, Settings, Views, encode_subjects, sweep,
 };

@@ -3,7 +3,7 @@
 use super::{LeanFigure, PosedHull, local};
 use crate::budget::MAX_HULLS;
 use crate::camera::{Camera, NEAR_M};
-use crate::raster::place::Extent;
+use crate::raster::placement::Extent;
 use glam::{Vec2, Vec3};
 
 /// How far a number that is computed in the image may be from the true one, of the numbers

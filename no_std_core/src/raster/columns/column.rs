@@ -2,7 +2,7 @@
 
 use super::Azimuth;
 use crate::budget::LANES;
-use crate::raster::place::as_pixels;
+use crate::raster::placement::as_pixels;
 use crate::raster::simd::Wide;
 
 const HALF: usize = LANES / 2;

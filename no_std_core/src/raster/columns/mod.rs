@@ -64,7 +64,7 @@ pub use azimuth::{Azimuth, AzimuthError};
 pub(crate) use column::ImageColumn;
 
 use super::framing::check_jitter;
-use super::place::as_pixels;
+use super::placement::as_pixels;
 use super::simd::{Simd, Wide, compiled, dispatch};
 use super::{DrawError, check_scale};
 use crate::body::Figure;

@@ -5,8 +5,8 @@ use super::{Azimuth, ColumnView, FigurePlace};
 use crate::body::plane::{ALWAYS, Facets16};
 use crate::body::{Figure, FigureHull};
 use crate::budget::{LANES, MAX_COLUMNS, MAX_HULL_POINTS, MAX_POINTS};
-use crate::raster::place::as_pixels;
-use crate::raster::seen::{dot, splat};
+use crate::raster::image_points::{dot, splat};
+use crate::raster::placement::as_pixels;
 use crate::raster::simd::Wide;
 use glam::Vec3;
 

@@ -1,6 +1,6 @@
 //! Filling rows between the lines that cross them, eight at once.
 
-use super::super::place::as_pixels;
+use super::super::placement::as_pixels;
 use super::super::simd::{Lanes, Wide};
 use super::outline::Strip;
 use super::{BLOCK, BLOCKS, BitWindow, LANES, SampleBits, WORD};

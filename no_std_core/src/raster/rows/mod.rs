@@ -10,14 +10,14 @@
 //! samples that lie on an edge. Coordinates are f32 pixels, not rounded further.
 
 mod block;
-mod eyes;
 mod outline;
 mod read;
 mod samples;
+mod visible_facets;
 
 use super::framing::AreaMoments;
-use super::place::{Extent, Placement, places, row_columns};
-use super::seen::ImagePoints;
+use super::image_points::ImagePoints;
+use super::placement::{Extent, Placement, places, row_columns};
 use super::simd::{LANES, LineEnds, Simd, Wide, compiled, dispatch};
 use super::window::{Fill, Pixels};
 use super::{DrawError, Rasterizer, RenderView};
@@ -26,10 +26,10 @@ use crate::budget::{MAX_HULL_EDGES, MAX_HULL_POINTS, MAX_HULLS, MAX_ROWS, WINDOW
 use crate::camera::Camera;
 use crate::silhouette::{AnySilhouette, Silhouette, Size};
 use block::fill_hulls;
-use eyes::{Looks, look};
 use outline::{Strip, lay_all};
 use read::{cut, moments};
 pub use samples::SampleImages;
+use visible_facets::{Looks, look};
 
 /// Columns of a word.
 const WORD: usize = 32;

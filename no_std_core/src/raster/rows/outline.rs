@@ -1,6 +1,6 @@
 //! Lines along the outline of a hull, and which rows they cross.
 
-use super::super::place::{Placement, as_pixels};
+use super::super::placement::{Placement, as_pixels};
 use super::super::simd::{LANES, Lanes, LineEnds, Wide};
 use super::{BLOCK, Sampling};
 use crate::silhouette::Size;

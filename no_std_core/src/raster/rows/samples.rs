@@ -1,7 +1,7 @@
 //! Three by three samples a pixel as they are, without their sum.
 
 use super::super::framing::AreaMoments;
-use super::super::place::{Extent, Placement};
+use super::super::placement::{Extent, Placement};
 use super::super::window::{Fill, Pixels};
 use super::super::{DrawError, Rasterizer, RenderView, Simd};
 use super::read::cut_images;

@@ -1,0 +1,115 @@
+//! Which facets of a figure are seen, of all hulls and by many cameras at once.
+
+use super::super::RenderView;
+use super::super::image_points::{dot, splat};
+use super::super::simd::{LANES, Lanes, Wide};
+use super::outline::{part, store};
+use crate::body::plane::{ALWAYS, Facets16};
+use crate::body::{Figure, JointPlaces};
+use crate::budget::{MAX_HULLS, VIEWS_AT_ONCE};
+use crate::camera::Camera;
+
+/// What cameras see of a figure. 5 kB.
+#[derive(Clone, Debug)]
+pub struct Looks {
+    /// The eyes in the frames of hulls: where they are, or of such as are infinitely far away their
+    /// direction.
+    eyes: [[[f32; MAX_HULLS]; 3]; VIEWS_AT_ONCE],
+    /// Which facets of hulls are seen, a bit each.
+    facing: [[u64; MAX_HULLS]; VIEWS_AT_ONCE],
+}
+
+impl Looks {
+    /// Nothing yet.
+    pub const NONE: Self = Self {
+        eyes: [[[0.0; MAX_HULLS]; 3]; VIEWS_AT_ONCE],
+        facing: [[0; MAX_HULLS]; VIEWS_AT_ONCE],
+    };
+
+    /// Which facets of a hull a camera sees, a bit each.
+    pub const fn facing(&self, view: usize, hull: usize) -> u64 {
+        self.facing[view % VIEWS_AT_ONCE][hull % MAX_HULLS]
+    }
+}
+
+/// Finds which facets are seen: those whose outer side an eye is on; infinitely far away only its
+/// direction counts.
+#[inline(always)]
+pub fn look<L: Wide>(l: L, looks: &mut Looks, figure: &Figure<'_>, views: &[RenderView]) {
+    let Looks { eyes, facing } = looks;
+    let views = views.get(..VIEWS_AT_ONCE).unwrap_or(views);
+    for (view, eyes) in views.iter().zip(&mut *eyes) {
+        turn_eye(l, &figure.places, &view.camera, eyes);
+    }
+    for (number, hull) in figure.hull_parts().enumerate() {
+        let number = number % MAX_HULLS;
+        for facing in facing.iter_mut().take(views.len()) {
+            facing[number] = ALWAYS;
+        }
+        for (chunk, facets) in hull.facets.iter().enumerate() {
+            let seen = views.iter().zip(&*eyes).zip(&mut *facing);
+            for ((view, [x, y, z]), facing) in seen {
+                let eye = [x[number], y[number], z[number]];
+                let is_near = view.camera.eye().is_some();
+                let seen = if L::IS_ONE {
+                    seen_by(l, facets, 0, eye, is_near)
+                } else {
+                    let (half, middle) = (l.half(), LANES / 2);
+                    seen_by(half, facets, 0, eye, is_near)
+                        | seen_by(half, facets, middle, eye, is_near) << middle
+                };
+                facing[number] |= u64::from(seen) << (LANES * chunk);
+            }
+        }
+    }
+}
+
+/// Which facets from number `first` on an eye sees, a bit each.
+#[inline(always)]
+fn seen_by<const N: usize, L: Lanes<N>>(
+    l: L,
+    facets: &Facets16,
+    first: usize,
+    [x, y, z]: [f32; 3],
+    is_near: bool,
+) -> u32 {
+    let eye = [l.splat(x), l.splat(y), l.splat(z)];
+    let normals = [
+        part(l, &facets.x, first),
+        part(l, &facets.y, first),
+        part(l, &facets.z, first),
+    ];
+    let threshold = if is_near {
+        part(l, &facets.offsets, first)
+    } else {
+        l.splat(0.0)
+    };
+    l.bits(l.less(threshold, dot(l, eye, normals)))
+}
+
+/// Puts an eye into the frames of all hulls.
+#[inline(always)]
+fn turn_eye<L: Wide>(
+    l: L,
+    places: &JointPlaces,
+    camera: &Camera,
+    eyes: &mut [[f32; MAX_HULLS]; 3],
+) {
+    let toward = camera.viewpoint().toward();
+    let (eye, is_near) = match camera.eye() {
+        Some((aim, distance_m)) => (aim + toward * distance_m, true),
+        None => (toward, false),
+    };
+    for hulls in (0..MAX_HULLS).step_by(LANES) {
+        let mut eye = splat(l, eye);
+        if is_near {
+            for (eye, offsets) in eye.iter_mut().zip(&places.offsets) {
+                *eye = l.sub(*eye, part(l, offsets, hulls));
+            }
+        }
+        for (eyes, [x, y, z]) in eyes.iter_mut().zip(places.turns.as_chunks().0) {
+            let axis = [part(l, x, hulls), part(l, y, hulls), part(l, z, hulls)];
+            store(l, dot(l, axis, eye), eyes, hulls);
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! What sequences of several lengths cost a model that takes any.
+
+use super::board::{LoadWatch, MachineState};
+use super::measure::{Task, shape_and_macs};
+use super::memory;
+use super::results::{LeftOut, Timing};
+use super::time_budget::{Cap, WorkKind};
+use super::timed_model::{First, LoadedModel, Watched, beside};
+use crate::error::{Error, Result};
+use crate::score::Model;
+use crate::template::Template;
+use serde::{Deserialize, Serialize};
+
+/// What inputs of one length cost, one at a time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Length {
+    /// Frames of an input.
+    pub frames: usize,
+    /// Shape of the input for one inference.
+    pub input: Vec<usize>,
+    /// Multiply-accumulates of one inference.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub macs: Option<u64>,
+    /// The first inference on this length, milliseconds.
+    pub first_ms: f64,
+    /// Inferences one at a time.
+    #[serde(flatten)]
+    pub timing: Timing,
+    /// The most memory that the process had with this length, bytes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peak_rss_bytes: Option<u64>,
+    /// The same above what it had before the runtime was started, bytes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peak_rss_over_baseline_bytes: Option<u64>,
+    /// The share of the processors that others kept busy meanwhile, 0..1, if the machine tells.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub others_busy: Option<f64>,
+}
+
+/// Refuses a model whose inputs have one length.
+///
+/// # Errors
+/// Saying which.
+pub(crate) fn require_any_length(model: &Model) -> Result<()> {
+    let contract = model.contract();
+    let found = match (contract.template, contract.frames) {
+        (Template::Silhouettes, None) => return Ok(()),
+        (Template::Silhouettes, Some(frames)) => format!("one of {frames} frames"),
+        (template, _) => format!("one of {}", template.plural()),
+    };
+    Err(Error::input(
+        model.path(),
+        format!("expected a model of sequences of any number of frames, found {found}"),
+    ))
+}
+
+/// Measures a task's model on inputs of these lengths, which rise; each takes its share of the time,
+/// and what is cut for that comes with them. The model is loaded anew for each, so that memory which a
+/// runtime keeps for later is no part of the next one's.
+///
+/// # Errors
+/// If the model cannot be loaded or drawn for, or an inference fails.
+pub(crate) fn measure_lengths(
+    task: &Task<'_>,
+    lengths: &[usize],
+) -> Result<(Vec<Length>, Option<LeftOut>)> {
+    let plan = &task.plan;
+    let start = MachineState::read(task.root);
+    let LoadedModel {
+        runtime,
+        model,
+        recognizer,
+        baseline,
+        ..
+    } = LoadedModel::of(task)?;
+    let contract = model.contract();
+    let mut ready = Some(recognizer);
+    let to_come = lengths.iter().map(|&frames| WorkKind {
+        what: format!("{}: length {frames}", contract.name),
+        full_s: 0.0,
+        weight: frames as f64,
+    });
+    let cap = Cap::new(task.most, to_come.collect(), task.tell);
+    let mut watched = Watched::new(task.root, start, cap);
+    let mut found = Vec::with_capacity(lengths.len());
+    let mut cut = Vec::new();
+    for (at, &frames) in lengths.iter().enumerate() {
+        let recognizer = match ready.take() {
+            Some(recognizer) => recognizer,
+            None => runtime.load(&model)?,
+        };
+        let recognizer = recognizer.as_ref();
+        let input = task.scene.sequence(contract, frames)?;
+        memory::forget_peak();
+        let others = LoadWatch::start(task.root);
+        let to_come: usize = lengths[at..].iter().sum();
+        let most_s = watched.cap.left_s() * frames as f64 / to_come as f64 / 2.0;
+        let first = First::of(recognizer, &input, (plan, most_s))?;
+        // Time grows with the frames.
+        let full_s = |other: &usize| plan.takes_s(first.call_s * *other as f64 / frames as f64, 1);
+        let expected: Vec<f64> = lengths[at..].iter().map(full_s).collect();
+        watched.cap.expect(&expected);
+        let share = watched.cap.begin(expected[0]);
+        let call = (&input[..], first.call_s, 1);
+        let measured = beside(recognizer, call, (plan, &share), &mut watched)?;
+        let (input, macs) = shape_and_macs(&model, contract, frames);
+        if let Some(less) = measured.timing.cut() {
+            cut.push(format!("length {frames}: {less}"));
+        }
+        found.push(Length {
+            frames,
+            input,
+            macs: macs.ok(),
+            first_ms: first.first_ms,
+            timing: measured.timing,
+            peak_rss_bytes: first.peak_rss_bytes,
+            peak_rss_over_baseline_bytes: baseline.below(first.peak_rss_bytes),
+            others_busy: others.and_then(|others| others.share(task.root)),
+        });
+    }
+    let cut = (!cut.is_empty()).then(|| LeftOut {
+        what: cut,
+        full_seconds: watched.cap.full_s(),
+    });
+    Ok((found, cut))
+}

@@ -1,0 +1,133 @@
+//! What is refused before anything is measured: models and videos between which there is no path.
+
+use crate::dataset::InputFile;
+use crate::error::{Error, Result, TemplateOrigin};
+use crate::gait_cycles::{CycleFinder, LowerBody, NoCycle};
+use crate::score::Model;
+use crate::segment::{Segmenter, Video};
+use crate::sweep::FramingMode;
+use edgegait_core::budget::CYCLE_STEPS_PER_MINUTE;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// What was found in a video.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct CheckedVideo {
+    /// Pixels of a row.
+    pub columns: u32,
+    /// Rows.
+    pub rows: u32,
+    /// Frames a second.
+    pub fps: f64,
+    /// How many frames there are.
+    pub frames: usize,
+    /// In how many of them nobody was found.
+    pub empty_frames: usize,
+    /// How many gait cycles.
+    pub cycles: usize,
+}
+
+/// Refuses a model whose input cannot be made of a video.
+///
+/// # Errors
+/// For a size that silhouettes do not have, and a framing that follows from where a camera stood.
+pub(crate) fn check_model(model: &Model) -> Result<()> {
+    let contract = model.contract();
+    let size = contract.size().unwrap_or_default();
+    contract.require(size, None, TemplateOrigin::Drawn)?;
+    if let Some(input) = &contract.view_input {
+        return Err(Error::input(
+            model.path(),
+            format!(
+                "expected a contract without view_input, found {input:?}: from where a video is seen is not known"
+            ),
+        ));
+    }
+    match contract.framing {
+        FramingMode::Height | FramingMode::Box => Ok(()),
+        FramingMode::Cycle | FramingMode::Camera => Err(Error::input(
+            model.path(),
+            format!(
+                "expected a contract with framing \"height\" or \"box\", which figures in a video can be brought to, found {:?}: it follows from where the camera stood",
+                contract.framing.name()
+            ),
+        )),
+    }
+}
+
+/// Segments all of a video once and finds its gait cycles, on all cores; what was read of it.
+/// `progress` is called for each frame. Pixels of all frames are not held, but what they show of legs.
+///
+/// # Errors
+/// If it cannot be read, or has no gait cycle: with what was found, and how many frames it takes.
+pub(crate) fn check(
+    mut video: Video,
+    (path, fps): (&Path, f32),
+    segmenter: &Segmenter,
+    progress: &(dyn Fn() + Sync),
+) -> Result<(CheckedVideo, InputFile)> {
+    let finder = CycleFinder::new(fps)?;
+    let (columns, rows) = video.size();
+    let mut legs: Vec<Option<LowerBody>> = Vec::new();
+    loop {
+        let batch = video.batch()?;
+        if batch.is_empty() {
+            break;
+        }
+        let find = |frame| {
+            let mask = segmenter.segment(frame).mask;
+            progress();
+            LowerBody::of_pixels(&mask.grey(), mask.columns())
+        };
+        legs.par_extend(batch.par_iter().map(find));
+    }
+    let frames = legs.len();
+    let empty_frames = legs.iter().filter(|legs| legs.is_none()).count();
+    let found = finder.find(legs);
+    let found = found.map_err(|reason| none(path, reason, (fps, frames, empty_frames)))?;
+    let checked = CheckedVideo {
+        columns,
+        rows,
+        fps: fps.into(),
+        frames,
+        empty_frames,
+        cycles: found.cycles.len(),
+    };
+    Ok((checked, video.input()?))
+}
+
+/// That there is no gait cycle.
+fn none(path: &Path, reason: NoCycle, (fps, frames, empty): (f32, usize, usize)) -> Error {
+    let (slow, fast) = CYCLE_STEPS_PER_MINUTE;
+    // Two cycles are four steps.
+    let frames_of = |steps_a_minute: f32| (4.0 * 60.0 / steps_a_minute * fps).ceil();
+    Error::input(
+        path,
+        format!(
+            "{reason}; somebody is in {} of {frames} frames, and at {fps} frames a second two cycles are {} (the fastest steps) to {} frames",
+            frames - empty,
+            frames_of(fast),
+            frames_of(slow)
+        ),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_lacks_is_said_in_frames() {
+        // 4 x 60 / 220 x 25 = 27.3 and 4 x 60 / 70 x 25 = 85.7.
+        let error = none(
+            Path::new("walk"),
+            NoCycle::TooShort { frames: 12 },
+            (25.0, 12, 3),
+        );
+        assert_eq!(
+            error.to_string(),
+            "walk: expected a whole gait cycle, found 12 frames, which are too few (record two cycles or more); somebody is in 9 of 12 frames, and at 25 frames a second two cycles are 28 (the fastest steps) to 86 frames"
+        );
+    }
+}

@@ -1,0 +1,64 @@
+//! What tests of the path share: small videos whose legs are known, and a recognizer that repeats what
+//! it is shown.
+
+use crate::gait_cycles::LowerBody;
+use crate::score::testing::MadeUp;
+use crate::score::{Contract, InputLayout};
+use crate::segment::{SegmentSettings, Segmenter};
+use crate::template::Template;
+use image::{Rgb, RgbImage};
+use std::path::Path;
+
+pub(super) const SIZE: (u32, u32) = (60, 40);
+const WALL: Rgb<u8> = Rgb([170, 165, 150]);
+const CLOTHES: Rgb<u8> = Rgb([40, 50, 90]);
+
+/// Somebody whose legs make a wave of so many frames a step: a trunk, and two legs that spread.
+pub(super) fn walker(number: usize, step: f64) -> RgbImage {
+    let spread = 7.0 * (std::f64::consts::PI * number as f64 / step).cos();
+    RgbImage::from_fn(SIZE.0, SIZE.1, |x, y| {
+        let (x, y) = (f64::from(x) - 29.5, f64::from(y));
+        let trunk = (4.0..20.0).contains(&y) && x.abs() < 4.0;
+        let along = (y - 18.0) / 18.0;
+        let leg = |by: f64| (18.0..36.0).contains(&y) && (x - by * along).abs() < 2.0;
+        if trunk || leg(spread) || leg(-spread) {
+            CLOTHES
+        } else {
+            WALL
+        }
+    })
+}
+
+/// The scene without anybody.
+pub(super) fn segmenter() -> Segmenter {
+    let wall = RgbImage::from_pixel(SIZE.0, SIZE.1, WALL);
+    Segmenter::new(wall, SegmentSettings::default())
+}
+
+/// Writes frames as a video.
+pub(super) fn write_video(frames: impl Iterator<Item = RgbImage>, folder: &Path) {
+    std::fs::create_dir_all(folder).expect("a folder");
+    for (number, frame) in frames.enumerate() {
+        let path = folder.join(format!("{number:03}.png"));
+        frame.save(path).expect("a frame");
+    }
+}
+
+/// What the frames show of legs, as a whole recording has it.
+pub(super) fn legs(segmenter: &Segmenter, frames: &[RgbImage]) -> Vec<Option<LowerBody>> {
+    let legs = frames.iter().map(|frame| {
+        let mask = segmenter.segment(frame).mask;
+        LowerBody::of_pixels(&mask.grey(), mask.columns())
+    });
+    legs.collect()
+}
+
+/// Answers with what it is shown.
+pub(super) fn echo(template: Template) -> MadeUp {
+    let contract = Contract {
+        template,
+        layout: InputLayout::of(template),
+        ..Contract::default()
+    };
+    MadeUp::new(contract, <[f32]>::to_vec)
+}

@@ -1,0 +1,308 @@
+//! `edgegait bench --video`: what the whole path costs, from the frames of a video to answers.
+
+use super::{BenchArgs, elsewhere, one_or_all, warn};
+use crate::bench::board::{Board, load_of_others};
+use crate::bench::{
+    BenchResults, CheckedVideo, MADE_FPS, MADE_SIZE, PathResult, PathTask, check, check_model,
+    measure_path, utc_now, write_made,
+};
+use crate::cli::progress::Progress;
+use crate::dataset::{ResultHeader, Staging};
+use crate::error::{Error, Result};
+use crate::report::write_png;
+use crate::score::Model;
+use crate::segment::{SegmentSettings, Segmenter, Video};
+use crate::sequences::is_pack_or_folder;
+use crate::sweep::{TAKE_FPS, jobs};
+use edgegait_core::pack::Pack;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
+
+/// The name that stands for a video that is made.
+const MADE: &str = "made";
+
+/// The flags.
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct PathArgs {
+    /// Measure the whole path instead, from the frames of a video to answers: "made" for a video
+    /// that is drawn (a walker of the pack, 320x240, 25 frames a second), or one's own: a folder of
+    /// frames (.png, .jpg), or a file (Y4M; others by an installed ffmpeg)
+    #[arg(long, value_name = "made|VIDEO", conflicts_with_all = ["batch", "warm_up", "window_s", "windows", "mlperf", "max_seconds", "frames", "bare", "compare", "views", "azimuth_deg", "elevation_deg"])]
+    video: Option<PathBuf>,
+    /// The empty scene of the video: a picture, or a folder of several, of which the median is taken
+    /// [default: the median of frames of the video]
+    #[arg(long, value_name = "FILE|FOLDER", requires = "video")]
+    background: Option<PathBuf>,
+    /// Frames a second of the video [default: as a file of it says, or else 25]
+    #[arg(long, value_name = "F", requires = "video")]
+    fps: Option<f32>,
+    /// How long the path is measured; the video begins again and again
+    #[arg(long, value_name = "M", default_value_t = 1.0, requires = "video", value_parser = minutes)]
+    minutes: f64,
+    /// The folder that has what the process with this flag needs
+    #[arg(long, value_name = "PATH", hide = true)]
+    path_at: Option<PathBuf>,
+}
+
+fn minutes(text: &str) -> std::result::Result<f64, String> {
+    let found = text.parse().ok();
+    let found = found.filter(|minutes: &f64| *minutes > 0.0 && *minutes <= 1440.0);
+    found.ok_or_else(|| "expected more than 0 and at most 1440 minutes".to_owned())
+}
+
+/// A video that is there.
+struct GivenVideo {
+    video: PathBuf,
+    background: Option<PathBuf>,
+    fps: f32,
+}
+
+impl PathArgs {
+    /// Whether the path is measured.
+    pub(super) const fn is_given(&self) -> bool {
+        self.video.is_some()
+    }
+
+    /// Where this process finds what it needs to measure a model alone.
+    pub(super) fn at(&self) -> Option<&Path> {
+        self.path_at.as_deref()
+    }
+
+    /// The files that are read.
+    pub(super) fn files(&self) -> impl Iterator<Item = PathBuf> {
+        let video = self.video.iter().filter(|video| !is_made(video));
+        video.chain(&self.background).cloned()
+    }
+
+    fn duration(&self) -> Duration {
+        Duration::from_secs_f64(60.0 * self.minutes)
+    }
+
+    /// The video that was asked for, where it is one's own or was made in `folder`.
+    fn given(&self, folder: &Path) -> Result<(GivenVideo, Video)> {
+        let video = self.video.clone().ok_or(Error::Missing("a video"))?;
+        if video == Path::new("-") {
+            return Err(Error::Usage(
+                "--video -: expected a video that can be read again and again, found standard input (write it to a file)".into(),
+            ));
+        }
+        let (path, background) = if is_made(&video) {
+            (folder.join("frames"), Some(folder.join(BACKGROUND)))
+        } else {
+            (video, self.background.clone())
+        };
+        let video = Video::open(&path)?;
+        let fps = self.fps.or(video.fps().map(|fps| fps as f32));
+        let given = GivenVideo {
+            fps: fps.unwrap_or(TAKE_FPS as f32),
+            video: path,
+            background,
+        };
+        Ok((given, video))
+    }
+}
+
+/// What the background is called in the folder.
+const BACKGROUND: &str = "background.png";
+
+fn is_made(video: &Path) -> bool {
+    video == Path::new(MADE)
+}
+
+/// Measures the path with each model, in a process of its own.
+pub(super) fn run(args: &BenchArgs, models: &[Model], pack: Option<PathBuf>) -> Result<()> {
+    let path_args = &args.path;
+    let asked = path_args.video.as_deref().unwrap_or(Path::new(MADE));
+    args.draw.refuse_for_video()?;
+    refuse_flags(args, asked, pack.as_deref())?;
+    models.iter().try_for_each(check_model)?;
+    let runtime = args.runtime.runtime()?.name().name;
+    let root = Path::new("/");
+    let load_of_others = load_of_others(root);
+    let folder = Staging::temporary()?;
+    let mut header = header(args, models, asked).with("runtime", runtime);
+    if is_made(asked) {
+        let source_args = args.source(pack);
+        let source = source_args.load()?;
+        let pack = Pack::parse(&source.bytes)?;
+        let walks = source_args.choose(&pack)?;
+        jobs(&pack, &walks, 0..1)?;
+        let walk = *walks.first().ok_or(Error::Missing("a walk"))?;
+        write_made(&pack, walk, args.common.seed, folder.path())?;
+        header = header.with("pack", source.name);
+        header.inputs.extend(source.inputs);
+    }
+    let (checked, mut inputs) = checked(path_args, folder.path())?;
+    if is_made(asked) {
+        // Its files are gone afterwards, and follow from pack and seed.
+        inputs.clear();
+    }
+    header.inputs.extend(inputs);
+    let mut results = BenchResults {
+        header,
+        date: utc_now(),
+        board: Board::read(root),
+        load_of_others,
+        models: Vec::new(),
+        paths: Vec::new(),
+    };
+    warn(&mut results);
+    let seconds = path_args.duration().as_secs_f64();
+    let progress = Progress::new("seconds", (seconds.ceil() as usize) * models.len());
+    let flags: [&OsStr; 2] = ["--path-at".as_ref(), folder.path().as_os_str()];
+    for (index, model) in models.iter().enumerate() {
+        let measured: Result<PathResult> = ticking(&progress, seconds, || {
+            elsewhere(args, (model, index), &flags, &|_| {})
+        });
+        let measured = PathResult {
+            video: checked.clone(),
+            ..measured?
+        };
+        results.header.warnings.extend(
+            measured
+                .warnings
+                .iter()
+                .map(|warning| format!("{}: {warning}", measured.name)),
+        );
+        results.paths.push(measured);
+    }
+    drop(progress);
+    args.show(&results)
+}
+
+/// Measures the path with one model here.
+pub(super) fn alone(
+    args: &BenchArgs,
+    open: &dyn Fn() -> Result<Model>,
+    folder: &Path,
+) -> Result<PathResult> {
+    let (given, video) = args.path.given(folder)?;
+    drop(video);
+    measure_path(&PathTask {
+        open,
+        start: &|| args.runtime.runtime(),
+        threads: args.common.one_thread_count()?.unwrap_or(1),
+        video: &given.video,
+        background: &folder.join(BACKGROUND),
+        fps: given.fps,
+        duration: args.path.duration(),
+        root: Path::new("/"),
+    })
+}
+
+/// Segments the video once, and leaves its background in the folder.
+fn checked(
+    args: &PathArgs,
+    folder: &Path,
+) -> Result<(CheckedVideo, Vec<crate::dataset::InputFile>)> {
+    let (given, video) = args.given(folder)?;
+    let background = given.background.as_deref();
+    let settings = SegmentSettings::default();
+    let (segmenter, mut inputs) =
+        Segmenter::open(&given.video, video.size(), background, settings)?;
+    let progress = match video.frames() {
+        Some(frames) => Progress::new("frames", frames),
+        None => Progress::counting("frames"),
+    };
+    let path = args.video.as_deref().unwrap_or(Path::new(MADE));
+    let (checked, input) = check(video, (path, given.fps), &segmenter, &|| progress.step())?;
+    inputs.insert(0, input);
+    write_png(folder.join(BACKGROUND), segmenter.background())?;
+    Ok((checked, inputs))
+}
+
+/// Refuses what has no meaning with this video.
+fn refuse_flags(args: &BenchArgs, video: &Path, pack: Option<&Path>) -> Result<()> {
+    if let Some(folder) = pack.filter(|path| path.is_dir()) {
+        return Err(Error::input(
+            folder,
+            "expected a pack to draw a walker from, found a folder (is it the video? name it behind --video)",
+        ));
+    }
+    let path = &args.path;
+    let selection = &args.selection;
+    let flags: &[(&str, bool)] = if is_made(video) {
+        &[
+            ("--background", path.background.is_some()),
+            ("--fps", path.fps.is_some_and(|fps| fps != MADE_FPS)),
+        ]
+    } else {
+        &[
+            ("PACK", pack.is_some()),
+            ("--subjects", !selection.subjects.is_empty()),
+            ("--walks", !selection.walks.is_empty()),
+        ]
+    };
+    if let Some((flag, _)) = flags.iter().find(|(_, is_given)| *is_given) {
+        let found = if is_made(video) {
+            "one that is made, which has its own"
+        } else {
+            "one with its own walker"
+        };
+        return Err(Error::Usage(format!(
+            "{flag}: expected another video for that, found {found}"
+        )));
+    }
+    if !is_made(video) && video.is_file() && is_pack_or_folder(video)? {
+        return Err(Error::input(video, "expected a video, found a pack"));
+    }
+    Ok(())
+}
+
+/// What was asked for.
+fn header(args: &BenchArgs, models: &[Model], video: &Path) -> ResultHeader {
+    let path = &args.path;
+    let mut header = ResultHeader::new("bench", args.common.seed)
+        .with("video", video.display().to_string())
+        .with("minutes", path.minutes)
+        .with("threads", one_or_all(args.threads()))
+        .with("path_threads", 1)
+        .with(
+            "cycles",
+            "while frames come in; the video is one recording, again and again",
+        )
+        .with(
+            "timed",
+            "decode, segment, framing, cycle, template, network",
+        )
+        .with(
+            "not_timed",
+            "load, background, frames until the first answer, reading the machine between windows",
+        )
+        .with("build", super::build());
+    if is_made(video) {
+        let (columns, rows) = MADE_SIZE;
+        header = header.with("made", format!("{columns}x{rows} at {MADE_FPS}, JPEG"));
+    }
+    if let Some(background) = &path.background {
+        header = header.with("background", background.display().to_string());
+    }
+    if let Some(cpus) = &args.cpus {
+        header = header.with("cpus", cpus.to_string());
+    }
+    header.inputs = models.iter().map(Model::input).collect();
+    header
+}
+
+/// Does the work, and counts the seconds that it should take meanwhile.
+fn ticking<T>(progress: &Progress, seconds: f64, work: impl FnOnce() -> T) -> T {
+    let expected = seconds.ceil() as usize;
+    std::thread::scope(|scope| {
+        let (done, is_done) = channel::<()>();
+        scope.spawn(move || {
+            let mut left = expected;
+            while is_done.recv_timeout(Duration::from_secs(1)) == Err(RecvTimeoutError::Timeout) {
+                if left > 0 {
+                    left -= 1;
+                    progress.step();
+                }
+            }
+            (0..left).for_each(|_| progress.step());
+        });
+        let found = work();
+        drop(done);
+        found
+    })
+}

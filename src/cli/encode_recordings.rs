@@ -1,0 +1,45 @@
+//! Recordings as people in a pack, less the walks that cannot be encoded.
+
+use super::encoding::EncodingArgs;
+use super::keep_going::KeepGoing;
+use crate::error::{Error, Result};
+use crate::frontier::EncodedPack;
+use crate::people::Subject;
+use crate::people::encodable::without;
+use crate::people::recorded::{BodyOptions, Recording, subjects};
+
+/// The people of these recordings, encoded. Walks that cannot be are taken out of the recordings
+/// if that was asked for, and what is left is encoded as if they had never been there; one warning
+/// for each is added.
+///
+/// # Errors
+/// As [`subjects`] and [`EncodingArgs::encode`], and if no walk is left.
+pub(super) fn encoded_people(
+    recordings: &mut Vec<Recording>,
+    body: &BodyOptions,
+    (encoding, keep_going): (&EncodingArgs, KeepGoing),
+    warnings: &mut Vec<String>,
+) -> Result<(Vec<Subject>, EncodedPack)> {
+    // Each round has fewer walks.
+    loop {
+        let made = subjects(recordings, body).and_then(|people| {
+            let encoded = encoding.encode(&people)?;
+            Ok((people, encoded))
+        });
+        match made {
+            Err(Error::Refused(refused))
+                if keep_going.is_given() || refused.iter().all(|one| one.walk.is_some()) =>
+            {
+                let all = recordings.iter().map(Recording::walks).sum();
+                let errors = without(recordings, &refused);
+                let all = if recordings.is_empty() {
+                    errors.len()
+                } else {
+                    all
+                };
+                warnings.extend(keep_going.leave_out(errors, all, ("walks", "encoded"))?);
+            }
+            other => return other,
+        }
+    }
+}

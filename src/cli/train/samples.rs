@@ -1,0 +1,131 @@
+//! Samples of one source of `train`: drawn, of a tree, or of a dataset.
+
+use super::TrainArgs;
+use super::opened_source::{ChosenSource, Opened};
+use super::sources::Making;
+use crate::cli::progress::Progress;
+use crate::dataset::{Dataset, ResultHeader};
+use crate::error::{Error, Result};
+use crate::sequences::{PackSource, Recordings, SequenceSource};
+use crate::template::Template;
+use crate::template::augment::Augmentation;
+use crate::train::{CycleShare, Recipe, Samples};
+use edgegait_core::pack::Pack;
+use std::path::Path;
+
+/// Cycles of each walk that are trained on unless a user says otherwise.
+const CYCLES: u32 = 8;
+
+impl TrainArgs {
+    /// The samples of a source, and what results say of it.
+    pub(super) fn part(
+        &self,
+        chosen: ChosenSource,
+        share: CycleShare,
+        making: &Making,
+    ) -> Result<(Samples, ResultHeader)> {
+        let ChosenSource {
+            source,
+            numbers,
+            header,
+        } = chosen;
+        match source {
+            Opened::Cohort => Err(Error::Missing("a pack")),
+            Opened::Pack(source) => self.of_walks(source, &numbers, (share, making), header),
+            Opened::Folder(path, SequenceSource::Tree(recordings)) => {
+                self.of_tree(&path, *recordings, (share, making), header)
+            }
+            Opened::Folder(path, SequenceSource::Dataset(geis)) => {
+                let shared = (share, making.augmentation);
+                self.of_dataset((geis.dataset(), &path), &numbers, shared, header)
+            }
+            Opened::Folder(_, SequenceSource::Walks(_)) => {
+                Err(Error::Missing("a dataset or a tree"))
+            }
+        }
+    }
+
+    /// Samples drawn here, from a pack or from the built-in cohort.
+    fn of_walks(
+        &self,
+        source: PackSource,
+        walks: &[usize],
+        (share, making): (CycleShare, &Making),
+        header: ResultHeader,
+    ) -> Result<(Samples, ResultHeader)> {
+        let pack = Pack::parse(&source.bytes)?;
+        let cycles = self.cycles.unwrap_or(CYCLES);
+        let progress = Progress::new("cycles", walks.len() * cycles as usize);
+        let recipe = Recipe {
+            views: &making.views,
+            settings: making.settings,
+            cycles,
+            share,
+            augmentation: making.augmentation,
+        };
+        let samples = Samples::drawn((&pack, walks, &source.name), recipe, &|| progress.step())?;
+        let mut header = header
+            .drawn(&making.settings)
+            .with("pack", source.name.as_str())
+            .with("walks", samples.training.walks.join(","))
+            .with("cycles", cycles)
+            .with("views", making.views.name.as_str())
+            .augmented(making.augmentation);
+        header.inputs = source.inputs;
+        Ok((samples, header))
+    }
+
+    /// The templates of a tree, by gait cycles unless its recordings are to stay whole.
+    fn of_tree(
+        &self,
+        path: &Path,
+        recordings: Recordings,
+        (share, making): (CycleShare, &Making),
+        mut header: ResultHeader,
+    ) -> Result<(Samples, ResultHeader)> {
+        let Making {
+            settings,
+            augmentation,
+            ..
+        } = *making;
+        let recordings = self.cutting.cut(recordings, &mut header)?;
+        let name = path.display().to_string();
+        let source = SequenceSource::Tree(Box::new(recordings));
+        let samples = Samples::of_recordings((&source, &name), settings, (share, augmentation))?;
+        let header = header
+            .with("tree", name)
+            .with("template", settings.template.name())
+            .with("size", settings.size.name())
+            .with("framing", settings.framing.name())
+            .augmented(augmentation);
+        Ok((samples, header))
+    }
+
+    /// The templates of a dataset.
+    fn of_dataset(
+        &self,
+        (dataset, path): (&Dataset, &Path),
+        rows: &[usize],
+        (share, augmentation): (CycleShare, Augmentation),
+        header: ResultHeader,
+    ) -> Result<(Samples, ResultHeader)> {
+        let samples = Samples::of_dataset((dataset, path), rows, (share, augmentation))?;
+        let mut header = header.augmented(augmentation);
+        if samples.template != Template::Gei {
+            header = header.with("template", samples.template.name());
+        }
+        if samples.framing.is_none() {
+            header.warnings.push(if self.states_sources() {
+                "it does not say how its figures are framed: they are taken for framed as the others"
+                    .to_owned()
+            } else {
+                format!(
+                    "{} does not say how its figures are framed: the model's contract says height",
+                    path.display()
+                )
+            });
+        }
+        header.inputs = Dataset::inputs(path)?;
+        Ok((samples, header))
+    }
+}

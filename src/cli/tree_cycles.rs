@@ -1,0 +1,81 @@
+//! How the recordings of a tree are cut into gait cycles: flags of the commands that read one.
+
+use super::progress::Progress;
+use crate::dataset::ResultHeader;
+use crate::error::Result;
+use crate::gait_cycles::CycleFinder;
+use crate::sequences::Recordings;
+use crate::sweep::TAKE_FPS;
+
+/// Recordings without cycles that are named one by one.
+const NAMED: usize = 5;
+
+/// The flags.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub(super) struct CuttingArgs {
+    /// Frames a second of a tree's recordings, to find gait cycles in them [default: 25; the cycles of a
+    /// tree that was made here are known]
+    #[arg(long, value_name = "F", conflicts_with = "whole_recordings")]
+    fps: Option<f32>,
+    /// Make one template of each whole recording of a tree, not of each gait cycle
+    #[arg(long)]
+    whole_recordings: bool,
+}
+
+impl CuttingArgs {
+    /// The flags of a command that has a frame rate of its own.
+    pub(super) const fn new(fps: Option<f32>, whole_recordings: bool) -> Self {
+        Self {
+            fps,
+            whole_recordings,
+        }
+    }
+
+    /// The flags, and whether each was given.
+    pub(super) fn given(&self) -> [(&'static str, bool); 2] {
+        [
+            ("--fps", self.fps.is_some()),
+            ("--whole-recordings", self.whole_recordings),
+        ]
+    }
+
+    /// The recordings by gait cycles, unless they are to stay whole; the header says what became of
+    /// them.
+    ///
+    /// # Errors
+    /// If cycles are not looked for at such a frame rate, or a recording cannot be read.
+    pub(super) fn cut(
+        &self,
+        recordings: Recordings,
+        header: &mut ResultHeader,
+    ) -> Result<Recordings> {
+        if self.whole_recordings {
+            *header = header.clone().with("whole_recordings", true);
+            return Ok(recordings);
+        }
+        if let (Some(frames), None) = (recordings.frames_per_cycle(), self.fps) {
+            *header = header.clone().with("frames_per_cycle", frames);
+            return recordings.in_even_cycles(frames);
+        }
+        let fps = self.fps.unwrap_or(TAKE_FPS as f32);
+        let finder = CycleFinder::new(fps)?;
+        let all = recordings.len();
+        let progress = Progress::new("recordings", all);
+        let (cut, without) = recordings.in_cycles(&finder, &|| progress.step())?;
+        *header = header
+            .clone()
+            .with("fps", f64::from(fps))
+            .with("recordings", all);
+        if !without.is_empty() {
+            let more = without.len().saturating_sub(NAMED);
+            let names = without.iter().take(NAMED);
+            header.warnings.push(format!(
+                "{} of {all} recordings have no gait cycle that can be found, and count whole: {}{}",
+                without.len(),
+                names.cloned().collect::<Vec<_>>().join("; "),
+                if more > 0 { format!("; and {more} more") } else { String::new() }
+            ));
+        }
+        Ok(cut)
+    }
+}

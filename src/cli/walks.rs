@@ -1,0 +1,85 @@
+//! Where walks come from, and which are used: a pack file, or the built-in cohort.
+
+use super::progress::Progress;
+use crate::encode::STEPS_OF_WALK;
+use crate::error::Result;
+use crate::sequences::{BUILT_IN_WALK, PackSource, Selection, built_in};
+use edgegait_core::pack::Pack;
+use std::path::PathBuf;
+
+/// Which walks are used.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub(super) struct SelectionArgs {
+    /// Only these people, by name
+    #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
+    pub subjects: Vec<String>,
+    /// Only these walks, by name [default: walk-5kmh of the built-in cohort, all of a pack; `render`
+    /// without names: the first]
+    #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
+    pub walks: Vec<String>,
+}
+
+/// Walks of a pack.
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct SourceArgs {
+    /// A pack [default: the built-in cohort of 26 people]
+    #[arg(value_name = "PACK")]
+    pub pack: Option<PathBuf>,
+    #[command(flatten)]
+    pub selection: SelectionArgs,
+    /// A pack of the program that runs the command in its own process.
+    #[arg(skip)]
+    pub held: Option<PackSource>,
+}
+
+impl SelectionArgs {
+    /// What is asked for; of the built-in cohort one walk of each person, unless names say otherwise.
+    #[must_use]
+    pub(super) fn selection(&self, is_built_in: bool) -> Selection {
+        Selection {
+            subjects: self.subjects.clone(),
+            walks: if self.walks.is_empty() && is_built_in {
+                vec![BUILT_IN_WALK.into()]
+            } else {
+                self.walks.clone()
+            },
+        }
+    }
+}
+
+impl SourceArgs {
+    /// Walks of a pack's file, or of the built-in cohort.
+    pub(super) const fn new(pack: Option<PathBuf>, selection: SelectionArgs) -> Self {
+        Self {
+            pack,
+            selection,
+            held: None,
+        }
+    }
+
+    /// Reads the pack, or makes the built-in cohort at the speeds that are needed.
+    ///
+    /// # Errors
+    /// When the file cannot be read or is no pack.
+    pub(super) fn load(&self) -> Result<PackSource> {
+        if let Some(held) = &self.held {
+            return Ok(held.clone());
+        }
+        if let Some(path) = &self.pack {
+            return PackSource::read(path);
+        }
+        let options = built_in(&self.selection.selection(true).walks);
+        let walks = options.people * options.speeds_kmh.len();
+        let progress = Progress::new("cohort", STEPS_OF_WALK * walks);
+        PackSource::made(&options, &|| progress.step())
+    }
+
+    /// The numbers of the chosen walks, in pack order.
+    ///
+    /// # Errors
+    /// When a name is unknown.
+    pub(super) fn choose(&self, pack: &Pack<'_>) -> Result<Vec<usize>> {
+        let is_built_in = self.pack.is_none() && self.held.is_none();
+        self.selection.selection(is_built_in).of(pack)
+    }
+}

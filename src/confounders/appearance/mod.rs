@@ -1,0 +1,158 @@
+//! What a walker wears, carries and weighs: hulls of a body, before it is posed.
+//!
+//! An [`Outfit`] begins as the hulls of an avatar, whatever they were made from or fitted to;
+//! each function changes them or adds some. What follows the body (sleeves, trousers, shoes)
+//! moves hulls that are there outward, so that only what stands away from it takes new ones:
+//! one each for a coat, a skirt, hair, a backpack, a shoulder bag and a suitcase, two for a
+//! hat. All together they fit beside a body of 24 hulls and 512 points.
+//!
+//! Strengths are 0..=1, or -1..=1 where it is said. 0 changes nothing, not even a bit; small
+//! strengths change little. Order matters as it does to who gets dressed: first the body
+//! ([`body_mass`], [`build`], [`age_body`]), then trousers, shoes, skirt and coat, hair, hat,
+//! and loads last: each goes around what is there.
+//!
+//! Sizes that are said to be ours were chosen by looking at pictures of built-in people.
+
+mod load;
+mod shape;
+#[cfg(test)]
+mod tests;
+
+pub(crate) use load::{backpack, shoulder_bag, suitcase};
+pub(crate) use shape::{age_body, body_mass, build};
+
+use crate::error::{Error, Result};
+pub(crate) use crate::people::clothes::{
+    BodyPart, Outfit, Wearer, coat, hair, hat, shoes, skirt, wide_trousers,
+};
+use crate::people::clothes::{RestJoints, WornHull};
+use crate::people::cohort::anthropometry::{DIMENSIONS, Dimensions, PopulationNorms};
+use edgegait_core::avatar::{Avatar, Hull};
+use edgegait_core::body::UnpackedBody;
+use edgegait_core::budget::{MAX_DRAPED_HULLS, MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
+use edgegait_core::pack::{Sex, SubjectEntry};
+use edgegait_core::skeleton::{Joint, Skeleton};
+
+/// What a hull is: of what hangs, that of the head is hair.
+fn part_of(hull: &Hull<'_>) -> BodyPart {
+    match (hull.drape(), hull.joint()) {
+        (None, _) => BodyPart::Body,
+        (Some(_), Joint::Head) => BodyPart::Hair,
+        (Some(_), _) => BodyPart::Garment,
+    }
+}
+
+impl Outfit {
+    /// An avatar, and nothing that it does not wear already.
+    #[must_use]
+    pub(crate) fn of(avatar: &Avatar<'_>) -> Self {
+        let mut hulls: Vec<WornHull> = Vec::new();
+        let mut last = None;
+        for hull in avatar.hulls() {
+            let points = hull.points().map(|point| (hull.joint(), point));
+            match hulls.last_mut() {
+                Some(draped) if hull.drape().is_some() && hull.drape() == last => {
+                    draped.points.extend(points);
+                }
+                _ => hulls.push(WornHull {
+                    part: part_of(&hull),
+                    points: points.collect(),
+                }),
+            }
+            last = hull.drape();
+        }
+        Self { hulls }
+    }
+
+    /// The hulls as a figure is drawn from: those of one joint keep their shape, those of
+    /// several are draped.
+    ///
+    /// # Errors
+    /// When they exceed the core's budget.
+    pub(crate) fn body(&self) -> Result<Box<UnpackedBody>> {
+        let is_draped = |hull: &&WornHull| hull.joint().is_none() && !hull.points.is_empty();
+        let points = || self.hulls.iter().map(|hull| hull.points.len());
+        for (what, found, most) in [
+            ("hulls", self.hulls.len(), MAX_HULLS),
+            (
+                "draped hulls",
+                self.hulls.iter().filter(is_draped).count(),
+                MAX_DRAPED_HULLS,
+            ),
+            (
+                "points of a hull",
+                points().max().unwrap_or(0),
+                MAX_HULL_POINTS,
+            ),
+            ("points in all", points().sum(), MAX_POINTS),
+        ] {
+            if found > most {
+                return Err(Error::Usage(format!(
+                    "a body with all that it wears and carries: expected at most {most} {what}, found {found} (leave out a garment or a load)"
+                )));
+            }
+        }
+        let mut body = Box::<UnpackedBody>::default();
+        for hull in &self.hulls {
+            let pushed = match hull.joint() {
+                Some(joint) => body.push(joint, hull.points.iter().map(|(_, point)| *point)),
+                None => body.push_draped(hull.points.iter().copied()),
+            };
+            pushed.map_err(|error| {
+                Error::Usage(format!(
+                    "a body with all that it wears and carries: {error} (leave out a garment or a load)"
+                ))
+            })?;
+        }
+        Ok(body)
+    }
+}
+
+impl Wearer {
+    /// A subject of a pack.
+    ///
+    /// Where its stature is unknown it is estimated from the skeleton: the height of the skull's
+    /// base above the ankles is a share of stature, as it is of ANSUR II's mean people. Where
+    /// its mass is unknown it is that of their mean body mass index. Without a sex, the mean
+    /// of men and women.
+    #[must_use]
+    pub(crate) fn new(skeleton: Skeleton, subject: &SubjectEntry<'_>) -> Self {
+        let sexes = match subject.sex {
+            Some(sex) => vec![sex],
+            None => vec![Sex::Female, Sex::Male],
+        };
+        let mean = |of: &dyn Fn(Sex) -> f64| {
+            sexes.iter().map(|&sex| of(sex)).sum::<f64>() / sexes.len() as f64
+        };
+        let bmi = mean(&|sex| PopulationNorms::of(sex).bmi.0);
+        let stature_m = match subject.stature_mm {
+            0 => {
+                let share = mean(&|sex| {
+                    let (stature, bmi) = (
+                        PopulationNorms::of(sex).stature.0,
+                        PopulationNorms::of(sex).bmi.0,
+                    );
+                    let mass = bmi * stature * stature;
+                    let person = Dimensions::expected(stature, mass, Some(sex), &[0.0; DIMENSIONS]);
+                    let person = person.expect("the mean of a population is a plausible person");
+                    1.0 - (person.malleolus_height + person.tragion_to_vertex) / stature
+                });
+                let standing = RestJoints::of(&skeleton);
+                let ankles = [Joint::LeftFoot, Joint::RightFoot].map(|foot| standing.at(foot).y);
+                let head = standing.at(Joint::Head).y - 0.5 * (ankles[0] + ankles[1]);
+                head / share
+            }
+            known => 1e-3 * f64::from(known),
+        };
+        let mass_kg = match subject.mass_hg {
+            0 => bmi * stature_m * stature_m,
+            known => 0.1 * f64::from(known),
+        };
+        Self {
+            skeleton,
+            sex: subject.sex,
+            stature_m,
+            mass_kg,
+        }
+    }
+}

@@ -1,0 +1,317 @@
+//! A recognizer's results: what became of its probes, added up.
+
+use std::collections::{BTreeMap, HashSet};
+
+use rayon::prelude::*;
+
+use super::bootstrap::{interval_95, verification_95};
+use super::cross_view::CrossView;
+use super::identification::Ranking;
+use super::intervals::Rank1Intervals;
+use super::paired::{Confused, HitsByView, PersonResult};
+use super::protocol::{Decision, GalleryViews};
+use super::rank1::Tally;
+use super::results::{
+    Contestant, CrossViewResult, ProbeAnswer, ProbeSetResult, RecognizerResult, VerificationResult,
+};
+use super::trial::{Meeting, Trial};
+use super::verification::{Pairs, Verification};
+use super::view_angle::by_angle;
+use crate::error::{EvaluateError, Result};
+use crate::score::Recognizer;
+use crate::score::answers::Answers;
+use crate::sequences::Sequences;
+
+/// Most distances that are kept for verification, where they take 400 MB.
+const MAX_PAIRS: u64 = 10_000_000;
+
+/// What one set of probes adds up to.
+struct ProbeSums {
+    /// `[viewpoint][person]`.
+    by_view: Vec<Vec<Tally>>,
+    by_person: Vec<Ranking>,
+    confused: Confused,
+    tied: u64,
+    pairs: Vec<Pairs>,
+    cells: Option<CrossView>,
+}
+
+/// A recognizer's results; `seed` draws people for intervals, and `tell` gets each answer that counts.
+///
+/// # Errors
+/// When nothing finite is left in the gallery.
+pub(super) fn judge(
+    recognizer: &dyn Recognizer,
+    trial: &Trial<'_>,
+    answers: &Answers,
+    seed: u64,
+    tell: &mut dyn FnMut(ProbeAnswer<'_>),
+) -> Result<RecognizerResult> {
+    let sequences = trial.sequences;
+    let mut trial = Trial {
+        classes: trial.classes.clone(),
+        gallery: trial.gallery.clone(),
+        ..*trial
+    };
+    let enrolled = |trial: &Trial<'_>| trial.gallery.iter().map(Vec::len).sum::<usize>();
+    let all = enrolled(&trial);
+    for gallery in &mut trial.gallery {
+        let is_finite = |number: &f32| number.is_finite();
+        gallery.retain(|&sequence| answers.embedding(sequence).iter().all(is_finite));
+    }
+    let gallery_non_finite = (all - enrolled(&trial)) as u64;
+    if trial.classes.is_none() && enrolled(&trial) == 0 {
+        return Err(EvaluateError::NoFiniteGallery(recognizer.name().to_owned()).into());
+    }
+    let keep_pairs = trial.comparisons() <= MAX_PAIRS;
+    let people = sequences.subjects.len();
+    let none = vec![vec![Tally::default(); people]; sequences.views.len()];
+    let (mut all_by_view, mut clean_by_view) = (none.clone(), none);
+    let mut confused: [Confused; 2] = [(); 2].map(|()| vec![BTreeMap::new(); people]);
+    let mut probe_sets = Vec::new();
+    for (set, takes) in trial.protocol.probes.iter().zip(&trial.roles.probes) {
+        let probes: Vec<usize> = (0..sequences.list.len())
+            .filter(|&sequence| takes[sequences.list[sequence].take])
+            .collect();
+        if probes.is_empty() {
+            continue;
+        }
+        let mut told = |probe: usize, meeting: &Meeting| {
+            tell(trial.answered(recognizer, &set.name, (probe, meeting)));
+        };
+        let sums = sums(
+            recognizer,
+            &trial,
+            answers,
+            (&probes, keep_pairs),
+            &mut told,
+        );
+        add(&mut all_by_view, &sums.by_view);
+        add_confusions(&mut confused[0], &sums.confused);
+        if set.clean {
+            add(&mut clean_by_view, &sums.by_view);
+            add_confusions(&mut confused[1], &sums.confused);
+        }
+        probe_sets.push(ProbeSetResult {
+            clean: set.clean,
+            ..result_of(&set.name, &trial, sums, seed)
+        });
+    }
+    if probe_sets.iter().all(|set| set.probes == 0) {
+        return Err(EvaluateError::NothingCompared {
+            protocol: trial.protocol.name.clone(),
+            at: match trial.protocol.gallery_views {
+                GalleryViews::Each => "different viewpoints",
+                _ => "viewpoints that are compared",
+            },
+        }
+        .into());
+    }
+    // Confounded probes must not hide in the numbers that everybody reads first.
+    let has_clean = probe_sets.iter().any(|set| set.clean && set.probes > 0);
+    let [all_confused, clean_confused] = confused;
+    let (by_view, confused) = if has_clean {
+        (clean_by_view, clean_confused)
+    } else {
+        (all_by_view, all_confused)
+    };
+    let takes = sequences.takes.iter().enumerate();
+    let enrolled: HashSet<usize> = takes
+        .filter(|(take, _)| trial.roles.gallery[*take])
+        .map(|(_, take)| take.subject)
+        .collect();
+    let contract = recognizer.contract();
+    let contestant = Contestant {
+        name: recognizer.name().to_owned(),
+        runtime: recognizer.runtime().clone(),
+        protocol: trial.protocol.name.clone(),
+        classes: match trial.protocol.decision {
+            Decision::ClassScore => contract.classes.len(),
+            Decision::NearestEmbedding => enrolled.len(),
+        },
+        // Where embeddings of two viewpoints are compared, neither is "where it was trained".
+        trained_at: match (trial.protocol.decision, trial.protocol.gallery_views) {
+            (Decision::NearestEmbedding, GalleryViews::Each | GalleryViews::All) => Vec::new(),
+            _ => contract
+                .training
+                .viewpoints
+                .iter()
+                .map(|&[azimuth, elevation]| (azimuth, elevation))
+                .collect(),
+        },
+    };
+    let tallies: Vec<_> = sequences
+        .views
+        .iter()
+        .zip(&by_view)
+        .map(|(view, people)| (view, people.iter().copied().sum::<Tally>()))
+        .filter(|(_, tally)| tally.probes > 0)
+        .collect();
+    let views = sequences.views.iter().zip(&by_view);
+    let (angles, of_angles): (Vec<_>, Vec<_>) = views
+        .filter_map(|(view, people)| Some((view.angles_deg()?, people.clone())))
+        .unzip();
+    let by_angle = by_angle(&contestant.trained_at, &angles, &of_angles, seed);
+    let of_person = |person: usize| by_view.iter().map(|people| people[person]).sum();
+    let by_person: Vec<Tally> = (0..people).map(of_person).collect();
+    let mut result = RecognizerResult::new(contestant, &tallies).with_subjects(&by_person, seed);
+    let leading = probe_sets.iter().filter(|set| set.clean || !has_clean);
+    result.of_probe_sets = leading.map(|set| set.name.clone()).collect();
+    result.baseline = recognizer.is_baseline();
+    result.non_finite = probe_sets.iter().map(|set| set.non_finite).sum();
+    result.gallery_non_finite = gallery_non_finite;
+    result.by_angle = by_angle;
+    result.by_person = PersonResult::list(&sequences.subjects, &by_person, &confused);
+    result.hits_by_view = HitsByView {
+        views: sequences.views.clone(),
+        tallies: by_view,
+    };
+    result.probe_sets = probe_sets;
+    Ok(result)
+}
+
+/// Adds the counts of one set of probes, `[viewpoint][person]`.
+fn add(sums: &mut [Vec<Tally>], more: &[Vec<Tally>]) {
+    for (sum, tally) in sums.iter_mut().flatten().zip(more.iter().flatten()) {
+        *sum += *tally;
+    }
+}
+
+/// Adds who was taken for whom in one set of probes.
+fn add_confusions(sums: &mut Confused, more: &Confused) {
+    for (sums, more) in sums.iter_mut().zip(more) {
+        for (other, count) in more {
+            *sums.entry(other.clone()).or_default() += count;
+        }
+    }
+}
+
+/// Meets all probes of a set.
+fn sums(
+    recognizer: &dyn Recognizer,
+    trial: &Trial<'_>,
+    answers: &Answers,
+    (probes, keep_pairs): (&[usize], bool),
+    tell: &mut dyn FnMut(usize, &Meeting),
+) -> ProbeSums {
+    let sequences = trial.sequences;
+    let (views, people) = (sequences.views.len(), sequences.subjects.len());
+    let mut sums = ProbeSums {
+        by_view: vec![vec![Tally::default(); people]; views],
+        by_person: vec![Ranking::default(); people],
+        confused: vec![BTreeMap::new(); people],
+        tied: 0,
+        pairs: vec![Pairs::default(); if keep_pairs { people } else { 0 }],
+        cells: (trial.protocol.gallery_views == GalleryViews::Each).then(|| CrossView::new(views)),
+    };
+    // In parts, so that distances are not kept twice.
+    for probes in probes.chunks(4_096) {
+        let met: Vec<Vec<Meeting>> = probes
+            .par_iter()
+            .map(|&probe| trial.meet(recognizer, answers, probe, keep_pairs))
+            .collect();
+        for (&probe, meetings) in probes.iter().zip(met) {
+            let (person, view) = (sequences.subject(probe), sequences.list[probe].view);
+            for mut meeting in meetings {
+                if let (Some(cells), Some(gallery_view)) = (&mut sums.cells, meeting.gallery_view) {
+                    cells.add(view, gallery_view, meeting.outcome());
+                    if gallery_view == view {
+                        continue;
+                    }
+                }
+                tell(probe, &meeting);
+                sums.by_view[view][person].add(meeting.outcome());
+                sums.by_person[person].add(meeting.ranked);
+                if let Some(other) = trial.taken_for(recognizer, &meeting) {
+                    let confused = &mut sums.confused[person];
+                    // Of most people there is an entry already.
+                    match confused.get_mut(other) {
+                        Some(count) => *count += 1,
+                        None => drop(confused.insert(other.to_owned(), 1)),
+                    }
+                }
+                sums.tied += u64::from(meeting.is_tied);
+                if let Some(pairs) = sums.pairs.get_mut(person) {
+                    pairs.genuine.append(&mut meeting.pairs.genuine);
+                    pairs.impostor.append(&mut meeting.pairs.impostor);
+                }
+            }
+        }
+    }
+    sums
+}
+
+fn result_of(name: &str, trial: &Trial<'_>, sums: ProbeSums, seed: u64) -> ProbeSetResult {
+    let mut all = Ranking::default();
+    sums.by_person.iter().for_each(|ranking| all += ranking);
+    let tally = all.tally(1);
+    let of_people: Vec<Tally> = sums.by_person.iter().map(|one| one.tally(1)).collect();
+    let probed: Vec<Ranking> = sums
+        .by_person
+        .iter()
+        .filter(|ranking| ranking.probes() > 0)
+        .cloned()
+        .collect();
+    let map = interval_95(&probed, seed, Ranking::map);
+    ProbeSetResult {
+        name: name.to_owned(),
+        clean: false,
+        probes: all.probes(),
+        people: probed.len() as u64,
+        tied: sums.tied,
+        without_mate: all.without_mate(),
+        non_finite: all.non_finite(),
+        rank1: tally.rank1().unwrap_or_default(),
+        intervals: Rank1Intervals::of(&of_people, seed),
+        rank5: all.rank_k(5).unwrap_or_default(),
+        cmc: all.cmc().unwrap_or_default(),
+        map: all.map(),
+        map_low: map.map(|one| one.low),
+        map_high: map.map(|one| one.high),
+        minp: all.minp(),
+        by_person: PersonResult::list(&trial.sequences.subjects, &of_people, &sums.confused),
+        verification: verification(&sums.pairs, seed),
+        cross_view: sums.cells.map(|cells| cross_view(&cells, trial.sequences)),
+    }
+}
+
+fn verification(pairs: &[Pairs], seed: u64) -> Option<VerificationResult> {
+    if pairs.is_empty() {
+        return None;
+    }
+    let all =
+        |of: fn(&Pairs) -> &Vec<f64>| -> Vec<f64> { pairs.iter().flat_map(of).copied().collect() };
+    let curve = Verification::of(&all(|pairs| &pairs.genuine), &all(|pairs| &pairs.impostor));
+    let (non_finite_genuine, non_finite_impostors) = curve.non_finite();
+    let eer = curve.eer();
+    let over_people = verification_95(pairs, seed, |curve| curve.eer().map(|eer| eer.rate));
+    Some(VerificationResult {
+        genuine: curve.genuine(),
+        impostors: curve.impostors(),
+        non_finite_genuine,
+        non_finite_impostors,
+        eer: eer.map(|eer| eer.rate),
+        eer_threshold: eer.map(|eer| eer.threshold),
+        eer_low: over_people.map(|one| one.low),
+        eer_high: over_people.map(|one| one.high),
+        auc: curve.auc(),
+        tar_at_far: curve.tars(),
+        roc: curve.roc(),
+    })
+}
+
+fn cross_view(cells: &CrossView, sequences: &Sequences) -> CrossViewResult {
+    let views = sequences.views.len();
+    let row = |probe_view: usize| {
+        let cell = |gallery_view: usize| cells.cell(probe_view, gallery_view).rank1();
+        (0..views).map(cell).collect()
+    };
+    let means = cells.means();
+    CrossViewResult {
+        views: sequences.views.clone(),
+        rank1: (0..views).map(row).collect(),
+        note: means.as_ref().err().map(ToString::to_string),
+        mean_percent: means.as_ref().ok().map(|means| means.mean),
+        by_probe_view_percent: means.map(|means| means.by_probe_view).unwrap_or_default(),
+    }
+}

@@ -1,0 +1,32 @@
+//! Gait cycles of a recording, from its silhouettes: where they begin and end, or why there are none.
+//!
+//! Joins on to whatever has silhouettes: a tree ([`crate::Tree::lower_bodies`]), arrays
+//! ([`lower_bodies`]), or a camera, frame by frame ([`CycleDetector`]). Data flows from the core's
+//! `cycle` here, and on to nobody yet.
+//!
+//! ```
+//! use edgegait::gait_cycles::{CycleFinder, LowerBody};
+//!
+//! // A count of lower-body pixels a frame, of somebody who makes two steps a second.
+//! let counts = (0..120).map(|frame| 900.0 + 90.0 * (f64::from(frame) * 0.419).cos());
+//! let frames = counts.map(|count| Some(LowerBody::counted(count as f32)));
+//! let found = CycleFinder::new(30.0)?.find(frames).expect("a walker");
+//! assert_eq!(found.period_frames.round(), 30.0);
+//! let ranges: Vec<_> = found.cycles.iter().map(edgegait::gait_cycles::whole_frames).collect();
+//! assert_eq!(ranges, [0..30, 30..60, 60..90]);
+//! # Ok::<(), edgegait::Error>(())
+//! ```
+
+mod autocorrelation;
+mod extrema;
+mod finder;
+mod series;
+
+pub use edgegait_core::cycle::{
+    CycleDetector, DetectedCycle, FrameRateError, LowerBody, NoCycle, Walking,
+};
+pub use finder::{CycleFinder, CycleMethod, FoundCycles, lower_bodies, whole_frames};
+pub use series::Signal;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,128 @@
+//! Finds the part of a recording that a body could have done.
+//!
+//! Recordings begin with a T-pose, roots jump through the room and joints flip over.
+//! No filter repairs that: the recording is cut to its longest clean stretch.
+
+use std::ops::Range;
+
+use glam::DVec3;
+
+use crate::import::Motion;
+
+/// Fastest joint rotation accepted, degrees a second: 30 degrees a frame at 120 Hz
+/// (DESIGN.md, section 4).
+const FASTEST_ROTATION_DEG_S: f64 = 3600.0;
+
+/// Largest step accepted at any rate, degrees: beyond it, which way a joint turned
+/// begins to be a guess. Ours.
+const LARGEST_STEP_DEG: f64 = 75.0;
+
+/// Fastest root accepted, m/s. The fastest sprinter reached 12.3 (Berlin 2009).
+const FASTEST_ROOT_M_S: f64 = 15.0;
+
+/// A first step this many times the usual one is a T-pose before the motion. Ours: it
+/// finds those of the cgspeed, Character Creator and Xsens clips, and no other.
+const T_POSE_RATIO: f64 = 8.0;
+
+/// What is left of a recording.
+pub(in crate::people) struct Clean {
+    /// The frames to use.
+    pub(in crate::people) frames: Range<usize>,
+    /// Whether frame 0 is a T-pose put before the motion.
+    pub(in crate::people) t_pose: bool,
+    pub(in crate::people) warnings: Vec<String>,
+}
+
+/// Looks at every step of the root and of the given joints, whose turning counts
+/// (hands do not: they flip for a frame in CMU's 08_07 and 08_09, and the low-pass hides it, or
+/// [`flips`](super::flips) bridges it).
+/// `unit_m`: metres in one source unit; `positions`: of the root, by frame.
+pub(in crate::people) fn longest_clean_stretch(
+    motion: &Motion,
+    joints: &[usize],
+    unit_m: f64,
+    positions: &[DVec3],
+) -> Clean {
+    let count = motion.frames.len();
+    let mut warnings = Vec::new();
+    let t_pose = begins_with_t_pose(motion, joints);
+    let start = usize::from(t_pose);
+    if t_pose {
+        warnings.push("frame 0 is a T-pose and was dropped".into());
+    }
+    let limit_deg = (FASTEST_ROTATION_DEG_S / motion.sample_rate_hz).min(LARGEST_STEP_DEG);
+    let limit_m = FASTEST_ROOT_M_S / motion.sample_rate_hz;
+    let mut best = start..start;
+    let mut from = start;
+    let mut first_fault = None;
+    for frame in start..count {
+        let fault = (frame > start)
+            .then(|| {
+                let step_m = positions[frame].distance(positions[frame - 1]) * unit_m;
+                if step_m > limit_m {
+                    return Some(format!("the root jumps {step_m:.2} m at frame {frame}"));
+                }
+                let (joint, step) = largest_step(motion, joints, frame);
+                (step > limit_deg).then(|| {
+                    let name = &motion.joints[joint].name;
+                    format!("joint {name} turns {step:.0} degrees at frame {frame}")
+                })
+            })
+            .flatten();
+        if let Some(fault) = fault {
+            first_fault.get_or_insert(fault);
+            from = frame;
+        }
+        if frame + 1 - from > best.len() {
+            best = from..frame + 1;
+        }
+    }
+    if let Some(fault) = first_fault {
+        warnings.push(format!(
+            "{fault}: only frames {} to {} of {count} are used",
+            best.start,
+            best.end.saturating_sub(1)
+        ));
+    }
+    Clean {
+        frames: best,
+        t_pose,
+        warnings,
+    }
+}
+
+/// The joint that turns most from the frame before, and how far, degrees.
+fn largest_step(motion: &Motion, joints: &[usize], frame: usize) -> (usize, f64) {
+    joints
+        .iter()
+        .map(|&joint| (joint, step_deg(motion, joint, frame)))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .unwrap_or((0, 0.0))
+}
+
+fn step_deg(motion: &Motion, joint: usize, frame: usize) -> f64 {
+    let before = motion.frames[frame - 1].rotations[joint];
+    before
+        .angle_between(motion.frames[frame].rotations[joint])
+        .to_degrees()
+}
+
+/// Whether the first step is unlike all others.
+fn begins_with_t_pose(motion: &Motion, joints: &[usize]) -> bool {
+    let mean_step = |frame| {
+        let sum: f64 = joints
+            .iter()
+            .map(|&joint| step_deg(motion, joint, frame))
+            .sum();
+        sum / joints.len().max(1) as f64
+    };
+    if motion.frames.len() < 10 {
+        return false;
+    }
+    let mut steps: Vec<f64> = (2..motion.frames.len()).map(mean_step).collect();
+    steps.sort_by(f64::total_cmp);
+    let high = steps[steps.len() * 95 / 100];
+    mean_step(1) > 2.0
+        && mean_step(1) > T_POSE_RATIO * steps[steps.len() / 2]
+        && mean_step(1) > 2.0 * high
+}

@@ -1,0 +1,146 @@
+//! Hair and hats.
+
+use super::body_sections::{BodySlice, RestJoints};
+use super::{BodyPart, Outfit, Wearer, WornHull};
+use edgegait_core::skeleton::Joint;
+use glam::{DVec2, DVec3};
+use std::f64::consts::TAU;
+
+/// How thick full hair is, and how far below the base of the neck long hair reaches, metres. Ours.
+const HAIR_M: f64 = 0.030;
+const TRESSES_M: f64 = 0.22;
+/// How far a brim reaches beyond the head, how thick it is, how far the crown of a hat stands
+/// away from the head, and how far it is above it, metres. Ours.
+const BRIM_M: f64 = 0.070;
+const BRIM_THICK_M: f64 = 0.010;
+const CROWN_M: f64 = 0.010;
+const CROWN_ABOVE_M: f64 = 0.050;
+
+/// The head at one height.
+struct Round {
+    around: BodySlice,
+    height: f64,
+}
+
+impl Round {
+    /// `along` is 0 at the lowest point of the hulls that `joints` carry and 1 at the highest
+    /// one; none if there is no such hull.
+    fn of(outfit: &Outfit, standing: &RestJoints, along: f64) -> Option<Self> {
+        let all = standing.slice(outfit, &HEAD, f64::MIN..=f64::MAX);
+        let (min, max) = all.bounds();
+        let height = min.y + along * (max.y - min.y);
+        let near = 0.02 * (max.y - min.y);
+        let around = standing.slice(outfit, &HEAD, height - near..=height + near);
+        (!around.is_empty()).then_some(Self { around, height })
+    }
+
+    /// The point in direction `angle`, 0 to the left and a quarter to the front, `span` times
+    /// as far out as the head and `ease` metres more.
+    fn at(&self, angle: f64, span: f64, ease: f64) -> DVec3 {
+        let direction = DVec2::new(libm::cos(angle), libm::sin(angle));
+        let out = direction * (span * self.around.reach(direction) + ease);
+        let centre = self.around.centre();
+        DVec3::new(centre.x + out.x, self.height, centre.z + out.y)
+    }
+
+    /// Eight points around it.
+    fn ring(&self, span: f64, ease: f64) -> [DVec3; 8] {
+        std::array::from_fn(|index| self.at(TAU * index as f64 / 8.0, span, ease))
+    }
+}
+
+const HEAD: [Joint; 1] = [Joint::Head];
+
+/// Full and long hair. Strength 1: 3 cm thick above, behind and beside the face, and down the
+/// back to 22 cm below the base of the neck (ours). One draped hull of 27 points, on the head
+/// and the thorax, in the place of long hair that is there.
+pub(crate) fn hair(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
+    if strength == 0.0 {
+        return;
+    }
+    outfit
+        .hulls
+        .retain(|hull| hull.part != BodyPart::Hair || hull.joint().is_some());
+    let standing = RestJoints::of(&wearer.skeleton);
+    let round = |along| Round::of(outfit, &standing, along);
+    let (Some(top), Some(temples), Some(nape)) = (round(0.92), round(0.60), round(0.25)) else {
+        return;
+    };
+    let thick = HAIR_M * strength;
+    let span = 0.85 + 0.23 * strength;
+    let mut places = Vec::new();
+    let crown = standing
+        .slice(outfit, &HEAD, f64::MIN..=f64::MAX)
+        .bounds()
+        .1
+        .y;
+    let mut above = top.around.centre();
+    above.y = crown - 0.02 * (1.0 - strength) + thick;
+    places.push(above);
+    places.extend(top.ring(span, 0.8 * thick));
+    // The face is free: in front it ends at the hairline.
+    for index in 0..8 {
+        let angle = TAU * f64::from(index) / 8.0;
+        let is_front = (1..=3).contains(&index);
+        let (span, ease) = if is_front { (0.85, 0.0) } else { (span, thick) };
+        places.push(temples.at(angle, span, ease));
+    }
+    for index in [0, 4, 5, 6, 7] {
+        places.push(nape.at(TAU * f64::from(index) / 8.0, span, thick));
+    }
+    let mut points: Vec<_> = places
+        .into_iter()
+        .map(|place| standing.hang(Joint::Head, place))
+        .collect();
+    // Tresses lie on the back; without any strength they end within the neck.
+    let neck = standing.at(Joint::Neck);
+    let end = neck.y - TRESSES_M * strength;
+    let trunk = [Joint::Thorax, Joint::Spine];
+    let back = standing
+        .slice(outfit, &trunk, end - 0.01..=neck.y)
+        .bounds()
+        .0
+        .z;
+    let behind = neck.z + strength * (back.min(neck.z) - neck.z);
+    for (side, deep) in [(0.09, 0.0), (-0.09, 0.0), (0.06, thick), (-0.06, thick)] {
+        let place = DVec3::new(neck.x + side * strength, end, behind - deep);
+        points.push(standing.hang(Joint::Thorax, place));
+    }
+    outfit.hulls.push(WornHull {
+        part: BodyPart::Hair,
+        points,
+    });
+}
+
+/// A hat. Strength 1: a brim 7 cm wide around the head, above the brows, and a crown that ends
+/// 5 cm above the head (ours). Two hulls of 16 points, over hair if there is some.
+pub(crate) fn hat(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
+    let standing = RestJoints::of(&wearer.skeleton);
+    let round = |along| Round::of(outfit, &standing, along);
+    let (Some(brow), Some(top)) = (round(0.68), round(0.90)) else {
+        return;
+    };
+    if strength == 0.0 {
+        return;
+    }
+    let span = 0.85 + 0.24 * strength;
+    let mut brim: Vec<_> = brow.ring(span, BRIM_M * strength).into();
+    let thick = DVec3::new(0.0, BRIM_THICK_M, 0.0);
+    brim.extend(brim.clone().into_iter().map(|place| place + thick));
+    let (_, highest) = standing.slice(outfit, &HEAD, f64::MIN..=f64::MAX).bounds();
+    let lift = highest.y - top.height - 0.03 * (1.0 - strength) + CROWN_ABOVE_M * strength;
+    let mut crown: Vec<_> = brow.ring(span, CROWN_M * strength).into();
+    crown.extend(
+        top.ring(span, CROWN_M * strength)
+            .map(|place| place + DVec3::Y * lift),
+    );
+    for places in [brim, crown] {
+        let points = places
+            .into_iter()
+            .map(|place| standing.hang(Joint::Head, place));
+        outfit.hulls.push(WornHull {
+            part: BodyPart::Garment,
+            points: points.collect(),
+        });
+    }
+}

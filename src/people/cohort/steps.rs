@@ -1,0 +1,514 @@
+//! Where the feet go: planted, rolled over and swung, whatever a person's angles would do.
+
+use super::angles::AngleNorm;
+use super::gait::GaitStyle;
+use super::pose::{angle_of, pose, turn_x, turn_y};
+use super::sole::Sole;
+use super::steps_and_pelvis::Regulated;
+use super::style::{Angle, Side, Style};
+use super::swing::{LEAST_KNEE, Polar, Swing, floored, least};
+use crate::people::forward_kinematics;
+use crate::people::leg::LegLengths;
+use edgegait_core::pack::Gait;
+use edgegait_core::skeleton::{JOINTS, Joint};
+use glam::{DMat3, DQuat, DVec3};
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::f64::consts::{PI, TAU};
+
+/// Share of the body's mass above the hips, and how far up it lies from the hips to the
+/// shoulders (Winter 2009, table 4.1: head, arms and trunk).
+const UPPER_BODY: (f64, f64) = (0.678, 0.626);
+/// How much further toes are raised in the swing at most, radians (ours: 6 degrees).
+const MOST_TOES_UP: f64 = 0.11;
+/// Points of a phase in which something is found.
+const SAMPLES: usize = 48;
+
+/// The joints of a leg.
+pub(super) const fn leg_of(side: Side) -> [Joint; 3] {
+    match side {
+        Side::Left => [Joint::LeftThigh, Joint::LeftShank, Joint::LeftFoot],
+        Side::Right => [Joint::RightThigh, Joint::RightShank, Joint::RightFoot],
+    }
+}
+
+/// +1 on the left, -1 on the right.
+pub(super) const fn sign(side: Side) -> f64 {
+    match side {
+        Side::Left => 1.0,
+        Side::Right => -1.0,
+    }
+}
+
+/// One person's steps at one speed.
+pub(super) struct PersonSteps<'a> {
+    walker: &'a GaitStyle<'a>,
+    norm: &'a AngleNorm,
+    regulated: Regulated,
+    soles: [Sole; 2],
+    legs: [LegLengths; 2],
+    /// How far ahead of the pelvis a foot stands in the middle of its time flat on the floor.
+    ahead_m: f64,
+    /// Correction of the feet's pitch, radians: flat where they are flat.
+    level: [f64; 2],
+    /// The directions of the feet, radians about the vertical.
+    headings: [f64; 2],
+    /// What the person's angles say, by side and phase: each is asked for many times.
+    known: RefCell<HashMap<(Side, u64), Intended>>,
+    /// How the pelvis rises and falls.
+    heights: Heights,
+    swings: [Swing; 2],
+}
+
+/// Height of the pelvis over the cycle: a mean, and in walking a wave for each step.
+#[derive(Clone, Copy, Debug)]
+struct Heights {
+    /// Mean, metres; in running the height at contact.
+    mean_m: f64,
+    /// Cosine and sine of twice the phase, metres.
+    wave_m: [f64; 2],
+}
+
+/// What angles alone would do with a leg.
+#[derive(Clone, Copy, Debug)]
+struct Intended {
+    /// The hip against the middle of the pelvis, metres.
+    hip: DVec3,
+    /// The ankle against the middle of the pelvis, metres.
+    ankle: DVec3,
+    /// How far the toes are raised, radians.
+    pitch: f64,
+}
+
+/// Where a foot is, in the space that travels with the walker.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placed {
+    /// Its ankle, metres.
+    pub ankle: DVec3,
+    /// How far its toes are raised, radians.
+    pub pitch: f64,
+}
+
+impl<'a> PersonSteps<'a> {
+    /// The steps of `walker`.
+    #[must_use]
+    pub(super) fn new(
+        walker: &'a GaitStyle<'a>,
+        norm: &'a AngleNorm,
+        regulated: Regulated,
+    ) -> Self {
+        let offsets = &walker.body.offsets;
+        let sides = [Side::Left, Side::Right];
+        let soles = sides.map(|side| {
+            let [_, _, foot] = leg_of(side);
+            let hull = walker.body.hulls.iter().find(|hull| hull.joint == foot);
+            Sole::of(hull.expect("a made body has feet"))
+        });
+        let legs = sides.map(|side| {
+            let [_, shank, foot] = leg_of(side);
+            LegLengths {
+                thigh_m: offsets[shank.index()].length(),
+                shank_m: offsets[foot.index()].length(),
+            }
+        });
+        let mut steps = Self {
+            walker,
+            norm,
+            regulated,
+            soles,
+            legs,
+            ahead_m: 0.0,
+            level: [0.0; 2],
+            headings: [0.0; 2],
+            known: RefCell::default(),
+            heights: Heights {
+                mean_m: 0.0,
+                wave_m: [0.0; 2],
+            },
+            swings: [Swing::NONE; 2],
+        };
+        for side in sides {
+            let pitches = steps.flat().map(|phase| steps.intended(side, phase).pitch);
+            steps.level[side as usize] = mean(pitches);
+            steps.headings[side as usize] = steps.heading(side);
+        }
+        steps.stand();
+        for side in sides {
+            steps.swings[side as usize] = steps.swing(side);
+        }
+        steps
+    }
+
+    /// The place of the pelvis at a phase.
+    #[must_use]
+    pub(super) fn root(&self, phase: f64) -> DVec3 {
+        let [cos_m, sin_m] = self.heights.wave_m;
+        let (sin, cos) = libm::sincos(2.0 * TAU * phase);
+        let rise = match self.regulated.gait {
+            Gait::Walk => cos_m * cos + sin_m * sin,
+            Gait::Run => self.regulated.flight_m(phase),
+        };
+        let sideways = self.regulated.sideways_m(phase);
+        DVec3::new(sideways, self.heights.mean_m + rise, 0.0)
+    }
+
+    /// The pose at a phase: the person's angles above the hips, and legs that reach the feet.
+    #[must_use]
+    pub(super) fn pose(&self, phase: f64) -> [DQuat; JOINTS] {
+        let mut rotations = pose(self.walker.style, self.norm, phase);
+        let pelvis = rotations[Joint::Pelvis.index()];
+        for side in [Side::Left, Side::Right] {
+            let joints = leg_of(side).map(Joint::index);
+            let [thigh, shank, foot] = joints;
+            let placed = self.foot(side, own(side, phase));
+            let hip = self.root(phase) + pelvis * self.walker.body.offsets[thigh];
+            let leg = self.legs[side as usize].reaching(hip, placed.ankle, self.knee(side, phase));
+            rotations[thigh] = (pelvis.inverse() * leg.thigh).normalize();
+            rotations[shank] = (leg.thigh.inverse() * leg.shank).normalize();
+            let turn = turn_y(self.headings[side as usize]) * turn_x(-placed.pitch);
+            rotations[foot] = (leg.shank.inverse() * turn).normalize();
+        }
+        rotations
+    }
+
+    /// A foot at a phase of its own side, 0 to 1 from its contact.
+    #[must_use]
+    pub(super) fn foot(&self, side: Side, phase: f64) -> Placed {
+        let phase = phase - libm::floor(phase);
+        if phase < self.regulated.stance {
+            return self.standing(side, phase);
+        }
+        let share = (phase - self.regulated.stance) / (1.0 - self.regulated.stance);
+        let swing = &self.swings[side as usize];
+        let mut placed = self.swung(swing, side, phase, share);
+        // No toe goes through the floor.
+        let least = self.soles[side as usize].rolled(placed.pitch).height_m;
+        placed.ankle.y = placed.ankle.y.max(least);
+        placed
+    }
+
+    /// A foot in the air.
+    fn swung(&self, swing: &Swing, side: Side, phase: f64, share: f64) -> Placed {
+        let leg = self.legs[side as usize];
+        let (bent, pitch) = self.angles_bring(side, phase);
+        let bent = bent.map2(swing.at(share), |bent, more| bent + more);
+        let hip = self.hip(side, phase);
+        let (lift_m, toes_up) = swing.lift(share);
+        let long = leg.reach(floored(bent.knee)) - lift_m;
+        let aside = bent.side_m - hip.x;
+        let long = libm::sqrt((long * long - aside * aside).max(0.0));
+        let (sin, cos) = libm::sincos(bent.ahead);
+        Placed {
+            ankle: DVec3::new(bent.side_m, hip.y - long * cos, hip.z + long * sin),
+            pitch: pitch + toes_up,
+        }
+    }
+
+    /// Where a hip is at a phase of its own side.
+    fn hip(&self, side: Side, phase: f64) -> DVec3 {
+        self.root(own(side, phase)) + self.intended(side, phase).hip
+    }
+
+    /// The leg from the hip to an ankle.
+    fn polar(&self, side: Side, hip: DVec3, ankle: DVec3) -> Polar {
+        Polar {
+            knee: self.legs[side as usize].knee(hip.distance(ankle)),
+            ahead: libm::atan2(ankle.z - hip.z, hip.y - ankle.y),
+            side_m: ankle.x,
+        }
+    }
+
+    /// A foot on the floor.
+    fn standing(&self, side: Side, phase: f64) -> Placed {
+        let pitch = self.standing_pitch(side, phase);
+        let rolled = self.soles[side as usize].rolled(pitch);
+        let (sin, cos) = libm::sincos(self.headings[side as usize]);
+        let longer = 0.5 * sign(side) * self.regulated.longer_left_m;
+        let travel = self.regulated.stride_m() * (self.middle() - phase);
+        let ankle = DVec3::new(
+            sign(side) * 0.5 * self.regulated.step_width_m + rolled.ahead_m * sin,
+            rolled.height_m,
+            self.ahead_m + longer + travel + rolled.ahead_m * cos,
+        );
+        Placed { ankle, pitch }
+    }
+
+    /// How far the toes of a standing foot are raised: as the angles say at both ends, with the
+    /// heel first and the toes last, and flat between.
+    fn standing_pitch(&self, side: Side, phase: f64) -> f64 {
+        let pitch = self.intended(side, phase).pitch - self.level[side as usize];
+        let [from, to] = self.flat_phases();
+        let ramp = 0.6 * from;
+        if phase < self.middle() {
+            pitch.max(0.0) * smooth((from - phase) / ramp)
+        } else {
+            pitch.min(0.0) * smooth((phase - to) / ramp)
+        }
+    }
+
+    /// How the angles would bring a leg, in the line of its foot on the floor, and the foot's
+    /// pitch.
+    fn angles_bring(&self, side: Side, phase: f64) -> (Polar, f64) {
+        let Intended { ankle, pitch, .. } = self.intended(side, phase);
+        let root = self.root(own(side, phase));
+        let mut bent = self.polar(side, self.hip(side, phase), ankle + root);
+        bent.side_m = sign(side) * 0.5 * self.regulated.step_width_m;
+        (bent, pitch - self.level[side as usize])
+    }
+
+    /// What the person's angles say of a leg at a phase of its own side.
+    fn intended(&self, side: Side, phase: f64) -> Intended {
+        let key = (side, phase.to_bits());
+        if let Some(known) = self.known.borrow().get(&key) {
+            return *known;
+        }
+        let found = self.intended_by(self.walker.style, side, phase);
+        self.known.borrow_mut().insert(key, found);
+        found
+    }
+
+    /// What the angles of a style say.
+    fn intended_by(&self, style: &Style, side: Side, phase: f64) -> Intended {
+        let [thigh, _, foot] = leg_of(side);
+        let pose = pose(style, self.norm, own(side, phase));
+        let offsets = &self.walker.body.offsets;
+        let (positions, turns) = forward_kinematics(offsets, DVec3::ZERO, &pose);
+        let ahead = turns[foot.index()] * DVec3::Z;
+        Intended {
+            hip: pose[Joint::Pelvis.index()] * offsets[thigh.index()],
+            ankle: positions[foot.index()],
+            pitch: libm::asin(ahead.y.clamp(-1.0, 1.0)),
+        }
+    }
+
+    /// From when to when a foot is flat on the floor, cycles: from a sixth to six tenths of a
+    /// walker's stance, less long in fast walking, and over the middle of a runner's (ours).
+    fn flat_phases(&self) -> [f64; 2] {
+        match self.regulated.gait {
+            Gait::Walk => {
+                let fast = (self.regulated.speed_mps - 1.39).max(0.0);
+                [0.17, 0.60 - 0.12 * fast].map(|share| share * self.regulated.stance)
+            }
+            Gait::Run => [0.22, 0.50].map(|share| share * self.regulated.stance),
+        }
+    }
+
+    /// The middle of the time that a foot is flat on the floor, cycles.
+    fn middle(&self) -> f64 {
+        let [from, to] = self.flat_phases();
+        0.5 * (from + to)
+    }
+
+    /// Phases while a foot is flat on the floor.
+    fn flat(&self) -> impl Iterator<Item = f64> + use<> {
+        let [from, to] = self.flat_phases();
+        (0..SAMPLES).map(move |i| from + (to - from) * (i as f64 + 0.5) / SAMPLES as f64)
+    }
+
+    /// The direction of a foot, radians about the vertical.
+    fn heading(&self, side: Side) -> f64 {
+        let progression = self.flat().map(|phase| {
+            angle_of(
+                self.walker.style,
+                self.norm,
+                Angle::FootProgression,
+                side,
+                own(side, phase),
+            )
+        });
+        -sign(side) * mean(progression).to_radians()
+    }
+
+    /// The direction to which a knee points.
+    fn knee(&self, side: Side, phase: f64) -> DVec3 {
+        let of = |angle| angle_of(self.walker.style, self.norm, angle, side, phase);
+        let inwards = of(Angle::PelvicRotation) + of(Angle::HipRotation);
+        let (sin, cos) = libm::sincos(-sign(side) * inwards.to_radians());
+        DVec3::new(sin, 0.0, cos)
+    }
+
+    /// How far ahead of the pelvis the feet stand, so that the body's mass lies over them as it
+    /// does in the norm.
+    fn balanced(&self) -> f64 {
+        let none = Style::NONE;
+        let ahead = mean(self.flat().map(|phase| {
+            let Intended { ankle, .. } = self.intended_by(&none, Side::Left, phase);
+            ankle.z + self.regulated.stride_m() * (phase - self.middle())
+        }));
+        ahead + UPPER_BODY.0 * (self.upper_body(self.walker.style) - self.upper_body(&none))
+    }
+
+    /// How far ahead of the hips the upper body's mass lies on average, metres.
+    fn upper_body(&self, style: &Style) -> f64 {
+        let offsets = &self.walker.body.offsets;
+        mean((0..SAMPLES).map(|i| {
+            let pose = pose(style, self.norm, i as f64 / SAMPLES as f64);
+            let (positions, _) = forward_kinematics(offsets, DVec3::ZERO, &pose);
+            let shoulders =
+                [Joint::LeftUpperArm, Joint::RightUpperArm].map(|joint| positions[joint.index()].z);
+            UPPER_BODY.1 * 0.5 * (shoulders[0] + shoulders[1])
+        }))
+    }
+
+    /// Finds how far ahead of the pelvis the feet stand, and how high the pelvis is, so that
+    /// standing knees bend as the angles say and none is stretched too far.
+    ///
+    /// The feet stand where the body is in balance, or up to 8 cm beside it: what standing legs
+    /// miss is weighed against a quarter of that way.
+    fn stand(&mut self) {
+        let balanced = self.balanced();
+        let (mut best, mut least) = (0.0, f64::MAX);
+        for step in -16..=16 {
+            let moved = 0.005 * f64::from(step);
+            self.ahead_m = balanced + moved;
+            let missed = self.raise() + (0.25 * moved) * (0.25 * moved);
+            if missed < least {
+                (best, least) = (moved, missed);
+            }
+        }
+        self.ahead_m = balanced + best;
+        self.raise();
+    }
+
+    /// Finds how high the pelvis is; returns by how much it misses what standing knees ask for,
+    /// mean square, m2.
+    fn raise(&mut self) -> f64 {
+        let (mut wanted, mut most) = (Vec::new(), Vec::new());
+        for side in [Side::Left, Side::Right] {
+            let leg = self.legs[side as usize];
+            for i in 0..SAMPLES {
+                let phase = self.regulated.stance * i as f64 / (SAMPLES - 1) as f64;
+                let all = own(side, phase);
+                let hip = self.hip(side, phase) - self.root(all).with_x(0.0);
+                let ankle = self.standing(side, phase).ankle;
+                let aside = (hip - ankle).with_y(0.0).length_squared();
+                let above = |knee: f64| {
+                    let reach = leg.reach(knee);
+                    ankle.y + libm::sqrt((reach * reach - aside).max(0.0)) - hip.y
+                };
+                let knee = angle_of(self.walker.style, self.norm, Angle::KneeFlexion, side, all);
+                let load = libm::sin(PI * phase / self.regulated.stance) + 0.1;
+                wanted.push((all, above(knee.to_radians().max(LEAST_KNEE)), load));
+                most.push((all, above(LEAST_KNEE)));
+            }
+        }
+        self.heights = match self.regulated.gait {
+            Gait::Walk => {
+                let mut heights = wave(&wanted);
+                // Its phase is what the knees ask for, its size the person's.
+                let [cos_m, sin_m] = heights.wave_m;
+                let by = 0.5 * self.regulated.bob_m / libm::hypot(cos_m, sin_m).max(1e-6);
+                heights.wave_m = heights.wave_m.map(|size| by * size);
+                heights
+            }
+            Gait::Run => {
+                let still = wanted
+                    .iter()
+                    .map(|&(phase, height, load)| (height - self.regulated.flight_m(phase), load));
+                Heights {
+                    mean_m: weighted(still),
+                    wave_m: [0.0; 2],
+                }
+            }
+        };
+        let over = most
+            .iter()
+            .map(|&(phase, highest)| self.root(phase).y - highest)
+            .fold(0.0, f64::max);
+        self.heights.mean_m -= over;
+        mean(
+            wanted
+                .iter()
+                .map(|&(phase, height, _)| (self.root(phase).y - height).powi(2)),
+        )
+    }
+
+    /// What leads a foot from one stance to the next.
+    fn swing(&self, side: Side) -> Swing {
+        const STEP: f64 = 1e-3;
+        let from = self.regulated.stance;
+        let duration = 1.0 - from;
+        let offset = |standing: f64, phase: f64| {
+            let placed = self.standing(side, standing);
+            let stood = self.polar(side, self.hip(side, standing), placed.ankle);
+            stood.map2(self.angles_bring(side, phase).0, |stood, bent| stood - bent)
+        };
+        let (first, last) = (offset(from, from), offset(0.0, 1.0));
+        let speed = |early: Polar, late: Polar| {
+            late.map2(early, |late, early| (late - early) * duration / STEP)
+        };
+        let mut swing = Swing {
+            ends: [first, last],
+            speeds: [
+                speed(offset(from - STEP, from - STEP), first),
+                speed(last, offset(STEP, 1.0 + STEP)),
+            ],
+            ..Swing::NONE
+        };
+        // The sole is lowest in mid-swing where it passes the other foot. Toes are raised first,
+        // and the knee bends more for what is missing then.
+        let clearance = |swing: &Swing| {
+            (0..SAMPLES)
+                .map(|i| 0.3 + 0.5 * i as f64 / SAMPLES as f64)
+                .map(|share| {
+                    let placed = self.swung(swing, side, from + share * duration, share);
+                    let rolled = self.soles[side as usize].rolled(placed.pitch);
+                    placed.ankle.y - rolled.height_m
+                })
+                .fold(f64::MAX, f64::min)
+        };
+        let is_low = |swing: &Swing| clearance(swing) < self.regulated.clearance_m;
+        swing.toes_up = least((0.0, MOST_TOES_UP), |toes_up| {
+            is_low(&Swing { toes_up, ..swing })
+        });
+        // A runner's heel rises as high as the angles bring it.
+        let lowered = if self.regulated.gait == Gait::Run {
+            0.0
+        } else {
+            -0.03
+        };
+        swing.lift_m = least((lowered, 0.2), |lift_m| is_low(&Swing { lift_m, ..swing }));
+        swing
+    }
+}
+
+/// The wave of one period a step that is nearest to these heights: phase, height and weight of
+/// each. Least squares in three unknowns.
+fn wave(heights: &[(f64, f64, f64)]) -> Heights {
+    let (mut matrix, mut right) = (DMat3::ZERO, DVec3::ZERO);
+    for &(phase, height, weight) in heights {
+        let (sin, cos) = libm::sincos(2.0 * TAU * phase);
+        let row = DVec3::new(1.0, cos, sin);
+        let outer = DMat3::from_cols(row * row.x, row * row.y, row * row.z);
+        matrix += weight * outer;
+        right += weight * height * row;
+    }
+    let found = matrix.inverse() * right;
+    Heights {
+        mean_m: found.x,
+        wave_m: [found.y, found.z],
+    }
+}
+
+fn weighted(values: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let (sum, weights) = values.fold((0.0, 0.0), |(sum, weights), (value, weight)| {
+        (sum + weight * value, weights + weight)
+    });
+    sum / weights
+}
+
+/// The walker's phase at a phase of one side.
+fn own(side: Side, phase: f64) -> f64 {
+    phase + 0.5 * f64::from(side as u8)
+}
+
+/// From 0 to 1 with level ends.
+fn smooth(share: f64) -> f64 {
+    let share = share.clamp(0.0, 1.0);
+    share * share * share * (10.0 - share * (15.0 - 6.0 * share))
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+    sum / count
+}

@@ -1,0 +1,428 @@
+//! Gait cycles out of a recorded take: cut at the foot contacts, closed, straight ahead.
+
+use std::borrow::Cow;
+
+use glam::DVec3;
+
+pub use crate::people::cutting::closing::CYCLE_FRAMES;
+use crate::people::cutting::closing::{close, mean_cycle, rise_m, travels};
+use crate::people::cutting::contacts::{
+    belt_mps, facing, foot_events, over_ground, recurrence, step_s, strides,
+};
+use crate::people::cutting::stance::FeetMotion;
+use crate::people::retarget::RetargetedMotion;
+use crate::people::{Cycle, forward_kinematics};
+
+/// A cycle that turns more is not straight walking, degrees.
+const LARGEST_TURN_DEG: f64 = 20.0;
+
+/// Cadence above which a frame rate is doubted, steps a minute: sprinters reach about
+/// 280, runners 150 to 200 (CMU 141 at a wrong 120 Hz gives 350).
+const HIGHEST_CADENCE: f64 = 220.0;
+
+/// Cadence that only sprinters exceed, steps a minute, and a sprint's speed, m/s. Ours.
+const QUICK_CADENCE: f64 = 200.0;
+const SPRINT_M_S: f64 = 4.5;
+
+/// Share of a stride that must be recorded for the rest to be interpolated. Ours.
+const LEAST_RECORDED: f64 = 0.85;
+
+/// A walker whose pelvis rises or sinks more than this in a cycle is on stairs or a slope, metres.
+/// Ours: a level cycle's ends differ by less than 0.05.
+const LEVEL_M: f64 = 0.1;
+
+/// The cycles of one take.
+#[derive(Clone, Debug)]
+pub struct CutTake {
+    /// In order of time; at least one.
+    pub cycles: Vec<CutCycle>,
+    /// How many were cut.
+    pub found: usize,
+    /// Steps a minute, median over the straight strides of both feet.
+    pub cadence_spm: f64,
+    /// Horizontal travel over time, mean over the cycles, m/s; on a treadmill, over its belt; 0
+    /// on the spot.
+    pub speed_mps: f64,
+    /// Travel in a cycle, mean over the cycles, metres.
+    pub stride_m: f64,
+    /// Share of a cycle that a foot stands, mean over both feet and the cycles.
+    pub duty_factor: f64,
+    /// What was assumed or dropped.
+    pub warnings: Vec<String>,
+}
+
+/// One cycle with what is known about it.
+#[derive(Clone, Debug)]
+pub struct CutCycle {
+    /// Closed, straight ahead along +Z.
+    pub cycle: Cycle,
+    /// Seconds from the source's frame 0.
+    pub start_s: f64,
+    /// Two steps a period, a minute.
+    pub cadence_spm: f64,
+    /// Travel along +Z, m/s.
+    pub speed_mps: f64,
+}
+
+/// Cuts a take into closed cycles of [`CYCLE_FRAMES`] frames, from left contact to
+/// left contact. A take too short for that is cut between the first events that come
+/// twice: right contacts, left lifts, right lifts, else the two poses a stride apart that
+/// are most alike; if as much as 85 % of a stride is there, the rest is interpolated. Phase 0 is the left contact then
+/// too: cycles are turned to begin there.
+///
+/// # Errors
+/// A sentence, if there is no full gait cycle that is straight.
+pub fn cut(take: &RetargetedMotion) -> Result<CutTake, String> {
+    let mut warnings = Vec::new();
+    let [left, right] = foot_events(take);
+    let rate = take.sample_rate_hz;
+    let mut kinds = vec![
+        (strides(&left.contacts, rate), "left contacts"),
+        (strides(&right.contacts, rate), "right contacts"),
+        (strides(&left.lifts, rate), "left lifts"),
+        (strides(&right.lifts, rate), "right lifts"),
+    ];
+    let mut take = Cow::Borrowed(take);
+    if kinds.iter().all(|(spans, _)| spans.is_empty()) {
+        let Some(step_s) = step_s(&left, &right, rate) else {
+            return Err("no gait cycle: no foot contacts are recorded; expected two steps or more of a walk or a run".into());
+        };
+        let (longer, span, kind) = only_stride(&take, 2.0 * step_s, &mut warnings)?;
+        kinds.push((vec![span], kind));
+        take = longer.map_or(take, Cow::Owned);
+    }
+    let facing = facing(&take);
+    let turn_deg = |&(from, to): &(f64, f64)| {
+        let end = (to.ceil() as usize).min(take.len() - 1);
+        facing[from as usize]
+            .angle_between(facing[end])
+            .to_degrees()
+    };
+    let is_straight = |span: &(f64, f64)| turn_deg(span) <= LARGEST_TURN_DEG;
+    let Some((spans, kind)) = kinds
+        .iter()
+        .find(|(spans, _)| spans.iter().any(is_straight))
+    else {
+        return Err("no gait cycle: every cycle turns".into());
+    };
+    if *kind != "left contacts" {
+        warnings.push(format!(
+            "no full left cycle: cut between {kind}, phase 0 moved to the left contact"
+        ));
+    }
+    for span in spans.iter().filter(|span| !is_straight(span)) {
+        warnings.push(format!(
+            "the cycle at {:.2} s turns {:.0} degrees: dropped",
+            take.start_s + span.0 / rate,
+            turn_deg(span)
+        ));
+    }
+    let spans: Vec<_> = spans.iter().copied().filter(is_straight).collect();
+    // Contacts are sharper events than the others, which count only without any.
+    let straight = |kinds: &[(Vec<(f64, f64)>, &str)]| -> Vec<f64> {
+        let spans = kinds.iter().flat_map(|(spans, _)| spans);
+        let straight = spans.filter(|span| is_straight(span));
+        straight.map(|(from, to)| (to - from) / rate).collect()
+    };
+    let mut periods = straight(&kinds[..2]);
+    if periods.is_empty() {
+        periods = straight(&kinds);
+    }
+    periods.sort_by(f64::total_cmp);
+    let count = periods.len();
+    let cadence_spm = 240.0 / (periods[(count - 1) / 2] + periods[count / 2]);
+    if spans.iter().all(|&(from, to)| !travels(&take, from, to)) {
+        warnings.push(match belt_mps(&take) {
+            Some(belt_mps) => {
+                take = Cow::Owned(over_ground(&take, belt_mps));
+                "the walker does not travel (a treadmill?): the speed is that of the standing foot"
+                    .into()
+            }
+            None => {
+                "the walker does not travel, and no foot slides back: the speed is unknown".into()
+            }
+        });
+    }
+    let mut cycles = Vec::new();
+    for (from, to) in spans {
+        let rise_m = rise_m(&take, from, to);
+        if rise_m.abs() > LEVEL_M {
+            warnings.push(format!(
+                "the cycle at {:.2} s ends {rise_m:+.2} m higher than it began (stairs, a slope?): closing takes that out, so that standing feet slide",
+                take.start_s + from / rate
+            ));
+        }
+        let phase = left_contact_phase(&left.contacts, &right.contacts, from, to);
+        let cycle = close(&take, from, to, phase);
+        cycles.push(CutCycle {
+            start_s: take.start_s + from / rate,
+            cadence_spm: 120.0 / cycle.period_s,
+            speed_mps: cycle.drift_m / cycle.period_s,
+            cycle,
+        });
+    }
+    let seconds: f64 = cycles.iter().map(|cut| cut.cycle.period_s).sum();
+    let travel_m: f64 = cycles.iter().map(|cut| cut.cycle.drift_m).sum();
+    let duty_factors = cycles
+        .iter()
+        .map(|cut| FeetMotion::of_cycle(&cut.cycle, &take.offsets).duty_factor());
+    let cut = CutTake {
+        found: cycles.len(),
+        cadence_spm,
+        speed_mps: travel_m / seconds,
+        stride_m: travel_m / cycles.len() as f64,
+        duty_factor: duty_factors.sum::<f64>() / cycles.len() as f64,
+        cycles,
+        warnings,
+    };
+    Ok(cut.doubted(rate))
+}
+
+impl CutTake {
+    /// With a warning if nobody walks or runs like that.
+    fn doubted(mut self, rate: f64) -> Self {
+        let cadence = self.cadence_spm;
+        if cadence > HIGHEST_CADENCE || (cadence > QUICK_CADENCE && self.speed_mps < SPRINT_M_S) {
+            self.warnings.push(format!(
+                "a cadence of {cadence:.0} steps/min is implausible: is the frame rate of {rate:.1} Hz right? (at {:.0} Hz it is {:.0})",
+                0.5 * rate,
+                0.5 * cadence
+            ));
+        }
+        self
+    }
+
+    /// All cycles as one: at each phase the mean pose.
+    #[must_use]
+    pub fn mean(&self) -> CutCycle {
+        let cycle = mean_cycle(self.cycles.iter().map(|cut| &cut.cycle));
+        CutCycle {
+            start_s: self.cycles.first().map_or(0.0, |cut| cut.start_s),
+            cadence_spm: 120.0 / cycle.period_s,
+            speed_mps: cycle.drift_m / cycle.period_s,
+            cycle,
+        }
+    }
+}
+
+/// The only stride of a take in which no event comes twice: the take, where it had to be made
+/// longer, the stride's frames, and what they are cut at.
+#[expect(
+    clippy::type_complexity,
+    reason = "three things found at once, used once"
+)]
+fn only_stride(
+    take: &RetargetedMotion,
+    stride_s: f64,
+    warnings: &mut Vec<String>,
+) -> Result<(Option<RetargetedMotion>, (f64, f64), &'static str), String> {
+    let stride = stride_s * take.sample_rate_hz;
+    if let Some(span) = recurrence(take, stride_s) {
+        return Ok((None, span, "like poses"));
+    }
+    let Some(longer) = completed(take, stride) else {
+        return Err(format!(
+            "no gait cycle: no full stride is recorded ({:.0} steps/min at {:.1} Hz)",
+            120.0 / stride_s,
+            take.sample_rate_hz
+        ));
+    };
+    warnings.push(format!(
+        "only {:.0} % of a stride is recorded: the rest is interpolated",
+        100.0 * take.len() as f64 / stride
+    ));
+    let kind = "its first frame and a stride later";
+    Ok((Some(longer), (0.0, stride), kind))
+}
+
+/// Phase of the left contact in a stride: seen in it, or half a stride from the right.
+fn left_contact_phase(left: &[f64], right: &[f64], from: f64, to: f64) -> f64 {
+    let seen = |events: &[f64]| events.iter().copied().find(|at| (from..to).contains(at));
+    let phase = |at: f64| (at - from) / (to - from);
+    match (seen(left), seen(right)) {
+        (Some(at), _) => phase(at),
+        (None, Some(at)) => (phase(at) + 0.5) % 1.0,
+        (None, None) => 0.0,
+    }
+}
+
+/// A take that lacks the end of its only stride, with the way from its last pose to its
+/// first put in; none if too much is lacking.
+fn completed(take: &RetargetedMotion, stride: f64) -> Option<RetargetedMotion> {
+    let last = take.len() - 1;
+    if (take.len() as f64) < LEAST_RECORDED * stride {
+        return None;
+    }
+    let mut longer = take.clone();
+    let travel = take.roots[last] - take.roots[0];
+    let step = DVec3::new(travel.x, 0.0, travel.z) / last as f64;
+    for frame in last + 1..=stride.ceil() as usize {
+        let t = ((frame - last) as f64 / (stride - last as f64)).min(1.0);
+        let mut root = take.roots[last] + step * (frame - last) as f64;
+        root.y += (take.roots[0].y - root.y) * t;
+        let pose = std::array::from_fn(|joint| {
+            take.rotations[last][joint].slerp(take.rotations[0][joint], t)
+        });
+        longer
+            .positions
+            .push(forward_kinematics(&take.offsets, root, &pose).0);
+        longer.roots.push(root);
+        longer.rotations.push(pose);
+    }
+    Some(longer)
+}
+
+#[cfg(test)]
+mod tests {
+    use edgegait_core::pack::Sex;
+    use edgegait_core::skeleton::Joint;
+
+    use super::*;
+    use crate::people::cohort::Person;
+    use crate::people::cutting::contacts::tests::walker;
+
+    #[test]
+    fn a_perfect_walker_gives_perfect_cycles_whatever_the_heading() {
+        for heading in [0.0, 1.0, 3.1, -2.0] {
+            let cut = cut(&walker(1.2, 1.5, heading, 4.0)).unwrap();
+            assert!((cut.cadence_spm - 100.0).abs() < 0.1, "{}", cut.cadence_spm);
+            assert!((cut.speed_mps - 1.5).abs() < 1e-3, "{}", cut.speed_mps);
+            assert!(cut.warnings.is_empty(), "{:?}", cut.warnings);
+            for one in &cut.cycles {
+                assert_eq!(one.cycle.root.len(), CYCLE_FRAMES);
+                assert!((one.cycle.drift_m - 1.8).abs() < 2e-3);
+                assert!(one.cycle.closure_mm < 1.0, "{}", one.cycle.closure_mm);
+                // Phase 0: the left leg is ahead, the walker faces +Z.
+                let thigh = one.cycle.rotations[0][Joint::LeftThigh.index()].to_scaled_axis();
+                assert!((thigh.x + 0.4).abs() < 1e-3, "{thigh}");
+                let facing = one.cycle.rotations[0][0] * DVec3::Z;
+                assert!(facing.distance(DVec3::Z) < 1e-6, "{facing}");
+                for root in &one.cycle.root {
+                    assert!(root.distance(DVec3::new(0.0, 0.97, 0.0)) < 1e-3, "{root}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn marching_on_the_spot_has_no_speed_and_says_so() {
+        let cut = cut(&walker(1.0, 0.0, 0.5, 3.0)).unwrap();
+        assert_eq!(cut.speed_mps, 0.0);
+        assert!(cut.warnings[0].contains("unknown"), "{:?}", cut.warnings);
+    }
+
+    #[test]
+    fn a_treadmill_is_as_fast_as_the_standing_foot() {
+        let person = Person::average(Sex::Female);
+        for speed_kmh in [4.0, 6.0] {
+            let made = person.cycle(speed_kmh);
+            let mut take = walker(1.0, 0.0, 0.0, 0.01);
+            take.sample_rate_hz = made.root.len() as f64 / made.period_s;
+            take.offsets = person.body.offsets;
+            take.roots = made.root.repeat(3);
+            take.rotations = made.rotations.repeat(3);
+            let poses = take.roots.iter().zip(&take.rotations);
+            take.positions = poses
+                .map(|(root, pose)| forward_kinematics(&take.offsets, *root, pose).0)
+                .collect();
+            let cut = cut(&take).unwrap();
+            let off = cut.speed_mps / (speed_kmh / 3.6) - 1.0;
+            // Made feet slide; recorded ones come within 5 % (`tests/import/manifest.rs`).
+            assert!(off.abs() < 0.15, "{speed_kmh}: {}", cut.speed_mps);
+            assert!(cut.warnings[0].contains("treadmill"), "{:?}", cut.warnings);
+        }
+    }
+
+    #[test]
+    fn a_walker_on_a_slope_is_warned_of() {
+        let mut take = walker(1.0, 1.0, 0.0, 3.0);
+        for (i, root) in take.roots.iter_mut().enumerate() {
+            root.y -= 0.3 * i as f64 / 100.0;
+        }
+        let cut = cut(&take).unwrap();
+        assert!(
+            cut.warnings[0].contains("-0.30 m higher"),
+            "{:?}",
+            cut.warnings
+        );
+    }
+
+    #[test]
+    fn a_take_with_two_right_contacts_only_still_begins_at_the_left_one() {
+        // Frames 27 to 222: right contacts at 75 and 175, a left one at 125 only.
+        let mut take = walker(1.0, 1.0, 0.0, 3.0);
+        take.roots = take.roots[27..223].to_vec();
+        take.rotations = take.rotations[27..223].to_vec();
+        take.positions = take.positions[27..223].to_vec();
+        let cut = cut(&take).unwrap();
+        assert!(
+            cut.warnings[0].contains("right contacts"),
+            "{:?}",
+            cut.warnings
+        );
+        let thigh = cut.cycles[0].cycle.rotations[0][Joint::LeftThigh.index()].to_scaled_axis();
+        assert!((thigh.x + 0.4).abs() < 1e-3, "{thigh}");
+    }
+
+    #[test]
+    fn nine_tenths_of_a_stride_are_completed_and_less_is_refused() {
+        // A period of 100 frames; contacts at 25 and 75.
+        let mut take = walker(1.0, 1.0, 0.0, 0.9);
+        let done = cut(&take).unwrap();
+        assert!(
+            done.warnings[0].contains("only 90 %"),
+            "{:?}",
+            done.warnings
+        );
+        assert!((done.cadence_spm - 120.0).abs() < 0.1);
+        assert!((done.speed_mps - 1.0).abs() < 1e-2, "{}", done.speed_mps);
+        take.roots.truncate(84);
+        take.rotations.truncate(84);
+        take.positions.truncate(84);
+        assert!(
+            cut(&take)
+                .unwrap_err()
+                .contains("120 steps/min at 100.0 Hz")
+        );
+    }
+
+    #[test]
+    fn a_frame_rate_that_doubles_the_cadence_is_doubted() {
+        let mut take = walker(1.0, 1.3, 0.0, 4.0);
+        take.sample_rate_hz = 180.0;
+        let cut = cut(&take).unwrap();
+        assert!(
+            cut.warnings[0].contains("implausible"),
+            "{:?}",
+            cut.warnings
+        );
+    }
+
+    #[test]
+    fn standing_still_has_no_gait_cycle() {
+        let mut take = walker(1.0, 0.0, 0.0, 2.0);
+        take.positions = vec![take.positions[0]; take.positions.len()];
+        assert!(cut(&take).unwrap_err().starts_with("no gait cycle"));
+    }
+
+    #[test]
+    fn an_open_loop_is_closed_by_half_the_gap_at_either_end() {
+        let mut take = walker(1.0, 1.0, 0.0, 1.6);
+        // The pelvis sinks 40 mm a second: 20 mm at either end of the cycle.
+        for (i, root) in take.roots.iter_mut().enumerate() {
+            root.y -= 0.04 * i as f64 / 100.0;
+        }
+        let cut = cut(&take).unwrap();
+        let one = &cut.cycles[0];
+        assert!(
+            (one.cycle.closure_mm - 20.0).abs() < 0.1,
+            "{}",
+            one.cycle.closure_mm
+        );
+        let heights: Vec<f64> = one.cycle.root.iter().map(|root| root.y).collect();
+        assert!(
+            heights.iter().all(|y| (y - heights[0]).abs() < 1e-3),
+            "{heights:?}"
+        );
+    }
+}

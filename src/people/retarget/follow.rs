@@ -1,0 +1,79 @@
+//! Canonical rotations that follow a calibrated source skeleton, frame by frame.
+
+use edgegait_core::skeleton::{JOINTS, Joint};
+use glam::{DQuat, DVec3};
+
+use crate::people::retarget::rest_pose::{Globals, RestCalibration};
+
+/// Where the canonical joints are in the source, source units and axes.
+pub(in crate::people) fn source_points(rest: &RestCalibration, frame: &Globals) -> [DVec3; JOINTS] {
+    std::array::from_fn(|joint| {
+        let at = rest.parts[joint].lies_at;
+        frame.positions[at.joint] + frame.rotations[at.joint] * at.offset
+    })
+}
+
+/// Local rotations whose forward kinematics meets the source's joints: each joint turns
+/// as its source joint does, then by the least rotation that points it at its child,
+/// which matters only where several source joints became one (the trunk) or where
+/// the file moves joints.
+pub(in crate::people) fn local_rotations(
+    rest: &RestCalibration,
+    world: DQuat,
+    frame: &Globals,
+    points: &[DVec3; JOINTS],
+    offsets: &[DVec3; JOINTS],
+) -> [DQuat; JOINTS] {
+    /// Segments shorter than this have no direction worth following, metres.
+    const SHORTEST_M: f64 = 0.02;
+    let mut globals: [DQuat; JOINTS] = std::array::from_fn(|joint| {
+        let part = &rest.parts[joint];
+        world * frame.rotations[part.turns_with] * rest.zero[part.turns_with].inverse() * part.axes
+    });
+    let mut reached = *points;
+    for joint in Joint::ALL {
+        let i = joint.index();
+        if let Some(parent) = joint.parent() {
+            let parent = parent.index();
+            reached[i] = reached[parent] + globals[parent] * offsets[i];
+        }
+        let Some(child) = main_child(joint) else {
+            continue;
+        };
+        let c = child.index();
+        // Clavicles make up for what the trunk's fewer joints miss, so that the arms
+        // hang where they should.
+        let is_clavicle = matches!(joint, Joint::LeftClavicle | Joint::RightClavicle);
+        let from = if is_clavicle { reached[i] } else { points[i] };
+        let along = points[c] - from;
+        if along.length() > SHORTEST_M && offsets[c].length() > SHORTEST_M {
+            let now = (globals[i] * offsets[c]).normalize();
+            globals[i] = DQuat::from_rotation_arc(now, along.normalize()) * globals[i];
+        }
+    }
+    std::array::from_fn(|joint| {
+        let parent = Joint::ALL[joint].parent();
+        let parent = parent.map_or(DQuat::IDENTITY, |parent| globals[parent.index()]);
+        (parent.inverse() * globals[joint]).normalize()
+    })
+}
+
+/// The joint at the far end of a joint's own segment.
+pub(in crate::people) const fn main_child(joint: Joint) -> Option<Joint> {
+    Some(match joint {
+        Joint::Spine => Joint::Thorax,
+        Joint::Thorax => Joint::Neck,
+        Joint::Neck => Joint::Head,
+        Joint::LeftClavicle => Joint::LeftUpperArm,
+        Joint::LeftUpperArm => Joint::LeftForearm,
+        Joint::LeftForearm => Joint::LeftHand,
+        Joint::RightClavicle => Joint::RightUpperArm,
+        Joint::RightUpperArm => Joint::RightForearm,
+        Joint::RightForearm => Joint::RightHand,
+        Joint::LeftThigh => Joint::LeftShank,
+        Joint::LeftShank => Joint::LeftFoot,
+        Joint::RightThigh => Joint::RightShank,
+        Joint::RightShank => Joint::RightFoot,
+        _ => return None,
+    })
+}

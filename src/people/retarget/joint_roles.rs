@@ -1,0 +1,488 @@
+//! Which joint of a source skeleton plays which part of the canonical one.
+//!
+//! Limbs are found by name, in the spellings of CMU's ASF files, cgspeed's and
+//! 3dsMax's BVH conversions, MotionBuilder and Mixamo, Character Creator, Xsens, Biped,
+//! Shum et al., MakeHuman, Rigify, Unreal's mannequin, VRM, SMPL and Daz; the trunk, whose
+//! joints no two programs name alike, by its place between the hips, the shoulders and the
+//! head.
+
+use crate::import::SourceJoint;
+
+/// One limb pair's joint by side: 0 left, 1 right.
+pub(in crate::people) type LimbPair = [usize; 2];
+
+/// Indices of source joints.
+#[derive(Clone, Debug)]
+pub(in crate::people) struct JointRoles {
+    pub(in crate::people) pelvis: usize,
+    /// From the joint after the pelvis to the head, both included.
+    pub(in crate::people) trunk: Vec<usize>,
+    /// Whether the source has more trunk joints than programs bend.
+    pub(in crate::people) is_fine_trunk: bool,
+    /// The trunk joint that carries both arms (or the pelvis).
+    pub(in crate::people) chest: usize,
+    pub(in crate::people) thigh: LimbPair,
+    pub(in crate::people) shank: LimbPair,
+    pub(in crate::people) foot: LimbPair,
+    /// Ball of the foot, if it is a joint.
+    pub(in crate::people) toe: [Option<usize>; 2],
+    pub(in crate::people) clavicle: [Option<usize>; 2],
+    pub(in crate::people) upper_arm: LimbPair,
+    pub(in crate::people) forearm: LimbPair,
+    pub(in crate::people) hand: LimbPair,
+}
+
+/// Joints by name alone, left and right; what is not there is added before the roles are found.
+pub(in crate::people) struct Named {
+    pub(in crate::people) thigh: [Option<usize>; 2],
+    pub(in crate::people) shank: [Option<usize>; 2],
+    pub(in crate::people) foot: [Option<usize>; 2],
+    pub(in crate::people) upper_arm: [Option<usize>; 2],
+    pub(in crate::people) forearm: [Option<usize>; 2],
+    pub(in crate::people) hand: [Option<usize>; 2],
+    pub(in crate::people) head: Option<usize>,
+}
+
+impl Named {
+    pub(in crate::people) fn find(joints: &[SourceJoint]) -> Self {
+        let names: Vec<String> = joints.iter().map(|joint| normalised(&joint.name)).collect();
+        let pair = |parts: &[&str]| {
+            [0, 1].map(|side| parts.iter().find_map(|part| position(&names, side, part)))
+        };
+        // SMPL names joints, not segments: a foot begins at its ankle, and its foot is the ball.
+        let after = |before: &str, ours, usual| match position(&names, 0, before) {
+            Some(_) => ours,
+            None => usual,
+        };
+        Self {
+            thigh: pair(THIGH),
+            shank: pair(SHANK),
+            foot: pair(after("knee", ANKLE, FOOT)),
+            upper_arm: pair(UPPER_ARM),
+            forearm: pair(FOREARM),
+            hand: pair(after("elbow", WRIST, HAND)),
+            head: HEAD
+                .iter()
+                .find_map(|part| names.iter().position(|name| name == part)),
+        }
+    }
+}
+
+const THIGH: &[&str] = &[
+    "upleg",
+    "femur",
+    "thigh",
+    "thighbend",
+    "upperleg",
+    "upperleg01",
+    "hip",
+];
+const SHANK: &[&str] = &[
+    "leg",
+    "tibia",
+    "calf",
+    "shin",
+    "shank",
+    "lowerleg",
+    "lowerleg01",
+    "knee",
+];
+const FOOT: &[&str] = &["foot", "ankle"];
+const ANKLE: &[&str] = &["ankle", "foot"];
+const TOE: &[&str] = &["toebase", "toes", "toe", "toe0", "ball", "toe21", "foot"];
+const UPPER_ARM: &[&str] = &[
+    "arm",
+    "humerus",
+    "upperarm",
+    "uparm",
+    "upperarm01",
+    "shldrbend",
+    "shldr",
+    "shoulder",
+];
+const FOREARM: &[&str] = &[
+    "forearm",
+    "radius",
+    "lowerarm",
+    "lowerarm01",
+    "forearmbend",
+    "elbow",
+];
+const HAND: &[&str] = &["hand", "wrist"];
+const WRIST: &[&str] = &["wrist", "hand"];
+const CLAVICLE: &[&str] = &["clavicle", "collar", "shoulder", "shoulder1"];
+/// More trunk joints than these, the head's too, are a fine trunk: MakeHuman has nine, Rigify
+/// and Xsens have six. Ours.
+const COARSE_TRUNK: usize = 7;
+
+/// Rigify numbers its trunk up to the head.
+const HEAD: &[&str] = &["head", "spine006"];
+
+impl JointRoles {
+    /// Finds the parts, or says which one is missing.
+    pub(in crate::people) fn find(joints: &[SourceJoint]) -> Result<Self, String> {
+        let names: Vec<String> = joints.iter().map(|joint| normalised(&joint.name)).collect();
+        let named = Named::find(joints);
+        let thigh = pair("thigh", named.thigh)?;
+        let shank = pair("shank", named.shank)?;
+        let foot = pair("foot", named.foot)?;
+        let upper_arm = pair("upper arm", named.upper_arm)?;
+        let forearm = pair("forearm", named.forearm)?;
+        let hand = pair("hand", named.hand)?;
+        let head = named.head.ok_or("no head joint")?;
+        for (upper, lower, what) in [
+            (thigh, shank, "shank"),
+            (shank, foot, "foot"),
+            (upper_arm, forearm, "forearm"),
+            (forearm, hand, "hand"),
+        ] {
+            for side in 0..2 {
+                if !path_to_root(joints, lower[side]).contains(&upper[side]) {
+                    return Err(format!(
+                        "the {} {what} `{}` is not carried by `{}`",
+                        ["left", "right"][side],
+                        joints[lower[side]].name,
+                        joints[upper[side]].name
+                    ));
+                }
+            }
+        }
+        let pelvis = common(joints, thigh[0], thigh[1]);
+        let arms = common(joints, upper_arm[0], upper_arm[1]);
+        let mut trunk = path_to_root(joints, head);
+        // A figure whose trunk does not hang on the pelvis hangs with it on a root.
+        if let Some(at) = trunk.iter().position(|&joint| joint == pelvis) {
+            trunk.truncate(at);
+        } else {
+            let above = path_to_root(joints, pelvis);
+            trunk.retain(|joint| !above.contains(joint));
+        }
+        trunk.reverse();
+        let clavicle = [0, 1].map(|side| {
+            let found = CLAVICLE
+                .iter()
+                .find_map(|part| position(&names, side, part))?;
+            let carries = path_to_root(joints, upper_arm[side])[1..].contains(&found);
+            (carries && found != arms).then_some(found)
+        });
+        Ok(Self {
+            pelvis,
+            chest: if trunk.contains(&arms) { arms } else { pelvis },
+            is_fine_trunk: trunk.len() > COARSE_TRUNK,
+            trunk,
+            thigh,
+            shank,
+            foot,
+            // By what carries it: its name may say the wrong side (where legs do).
+            toe: foot.map(|foot| {
+                let is_toe = |joint: &usize| {
+                    path_to_root(joints, *joint)[1..].contains(&foot)
+                        && [0, 1].iter().any(|&side| {
+                            TOE.iter()
+                                .any(|part| position(&names, side, part) == Some(*joint))
+                        })
+                };
+                (0..joints.len()).find(is_toe)
+            }),
+            clavicle,
+            upper_arm,
+            forearm,
+            hand,
+        })
+    }
+
+    /// All joints whose turning matters, for checks of their motion: not the hands.
+    pub(in crate::people) fn turning(&self) -> Vec<usize> {
+        let pairs = [
+            self.thigh,
+            self.shank,
+            self.foot,
+            self.upper_arm,
+            self.forearm,
+        ];
+        let mut all = vec![self.pelvis];
+        all.extend(&self.trunk);
+        all.extend(pairs.iter().flatten());
+        all.extend(self.clavicle.iter().flatten());
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+}
+
+/// A name without its namespace, case, separators and maker's prefix.
+fn normalised(name: &str) -> String {
+    let base = name.rsplit(':').next().unwrap_or(name);
+    let plain: String = base
+        .chars()
+        .filter(|c| c.is_alphanumeric())
+        .flat_map(char::to_lowercase)
+        .collect();
+    for prefix in [
+        "mixamorig",
+        "ccbase",
+        "bip001",
+        "bip01",
+        "jbipc",
+        "jbip",
+        "def",
+    ] {
+        if let Some(rest) = plain.strip_prefix(prefix) {
+            return rest.to_owned();
+        }
+    }
+    plain
+}
+
+/// The joint whose name is a part's, with the side before or after it.
+fn position(names: &[String], side: usize, part: &str) -> Option<usize> {
+    [["left", "l"], ["right", "r"]][side]
+        .iter()
+        .find_map(|mark| {
+            names.iter().position(|n| {
+                n.strip_prefix(mark) == Some(part) || n.strip_suffix(mark) == Some(part)
+            })
+        })
+}
+
+fn pair(what: &str, found: [Option<usize>; 2]) -> Result<LimbPair, String> {
+    match found {
+        [Some(left), Some(right)] => Ok([left, right]),
+        [None, None] => Err(format!("no {what} joints")),
+        [None, _] => Err(format!("no left {what} joint")),
+        [_, None] => Err(format!("no right {what} joint")),
+    }
+}
+
+/// The joint itself first, the root last.
+fn path_to_root(joints: &[SourceJoint], joint: usize) -> Vec<usize> {
+    std::iter::successors(Some(joint), |&at| joints[at].parent).collect()
+}
+
+/// The lowest joint that carries both.
+pub(in crate::people) fn common(joints: &[SourceJoint], a: usize, b: usize) -> usize {
+    let above = path_to_root(joints, a);
+    path_to_root(joints, b)
+        .into_iter()
+        .find(|joint| above.contains(joint))
+        .unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    fn skeleton(spec: &str) -> Vec<SourceJoint> {
+        // "name<parent": the parent's name, none for the root.
+        let mut joints: Vec<SourceJoint> = Vec::new();
+        for entry in spec.split_whitespace() {
+            let (name, parent) = entry.split_once('<').unwrap_or((entry, ""));
+            let parent = joints.iter().position(|joint| joint.name == parent);
+            joints.push(SourceJoint {
+                name: name.into(),
+                parent,
+                offset: DVec3::ZERO,
+                end: None,
+            });
+        }
+        joints
+    }
+
+    const XSENS: &str = "Hips Chest<Hips Neck<Chest Head<Neck \
+        RightCollar<Chest RightShoulder<RightCollar RightElbow<RightShoulder RightWrist<RightElbow \
+        LeftCollar<Chest LeftShoulder<LeftCollar LeftElbow<LeftShoulder LeftWrist<LeftElbow \
+        RightHip<Hips RightKnee<RightHip RightAnkle<RightKnee RightToe<RightAnkle \
+        LeftHip<Hips LeftKnee<LeftHip LeftAnkle<LeftKnee LeftToe<LeftAnkle";
+
+    #[test]
+    fn a_shoulder_is_the_upper_arm_unless_there_is_an_arm() {
+        let joints = skeleton(XSENS);
+        let roles = JointRoles::find(&joints).unwrap();
+        let name = |joint: usize| joints[joint].name.as_str();
+        assert_eq!(roles.upper_arm.map(name), ["LeftShoulder", "RightShoulder"]);
+        assert_eq!(
+            roles.clavicle.map(|c| name(c.unwrap())),
+            ["LeftCollar", "RightCollar"]
+        );
+        assert_eq!(roles.thigh.map(name), ["LeftHip", "RightHip"]);
+        assert_eq!(
+            roles.trunk.iter().map(|&j| name(j)).collect::<Vec<_>>(),
+            ["Chest", "Neck", "Head"]
+        );
+        assert_eq!((name(roles.pelvis), name(roles.chest)), ("Hips", "Chest"));
+        let renamed = XSENS
+            .replace("Collar", "Shoulder@")
+            .replace("Shoulder<", "Arm<")
+            .replace("<LeftShoulder ", "<LeftArm ")
+            .replace("<RightShoulder ", "<RightArm ")
+            .replace('@', "");
+        let joints = skeleton(&renamed);
+        let roles = JointRoles::find(&joints).unwrap();
+        assert_eq!(joints[roles.upper_arm[0]].name, "LeftArm");
+        assert_eq!(joints[roles.clavicle[0].unwrap()].name, "LeftShoulder");
+    }
+
+    /// A figure in a rig's own spelling, `{}` for the side. Limbs: thigh, shank, foot, toe,
+    /// clavicle, upper arm, forearm, hand.
+    fn rig(trunk: &str, chest: &str, limbs: [&str; 8], sides: [&str; 2]) -> String {
+        let pelvis = trunk.split_whitespace().next().unwrap();
+        let mut spec = trunk.to_owned();
+        for side in sides {
+            let [thigh, shank, foot, toe, clavicle, arm, forearm, hand] =
+                limbs.map(|name| name.replace("{}", side));
+            spec += &format!(
+                " {thigh}<{pelvis} {shank}<{thigh} {foot}<{shank} {toe}<{foot} \
+                 {clavicle}<{chest} {arm}<{clavicle} {forearm}<{arm} {hand}<{forearm}"
+            );
+        }
+        spec
+    }
+
+    #[test]
+    fn rigs_of_many_makers_are_understood() {
+        let rigs = [
+            rig(
+                "root spine05<root spine04<spine05 spine03<spine04 spine02<spine03 spine01<spine02 neck01<spine01 head<neck01",
+                "spine01",
+                [
+                    "upperleg01{}",
+                    "lowerleg01{}",
+                    "foot{}",
+                    "toe2-1{}",
+                    "clavicle{}",
+                    "upperarm01{}",
+                    "lowerarm01{}",
+                    "wrist{}",
+                ],
+                [".L", ".R"],
+            ),
+            rig(
+                "DEF-spine DEF-spine.001<DEF-spine DEF-spine.003<DEF-spine.001 DEF-spine.004<DEF-spine.003 DEF-spine.006<DEF-spine.004",
+                "DEF-spine.003",
+                [
+                    "DEF-thigh{}",
+                    "DEF-shin{}",
+                    "DEF-foot{}",
+                    "DEF-toe{}",
+                    "DEF-shoulder{}",
+                    "DEF-upper_arm{}",
+                    "DEF-forearm{}",
+                    "DEF-hand{}",
+                ],
+                [".L", ".R"],
+            ),
+            rig(
+                "pelvis spine_01<pelvis spine_02<spine_01 spine_03<spine_02 neck_01<spine_03 head<neck_01",
+                "spine_03",
+                [
+                    "thigh{}",
+                    "calf{}",
+                    "foot{}",
+                    "ball{}",
+                    "clavicle{}",
+                    "upperarm{}",
+                    "lowerarm{}",
+                    "hand{}",
+                ],
+                ["_l", "_r"],
+            ),
+            rig(
+                "J_Bip_C_Hips J_Bip_C_Spine<J_Bip_C_Hips J_Bip_C_Neck<J_Bip_C_Spine J_Bip_C_Head<J_Bip_C_Neck",
+                "J_Bip_C_Spine",
+                [
+                    "J_Bip_{}_UpperLeg",
+                    "J_Bip_{}_LowerLeg",
+                    "J_Bip_{}_Foot",
+                    "J_Bip_{}_ToeBase",
+                    "J_Bip_{}_Shoulder",
+                    "J_Bip_{}_UpperArm",
+                    "J_Bip_{}_LowerArm",
+                    "J_Bip_{}_Hand",
+                ],
+                ["L", "R"],
+            ),
+            rig(
+                "Pelvis Spine1<Pelvis Spine2<Spine1 Spine3<Spine2 Neck<Spine3 Head<Neck",
+                "Spine3",
+                [
+                    "{}_Hip",
+                    "{}_Knee",
+                    "{}_Ankle",
+                    "{}_Foot",
+                    "{}_Collar",
+                    "{}_Shoulder",
+                    "{}_Elbow",
+                    "{}_Wrist",
+                ],
+                ["L", "R"],
+            ),
+            rig(
+                "mixamorig:Hips mixamorig:Spine<mixamorig:Hips mixamorig:Neck<mixamorig:Spine mixamorig:Head<mixamorig:Neck",
+                "mixamorig:Spine",
+                [
+                    "mixamorig:{}UpLeg",
+                    "mixamorig:{}Leg",
+                    "mixamorig:{}Foot",
+                    "mixamorig:{}ToeBase",
+                    "mixamorig:{}Shoulder",
+                    "mixamorig:{}Arm",
+                    "mixamorig:{}ForeArm",
+                    "mixamorig:{}Hand",
+                ],
+                ["Left", "Right"],
+            ),
+            rig(
+                "hip spine<hip chest<spine neck<chest head<neck",
+                "chest",
+                [
+                    "thigh-{}",
+                    "shin-{}",
+                    "foot-{}",
+                    "toe-{}",
+                    "clavicle-{}",
+                    "upper-arm-{}",
+                    "forearm-{}",
+                    "hand-{}",
+                ],
+                ["left", "right"],
+            ),
+        ];
+        for spec in rigs {
+            let joints = skeleton(&spec);
+            let roles = JointRoles::find(&joints).unwrap_or_else(|e| panic!("{e}: {spec}"));
+            let first = joints.len() - 16;
+            for side in 0..2 {
+                let limb = [
+                    roles.thigh[side],
+                    roles.shank[side],
+                    roles.foot[side],
+                    roles.toe[side].unwrap(),
+                    roles.clavicle[side].unwrap(),
+                    roles.upper_arm[side],
+                    roles.forearm[side],
+                    roles.hand[side],
+                ];
+                let expected: Vec<usize> = (0..8).map(|i| first + 8 * side + i).collect();
+                assert_eq!(limb.to_vec(), expected, "{spec}");
+            }
+            assert_eq!(roles.trunk.last(), Some(&(first - 1)), "{spec}");
+            assert_eq!(roles.pelvis, 0);
+        }
+    }
+
+    #[test]
+    fn names_lose_namespace_case_and_separators() {
+        assert_eq!(normalised("mixamorig:Left Up_Leg"), "leftupleg");
+        assert_eq!(normalised("CC_Base_L_Thigh"), "lthigh");
+        assert_eq!(normalised("HEad"), "head");
+    }
+
+    #[test]
+    fn a_missing_side_is_named() {
+        let message =
+            JointRoles::find(&skeleton(&XSENS.replace("RightKnee", "LeftKnee"))).unwrap_err();
+        assert_eq!(message, "no right shank joint");
+    }
+}

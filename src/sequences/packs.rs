@@ -1,0 +1,196 @@
+//! Packs as files, the built-in cohort, and which walks of them are used.
+
+use super::cohort::stored;
+use crate::dataset::{InputFile, sha256_of_bytes};
+use crate::encode::{MAX_ERROR_MM, encode_subjects};
+use crate::error::{ChoiceError, Error, FilePlace, Result};
+use crate::people::cohort::{self, CohortOptions, SPEEDS_KMH};
+use edgegait_core::budget::MAX_PACK_BYTES;
+use edgegait_core::format::MAGIC;
+use edgegait_core::pack::Pack;
+use std::path::Path;
+
+/// The walk of the built-in cohort that is used when none is named.
+pub(crate) const BUILT_IN_WALK: &str = "walk-5kmh";
+
+/// A pack's bytes and where they are from.
+#[derive(Clone, Debug)]
+pub struct PackSource {
+    /// The pack.
+    pub bytes: Vec<u8>,
+    /// Its file, for results; none for the built-in cohort.
+    pub inputs: Vec<InputFile>,
+    /// What it is called in results.
+    pub name: String,
+}
+
+/// Which people and walks are used.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Selection {
+    /// Names of people; all of them if there is none.
+    pub subjects: Vec<String>,
+    /// Names of walks; all of them if there is none.
+    pub walks: Vec<String>,
+}
+
+impl Selection {
+    /// The numbers of the chosen walks, in pack order.
+    ///
+    /// # Errors
+    /// When a name is unknown, or nothing is chosen.
+    pub fn of(&self, pack: &Pack<'_>) -> Result<Vec<usize>> {
+        let subjects: Vec<&str> = pack.subjects().map(|subject| subject.name).collect();
+        let walks: Vec<&str> = pack.walks().map(|walk| walk.name).collect();
+        require("subject", &self.subjects, &subjects)?;
+        require("walk", &self.walks, &walks)?;
+        let numbers = pack.walks().enumerate();
+        let chosen: Vec<usize> = numbers
+            .filter(|(_, walk)| self.has(subjects[walk.subject], walk.name))
+            .map(|(index, _)| index)
+            .collect();
+        if chosen.is_empty() {
+            return Err(ChoiceError::NothingChosen.into());
+        }
+        Ok(chosen)
+    }
+
+    /// Whether this walk of this person is used.
+    #[must_use]
+    pub fn has(&self, subject: &str, walk: &str) -> bool {
+        let wanted =
+            |list: &[String], name: &str| list.is_empty() || list.iter().any(|one| one == name);
+        wanted(&self.subjects, subject) && wanted(&self.walks, walk)
+    }
+}
+
+/// Refuses names that are not there.
+///
+/// # Errors
+/// Naming the first of them, and some that are there.
+pub(crate) fn require(what: &'static str, asked: &[String], known: &[&str]) -> Result<()> {
+    for name in asked {
+        if !known.contains(&name.as_str()) {
+            let mut some: Vec<String> = Vec::new();
+            for &name in known {
+                if some.len() < 12 && some.iter().all(|one| one != name) {
+                    some.push(name.to_owned());
+                }
+            }
+            let name = name.clone();
+            return Err(ChoiceError::Unknown {
+                what,
+                name,
+                known: some,
+            }
+            .into());
+        }
+    }
+    Ok(())
+}
+
+impl PackSource {
+    /// Reads and checks a pack file.
+    ///
+    /// # Errors
+    /// When the file cannot be read, is larger than a pack may be, or is no pack.
+    pub fn read(path: &Path) -> Result<Self> {
+        let length = std::fs::metadata(path)
+            .map_err(|error| Error::io(path, error))?
+            .len();
+        start_of(path)?;
+        if length > MAX_PACK_BYTES as u64 {
+            return Err(Error::input(
+                path,
+                format!("{length} bytes, expected a pack of at most {MAX_PACK_BYTES}"),
+            ));
+        }
+        let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
+        Pack::parse(&bytes).map_err(|error| {
+            let problem = format!("expected {}", error.expected);
+            Error::at(path, FilePlace::Byte(error.byte), problem)
+        })?;
+        let name = path.display().to_string();
+        // Of the bytes that were read: the file may be another by now.
+        let input = InputFile {
+            path: name.clone(),
+            sha256: sha256_of_bytes(&bytes),
+        };
+        Ok(Self {
+            bytes,
+            inputs: vec![input],
+            name,
+        })
+    }
+
+    /// The people of these options as a pack, encoded unless the library has it; `progress` is
+    /// called as by [`encode_subjects`]. Those of another number or seed than the default are not
+    /// called the built-in cohort.
+    ///
+    /// # Errors
+    /// As [`cohort::subjects`] and [`encode_subjects`].
+    pub fn made(options: &CohortOptions, progress: &(dyn Fn() + Sync)) -> Result<Self> {
+        let bytes = match stored(options) {
+            Some(bytes) => bytes.to_vec(),
+            None => encode_subjects(&cohort::subjects(options)?, MAX_ERROR_MM, progress)?,
+        };
+        let usual = CohortOptions::default();
+        let name = if (options.people, options.seed) == (usual.people, usual.seed) {
+            "built-in cohort".to_owned()
+        } else {
+            format!("cohort of {}, seed {}", options.people, options.seed)
+        };
+        Ok(Self {
+            bytes,
+            inputs: Vec::new(),
+            name,
+        })
+    }
+}
+
+/// The built-in cohort at the speeds that these walks name; at all speeds for no names.
+#[must_use]
+pub(crate) fn built_in(walks: &[String]) -> CohortOptions {
+    let mut speeds_kmh: Vec<f64> = SPEEDS_KMH
+        .into_iter()
+        .filter(|speed| {
+            let name = |verb: &str| format!("{verb}-{speed}kmh");
+            walks.contains(&name("walk")) || walks.contains(&name("run"))
+        })
+        .collect();
+    // No speed matches a name: all of them, so that an error can list the names.
+    if speeds_kmh.is_empty() {
+        speeds_kmh = SPEEDS_KMH.to_vec();
+    }
+    CohortOptions {
+        speeds_kmh,
+        ..CohortOptions::default()
+    }
+}
+
+/// The first bytes of a file, as many as a pack's magic has; refuses an .npz by them.
+fn start_of(path: &Path) -> Result<Vec<u8>> {
+    use std::io::Read as _;
+    let mut start = Vec::new();
+    std::fs::File::open(path)
+        .and_then(|file| file.take(MAGIC.len() as u64).read_to_end(&mut start))
+        .map_err(|error| Error::io(path, error))?;
+    if start.starts_with(b"PK") {
+        return Err(Error::input(
+            path,
+            "expected a model, a pack or a folder, found an .npz or .zip (datasets are read as folders)",
+        ));
+    }
+    Ok(start)
+}
+
+/// Whether a path is a pack or a folder (a dataset, a tree of silhouettes), as opposed to a model.
+///
+/// # Errors
+/// When it cannot be read.
+pub(crate) fn is_pack_or_folder(path: &Path) -> Result<bool> {
+    let metadata = std::fs::metadata(path).map_err(|error| Error::io(path, error))?;
+    if metadata.is_dir() {
+        return Ok(true);
+    }
+    Ok(start_of(path)? == MAGIC)
+}

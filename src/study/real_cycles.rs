@@ -1,0 +1,190 @@
+//! Real people: gait cycles of the silhouettes of a tree.
+
+use super::example::{Example, SIZE, gei};
+use super::likeness::mean;
+use super::manifest::Pairing;
+use super::masks::{Masks, jaccard};
+use crate::dataset::{Tree, framed};
+use crate::error::Result;
+use crate::gait_cycles::{CycleFinder, LowerBody};
+use crate::sweep::FramingMode;
+use rayon::prelude::*;
+
+/// A take of a person seen from one viewpoint.
+#[derive(Clone, Debug)]
+pub(crate) struct ShownTake {
+    /// What the manifest says of it.
+    pub pairing: Pairing,
+    /// Number of its sequence in the tree.
+    pub sequence: usize,
+    /// Number of the person.
+    pub person: usize,
+    /// Number of the take among those of all people.
+    pub take: usize,
+}
+
+/// Gait cycles from one viewpoint, of one kind of masks, each way of framing them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct RealCycles {
+    /// The cycles, framed in the ways that were asked for, in their order.
+    pub by_framing: Vec<Vec<Example>>,
+    /// Takes without a cycle, and why.
+    pub without: Vec<String>,
+    /// How alike the masks are to those of the tree: the mean Jaccard index of each take's frames, of
+    /// pictures as they are stored.
+    pub mask_jaccards: Vec<f64>,
+}
+
+/// Reads takes on all cores, one kind of masks. `progress` is called once a take.
+///
+/// # Errors
+/// For files that are broken.
+pub(crate) fn read(
+    tree: &Tree,
+    takes: &[&ShownTake],
+    (masks, seed): (Masks, u64),
+    framings: &[FramingMode],
+    progress: &(dyn Fn() + Sync),
+) -> Result<RealCycles> {
+    let one = |shown: &&ShownTake| {
+        let found = take(tree, shown, (masks, seed), framings);
+        progress();
+        found
+    };
+    let found: Vec<Result<RealTake>> = takes.par_iter().map(one).collect();
+    let mut real = RealCycles {
+        by_framing: vec![Vec::new(); framings.len()],
+        ..RealCycles::default()
+    };
+    for found in found {
+        match found? {
+            Ok((by_framing, mask_jaccard)) => {
+                real.mask_jaccards.push(mask_jaccard);
+                for (all, own) in real.by_framing.iter_mut().zip(by_framing) {
+                    all.extend(own);
+                }
+            }
+            Err(reason) => real.without.push(reason),
+        }
+    }
+    Ok(real)
+}
+
+/// The cycles of a take by framing, and how alike its masks are to the tree's; or why there are none.
+type RealTake = std::result::Result<(Vec<Vec<Example>>, f64), String>;
+
+fn take(
+    tree: &Tree,
+    shown: &ShownTake,
+    (masks, seed): (Masks, u64),
+    framings: &[FramingMode],
+) -> Result<RealTake> {
+    let Pairing {
+        person,
+        take,
+        view,
+        fps,
+        offset,
+        contacts,
+        ..
+    } = &shown.pairing;
+    let name = format!("{person}/{take}/{view}");
+    let (mut frames, mut columns) = (Vec::new(), 1);
+    tree.show(shown.sequence, |pixels, wide| {
+        frames.push(pixels.to_vec());
+        columns = wide;
+        Ok(())
+    })?;
+    let spans = match &shown.pairing.cycles {
+        Some(spans) => spans.clone(),
+        None => {
+            let legs = frames
+                .iter()
+                .map(|frame| LowerBody::of_pixels(frame, columns));
+            #[expect(clippy::cast_possible_truncation, reason = "frames a second")]
+            match CycleFinder::new(*fps as f32)?.find(legs) {
+                Ok(found) => {
+                    let spans = found.cycles.iter();
+                    spans.map(|cycle| (cycle.start, cycle.end)).collect()
+                }
+                Err(reason) => return Ok(Err(format!("{name}: {reason}"))),
+            }
+        }
+    };
+    let seen = masks.of(frames.clone(), columns, (&name, seed));
+    let alike: Vec<f64> = seen
+        .iter()
+        .zip(&frames)
+        .map(|(a, b)| jaccard(a, b))
+        .collect();
+    let mut by_framing = Vec::new();
+    for &framing in framings {
+        let mut examples = Vec::new();
+        for &(from, to) in &spans {
+            // Frames a to b-1 of [a, b), by their numbers.
+            let mut framed_frames = Vec::new();
+            let numbers = from.ceil() as usize..to.ceil() as usize;
+            for (number, pixels) in seen
+                .iter()
+                .enumerate()
+                .filter(|(at, _)| numbers.contains(at))
+            {
+                if let Some(silhouette) = framed((pixels, columns), SIZE, framing)? {
+                    let phase = phase(number as f64, (from, to), contacts);
+                    framed_frames.push((phase, silhouette));
+                }
+            }
+            if framed_frames.is_empty() {
+                continue;
+            }
+            examples.push(Example {
+                person: shown.person,
+                take: shown.take,
+                position: examples.len(),
+                span_s: ((from + offset) / fps, (to + offset) / fps),
+                gei: gei(framed_frames.iter().map(|(_, frame)| frame)),
+                frames: framed_frames,
+            });
+        }
+        if examples.is_empty() {
+            return Ok(Err(format!("{name}: no frame of its cycles shows anybody")));
+        }
+        by_framing.push(examples);
+    }
+    Ok(Ok((by_framing, mean(&alike))))
+}
+
+/// The phase of a frame, 0..1: 0 at a left contact, evenly between two of them and beyond; without
+/// contacts 0 at the beginning of its cycle.
+fn phase(frame: f64, (from, to): (f64, f64), contacts: &[f64]) -> f64 {
+    let period = to - from;
+    let behind = contacts.iter().rposition(|contact| *contact <= frame);
+    let share = match (behind, contacts.first()) {
+        (Some(at), _) => {
+            let next = contacts
+                .get(at + 1)
+                .map_or(period, |next| next - contacts[at]);
+            (frame - contacts[at]) / next
+        }
+        (None, Some(first)) => (frame - first) / period,
+        (None, None) => (frame - from) / period,
+    };
+    share.rem_euclid(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn phases_begin_at_left_contacts_and_go_on_beyond_them() {
+        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
+        let cycle = (0.0, 32.0);
+        near(phase(26.0, cycle, &[10.0, 42.0]), 0.5);
+        near(phase(10.0, cycle, &[10.0, 42.0]), 0.0);
+        // A quarter of the period before the first contact, and behind the last.
+        near(phase(2.0, cycle, &[10.0, 42.0]), 0.75);
+        near(phase(50.0, cycle, &[10.0, 42.0]), 0.25);
+        near(phase(8.0, cycle, &[]), 0.25);
+    }
+}

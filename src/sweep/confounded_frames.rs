@@ -1,0 +1,209 @@
+//! Frames as a segmentation gives them: drawn finely, confounded, and framed again.
+
+use super::posed_frames::{Film, FilmView};
+use super::recording;
+use super::walker::{Moment, PosedWalker, Walker};
+use crate::confounders::image::{
+    self, BitPicture, Crossing, Fine, FineRenderer, Framed, Light, Pillar, Sun,
+};
+use crate::confounders::{ConfounderKind, Dose, DosePlan};
+use crate::error::Result;
+use edgegait_core::body::{Figure, UnpackedBody};
+use edgegait_core::pose::ModelPose;
+use edgegait_core::raster::{self, DrawError};
+
+/// Pictures that an exposure is made of.
+const EXPOSURES: u32 = 7;
+
+/// Where the sun stands that casts shadows, degrees: ahead of the walker to the left. Ours: a summer
+/// afternoon's, with shadows as long as figures.
+const SUN_AZIMUTH_DEG: f32 = 60.0;
+const SUN_ELEVATION_DEG: f32 = 45.0;
+
+fn sun() -> Option<Sun> {
+    Sun::from_degrees(SUN_AZIMUTH_DEG, SUN_ELEVATION_DEG).ok()
+}
+
+/// What a frame's picture has besides the figure.
+pub(super) struct Extras<'a> {
+    /// Strides since the first frame.
+    strides: f64,
+    shadow: Option<Box<UnpackedBody>>,
+    /// The figure at moments around that of the frame, its own among them.
+    pub exposures: Vec<Figure<'a>>,
+}
+
+impl<'a> Extras<'a> {
+    /// Those of the figure at a moment.
+    pub(super) fn new(
+        plan: &DosePlan,
+        walker: &Walker<'a>,
+        moment: Moment,
+        posed: &PosedWalker<'a>,
+    ) -> Self {
+        let floor = walker.floor(posed.pelvis);
+        let shadow = plan.strength(ConfounderKind::Shadow).zip(sun());
+        let shadow =
+            shadow.map(|(strength, sun)| image::shadow_body(&posed.figure, sun, &floor, strength));
+        let blur = plan.amount(ConfounderKind::MotionBlur);
+        let exposures = blur.map_or(Vec::new(), |exposure_s| {
+            let exposure = |number: u32| {
+                let share = f64::from(number) / f64::from(EXPOSURES - 1) - 0.5;
+                walker.passing(moment, share * exposure_s)
+            };
+            (0..EXPOSURES).map(exposure).collect()
+        });
+        Self {
+            strides: walker.strides(moment),
+            shadow,
+            exposures,
+        }
+    }
+}
+
+impl Extras<'_> {
+    /// The figure's shadow.
+    pub(super) fn shadow(&self) -> Option<Figure<'_>> {
+        self.shadow.as_deref().map(Figure::at_rest)
+    }
+}
+
+impl Film<'_> {
+    /// Draws one of the posed frames as a segmentation gives it; none if nothing of the figure is
+    /// left.
+    ///
+    /// # Errors
+    /// When it cannot be drawn.
+    pub(super) fn segmented(
+        &self,
+        index: usize,
+        sight: &FilmView<'_>,
+        renderer: &mut FineRenderer,
+    ) -> Result<Option<Framed>> {
+        let seen = self.seen(index, sight)?;
+        let framed = self.confounded(index, sight, seen, renderer);
+        framed.map_err(|error| self.refusal(sight.view(), error))
+    }
+
+    fn confounded(
+        &self,
+        index: usize,
+        sight: &FilmView<'_>,
+        seen: raster::RenderView,
+        renderer: &mut FineRenderer,
+    ) -> std::result::Result<Option<Framed>, DrawError> {
+        let (posed, extras, plan) = (&self.frames[index], &self.extras[index], self.plan);
+        let (view, frame) = (
+            (sight.view().azimuth_deg, sight.view().elevation_deg),
+            self.sources[index],
+        );
+        let shadow = extras.shadow();
+        let others: Vec<&Figure<'_>> = shadow.iter().collect();
+        let size = self.settings.size;
+        let fine = match Fine::of(&posed.figure, &others, seen, size) {
+            Err(DrawError::TooNear(_) | DrawError::TooWide(_)) => {
+                Fine::of(&posed.figure, &[], seen, size)?
+            }
+            fine => fine?,
+        };
+        let (mut picture, before) = match extras.exposures.as_slice() {
+            [] => fine.draw_figure(renderer, &posed.figure)?,
+            moments => fine.draw_exposed(renderer, &posed.figure, moments)?,
+        };
+        if let Some(shadow) = &shadow {
+            picture.join(&in_sight(&fine, renderer, shadow)?);
+        }
+        for other in self.in_front(index, sight) {
+            let other = other.figure(self.walker.crossing());
+            picture.remove(&in_sight(&fine, renderer, &other)?);
+        }
+        let cell = recording::coarseness(plan, self.settings.framing);
+        if let Some(cell) = cell {
+            let mut rng = plan.of_view(ConfounderKind::FocalLength, view);
+            image::to_cells(&mut picture, &fine, cell, &mut rng);
+        }
+        for &Dose { kind, strength } in plan.doses().list() {
+            // What stays with the walker for the whole cycle, and what differs from frame to frame.
+            let mut lasting = plan.of_view(kind, view);
+            let mut passing = plan.of_picture(kind, view, frame);
+            let picture = &mut picture;
+            match kind {
+                ConfounderKind::RadialDistortion => image::distort(picture, &fine, strength),
+                ConfounderKind::Resolution => {
+                    image::coarsen(picture, &fine, strength, &mut lasting)
+                }
+                ConfounderKind::Light => {
+                    Light::new(strength, &mut lasting).segment(picture, &fine, &mut passing);
+                }
+                ConfounderKind::Holes => image::holes(picture, &fine, strength, &mut passing),
+                ConfounderKind::MissingParts => {
+                    image::missing_part(picture, strength, &mut lasting)
+                }
+                ConfounderKind::MergedBackground => {
+                    image::merged_background(picture, &fine, strength, &mut lasting);
+                }
+                ConfounderKind::Erosion => image::erode(picture, &fine, strength, &mut passing),
+                ConfounderKind::Dilation => image::dilate(picture, &fine, strength, &mut passing),
+                ConfounderKind::SaltAndPepper => {
+                    image::salt_and_pepper(picture, strength, &mut passing)
+                }
+                _ => {}
+            }
+        }
+        Ok(fine.frame(&picture, before))
+    }
+
+    /// What stands or walks between the camera and the walker.
+    pub(super) fn in_front(&self, index: usize, sight: &FilmView<'_>) -> Vec<InFront> {
+        let (posed, extras, plan) = (&self.frames[index], &self.extras[index], self.plan);
+        let (stride_m, _) = self.walker.stride();
+        let mut all = Vec::new();
+        if let Some(strength) = plan.strength(ConfounderKind::StaticOccluder) {
+            let mut rng = plan.of_cycle(ConfounderKind::StaticOccluder);
+            let pillar = Pillar::new(strength, &mut rng);
+            all.push(InFront::Pillar(pillar.body(
+                extras.strides,
+                stride_m,
+                sight.viewpoint(),
+            )));
+        }
+        if let Some(strength) = plan.strength(ConfounderKind::MovingOccluder) {
+            let mut rng = plan.of_cycle(ConfounderKind::MovingOccluder);
+            let crossing = Crossing::new(strength, &mut rng);
+            let pose = crossing.pose(&posed.model, extras.strides, stride_m, sight.viewpoint());
+            all.push(InFront::Walker(Box::new(pose)));
+        }
+        all
+    }
+}
+
+/// The picture of something besides the walker; blank where it is not wholly in front of the
+/// camera, or larger than a picture can be.
+fn in_sight(
+    fine: &Fine,
+    renderer: &mut FineRenderer,
+    figure: &Figure<'_>,
+) -> std::result::Result<BitPicture, DrawError> {
+    match fine.draw(renderer, figure) {
+        Err(DrawError::TooNear(_) | DrawError::TooWide(_)) => Ok(fine.blank()),
+        drawn => drawn,
+    }
+}
+
+/// What is in the way.
+pub(super) enum InFront {
+    /// It stands.
+    Pillar(Box<UnpackedBody>),
+    /// Somebody crosses.
+    Walker(Box<ModelPose>),
+}
+
+impl InFront {
+    /// Its figure; `body` is that of who crosses.
+    pub(super) fn figure<'f>(&'f self, body: &'f UnpackedBody) -> Figure<'f> {
+        match self {
+            Self::Pillar(own) => Figure::at_rest(own),
+            Self::Walker(pose) => Figure::new(body, pose),
+        }
+    }
+}
