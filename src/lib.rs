@@ -42,7 +42,7 @@
 //! ```
 //! # use edgegait::people::cohort;
 //! # use edgegait::{CohortOptions, MAX_ERROR_MM, Pack, Settings, Views, encode_subjects};
-//! use edgegait::{DrawnContest, Entrant, Model, Runtime, Wish};
+//! use edgegait::{DrawnContest, Entrant, Model, Runtime, ContestOptions};
 //!
 //! # fn main() -> edgegait::Result<()> {
 //! # let options = CohortOptions { people: 2, speeds_kmh: vec![5.0], ..CohortOptions::default() };
@@ -51,8 +51,8 @@
 //! // Trained on these people from the left; GEIs of 50x30 framed by height, as by default.
 //! let model = Model::open("models/side.onnx")?;
 //! let entrants = [Entrant::drawn(&model, &Runtime::rten(), Settings::default())?];
-//! let wish = Wish { views: Some(Views::side()?), ..Wish::default() };
-//! let drawn = DrawnContest::new((&pack, &[0, 1]), &entrants, wish)?;
+//! let options = ContestOptions { views: Some(Views::side()?), ..ContestOptions::default() };
+//! let drawn = DrawnContest::new((&pack, &[0, 1]), &entrants, options)?;
 //! let outcome = drawn.contest.run(&entrants, 1, &mut |_| (), &mut |_| ())?;
 //! assert_eq!(outcome.results[0].rank1, 1.0);
 //! # Ok(())
@@ -64,7 +64,7 @@
 //! ```
 //! # use edgegait::people::cohort;
 //! # use edgegait::{CohortOptions, MAX_ERROR_MM, Pack, Settings, Views, encode_subjects};
-//! # use edgegait::{DrawnContest, Entrant, Model, Runtime, Wish};
+//! # use edgegait::{DrawnContest, Entrant, Model, Runtime, ContestOptions};
 //! use edgegait::{Condition, Doses, dose};
 //!
 //! # fn main() -> edgegait::Result<()> {
@@ -76,9 +76,9 @@
 //! // A camera that is rolled by 1 and by 20 degrees.
 //! let rolled = ["roll=1deg", "roll=20deg"]
 //!     .map(|text| Condition::of(Doses::new(dose(text).ok())));
-//! let wish = Wish { views: Some(Views::side()?), conditions: &rolled, ..Wish::default() };
+//! let options = ContestOptions { views: Some(Views::side()?), conditions: &rolled, ..ContestOptions::default() };
 //! let walks: Vec<usize> = (0..8).collect();
-//! let drawn = DrawnContest::new((&pack, &walks), &entrants, wish)?;
+//! let drawn = DrawnContest::new((&pack, &walks), &entrants, options)?;
 //! let outcome = drawn.contest.run(&entrants, 1, &mut |_| (), &mut |_| ())?;
 //! let [level, askew] = &outcome.results[0].probe_sets[..] else {
 //!     panic!("a set of probes for each condition");
@@ -146,7 +146,7 @@ pub use dataset::{Dataset, Tree};
 pub use edgegait_core::pack::Pack;
 pub use encode::{Effort, MAX_ERROR_MM, encode_population, encode_subjects};
 pub use error::{Error, Result};
-pub use evaluate::contest::{Contest, ContestOutcome, DrawnContest, Entrant, Wish};
+pub use evaluate::contest::{Contest, ContestOptions, ContestOutcome, DrawnContest, Entrant};
 pub use evaluate::protocol::Protocol;
 pub use gait_cycles::{CycleFinder, FoundCycles};
 #[cfg(feature = "import")]

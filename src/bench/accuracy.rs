@@ -2,7 +2,7 @@
 
 use super::inputs::DrawnInputs;
 use crate::error::{Error, Result};
-use crate::evaluate::contest::{DrawnContest, Entrant, Wish};
+use crate::evaluate::contest::{ContestOptions, DrawnContest, Entrant};
 use crate::evaluate::intervals::Rank1Intervals;
 use crate::evaluate::paired::PersonResult;
 use crate::sweep::Views;
@@ -132,11 +132,11 @@ fn drawn<'a>(
     scene: &'a DrawnInputs<'_>,
     views: &Views,
 ) -> Result<DrawnContest<'a>> {
-    let wish = Wish {
+    let options = ContestOptions {
         views: Some(views.clone()),
-        ..Wish::default()
+        ..ContestOptions::default()
     };
-    DrawnContest::new((scene.pack, scene.walks), entrants, wish)
+    DrawnContest::new((scene.pack, scene.walks), entrants, options)
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use crate::bench::DrawnInputs;
 use crate::dataset::ResultHeader;
 use crate::error::{ChoiceError, Error, Result};
 use crate::evaluate::checkup::Checkup;
-use crate::evaluate::contest::{DrawnContest, Entrant, Wish};
+use crate::evaluate::contest::{ContestOptions, DrawnContest, Entrant};
 use crate::evaluate::protocol::Protocol;
 use crate::report::percent;
 use crate::score::baseline::PIXELS;
@@ -288,12 +288,12 @@ fn from_the_side(entrant: Entrant, scene: &DrawnInputs<'_>, seed: u64) -> Result
     } else {
         "first-take"
     })?;
-    let wish = Wish {
+    let options = ContestOptions {
         views: Some(scene.views.clone()),
         protocol: Some(protocol),
-        ..Wish::default()
+        ..ContestOptions::default()
     };
-    let drawn = DrawnContest::new((scene.pack, scene.walks), &entrants, wish)?;
+    let drawn = DrawnContest::new((scene.pack, scene.walks), &entrants, options)?;
     let outcome = drawn
         .contest
         .run(&entrants, seed, &mut |_| {}, &mut |_| {})?;

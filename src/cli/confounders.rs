@@ -12,7 +12,7 @@ use super::walks::{SelectionArgs, SourceArgs};
 use crate::confounders::catalogue::{CATALOGUE, Confounder, named};
 use crate::dataset::ResultHeader;
 use crate::error::{Error, Result};
-use crate::evaluate::contest::{DrawnContest, Wish};
+use crate::evaluate::contest::{ContestOptions, DrawnContest};
 use crate::evaluate::strengths::{ConfounderResult, StrengthStudy};
 use crate::report::{strength_table, write_strengths};
 use crate::sweep::Views;
@@ -168,18 +168,18 @@ pub(super) fn run(args: &ConfoundersArgs) -> Result<()> {
     let costs = study.costs(&pack, walks[0], &around.list, settings, ROUNDS, &step)?;
     let effects = study.effects(&pack, &walks, &views.list, settings, &step)?;
     drop(progress);
-    let wish = Wish {
+    let options = ContestOptions {
         protocol: None,
         cycles: None,
         views: Some(views.clone()),
         conditions: study.conditions(),
     };
     let drawn = match args.cycles {
-        None if DrawnContest::is_made((&pack, &walks), &entrants)? => Wish {
+        None if DrawnContest::is_made((&pack, &walks), &entrants)? => ContestOptions {
             cycles: Some(CYCLES),
-            ..wish
+            ..options
         },
-        cycles => Wish { cycles, ..wish },
+        cycles => ContestOptions { cycles, ..options },
     };
     let DrawnContest {
         contest,

@@ -11,7 +11,9 @@ use super::walks::{SelectionArgs, SourceArgs};
 use crate::confounders::Condition;
 use crate::dataset::{Dataset, InputFile, Partition, ResultHeader, TREE_PARTITION};
 use crate::error::{Error, Result};
-use crate::evaluate::contest::{Contest, DrawnContest, Entrant, StoredTemplates, Wish, usual};
+use crate::evaluate::contest::{
+    Contest, ContestOptions, DrawnContest, Entrant, StoredTemplates, usual,
+};
 use crate::evaluate::protocol::{PARTITION, Protocol};
 use crate::sequences::{Form, PackSource, SequenceSource};
 use crate::sweep::Views;
@@ -171,7 +173,7 @@ impl ContestArgs {
         } = DrawnContest::new(
             (&pack, &chosen),
             &entrants,
-            self.wish(protocol, field, &conditions)?,
+            self.options(protocol, field, &conditions)?,
         )?;
         let all: Vec<_> = pack.walks().collect();
         let mut header = header
@@ -195,16 +197,16 @@ impl ContestArgs {
     ///
     /// # Errors
     /// If there is no such protocol or viewpoint.
-    fn wish<'a>(
+    fn options<'a>(
         &self,
         protocol: Option<Protocol>,
         field: &Participants<'_>,
         conditions: &'a [Condition],
-    ) -> Result<Wish<'a>> {
+    ) -> Result<ContestOptions<'a>> {
         let says_views = |protocol: &Protocol| protocol.views.is_some();
         let usual = field.views.clone();
         let usual = usual.filter(|_| !protocol.as_ref().is_some_and(says_views));
-        Ok(Wish {
+        Ok(ContestOptions {
             protocol,
             cycles: self.cycles,
             views: self.given_views()?.or(usual),

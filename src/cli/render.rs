@@ -427,7 +427,7 @@ fn refuse_beyond(pack: &Pack<'_>, walk: usize, moments: Moments) -> Result<()> {
         return Ok(());
     };
     let clip = pack.walk(walk).and_then(|walk| pack.clip(walk.clip));
-    let Some(take) = clip.and_then(|clip| clip.as_take()) else {
+    let Some(take) = clip.and_then(|clip| clip.as_uncut()) else {
         return Ok(());
     };
     let last_s = start_s + f64::from(frames - 1) / fps;

@@ -5,8 +5,8 @@ use super::cycle::{Quantised, plainly, quantise};
 use super::frames::Frames;
 use super::mean_walks::MeanWalks;
 use super::rice::RiceParameters;
-use super::take::{encode_take, looking_ahead, measure_joints};
 use super::target::{EncodingTarget, JointErrors};
+use super::uncut::{encode_take, looking_ahead, measure_joints};
 use crate::error::{EncodeError, Error, Result};
 use crate::people::UncutMotion;
 use edgegait_core::clip::Clip;
@@ -24,7 +24,7 @@ pub(super) const TIGHTER: f64 = 0.98;
 /// What is encoded, on its walker's skeleton.
 pub(super) enum EncodableMotion<'a> {
     Loop(Box<EncodingTarget<'a>>),
-    Take(&'a UncutMotion, Box<Skeleton>),
+    Uncut(&'a UncutMotion, Box<Skeleton>),
 }
 
 /// Sections of a pack that hold motion.
@@ -88,7 +88,7 @@ impl MotionSections {
             .enumerate()
             .filter_map(|(number, motion)| match motion {
                 EncodableMotion::Loop(target) => Some((number, target.as_ref())),
-                EncodableMotion::Take(..) => None,
+                EncodableMotion::Uncut(..) => None,
             })
             .unzip();
         let sketches = targets
@@ -145,7 +145,7 @@ impl MotionSections {
         for motion in motions {
             match motion {
                 EncodableMotion::Loop(_) => rest.extend(loops.next()),
-                EncodableMotion::Take(..) => {
+                EncodableMotion::Uncut(..) => {
                     if let Some((bytes, own)) = takes.next() {
                         rest.push(bytes);
                         errors.push(own);
@@ -169,7 +169,7 @@ pub(super) fn settled(motions: &[EncodableMotion<'_>], max_error_mm: f64) -> Cod
     let frames = fit_frames(motions);
     let targets = motions.iter().filter_map(|motion| match motion {
         EncodableMotion::Loop(target) => Some(target.as_ref()),
-        EncodableMotion::Take(..) => None,
+        EncodableMotion::Uncut(..) => None,
     });
     let targets: Vec<&EncodingTarget<'_>> = targets.collect();
     let sketch = |target: &&EncodingTarget<'_>| plainly(target, &frames, None, max_error_mm);
@@ -204,7 +204,7 @@ fn takes(
         progress();
         let errors = Clip::parse(&bytes, &codebook)
             .map_err(EncodeError::read_back("a clip"))?
-            .as_take()
+            .as_uncut()
             .map(|take| measure_joints(span, skeleton, &take));
         progress();
         Ok((bytes, errors.unwrap_or_default()))
@@ -214,7 +214,7 @@ fn takes(
         .enumerate()
         .filter_map(|(number, motion)| match motion {
             EncodableMotion::Loop(_) => None,
-            EncodableMotion::Take(span, skeleton) => Some((number, encoded(span, skeleton))),
+            EncodableMotion::Uncut(span, skeleton) => Some((number, encoded(span, skeleton))),
         })
         .collect();
     all(results)
@@ -230,7 +230,7 @@ fn fit_frames(motions: &[EncodableMotion<'_>]) -> Frames {
                 Cow::Borrowed(target.cycle.rotations.as_slice()),
                 &target.skeleton,
             ),
-            EncodableMotion::Take(span, skeleton) => {
+            EncodableMotion::Uncut(span, skeleton) => {
                 (Cow::Owned(looking_ahead(span)), skeleton.as_ref())
             }
         };

@@ -4,7 +4,7 @@ use super::avatar::encode_avatar;
 use super::codebook::CodeSections;
 use super::motion_sections::{EncodableMotion, MotionSections, Stopped};
 use super::target::EncodingTarget;
-use super::{take, target};
+use super::{target, uncut};
 use crate::error::{EncodeError, Error, RefusedWalk, Result};
 use crate::people::{Subject, Track, Walk};
 use edgegait_core::avatar::Avatar;
@@ -58,7 +58,7 @@ pub fn encode_subjects(
                 Track::Loop(cycle) => {
                     EncodableMotion::Loop(Box::new(EncodingTarget::new(cycle, skeleton.clone())?))
                 }
-                Track::Take(span) => EncodableMotion::Take(span, Box::new(skeleton.clone())),
+                Track::Uncut(span) => EncodableMotion::Uncut(span, Box::new(skeleton.clone())),
             });
         }
     }
@@ -97,7 +97,7 @@ pub fn check_walks(subjects: &[Subject]) -> Result<()> {
         .filter_map(|(subject, walk)| {
             let checked = match &walk.motion {
                 Track::Loop(cycle) => target::check(cycle),
-                Track::Take(span) => take::check(span),
+                Track::Uncut(span) => uncut::check(span),
             };
             let checked = checked.and_then(|()| whole_speed(walk).map(drop));
             checked.err().map(|error| refused(subject, walk, &error))

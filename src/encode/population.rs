@@ -147,7 +147,7 @@ fn one(
         let clip = match &walk.motion {
             Track::Loop(cycle) => EncodingTarget::new(cycle, skeleton.clone())
                 .and_then(|target| encoded(code, parsed, &target, (max_error_mm, effort))),
-            Track::Take(_) => Err(EncodeError::TakeInPopulation.into()),
+            Track::Uncut(_) => Err(EncodeError::TakeInPopulation.into()),
         };
         progress();
         clip.map_err(|error| Error::Refused(vec![refused(&subject, walk, &error)]))
@@ -365,7 +365,7 @@ mod tests {
                 Track::Loop(cycle) => EncodableMotion::Loop(Box::new(
                     EncodingTarget::new(cycle, skeleton.clone()).expect("a walk"),
                 )),
-                Track::Take(_) => panic!("a take"),
+                Track::Uncut(_) => panic!("a take"),
             })
         });
         let code = settled(&motions.collect::<Vec<_>>(), MAX_ERROR_MM);

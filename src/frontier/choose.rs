@@ -128,7 +128,7 @@ fn some_walks(people: &[Subject]) -> Result<Vec<Subject>> {
     let mut places = Vec::new();
     for (person, subject) in people.iter().enumerate() {
         for (walk, found) in subject.walks.iter().enumerate() {
-            if matches!(found.motion, Track::Take(_)) {
+            if matches!(found.motion, Track::Uncut(_)) {
                 return Err(ChoiceError::TakeHasNoGei {
                     subject: subject.name.clone(),
                     walk: found.name.clone(),

@@ -4,7 +4,7 @@ use crate::confounders::{Condition, Conditions};
 use crate::dataset::kmh;
 use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
 use crate::error::{Error, Result};
-use crate::evaluate::contest::{Contest, DrawnContest, Entrant, Wish};
+use crate::evaluate::contest::{Contest, ContestOptions, DrawnContest, Entrant};
 use crate::evaluate::intervals::Rank1Intervals;
 use crate::evaluate::protocol::Protocol;
 use crate::evaluate::rank1::Tally;
@@ -190,13 +190,13 @@ pub(crate) fn judge(
     let conditions = conditions(&COLUMNS.each_ref().map(|column| column.name))?;
     let side = Views::side()?;
     let under = |conditions: &[Condition]| {
-        let wish = Wish {
+        let options = ContestOptions {
             protocol: Some(protocol(ONE_CYCLE)?),
             cycles: Some(plan.cycles),
             views: Some(side.clone()),
             conditions,
         };
-        probe_sets((pack, &at_known), entrants, wish, plan.seed)
+        probe_sets((pack, &at_known), entrants, options, plan.seed)
     };
     let of_conditions = under(&conditions)?;
     progress();
@@ -213,12 +213,12 @@ pub(crate) fn judge(
     let of_speeds = probe_sets(
         (pack, &all),
         entrants,
-        Wish {
+        ContestOptions {
             protocol: Some(protocol(&format!(
                 "[gallery]\ntakes = [{BUILT_IN_WALK:?}]\n{sets}"
             ))?),
             views: Some(side.clone()),
-            ..Wish::default()
+            ..ContestOptions::default()
         },
         plan.seed,
     )?;
@@ -226,9 +226,9 @@ pub(crate) fn judge(
     let of_views = probe_sets(
         (pack, &at_known),
         entrants,
-        Wish {
+        ContestOptions {
             protocol: Some(Protocol::named("cross-view")?),
-            ..Wish::default()
+            ..ContestOptions::default()
         },
         plan.seed,
     )?;
@@ -372,10 +372,10 @@ fn protocol(parts: &str) -> Result<Protocol> {
 fn probe_sets(
     walks: (&Pack<'_>, &[usize]),
     entrants: &[Entrant],
-    wish: Wish<'_>,
+    options: ContestOptions<'_>,
     seed: u64,
 ) -> Result<Vec<Vec<ProbeSetResult>>> {
-    let drawn = DrawnContest::new(walks, entrants, wish)?;
+    let drawn = DrawnContest::new(walks, entrants, options)?;
     let outcome = drawn
         .contest
         .run(entrants, seed, &mut |_| (), &mut |_| ())?;

@@ -77,7 +77,7 @@ pub enum Track {
     /// One closed gait cycle.
     Loop(Cycle),
     /// A take as it is: starts, turns, whole trials.
-    Take(UncutMotion),
+    Uncut(UncutMotion),
 }
 
 /// One closed gait cycle of one walker, sampled evenly over the phase.

@@ -405,7 +405,7 @@ pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<S
             None => {
                 let span = UncutMotion::of(&recording.take);
                 let moved = span.onto(own, &subject.body.offsets, lifts);
-                add(0, span.speed_mps(), Track::Take(moved));
+                add(0, span.speed_mps(), Track::Uncut(moved));
             }
         }
     }

@@ -100,7 +100,7 @@ pub fn jobs(pack: &Pack<'_>, walks: &[usize], variations: Range<u32>) -> Result<
 #[must_use]
 pub fn is_take(pack: &Pack<'_>, walk: usize) -> bool {
     let clip = pack.walk(walk).and_then(|walk| pack.clip(walk.clip));
-    clip.is_some_and(|clip| clip.as_take().is_some())
+    clip.is_some_and(|clip| clip.as_uncut().is_some())
 }
 
 /// A walk's number and name, for errors.

@@ -180,7 +180,7 @@ impl<'a> Walker<'a> {
         seed: u64,
     ) -> Result<Self> {
         let (walk, subject, avatar, clip) = parts(pack, job)?;
-        if job.variation > 0 && clip.as_take().is_some() {
+        if job.variation > 0 && clip.as_uncut().is_some() {
             return Err(SweepError::TakeHasNoVariations(walk_name(pack, job.walk)).into());
         }
         let duration_s = clip.duration_s();

@@ -79,7 +79,7 @@ fn make(name: &str) -> Vec<u8> {
         let walk = &mut people[0].walks[0];
         walk.name = "set-off".into();
         if let Track::Loop(cycle) = &walk.motion {
-            walk.motion = Track::Take(set_off(cycle));
+            walk.motion = Track::Uncut(set_off(cycle));
         }
     }
     encode_subjects(&people, 5.0, &|| ()).expect("a pack")

@@ -211,7 +211,7 @@ fn check_recorded_takes(data: &Path, files: &[&str]) {
     for file in files {
         let recording = Recording::read(&folder.join(file), &options).unwrap();
         let people = subjects(&[recording], &BodyOptions::default()).unwrap();
-        let Track::Take(span) = &people[0].walks[0].motion else {
+        let Track::Uncut(span) = &people[0].walks[0].motion else {
             panic!("{file} is not kept as a take");
         };
         let skeleton = Skeleton {

@@ -40,7 +40,7 @@ pub fn subject(person: usize, motions: Vec<Cycle>) -> Subject {
 pub fn motion(walk: &Walk) -> &Cycle {
     match &walk.motion {
         Track::Loop(cycle) => cycle,
-        Track::Take(_) => panic!("a take"),
+        Track::Uncut(_) => panic!("a take"),
     }
 }
 
@@ -48,7 +48,7 @@ pub fn motion(walk: &Walk) -> &Cycle {
 pub fn motion_mut(walk: &mut Walk) -> &mut Cycle {
     match &mut walk.motion {
         Track::Loop(cycle) => cycle,
-        Track::Take(_) => panic!("a take"),
+        Track::Uncut(_) => panic!("a take"),
     }
 }
 

@@ -4,8 +4,8 @@ use crate::command::done;
 use edgegait::evaluate::contest::Baselines;
 use edgegait::people::cohort;
 use edgegait::{
-    CohortOptions, DrawnContest, Entrant, Job, MAX_ERROR_MM, Model, Pack, Protocol, Runtime,
-    Settings, Views, Wish, encode_subjects, sweep,
+    CohortOptions, ContestOptions, DrawnContest, Entrant, Job, MAX_ERROR_MM, Model, Pack, Protocol,
+    Runtime, Settings, Views, encode_subjects, sweep,
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -99,12 +99,12 @@ fn baselines_know_people_by_what_a_recognizer_was_trained_on_or_by_its_gallery()
     for (protocol, known) in [("closed-set", closed), ("first-take", enrolled)] {
         let mut entrants =
             vec![Entrant::drawn(&model, &Runtime::rten(), Settings::default()).expect("side")];
-        let wish = Wish {
+        let options = ContestOptions {
             protocol: Some(Protocol::named(protocol).expect("a protocol")),
             views: Some(views.clone()),
-            ..Wish::default()
+            ..ContestOptions::default()
         };
-        let drawn = DrawnContest::new((&pack, &walks), &entrants, wish).expect("a contest");
+        let drawn = DrawnContest::new((&pack, &walks), &entrants, options).expect("a contest");
         let Baselines {
             entrants: added,
             warnings,

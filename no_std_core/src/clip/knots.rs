@@ -11,7 +11,7 @@ use crate::format::{
 
 /// What a take's table states of a channel.
 #[derive(Clone, Copy)]
-pub(super) struct TakeChannel {
+pub(super) struct UncutChannel {
     spacing: u32,
     /// The least of its knots, in steps: the value of a channel without any.
     least: i32,
@@ -19,7 +19,7 @@ pub(super) struct TakeChannel {
     widest: u32,
 }
 
-impl TakeChannel {
+impl UncutChannel {
     /// The next channel; `None` where it has integers wider than a take may.
     pub(super) fn read(bits: &mut BitReader<'_>) -> Option<Self> {
         // Two numbers in one go: this is half of what a pose takes.
@@ -64,7 +64,7 @@ impl TakeChannel {
 
     /// Its value at a moment, from the block that the moment lies in and the next one.
     /// Moves both behind the channel.
-    pub(super) fn value(&self, blocks: &mut [BitReader<'_>; 2], moment: &TakeMoment) -> KnotValue {
+    pub(super) fn value(&self, blocks: &mut [BitReader<'_>; 2], moment: &UncutMoment) -> KnotValue {
         let [first, second] = blocks;
         let runs = (
             KnotRun::read(first, self, moment.intervals, moment.block),
@@ -107,7 +107,7 @@ impl<'a> KnotRun<'a> {
     /// its differences are wider than the channel's widest.
     pub(super) fn read(
         bits: &mut BitReader<'a>,
-        channel: &TakeChannel,
+        channel: &UncutChannel,
         intervals: u64,
         block: u64,
     ) -> Option<Self> {
@@ -154,7 +154,7 @@ fn skip(bits: &mut BitReader<'_>, integers: u64, width: u32) {
 }
 
 /// A moment of a take.
-pub(super) struct TakeMoment {
+pub(super) struct UncutMoment {
     /// Intervals that the take has.
     intervals: u64,
     /// The block with the first knot that decides it.
@@ -172,7 +172,7 @@ struct KnotShare {
     weights: [f32; 3],
 }
 
-impl TakeMoment {
+impl UncutMoment {
     /// `position`: in intervals, from 0 to `intervals`, which is 1 or more.
     pub(super) fn new(position: f64, intervals: u64) -> Self {
         #[expect(

@@ -3,11 +3,11 @@
 mod cycle;
 mod expanded;
 mod knots;
-mod take;
+mod uncut;
 
 pub use cycle::Loop;
 pub use expanded::Expanded;
-pub use take::Take;
+pub use uncut::UncutClip;
 
 use crate::codebook::{CodeTable, Codebook};
 use crate::format::{CLIP_LOOP, CLIP_TAKE, FormatError};
@@ -19,7 +19,7 @@ pub enum Clip<'a> {
     /// One closed gait cycle.
     Loop(Loop<'a>),
     /// A motion that does not repeat.
-    Take(Take<'a>),
+    Uncut(UncutClip<'a>),
 }
 
 impl<'a> Clip<'a> {
@@ -40,7 +40,7 @@ impl<'a> Clip<'a> {
         let clip = Self::over(bytes, codebook)?;
         match &clip {
             Self::Loop(cycle) => cycle.check(codes)?,
-            Self::Take(take) => take.check()?,
+            Self::Uncut(take) => take.check()?,
         }
         Ok(clip)
     }
@@ -53,7 +53,7 @@ impl<'a> Clip<'a> {
     pub(crate) fn over(bytes: &'a [u8], codebook: &Codebook<'a>) -> Result<Self, FormatError> {
         match bytes.first() {
             Some(&CLIP_LOOP) => Loop::over(bytes, codebook).map(Self::Loop),
-            Some(&CLIP_TAKE) => Take::over(bytes, codebook).map(Self::Take),
+            Some(&CLIP_TAKE) => UncutClip::over(bytes, codebook).map(Self::Uncut),
             _ => Err(FormatError::new(0, "clip kind 1 (loop) or 2 (take)")),
         }
     }
@@ -63,16 +63,16 @@ impl<'a> Clip<'a> {
     pub const fn as_loop(&self) -> Option<Loop<'a>> {
         match self {
             Self::Loop(cycle) => Some(*cycle),
-            Self::Take(_) => None,
+            Self::Uncut(_) => None,
         }
     }
 
     /// The motion that does not repeat, if it is one.
     #[must_use]
-    pub const fn as_take(&self) -> Option<Take<'a>> {
+    pub const fn as_uncut(&self) -> Option<UncutClip<'a>> {
         match self {
             Self::Loop(_) => None,
-            Self::Take(take) => Some(*take),
+            Self::Uncut(take) => Some(*take),
         }
     }
 
@@ -85,7 +85,7 @@ impl<'a> Clip<'a> {
     pub fn sample(&self, seconds: f64) -> Pose {
         match self {
             Self::Loop(cycle) => cycle.sample(seconds),
-            Self::Take(take) => take.sample(seconds),
+            Self::Uncut(take) => take.sample(seconds),
         }
     }
 
@@ -94,7 +94,7 @@ impl<'a> Clip<'a> {
     pub fn duration_s(&self) -> f64 {
         match self {
             Self::Loop(cycle) => cycle.period_s(),
-            Self::Take(take) => take.duration_s(),
+            Self::Uncut(take) => take.duration_s(),
         }
     }
 
@@ -104,7 +104,7 @@ impl<'a> Clip<'a> {
     pub fn max_error_mm(&self) -> f32 {
         match self {
             Self::Loop(cycle) => cycle.max_error_mm(),
-            Self::Take(take) => take.max_error_mm(),
+            Self::Uncut(take) => take.max_error_mm(),
         }
     }
 
@@ -113,7 +113,7 @@ impl<'a> Clip<'a> {
     pub fn mean_error_mm(&self) -> f32 {
         match self {
             Self::Loop(cycle) => cycle.mean_error_mm(),
-            Self::Take(take) => take.mean_error_mm(),
+            Self::Uncut(take) => take.mean_error_mm(),
         }
     }
 
@@ -122,7 +122,7 @@ impl<'a> Clip<'a> {
     pub fn frames(&self) -> u32 {
         match self {
             Self::Loop(cycle) => cycle.frames(),
-            Self::Take(take) => take.frames(),
+            Self::Uncut(take) => take.frames(),
         }
     }
 
@@ -131,7 +131,7 @@ impl<'a> Clip<'a> {
     pub const fn len_bytes(&self) -> usize {
         match self {
             Self::Loop(cycle) => cycle.len_bytes(),
-            Self::Take(take) => take.len_bytes(),
+            Self::Uncut(take) => take.len_bytes(),
         }
     }
 }

@@ -10,7 +10,7 @@ use edgegait_core::pack::Pack;
 
 /// What is asked of a contest about walks that are drawn.
 #[derive(Clone, Debug, Default)]
-pub struct Wish<'a> {
+pub struct ContestOptions<'a> {
     /// Who is looked for among whom; if not said, by class scores where every recognizer has a
     /// class for all people, else by their first takes.
     pub protocol: Option<Protocol>,
@@ -54,17 +54,17 @@ impl<'a> DrawnContest<'a> {
     pub fn new(
         (pack, walks): (&'a Pack<'a>, &[usize]),
         entrants: &[Entrant],
-        wish: Wish<'a>,
+        options: ContestOptions<'a>,
     ) -> Result<Self> {
         let mut cycles = PackWalks::recorded(pack, walks)?;
-        let mut protocol = match wish.protocol {
+        let mut protocol = match options.protocol {
             Some(protocol) => protocol,
             None => usual(entrants, &cycles.sequences().subjects)?,
         };
         let mut warnings = Vec::new();
         let mut probes = "recorded cycles".to_owned();
         if protocol.decision == Decision::ClassScore || cycles.are_of_one_take() {
-            let made = protocol.made(wish.cycles.unwrap_or(1))?;
+            let made = protocol.made(options.cycles.unwrap_or(1))?;
             let variations = made.iter().map(|one| one.variation).filter(|it| *it > 0);
             let (Some(first), Some(last)) = (variations.clone().min(), variations.max()) else {
                 return Err(EvaluateError::NothingMade(protocol.name).into());
@@ -75,11 +75,11 @@ impl<'a> DrawnContest<'a> {
                     "every person has one take: others are made of it, as seeded variations of its cycle".into(),
                 );
             }
-            cycles = PackWalks::made(pack, walks, &made, wish.conditions)?;
-        } else if wish.cycles.is_some() {
+            cycles = PackWalks::made(pack, walks, &made, options.conditions)?;
+        } else if options.cycles.is_some() {
             return Err(ChoiceError::CyclesAreRecorded(protocol.name).into());
         }
-        let views = match (wish.views, &protocol.views) {
+        let views = match (options.views, &protocol.views) {
             (Some(views), _) => views,
             (None, Some(grid)) => {
                 let (azimuths, elevations) = (grid.azimuth_deg.clone(), grid.elevation_deg.clone());
@@ -88,15 +88,15 @@ impl<'a> DrawnContest<'a> {
             (None, None) => usual_views(entrants)?,
         };
         let mut roles = protocol.roles(&cycles.sequences().takes)?;
-        if protocol.conditions.is_none() && !wish.conditions.is_empty() {
+        if protocol.conditions.is_none() && !options.conditions.is_empty() {
             let (known, probed) = (
                 |take: usize| roles.gallery[take],
                 |take| roles.is_probed(take),
             );
             let plain = cycles.sequences().takes;
-            cycles = cycles.under(wish.conditions, known, probed);
-            roles = roles.under(wish.conditions, &plain, &cycles.sequences().takes);
-            protocol = protocol.under(wish.conditions);
+            cycles = cycles.under(options.conditions, known, probed);
+            roles = roles.under(options.conditions, &plain, &cycles.sequences().takes);
+            protocol = protocol.under(options.conditions);
         }
         let mut gallery = Vec::new();
         if protocol.gallery_views == GalleryViews::Training {

@@ -6,7 +6,7 @@ mod entrant;
 mod seen_in_training;
 
 pub use baselines::Baselines;
-pub use drawn::{DrawnContest, Wish, usual};
+pub use drawn::{ContestOptions, DrawnContest, usual};
 pub use entrant::{Entrant, StoredTemplates};
 use seen_in_training::SeenInTraining;
 

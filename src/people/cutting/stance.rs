@@ -73,7 +73,7 @@ impl Walk {
     pub fn skate(&self, body: &Body) -> Option<Skate> {
         let steps = match &self.motion {
             Track::Loop(cycle) => FeetMotion::of_cycle(cycle, &body.offsets),
-            Track::Take(span) => FeetMotion::of_span(span, &body.offsets),
+            Track::Uncut(span) => FeetMotion::of_span(span, &body.offsets),
         };
         steps.skate_on(body)
     }

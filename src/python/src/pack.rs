@@ -104,7 +104,7 @@ impl PyPack {
                 "duration_s",
                 clip.as_ref().map(edgegait_core::clip::Clip::duration_s),
             )?;
-            dict.set_item("is_take", clip.is_some_and(|clip| clip.as_take().is_some()))?;
+            dict.set_item("is_take", clip.is_some_and(|clip| clip.as_uncut().is_some()))?;
             Ok(dict)
         };
         pack.walks().map(one).collect()

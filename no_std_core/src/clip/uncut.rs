@@ -9,7 +9,7 @@
 //! The heading is taken out of the pelvis's rotation, so that walkers may turn any number
 //! of times: the pelvis is turned by the codebook's frame first and by the heading last.
 
-use super::knots::{KnotRun, KnotValue, TakeChannel, TakeMoment};
+use super::knots::{KnotRun, KnotValue, UncutChannel, UncutMoment};
 use crate::bits::BitReader;
 use crate::codebook::Codebook;
 use crate::format::{
@@ -22,7 +22,7 @@ use glam::{Quat, Vec3};
 
 /// A motion that does not repeat, read in place from a pack's bytes.
 #[derive(Clone, Copy, Debug)]
-pub struct Take<'a> {
+pub struct UncutClip<'a> {
     header: &'a [u8],
     table: &'a [u8],
     ends: &'a [u8],
@@ -30,7 +30,7 @@ pub struct Take<'a> {
     codebook: Codebook<'a>,
 }
 
-impl<'a> Take<'a> {
+impl<'a> UncutClip<'a> {
     /// The take of these bytes, whose blocks were checked, or will be.
     ///
     /// # Errors
@@ -88,7 +88,7 @@ impl<'a> Take<'a> {
         let mut bits = BitReader::new(self.table);
         let mut blocks = 0;
         for _ in 0..TAKE_CHANNELS {
-            let Some(channel) = TakeChannel::read(&mut bits) else {
+            let Some(channel) = UncutChannel::read(&mut bits) else {
                 return Err(FormatError::new(
                     bits.position() / 8,
                     "integers of at most 25 bits",
@@ -117,7 +117,7 @@ impl<'a> Take<'a> {
             };
             let (mut channels, mut bits) = (BitReader::new(self.table), BitReader::new(block));
             for _ in 0..TAKE_CHANNELS {
-                let run = TakeChannel::read(&mut channels)
+                let run = UncutChannel::read(&mut channels)
                     .and_then(|channel| KnotRun::read(&mut bits, &channel, intervals, number));
                 if run.is_none() {
                     return Err(FormatError::new(
@@ -206,7 +206,7 @@ impl<'a> Take<'a> {
         let mut blocks = [0, 1].map(|later| BitReader::new(self.block(moment.block, later)));
         let mut next = || {
             // Cannot be `None`: `parse` has been through all channels.
-            let channel = TakeChannel::read(&mut table);
+            let channel = UncutChannel::read(&mut table);
             channel.map_or(KnotValue::ZERO, |channel| {
                 channel.value(&mut blocks, &moment)
             })
@@ -228,11 +228,11 @@ impl<'a> Take<'a> {
     }
 
     /// Where a time lies among the knots.
-    fn moment(&self, seconds: f64) -> TakeMoment {
+    fn moment(&self, seconds: f64) -> UncutMoment {
         let seconds = if seconds.is_finite() { seconds } else { 0.0 };
         let microseconds = (seconds * 1e6).clamp(0.0, self.duration_us());
         let position = microseconds / f64::from(self.interval_us());
-        TakeMoment::new(position, self.intervals())
+        UncutMoment::new(position, self.intervals())
     }
 
     /// The bits of a block, or of the one so many blocks later; none behind the last.

@@ -6,12 +6,12 @@
 //! Where that fails by little, the moments that are furthest off weigh more in the next fit.
 
 use super::frames::VIRTUAL_POINTS;
-use super::take_fit::Fits;
 use super::target::{JointErrors, around, joint_errors, refuse_flips, virtual_points};
+use super::uncut_fit::Fits;
 use crate::error::{EncodeError, Result};
 use crate::people::cleaning::flips::MotionEnds;
 use crate::people::{UncutMotion, forward_kinematics};
-use edgegait_core::clip::{Clip, Take};
+use edgegait_core::clip::{Clip, UncutClip};
 use edgegait_core::codebook::Codebook;
 use edgegait_core::pose::ModelPose;
 use edgegait_core::skeleton::{JOINTS, Joint, Skeleton};
@@ -296,7 +296,7 @@ impl<'a> Encoder<'a> {
     /// Greatest and mean distance, mm, of the decoded virtual points from the true ones, and
     /// the greatest by frame and joint.
     pub(super) fn measure(&self, bytes: &[u8]) -> Option<(f64, f64, Errors)> {
-        let take = Clip::parse(bytes, self.codebook).ok()?.as_take()?;
+        let take = Clip::parse(bytes, self.codebook).ok()?.as_uncut()?;
         let (mut max, mut sum) = (0.0f64, 0.0);
         let mut errors = Vec::with_capacity(self.len());
         for (frame, (positions, orientations)) in
@@ -359,7 +359,7 @@ pub(super) fn looking_ahead(span: &UncutMotion) -> Vec<[DQuat; JOINTS]> {
 pub(super) fn measure_joints(
     span: &UncutMotion,
     skeleton: &Skeleton,
-    take: &Take<'_>,
+    take: &UncutClip<'_>,
 ) -> JointErrors {
     let offsets = skeleton.offsets.map(Vec3::as_dvec3);
     joint_errors(

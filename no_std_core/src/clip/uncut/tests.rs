@@ -106,8 +106,8 @@ fn turning_walk() -> Vec<u8> {
     )
 }
 
-fn parse<'a>(bytes: &'a [u8], codebook: &Codebook<'a>) -> Result<Take<'a>, FormatError> {
-    let take = Take::over(bytes, codebook)?;
+fn parse<'a>(bytes: &'a [u8], codebook: &Codebook<'a>) -> Result<UncutClip<'a>, FormatError> {
+    let take = UncutClip::over(bytes, codebook)?;
     take.check().map(|()| take)
 }
 
