@@ -9,7 +9,7 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use crate::dataset::hex;
+use super::files::hex;
 use crate::error::{Error, Result};
 use sha2::{Digest as _, Sha256};
 
@@ -71,7 +71,7 @@ impl Cache {
         let Some(path) = self.path(kind, key) else {
             return Ok(());
         };
-        crate::dataset::write_bytes(&path, bytes)?;
+        crate::files::write_bytes(&path, bytes)?;
         self.make_room()
     }
 

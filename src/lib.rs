@@ -117,6 +117,8 @@ pub mod design;
 pub mod encode;
 pub mod error;
 pub mod evaluate;
+#[cfg(feature = "import")]
+pub mod files;
 mod frontier;
 pub mod gait_cycles;
 mod gate;

@@ -13,14 +13,15 @@ mod tests;
 use crate::avatar::{Avatar, Hull};
 use crate::budget::{LANES, MAX_DRAPED_HULLS, MAX_FACETS, MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
 use crate::facets::Facets;
-use crate::raster::simd::Edges;
+use crate::simd::Edges;
 use crate::skeleton::Joint;
 use core::fmt;
 use core::ops::Range;
 use drape::Drape;
 pub use figure::Figure;
-pub(crate) use figure::{FigureHull, JointPlace, JointPlaces};
+pub(crate) use figure::{JointPlace, JointPlaces};
 use glam::{Mat3, Vec3};
+pub(crate) use plane::FigureHull;
 use plane::{Facets16, edges_of, radiate, set_facets};
 
 /// Vectors by axis.

@@ -59,7 +59,7 @@
 //! No panic on any bytes and any floats, no allocation of its own (tiny-skia allocates: at
 //! most [`budget::SKIA_HEAP_BYTES`]), and the same bytes on every target and with registers
 //! of any width: without fused multiply-add, and functions come from `libm`. `unsafe` is
-//! what calls instructions that a processor was asked for, in `raster/simd` alone.
+//! what calls instructions that a processor was asked for, in `simd` alone.
 #![no_std]
 #![deny(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::panic))]
@@ -88,6 +88,7 @@ pub mod pose;
 pub mod raster;
 pub mod rotation;
 pub mod silhouette;
+mod simd;
 pub mod skeleton;
 pub mod template;
 

@@ -1,6 +1,6 @@
 //! A process of its own for each model that is measured.
 
-use crate::dataset::remove_unfinished;
+use crate::files::remove_unfinished;
 use crate::error::{Error, Result};
 use serde::de::DeserializeOwned;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};

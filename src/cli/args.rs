@@ -1,8 +1,9 @@
 //! Flags that mean the same thing everywhere.
 
 use super::outputs::{Output, OutputKind, check};
-use crate::dataset::{ResultHeader, write_bytes};
+use crate::dataset::ResultHeader;
 use crate::error::{Error, Result};
+use crate::files::write_bytes;
 use crate::frontier::choose::FrontierChoice;
 use crate::sweep::Views;
 use serde::Serialize;

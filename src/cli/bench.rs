@@ -18,8 +18,10 @@ use crate::bench::{
     csv, end_with_parent, measure, measure_lengths, measured_by, pin, render, require_any_length,
     utc_now,
 };
-use crate::dataset::{ResultHeader, Staging, write_bytes};
+use crate::dataset::ResultHeader;
 use crate::error::{Error, Result};
+use crate::files::Staging;
+use crate::files::write_bytes;
 use crate::score::{Model, shipped};
 use crate::sequences::PackSource;
 use crate::sweep::jobs;

@@ -2,8 +2,9 @@
 
 use super::args::{Common, FileArgs};
 use super::outputs::{Output, OutputKind};
-use crate::dataset::{ResultHeader, write_bytes};
+use crate::dataset::ResultHeader;
 use crate::error::Result;
+use crate::files::write_bytes;
 use crate::score::{Contract, Model, list_of};
 use serde::Serialize;
 use std::path::{Path, PathBuf};

@@ -3,8 +3,9 @@
 use super::args::{Common, FileArgs};
 use super::outputs::{Output, OutputKind};
 use super::progress::Progress;
-use crate::dataset::{ResultHeader, write_bytes};
+use crate::dataset::ResultHeader;
 use crate::error::Result;
+use crate::files::write_bytes;
 use crate::frontier::reference::REFERENCE_FRAMES;
 use crate::frontier::{FrontierPeople, FrontierPoint, FrontierStudy, plot};
 use crate::sequences::{PackSource, Selection};

@@ -3,8 +3,9 @@
 use super::Ending;
 use super::args::{Common, FileArgs};
 use super::outputs::{Output, OutputKind};
-use crate::dataset::{InputFile, ResultHeader, write_bytes};
+use crate::dataset::{InputFile, ResultHeader};
 use crate::error::{Error, Result};
+use crate::files::write_bytes;
 use crate::gate::{
     GateLimits, GateOutcome, GateReport, JUNIT_START, JudgedRuns, MARKDOWN_START, ResultFile, gate,
     starter,

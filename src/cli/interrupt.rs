@@ -1,6 +1,7 @@
 //! What happens when the user, or the system, ends the command before its work is done.
 
-use crate::dataset::{remove_unfinished, unfinished_work};
+use crate::dataset::unfinished_work;
+use crate::files::remove_unfinished;
 use crate::error::{Error, Result};
 
 /// From now on, SIGINT, SIGTERM and SIGHUP remove what is half-made, unless it can be gone on with, and end the process, with 128

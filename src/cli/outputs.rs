@@ -304,7 +304,7 @@ fn try_folder_of(path: &Path) -> Result<()> {
             format!("expected {} to be a folder, found a file", folder.display()),
         ));
     }
-    crate::dataset::Staging::beside(&folder.join(target.file_name().unwrap_or_default()))
+    crate::files::Staging::beside(&folder.join(target.file_name().unwrap_or_default()))
         .map(drop)
         .map_err(|error| match error {
             Error::Io { source, .. } => Error::io(path, source),

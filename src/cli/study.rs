@@ -3,8 +3,9 @@
 use super::args::{Common, FileArgs};
 use super::outputs::{Output, OutputKind};
 use super::progress::Progress;
-use crate::dataset::{InputFile, ResultHeader, write_bytes};
+use crate::dataset::{InputFile, ResultHeader};
 use crate::error::{Error, Result};
+use crate::files::write_bytes;
 use crate::report::{study_tables, write_study};
 use crate::study::{Choices, Findings, Paths, StudyPlan, run as run_study, run_synthetic, steps};
 use serde::Serialize;

@@ -9,8 +9,8 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::file::sha256_of_file;
 use crate::error::Result;
+use crate::files::sha256_of_file;
 
 /// The version of the JSON results and manifests that this program writes.
 pub const SCHEMA: u32 = 1;

@@ -11,8 +11,9 @@ use super::reader::read_manifest;
 use super::sequences::PARTITION;
 use super::unfinished::difference;
 use super::writer::{DatasetRun, DatasetWriter};
-use super::{MANIFEST, Manifest, hex};
+use super::{MANIFEST, Manifest};
 use crate::error::{Error, Result};
+use crate::files::hex;
 use edgegait_core::silhouette::Size;
 use sha2::{Digest as _, Sha256};
 

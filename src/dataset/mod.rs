@@ -15,7 +15,6 @@
 mod arrays;
 mod contents;
 mod existing;
-mod file;
 mod header;
 mod index;
 mod items;
@@ -26,15 +25,16 @@ mod order;
 mod partition;
 mod reader;
 mod sequences;
-mod staging;
 mod stated;
 mod tree;
 mod unfinished;
 mod writer;
 
+pub use super::files::{
+    grey_png, hex, sha256_of_bytes, sha256_of_file, write_atomically, write_bytes,
+};
 pub use contents::{Array, Contents, DatasetFormat, Shard};
 pub use existing::{Existing, check_replaceable};
-pub use file::{grey_png, hex, sha256_of_bytes, sha256_of_file, write_atomically, write_bytes};
 pub use header::{InputFile, ResultHeader, SCHEMA};
 pub use index::{IndexRow, WalkerRow, kmh};
 pub use items::{DrawnItem, Items, PackBytes, PackItems};
@@ -45,7 +45,6 @@ pub use partition::Partition;
 pub use reader::Dataset;
 pub(crate) use sequences::PARTITION as TREE_PARTITION;
 pub use sequences::check_folder_name;
-pub use staging::{Staging, remove_unfinished};
 pub use tree::{Modality, Silhouettes, Tree, TreeLayout, TreeSequence, check_view_name, framed};
 pub use unfinished::{check_unfinished, unfinished_work};
 pub use writer::{DatasetRun, DatasetWriter, Item, UnfinishedRun, standing};

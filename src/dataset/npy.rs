@@ -7,8 +7,8 @@ use std::path::Path;
 use ndarray::{ArrayView, ArrayView2, ArrayView3, Dimension};
 use ndarray_npy::{ViewNpyError, ViewNpyExt, WriteNpyError, WriteNpyExt};
 
-use crate::dataset::write_atomically;
 use crate::error::{Error, Result};
+use crate::files::write_atomically;
 use crate::template::{Template, TemplateShape};
 use edgegait_core::silhouette::Size;
 

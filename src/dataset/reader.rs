@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use super::index::{read_index, read_plain_index};
 use super::npy::template_bytes;
 use super::{DatasetFormat, INDEX, IndexRow, MANIFEST, Manifest, ResultHeader, SCHEMA, file_of};
-use crate::dataset::{InputFile, sha256_of_bytes};
+use crate::dataset::InputFile;
 use crate::error::{Error, FilePlace, Remedy, Result};
+use crate::files::sha256_of_bytes;
 use crate::template::Template;
 use edgegait_core::silhouette::Size;
 

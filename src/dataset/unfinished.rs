@@ -17,8 +17,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::SCHEMA;
-use super::staging::{folder_of, together};
 use crate::error::{ChoiceError, Error, FilePlace, Result};
+use crate::files::{folder_of, together};
 
 const JOURNAL: &str = "journal.json";
 const LOCK: &str = "lock";

@@ -15,8 +15,9 @@ use super::reader::read_manifest;
 use super::sequences::{GrowingSequences, PARTITION, SEQUENCES};
 use super::unfinished::{Unfinished, difference};
 use super::{INDEX, IndexRow, MANIFEST, WALKERS, WalkerRow, npz};
-use crate::dataset::{InputFile, Manifest, ResultHeader, sha256_of_file};
+use crate::dataset::{InputFile, Manifest, ResultHeader};
 use crate::error::{Error, Result};
+use crate::files::sha256_of_file;
 use serde_json::{Value, json};
 
 /// The names of the parts of people that a partition knows.

@@ -1,9 +1,9 @@
 //! What confounders do to recognizers: a table on a terminal, and a chart.
 
 use super::{percent, strengths};
-use crate::dataset::write_bytes;
 use crate::error::Result;
 use crate::evaluate::strengths::{ConfounderResult, StrengthResult};
+use crate::files::write_bytes;
 use crate::text_table::Column::{Left, Right};
 use crate::text_table::Table;
 use std::fmt::Write as _;

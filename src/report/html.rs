@@ -16,9 +16,10 @@ use serde_json::Value;
 use super::summary::{finding, summary};
 use super::viewpoints::recognizer;
 use super::{THIN, chart, cmc_roc, grouped, paired, people, percent, png};
-use crate::dataset::{ResultHeader, write_atomically};
+use crate::dataset::ResultHeader;
 use crate::error::{Error, ReportError, Result};
 use crate::evaluate::results::ScoreResults;
+use crate::files::write_atomically;
 use crate::template::Template;
 
 const CSS: &str = concat!(include_str!("style.css"), include_str!("chart.css"));

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use image::{GrayImage, ImageBuffer, ImageFormat, Luma, PixelWithColorType};
 
-use crate::dataset::write_bytes;
 use crate::error::{ReportError, Result};
+use crate::files::write_bytes;
 use crate::template::TemplateShape;
 use edgegait_core::format::crc32;
 use edgegait_core::silhouette::Size;

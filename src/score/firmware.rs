@@ -1,8 +1,9 @@
 //! A recognizer of 8-bit weights as firmware has it, run as firmware runs it.
 
 use super::{Contract, InputLayout, OutputNames, Outputs, Recognizer, RuntimeName, SCORES};
-use crate::dataset::{InputFile, sha256_of_bytes};
+use crate::dataset::InputFile;
 use crate::error::{Error, FilePlace, Result};
+use crate::files::sha256_of_bytes;
 use crate::sweep::FramingMode;
 use crate::template::Template;
 use edgegait_core::camera;

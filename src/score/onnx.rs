@@ -22,8 +22,8 @@ use super::{
     BareLoop, BareOutputs, Contract, GivenInputs, OperatorTime, OutputTensor, Outputs, Provider,
     Ran, Recognizer, RuntimeName, run_batch,
 };
-use crate::dataset::Staging;
 use crate::error::{Cause, ChoiceError, Error, Result, ScoreError};
+use crate::files::Staging;
 
 /// The library that this process has loaded.
 #[derive(Clone, Debug)]

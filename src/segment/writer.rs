@@ -1,8 +1,10 @@
 //! Silhouettes as files, in CASIA-B's layout: `<person>/<take>/<view>/`, a PNG for each frame.
 
 use super::mask::Mask;
-use crate::dataset::{Staging, check_folder_name, check_view_name, grey_png};
+use crate::dataset::{check_folder_name, check_view_name};
 use crate::error::{ChoiceError, Error, Result};
+use crate::files::Staging;
+use crate::files::grey_png;
 use rayon::prelude::*;
 use std::fs;
 use std::path::{Path, PathBuf};

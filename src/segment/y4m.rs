@@ -1,8 +1,8 @@
 //! YUV4MPEG2, the plain video of pipes: a line of text, and for each frame a line and its planes
 //! (mjpegtools, yuv4mpeg(5)).
 
-use crate::dataset::hex;
 use crate::error::{Error, FilePlace, Result};
+use crate::files::hex;
 use image::RgbImage;
 use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};

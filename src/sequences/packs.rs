@@ -1,9 +1,10 @@
 //! Packs as files, the built-in cohort, and which walks of them are used.
 
 use super::cohort::stored;
-use crate::dataset::{InputFile, sha256_of_bytes};
+use crate::dataset::InputFile;
 use crate::encode::{MAX_ERROR_MM, encode_subjects};
 use crate::error::{ChoiceError, Error, FilePlace, Result};
+use crate::files::sha256_of_bytes;
 use crate::people::cohort::{self, CohortOptions, SPEEDS_KMH};
 use edgegait_core::budget::MAX_PACK_BYTES;
 use edgegait_core::format::MAGIC;

@@ -4,8 +4,8 @@
 //! conditions, mirrored and cropped copies. So no picture of a cycle that is left out, and no
 //! variant of one, is trained on.
 
-use crate::dataset::sha256_of_bytes;
 use crate::error::{Result, TrainError};
+use crate::files::sha256_of_bytes;
 use crate::sequences::SequenceOrigin;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 

@@ -1,11 +1,9 @@
 //! Hulls whose points hang on a joint each: what they span depends on the pose.
 
-use super::plane::{Facets16, edges_of, radiate, set_facets};
-use super::{Figure, FigureHull, JointPlace};
+use super::plane::{Facets16, FigureHull, edges_of, radiate, set_facets};
 use crate::budget::{LANES, MAX_HULL_FACETS, MAX_HULL_POINTS};
 use crate::facets::Facets;
-use crate::pose::ModelPose;
-use crate::raster::simd::Edges;
+use crate::simd::Edges;
 use crate::skeleton::Joint;
 use core::ops::Range;
 use glam::Vec3;
@@ -41,37 +39,14 @@ impl DrapedSurface {
             edges: &self.edges,
         }
     }
-}
 
-impl Figure<'_> {
-    /// Puts the points of a drape to where their joints are.
-    pub(super) fn hang(&mut self, drape: usize, points: Range<usize>, pose: &ModelPose) {
-        let body = self.body;
-        let Some(joints) = body.drapes.get(drape) else {
-            return;
-        };
-        for (index, joint) in points.zip(joints) {
-            if let Some(point) = body.points.get(index) {
-                let place = JointPlace::of(joint.index(), pose);
-                self.points.set(index, place.carry(point));
-            }
-        }
-    }
-
-    /// Finds what the points of a drape span where they are.
-    pub(super) fn wrap(&mut self, drape: usize, points: Range<usize>) {
-        let hull: heapless::Vec<Vec3, MAX_HULL_POINTS> = points
-            .take(MAX_HULL_POINTS)
-            .filter_map(|index| self.points.get(index))
-            .collect();
-        let Some(surface) = self.surfaces.get_mut(drape) else {
-            return;
-        };
-        let found = Facets::of(&hull);
-        *surface = DrapedSurface::NOTHING;
-        surface.facets_len = found.facets.len().div_ceil(LANES);
-        set_facets(&found, &hull, &mut surface.facets);
-        surface.edges.extend(edges_of(&found));
-        radiate(&found, &mut surface.spokes);
+    /// Encloses these points where they are.
+    pub fn enclose(&mut self, hull: &[Vec3]) {
+        let found = Facets::of(hull);
+        *self = Self::NOTHING;
+        self.facets_len = found.facets.len().div_ceil(LANES);
+        set_facets(&found, hull, &mut self.facets);
+        self.edges.extend(edges_of(&found));
+        radiate(&found, &mut self.spokes);
     }
 }

@@ -1,11 +1,10 @@
 //! A figure: a body in a pose.
 
 use super::drape::DrapedSurface;
-use super::plane::Facets16;
+use super::plane::FigureHull;
 use super::{HullCarrier, UnpackedBody, VectorLanes};
-use crate::budget::{LANES, MAX_DRAPED_HULLS, MAX_HULLS, MAX_POINTS};
+use crate::budget::{LANES, MAX_DRAPED_HULLS, MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
 use crate::pose::ModelPose;
-use crate::raster::simd::Edges;
 use crate::skeleton::JOINTS;
 use core::ops::Range;
 use glam::{Mat3, Vec3};
@@ -103,18 +102,6 @@ impl JointPlaces {
             }
         }
     }
-}
-
-/// One hull of a figure: where its points are in the figure's arrays, and its surface.
-#[derive(Clone, Debug)]
-pub(crate) struct FigureHull<'a> {
-    pub points: Range<usize>,
-    /// In the frame of its joint.
-    pub facets: &'a [Facets16],
-    /// None of a line or a point.
-    pub edges: &'a [Edges],
-    /// Edges that begin or end at each of its points.
-    pub spokes: &'a [[u64; 2]],
 }
 
 impl<'a> Figure<'a> {
@@ -222,5 +209,32 @@ impl<'a> Figure<'a> {
             (points, facets, edges) = (hull.points_end, hull.facets_end, hull.edges_end);
             part
         })
+    }
+}
+
+impl Figure<'_> {
+    /// Puts the points of a drape to where their joints are.
+    fn hang(&mut self, drape: usize, points: Range<usize>, pose: &ModelPose) {
+        let body = self.body;
+        let Some(joints) = body.drapes.get(drape) else {
+            return;
+        };
+        for (index, joint) in points.zip(joints) {
+            if let Some(point) = body.points.get(index) {
+                let place = JointPlace::of(joint.index(), pose);
+                self.points.set(index, place.carry(point));
+            }
+        }
+    }
+
+    /// Finds what the points of a drape span where they are.
+    fn wrap(&mut self, drape: usize, points: Range<usize>) {
+        let hull: heapless::Vec<Vec3, MAX_HULL_POINTS> = points
+            .take(MAX_HULL_POINTS)
+            .filter_map(|index| self.points.get(index))
+            .collect();
+        if let Some(surface) = self.surfaces.get_mut(drape) {
+            surface.enclose(&hull);
+        }
     }
 }

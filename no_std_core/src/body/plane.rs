@@ -3,7 +3,8 @@
 use crate::budget::{LANES, MAX_HULL_EDGES};
 use crate::facets::Facets;
 use crate::hull::HullPoints;
-use crate::raster::simd::Edges;
+use crate::simd::Edges;
+use core::ops::Range;
 use glam::Vec3;
 
 /// A facet faces a direction only if it does by more than this sine: of a sliver's normal
@@ -176,4 +177,16 @@ fn halves(bits: u128) -> [u64; 2] {
     #[expect(clippy::cast_possible_truncation, reason = "half by half")]
     let halves = [bits as u64, (bits >> 64) as u64];
     halves
+}
+
+/// One hull of a figure: where its points are in the figure's arrays, and its surface.
+#[derive(Clone, Debug)]
+pub(crate) struct FigureHull<'a> {
+    pub points: Range<usize>,
+    /// In the frame of its joint.
+    pub facets: &'a [Facets16],
+    /// None of a line or a point.
+    pub edges: &'a [Edges],
+    /// Edges that begin or end at each of its points.
+    pub spokes: &'a [[u64; 2]],
 }

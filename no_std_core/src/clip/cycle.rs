@@ -6,9 +6,9 @@
 //! construction. Its numbers are differences to a template of the codebook, if it names
 //! one, in Rice codes.
 
+use super::basis::Basis;
 use super::expanded::Expanded;
 use crate::bits::BitReader;
-use crate::budget::MAX_HARMONICS;
 use crate::codebook::{
     ChannelNumbers, ChannelParameters, CodeTable, Codebook, Codes, MeanWalk, TemplateChannel,
     read_numbers, skip_group,
@@ -284,43 +284,10 @@ fn as_float(number: i32) -> f32 {
     number
 }
 
-/// Values of the Fourier basis at one phase, a pair for each group: 1 and 0, then of each
-/// harmonic the cosine and the sine.
-pub(super) struct Basis {
-    pub(super) pairs: [[f32; 2]; MAX_GROUPS],
-}
-
-impl Basis {
-    pub(super) fn new(phase: f32) -> Self {
-        Self::up_to(phase, MAX_HARMONICS)
-    }
-
-    /// The same up to a harmonic, and zeros behind it.
-    pub(super) fn up_to(phase: f32, harmonics: usize) -> Self {
-        let phase = if phase.is_finite() {
-            phase - libm::floorf(phase)
-        } else {
-            0.0
-        };
-        let (sin, cos) = libm::sincosf(core::f32::consts::TAU * phase);
-        let mut pairs = [[0.0; 2]; MAX_GROUPS];
-        let [constant, own @ ..] = &mut pairs;
-        *constant = [1.0, 0.0];
-        let (mut harmonic_cos, mut harmonic_sin) = (cos, sin);
-        for pair in own.iter_mut().take(harmonics) {
-            *pair = [harmonic_cos, harmonic_sin];
-            (harmonic_cos, harmonic_sin) = (
-                harmonic_cos * cos - harmonic_sin * sin,
-                harmonic_cos * sin + harmonic_sin * cos,
-            );
-        }
-        Self { pairs }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::budget::MAX_HARMONICS;
 
     #[test]
     fn the_basis_is_the_cosines_and_sines_of_the_phase() {

@@ -1,6 +1,6 @@
 //! A loop's coefficients unpacked once, for many poses.
 
-use super::cycle::Basis;
+use super::basis::Basis;
 use crate::codebook::Codebook;
 use crate::format::CHANNELS;
 use crate::pose::Pose;

@@ -1,5 +1,6 @@
 //! Compressed joint tracks: what a walker does, read in place from a pack's bytes.
 
+mod basis;
 mod cycle;
 mod expanded;
 mod knots;

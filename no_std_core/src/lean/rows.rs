@@ -4,7 +4,7 @@ use super::LeanFigure;
 use super::body::{LeanSight, SeenHull};
 use crate::budget::{MAX_ROWS, WINDOW_COLUMNS};
 use crate::camera::Camera;
-use crate::raster::framing::AreaMoments;
+use crate::raster::moments::AreaMoments;
 use crate::raster::placement::{Placement, as_pixels, places, row_columns};
 use crate::raster::{DrawError, Extent, Fill, Pixels, PosedHulls, Rasterizer};
 use crate::silhouette::{Ninths, Silhouette, Size};

@@ -1,9 +1,8 @@
 //! A window whose rasteriser is chosen when the program runs.
 
-use super::framing::AreaMoments;
+use super::moments::AreaMoments;
 use super::placement::{Extent, Placement};
 use super::rows::{self, Sampling};
-use super::simd::Simd;
 #[cfg(feature = "skia")]
 use super::skia::Skia;
 use super::window::{Fill, Pixels};
@@ -13,6 +12,7 @@ use crate::camera::Camera;
 #[cfg(feature = "skia")]
 use crate::silhouette::Coverage;
 use crate::silhouette::{AnySilhouette, Silhouette, Size};
+use crate::simd::Simd;
 
 /// The window of any rasteriser, for figures of bodies that are unpacked. 43 kB.
 #[derive(Debug)]

@@ -3,11 +3,11 @@
 use super::DrawError;
 use super::framing::extent;
 use super::placement::Extent;
-use super::simd::{Lanes, Simd, Wide, compiled, dispatch};
 use super::window::PosedHulls;
 use crate::body::Figure;
 use crate::budget::{MAX_HULL_POINTS, MAX_POINTS};
 use crate::camera::{Camera, NEAR_M};
+use crate::simd::{Lanes, Simd, Wide, compiled, dispatch};
 use glam::{Vec2, Vec3};
 
 impl PosedHulls for Figure<'_> {

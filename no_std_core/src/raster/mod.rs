@@ -16,9 +16,9 @@ pub mod columns;
 mod error;
 pub(crate) mod framing;
 mod image_points;
+pub(crate) mod moments;
 pub(crate) mod placement;
 mod rows;
-pub(crate) mod simd;
 #[cfg(feature = "skia")]
 mod skia;
 #[cfg(test)]
@@ -28,6 +28,7 @@ mod window;
 use crate::budget::VIEWS_AT_ONCE;
 use crate::camera::{Camera, Framing};
 use crate::silhouette::{AnySilhouette, Size};
+pub use crate::simd::Simd;
 pub use any::AnyWindow;
 use core::{fmt, slice};
 pub use error::DrawError;
@@ -36,7 +37,6 @@ use framing::{Sitting, check_jitter};
 use glam::Vec2;
 pub use placement::{Extent, Placement};
 pub use rows::SampleImages;
-pub use simd::Simd;
 #[cfg(feature = "skia")]
 pub use skia::Skia;
 pub use window::PosedHulls;

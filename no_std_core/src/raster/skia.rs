@@ -3,7 +3,7 @@
 //! Hulls are filled one by one, so that what tiny-skia allocates for a fill is a
 //! constant; [`crate::budget::SKIA_TRANSIENT_BYTES`] sums it.
 
-use super::framing::AreaMoments;
+use super::moments::AreaMoments;
 use super::placement::{Extent, Placement, as_pixels};
 use super::window::{Fill, Pixels, PosedHulls};
 use super::{DrawError, Rasterizer};

@@ -1,6 +1,6 @@
 //! Framings and lenses on boxes whose pixels can be counted by hand.
 
-use super::framing::AreaMoments;
+use super::moments::AreaMoments;
 use super::*;
 use crate::body::{Figure, UnpackedBody};
 use crate::camera::Viewpoint;

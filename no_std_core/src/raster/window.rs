@@ -1,6 +1,6 @@
 //! What figures are drawn into, whatever carries their hulls and whatever fills their pixels.
 
-use super::framing::AreaMoments;
+use super::moments::AreaMoments;
 use super::placement::{Extent, Placement};
 use super::{DrawError, Rasterizer, RenderView};
 use crate::camera::Camera;

@@ -3,6 +3,7 @@
 use super::frame_sums::FrameSums;
 use super::frequency::Frequencies;
 use super::history::{History, PixelEvent};
+use super::memory::Memory;
 use super::{FrameError, Gei, TemplateKind};
 use crate::raster::Simd;
 use crate::silhouette::{AnySilhouette, Size};
@@ -40,16 +41,6 @@ pub struct TemplateBuilder<M = AnyMemory> {
 
 /// Builds a GEI, or a GEnI. 16 kB.
 pub type GeiBuilder = TemplateBuilder<FrameSums>;
-
-/// What a builder keeps of the frames.
-pub trait Memory {
-    fn add(&mut self, frame: &AnySilhouette) -> Result<(), FrameError>;
-    fn frames(&self) -> u32;
-    fn clear(&mut self);
-
-    /// Writes the template `kind` with this tau and decrement.
-    fn write(&mut self, kind: TemplateKind, tau: u32, decrement: u8, bytes: &mut [u8]);
-}
 
 /// That of any kind.
 #[derive(Clone, Debug)]

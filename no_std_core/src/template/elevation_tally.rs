@@ -8,8 +8,8 @@ use super::Gei;
 use crate::bit_adder;
 use crate::budget::{LANES, MAX_COLUMNS, MAX_PIXELS, MAX_ROWS, TALLY_DIGITS};
 use crate::raster::columns::{ElevationImages, ImageColumn};
-use crate::raster::simd::{Simd, Wide, compiled, dispatch};
 use crate::silhouette::Size;
+use crate::simd::{Simd, Wide, compiled, dispatch};
 use core::ops::Range;
 
 /// Frames that are counted at once.

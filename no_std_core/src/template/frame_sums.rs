@@ -5,12 +5,12 @@
 //! adders (Harley & Seal; Warren 2013, "Hacker's Delight", section 5-1).
 
 use super::FrameError;
-use super::builder::Memory;
-use super::entropy::entropies;
+use super::entropy::EntropyTable;
+use super::memory::Memory;
 use crate::bit_adder::add_eight;
 use crate::budget::{MAX_PIXELS, MAX_ROWS};
-use crate::raster::simd::{Simd, Wide, compiled, dispatch};
 use crate::silhouette::{AnySilhouette, Size};
+use crate::simd::{Simd, Wide, compiled, dispatch};
 use core::ops::Range;
 
 /// Rows of bits.
@@ -115,6 +115,36 @@ impl FrameSums {
     }
 }
 
+impl FrameSums {
+    /// For each pixel Shannon's entropy of whether it is on, bits (Bashir, Xiang & Gong 2009), spread
+    /// from the image's least (0) to its largest (255) and rounded half up. Black if all are the same.
+    fn entropies(&mut self) -> [u8; MAX_PIXELS] {
+        let table = EntropyTable::new(self.whole());
+        let (mut least, mut largest) = (f64::INFINITY, f64::NEG_INFINITY);
+        self.map((), |sum| {
+            let bits = table.entropy(sum);
+            least = least.min(bits);
+            largest = largest.max(bits);
+        });
+        let range = largest - least;
+        self.map(0, |sum| {
+            if range > 0.0 {
+                let byte = (table.entropy(sum) - least) * 255.0 / range;
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "0 to 255.5"
+                )]
+                {
+                    (byte + 0.5) as u8
+                }
+            } else {
+                0
+            }
+        })
+    }
+}
+
 impl Memory for FrameSums {
     /// The first frame decides what is summed: later ones of another kind are turned into it.
     fn add(&mut self, frame: &AnySilhouette) -> Result<(), FrameError> {
@@ -163,7 +193,7 @@ impl Memory for FrameSums {
 
     fn write(&mut self, template: super::TemplateKind, _: u32, _: u8, bytes: &mut [u8]) {
         let pixels = match template {
-            super::TemplateKind::Geni => entropies(self),
+            super::TemplateKind::Geni => self.entropies(),
             _ => self.means(),
         };
         for (byte, pixel) in bytes.iter_mut().zip(pixels) {

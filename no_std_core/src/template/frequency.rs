@@ -1,7 +1,7 @@
 //! Frequency-domain features: how much each pixel swings once and twice a cycle.
 
-use super::builder::Memory;
 use super::frame_sums::FrameSums;
+use super::memory::Memory;
 use super::{FrameError, TemplateKind};
 use crate::budget::{FREQUENCIES, MAX_PIXELS};
 use crate::raster::Simd;

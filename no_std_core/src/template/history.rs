@@ -3,7 +3,7 @@
 //! Motion is the difference of consecutive silhouettes, so that only the pixels at a figure's
 //! edge are touched from frame to frame, and ages are told when the template is asked for.
 
-use super::builder::Memory;
+use super::memory::Memory;
 use super::{FrameError, TemplateKind};
 use crate::budget::{MAX_PIXELS, MAX_ROWS};
 use crate::silhouette::{AnySilhouette, Silhouette, Size};

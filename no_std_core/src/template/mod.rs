@@ -18,6 +18,7 @@ mod frequency;
 mod gei;
 mod history;
 mod in_place;
+mod memory;
 
 pub use builder::{GeiBuilder, TemplateBuilder};
 pub use elevation_tally::GeiTally;

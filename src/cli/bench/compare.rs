@@ -2,8 +2,8 @@
 
 use super::BenchArgs;
 use crate::bench::{BenchResults, Compared, chart};
-use crate::dataset::write_bytes;
 use crate::error::Result;
+use crate::files::write_bytes;
 use std::path::PathBuf;
 
 /// Prints results of several boards side by side.

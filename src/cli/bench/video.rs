@@ -7,8 +7,9 @@ use crate::bench::{
     measure_path, utc_now, write_made,
 };
 use crate::cli::progress::Progress;
-use crate::dataset::{ResultHeader, Staging};
+use crate::dataset::ResultHeader;
 use crate::error::{Error, Result};
+use crate::files::Staging;
 use crate::report::write_png;
 use crate::score::Model;
 use crate::segment::{SegmentSettings, Segmenter, Video};

@@ -2,8 +2,9 @@
 
 use crate::cli::export::take_name;
 use crate::cli::progress::Progress;
-use crate::dataset::{DatasetWriter, IndexRow, Item, hex};
+use crate::dataset::{DatasetWriter, IndexRow, Item};
 use crate::error::Result;
+use crate::files::hex;
 use crate::people::variation::CYCLES_OF_A_TAKE;
 use crate::sweep::{Job, Settings, Swept, View, Wanted, is_take, sweep_each};
 use crate::template::augment::{Variant, varied};

@@ -3,7 +3,8 @@
 use crate::attend::attended;
 use crate::errors::exception;
 use crate::pack::PyPack;
-use edgegait::dataset::{Array, DrawnItem, IndexRow, PackBytes, grey_png};
+use edgegait::dataset::{Array, DrawnItem, IndexRow, PackBytes};
+use edgegait::files::grey_png;
 use edgegait::design::{self, Design};
 use ndarray::{Array1, ArrayD};
 use numpy::{IntoPyArray as _, PyReadonlyArray2};

@@ -2,7 +2,8 @@
 
 use crate::errors::exception;
 use edgegait::dataset::InputFile;
-use edgegait::dataset::{PackBytes, kmh, sha256_of_bytes, write_bytes};
+use edgegait::dataset::{PackBytes, kmh};
+use edgegait::files::{sha256_of_bytes, write_bytes};
 use edgegait::error::ChoiceError;
 use edgegait::sequences::PackSource;
 use edgegait_core::pack::Sex;

@@ -6,8 +6,9 @@ mod tables;
 
 pub(crate) use tables::study_tables;
 
-use crate::dataset::{ResultHeader, write_bytes};
+use crate::dataset::ResultHeader;
 use crate::error::Result;
+use crate::files::write_bytes;
 use crate::report::standalone::standalone;
 use crate::study::Findings;
 use figures::Chart;

@@ -3,7 +3,7 @@
 use super::Azimuth;
 use crate::budget::LANES;
 use crate::raster::placement::as_pixels;
-use crate::raster::simd::Wide;
+use crate::simd::Wide;
 
 const HALF: usize = LANES / 2;
 

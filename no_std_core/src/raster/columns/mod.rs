@@ -65,11 +65,11 @@ pub(crate) use column::ImageColumn;
 
 use super::framing::check_jitter;
 use super::placement::as_pixels;
-use super::simd::{Simd, Wide, compiled, dispatch};
 use super::{DrawError, check_scale};
 use crate::body::Figure;
 use crate::budget::{MAX_COLUMNS, MAX_REACH_PIXELS};
 use crate::silhouette::{Silhouette, Size};
+use crate::simd::{Simd, Wide, compiled, dispatch};
 use glam::{Vec2, Vec3};
 use section::{AzimuthPoints, Reach};
 

@@ -7,7 +7,7 @@ use crate::body::{Figure, FigureHull};
 use crate::budget::{LANES, MAX_COLUMNS, MAX_HULL_POINTS, MAX_POINTS};
 use crate::raster::image_points::{dot, splat};
 use crate::raster::placement::as_pixels;
-use crate::raster::simd::Wide;
+use crate::simd::Wide;
 use glam::Vec3;
 
 /// Points of a figure, and behind them what is read together with a hull's last one.

@@ -1,9 +1,9 @@
 //! Filling rows between the lines that cross them, eight at once.
 
 use super::super::placement::as_pixels;
-use super::super::simd::{Lanes, Wide};
 use super::outline::Strip;
 use super::{BLOCK, BLOCKS, BitWindow, LANES, SampleBits, WORD};
+use crate::simd::{Lanes, Wide};
 
 /// Fills the hulls of so many strips.
 #[inline(always)]

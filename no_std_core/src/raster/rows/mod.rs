@@ -15,16 +15,16 @@ mod read;
 mod samples;
 mod visible_facets;
 
-use super::framing::AreaMoments;
 use super::image_points::ImagePoints;
+use super::moments::AreaMoments;
 use super::placement::{Extent, Placement, places, row_columns};
-use super::simd::{LANES, LineEnds, Simd, Wide, compiled, dispatch};
 use super::window::{Fill, Pixels};
 use super::{DrawError, Rasterizer, RenderView};
 use crate::body::Figure;
 use crate::budget::{MAX_HULL_EDGES, MAX_HULL_POINTS, MAX_HULLS, MAX_ROWS, WINDOW_COLUMNS};
 use crate::camera::Camera;
 use crate::silhouette::{AnySilhouette, Silhouette, Size};
+use crate::simd::{LANES, LineEnds, Simd, Wide, compiled, dispatch};
 use block::fill_hulls;
 use outline::{Strip, lay_all};
 use read::{cut, moments};

@@ -1,9 +1,9 @@
 //! Lines along the outline of a hull, and which rows they cross.
 
 use super::super::placement::{Placement, as_pixels};
-use super::super::simd::{LANES, Lanes, LineEnds, Wide};
 use super::{BLOCK, Sampling};
 use crate::silhouette::Size;
+use crate::simd::{LANES, Lanes, LineEnds, Wide};
 
 /// More than what rounding adds to a row's number, and far less than a row.
 const SLACK: f32 = 2e-5;

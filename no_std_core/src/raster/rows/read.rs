@@ -1,10 +1,10 @@
 //! What was drawn: its moments, and the image cut out.
 
-use super::super::framing::AreaMoments;
-use super::super::simd::{LANES, Wide};
 use super::{BitWindow, MAX_SAMPLES, Sampling, WORD};
 use crate::budget::MAX_ROWS;
+use crate::raster::moments::AreaMoments;
 use crate::silhouette::{AnySilhouette, Ninths, Silhouette};
+use crate::simd::{LANES, Wide};
 
 /// Sums over the images in whole numbers: a sample counts `N`, so that places in a pixel do.
 #[inline(always)]

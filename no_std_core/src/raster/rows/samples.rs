@@ -1,6 +1,5 @@
 //! Three by three samples a pixel as they are, without their sum.
 
-use super::super::framing::AreaMoments;
 use super::super::placement::{Extent, Placement};
 use super::super::window::{Fill, Pixels};
 use super::super::{DrawError, Rasterizer, RenderView, Simd};
@@ -8,6 +7,7 @@ use super::read::cut_images;
 use super::{BitWindow, MAX_SAMPLES, Sampling};
 use crate::body::Figure;
 use crate::camera::Camera;
+use crate::raster::moments::AreaMoments;
 use crate::silhouette::{Silhouette, Size};
 
 /// The window of [`Rasterizer::Rows3x3`] whose images are kept apart: nine, of the samples at each

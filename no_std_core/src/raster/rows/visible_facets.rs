@@ -2,12 +2,12 @@
 
 use super::super::RenderView;
 use super::super::image_points::{dot, splat};
-use super::super::simd::{LANES, Lanes, Wide};
 use super::outline::{part, store};
 use crate::body::plane::{ALWAYS, Facets16};
 use crate::body::{Figure, JointPlaces};
 use crate::budget::{MAX_HULLS, VIEWS_AT_ONCE};
 use crate::camera::Camera;
+use crate::simd::{LANES, Lanes, Wide};
 
 /// What cameras see of a figure. 5 kB.
 #[derive(Clone, Debug)]

@@ -1,14 +1,17 @@
-//! Files that are written whole or not at all, and the hash that names them.
+//! Files that are written whole or not at all, and their SHA-256.
 
-use std::fs::{self, File};
-use std::io::{BufWriter, Read, Write};
-use std::path::Path;
+mod staging;
 
-use super::staging::{Staging, folder_of, together};
+pub use staging::{Staging, remove_unfinished};
+pub(crate) use staging::{folder_of, together};
+
 use crate::error::{Error, Result};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder as _};
 use sha2::{Digest, Sha256};
+use std::fs::{self, File};
+use std::io::{BufWriter, Read, Write};
+use std::path::Path;
 
 /// SHA-256 of a file's bytes as 64 lower-case hexadecimal digits. Reads the file
 /// in pieces of 64 KiB.

@@ -120,13 +120,13 @@ pub fn remove_unfinished() {
 
 /// Does what must not be interrupted half-way by [`remove_unfinished`], such as to exchange
 /// folders.
-pub(super) fn together<R>(work: impl FnOnce() -> R) -> R {
+pub(crate) fn together<R>(work: impl FnOnce() -> R) -> R {
     let _alive = alive();
     work()
 }
 
 /// The folder that holds `path`.
-pub(super) fn folder_of(path: &Path) -> PathBuf {
+pub(crate) fn folder_of(path: &Path) -> PathBuf {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
         _ => PathBuf::from("."),

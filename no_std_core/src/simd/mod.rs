@@ -107,7 +107,7 @@ macro_rules! compiled {
 
             #[target_feature(enable = "avx2,bmi1,bmi2,popcnt")]
             pub fn avx2(
-                lanes: crate::raster::simd::Two<crate::raster::simd::Avx2>,
+                lanes: crate::simd::Two<crate::simd::Avx2>,
                 $($argument: $type),*
             ) $(-> $result)? {
                 super::$name(lanes, $($argument),*)
@@ -117,7 +117,7 @@ macro_rules! compiled {
                 enable = "avx2,bmi1,bmi2,popcnt,avx512f,avx512bw,avx512dq,avx512vl,avx512vpopcntdq,avx512vbmi,avx512vbmi2,avx512bitalg,gfni"
             )]
             pub fn avx512(
-                lanes: crate::raster::simd::Avx512,
+                lanes: crate::simd::Avx512,
                 $($argument: $type),*
             ) $(-> $result)? {
                 super::$name(lanes, $($argument),*)
@@ -129,19 +129,19 @@ macro_rules! compiled {
 macro_rules! dispatch {
     ($simd:expr, $name:ident($($argument:expr),*)) => {
         match $simd.kind() {
-            crate::raster::simd::SimdKind::Portable(lanes) => $name(lanes, $($argument),*),
+            crate::simd::SimdKind::Portable(lanes) => $name(lanes, $($argument),*),
             #[cfg(target_arch = "x86_64")]
             #[expect(unsafe_code, reason = "a value of that kind was made after asking")]
             // SAFETY: such a value exists only where the processor has the instructions.
-            crate::raster::simd::SimdKind::Avx2(lanes) => unsafe { $name::avx2(lanes, $($argument),*) },
+            crate::simd::SimdKind::Avx2(lanes) => unsafe { $name::avx2(lanes, $($argument),*) },
             #[cfg(target_arch = "x86_64")]
             #[expect(unsafe_code, reason = "a value of that kind was made after asking")]
             // SAFETY: such a value exists only where the processor has the instructions.
-            crate::raster::simd::SimdKind::Avx512(lanes) => unsafe {
+            crate::simd::SimdKind::Avx512(lanes) => unsafe {
                 $name::avx512(lanes, $($argument),*)
             },
             #[cfg(target_arch = "aarch64")]
-            crate::raster::simd::SimdKind::Neon(lanes) => $name(lanes, $($argument),*),
+            crate::simd::SimdKind::Neon(lanes) => $name(lanes, $($argument),*),
         }
     };
 }

@@ -117,10 +117,7 @@ pub fn corners(
         a[axis] = l.pick(from, points[axis]);
         b[axis] = l.pick(to, points[axis]);
     }
-    (
-        crate::raster::simd::cuts::cut(l, a, b, plane),
-        count.min(LANES / 2),
-    )
+    (crate::simd::cuts::cut(l, a, b, plane), count.min(LANES / 2))
 }
 
 /// Up to 64 edges that columns cut: the numbers of their ends, the first column that cuts each,

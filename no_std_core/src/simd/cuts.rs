@@ -101,30 +101,30 @@ pub(super) fn cut<L: Wide>(
 /// [`Wide::Cuts`] and what is done with it, of processors that go edge by edge.
 macro_rules! edge_by_edge {
     () => {
-        type Cuts = crate::raster::simd::cuts::EdgeCuts;
+        type Cuts = crate::simd::cuts::EdgeCuts;
 
         #[inline(always)]
         fn cuts(
             self,
-            (_, spokes): (&[crate::raster::simd::Edges], &[[u64; 2]]),
+            (_, spokes): (&[crate::simd::Edges], &[[u64; 2]]),
             masks: [[u64; 2]; 2],
             passed: &[u32; crate::budget::MAX_HULL_POINTS],
         ) -> Self::Cuts {
-            crate::raster::simd::cuts::cuts(spokes, masks, passed)
+            crate::simd::cuts::cuts(spokes, masks, passed)
         }
         #[inline(always)]
         fn crossed(self, cuts: &mut Self::Cuts, column: usize) -> [[u64; 2]; 2] {
-            crate::raster::simd::cuts::crossed(cuts, column)
+            crate::simd::cuts::crossed(cuts, column)
         }
         #[inline(always)]
         fn corners(
             self,
-            (_, edges): (&Self::Cuts, &[crate::raster::simd::Edges]),
+            (_, edges): (&Self::Cuts, &[crate::simd::Edges]),
             masks: &mut [[u64; 2]; 2],
             points: [&[f32; crate::budget::MAX_HULL_POINTS]; 3],
             plane: f32,
         ) -> ([Self::Floats; 2], usize) {
-            crate::raster::simd::cuts::corners(self, edges, masks, points, plane)
+            crate::simd::cuts::corners(self, edges, masks, points, plane)
         }
     };
 }
