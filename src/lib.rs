@@ -143,14 +143,16 @@ mod text_table;
 #[cfg(feature = "train")]
 pub mod train;
 
-pub use confounders::{Condition, Conditions, Doses, dose};
+pub use crate::confounders::Doses;
+pub use crate::gait_cycles::FoundCycles;
+pub use confounders::{Condition, Conditions, dose};
 pub use dataset::{Dataset, Tree};
 pub use edgegait_core::pack::Pack;
 pub use encode::{Effort, MAX_ERROR_MM, encode_population, encode_subjects};
 pub use error::{Error, Result};
 pub use evaluate::contest::{Contest, ContestOptions, ContestOutcome, DrawnContest, Entrant};
 pub use evaluate::protocol::Protocol;
-pub use gait_cycles::{CycleFinder, FoundCycles};
+pub use gait_cycles::CycleFinder;
 #[cfg(feature = "import")]
 pub use import::Motion;
 pub use people::Subject;

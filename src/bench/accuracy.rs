@@ -4,7 +4,7 @@ use super::inputs::DrawnInputs;
 use crate::error::{Error, Result};
 use crate::evaluate::contest::{ContestOptions, DrawnContest, Entrant};
 use crate::evaluate::intervals::Rank1Intervals;
-use crate::evaluate::paired::PersonResult;
+use crate::evaluate::paired_results::PersonResult;
 use crate::sweep::Views;
 use serde::{Deserialize, Serialize};
 

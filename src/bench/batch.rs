@@ -1,7 +1,7 @@
 //! How large the batches are that are measured.
 
-use super::measure::Task;
 use super::memory;
+use super::task::Task;
 use super::time_budget::{TimeShare, batch_within, largest};
 use super::timed_model::First;
 use crate::error::Result;

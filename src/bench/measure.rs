@@ -7,20 +7,18 @@
 use super::accuracy::Accuracy;
 use super::batch::{Sized, batch};
 use super::board::{Board, LOAD_WARNED_OF, LoadWatch, MachineState, warnings};
+use super::conditions::MachineConditions;
 use super::inputs::DrawnInputs;
 use super::memory;
-use super::process::MeasuringProgress;
-use super::results::{
-    AnswerParts, BareLoops, Energy, LeftOut, MachineConditions, ModelResult, Offline, millijoules,
-};
+use super::results::{AnswerParts, BareLoops, Energy, LeftOut, ModelResult, Offline, millijoules};
+use super::task::Task;
 use super::time_budget::{Cap, WorkKind};
 use super::timed_model::{First, LoadedModel, Watched, beside, seconds_of, timed};
 use super::windows::TimingPlan;
 use crate::error::Result;
 use crate::evaluate::contest::Entrant;
-use crate::score::{BareOutputs, Contract, Model, Recognizer, Runtime};
-use std::path::Path;
-use std::time::Duration;
+use crate::score::BareOutputs;
+use crate::score::{Contract, Model, Recognizer};
 
 /// How far the means of windows may be apart before that is warned of, of their mean. Ours.
 const STEADY: f64 = 0.15;
@@ -44,36 +42,6 @@ fn kinds(task: &Task<'_>) -> Vec<(String, f64)> {
         .chain(batches)
         .chain(parts.into_iter().chain(rank1).map(named))
         .collect()
-}
-
-/// What is to be measured.
-pub(crate) struct Task<'a> {
-    /// Reads the model.
-    pub open: &'a dyn Fn() -> Result<Model>,
-    /// Starts the runtime.
-    pub start: &'a dyn Fn() -> Result<Runtime>,
-    /// Threads inside of one inference.
-    pub threads: usize,
-    /// Inferences of a batch, of each size that is measured; at least one.
-    pub batches: &'a [usize],
-    /// Whether to measure its rank-1.
-    pub with_accuracy: bool,
-    /// Whether to measure what each operator takes, where the runtime tells.
-    pub with_operators: bool,
-    /// How long.
-    pub plan: TimingPlan,
-    /// How long all of it may take from the first inference on; no end if none.
-    pub most: Option<Duration>,
-    /// Is told how far it is.
-    pub tell: &'a (dyn Fn(&MeasuringProgress) + Sync),
-    /// Whether to compare with a loop around nothing but the runtime.
-    pub bare: bool,
-    /// What is drawn.
-    pub scene: DrawnInputs<'a>,
-    /// Seed of the intervals of accuracy.
-    pub seed: u64,
-    /// Where the machine's files are.
-    pub root: &'a Path,
 }
 
 /// Measures a model.

@@ -11,7 +11,9 @@ mod accuracy;
 mod affinity;
 mod batch;
 pub(crate) mod board;
+mod cells;
 mod compare;
+mod conditions;
 mod csv;
 mod date;
 mod energy;
@@ -23,6 +25,7 @@ mod results;
 mod sequence_lengths;
 mod statistics;
 mod table;
+mod task;
 mod time_budget;
 mod timed_model;
 mod video_pipeline;
@@ -33,12 +36,13 @@ pub(crate) use compare::{Compared, chart};
 pub(crate) use csv::csv;
 pub(crate) use date::utc_now;
 pub(crate) use inputs::DrawnInputs;
-pub(crate) use measure::{Task, measure};
+pub(crate) use measure::measure;
 pub(crate) use memory::peak_rss_bytes;
 pub(crate) use process::{MeasuringProgress, end_with_parent, measured_by};
 pub(crate) use results::{BenchResults, ModelResult};
 pub(crate) use sequence_lengths::{measure_lengths, require_any_length};
 pub(crate) use table::{ResultColumn, TableFormat, render};
+pub(crate) use task::Task;
 pub(crate) use video_pipeline::{
     CheckedVideo, MADE_FPS, MADE_SIZE, PathResult, PathTask, check, check_model, measure_path,
     write_made,

@@ -1,7 +1,7 @@
 //! A process of its own for each model that is measured.
 
-use crate::files::remove_unfinished;
 use crate::error::{Error, Result};
+use crate::files::remove_unfinished;
 use serde::de::DeserializeOwned;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::panic::resume_unwind;

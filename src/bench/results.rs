@@ -1,14 +1,15 @@
 //! What `edgegait bench` finds, as the JSON that it writes.
 
 use super::accuracy::Accuracy;
-use super::board::{Board, MachineState};
-use super::sequence_lengths::Length;
+use super::board::Board;
+use super::conditions::MachineConditions;
 use super::statistics::{Times, median_index};
 use super::video_pipeline::PathResult;
 use super::windows::{MeasuredWindow, TimingPlan};
 use crate::dataset::ResultHeader;
 use crate::error::{Error, Result};
-use crate::score::{OperatorTime, RuntimeName};
+use crate::score::OperatorTime;
+use crate::score::RuntimeName;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -328,31 +329,6 @@ pub(super) fn millijoules(windows: &[MeasuredWindow], batch: usize) -> Option<f6
     Some(1e3 * joules / (calls * batch as u64) as f64)
 }
 
-/// The machine while a model was measured.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct MachineConditions {
-    /// Before it was loaded.
-    pub start: MachineState,
-    /// After the last window.
-    pub end: MachineState,
-    /// Highest temperature between windows, degrees Celsius.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub hottest_c: Option<f64>,
-}
-
-impl MachineConditions {
-    /// Of states in their order, the first before and the last after what was measured.
-    #[must_use]
-    pub(super) fn of(states: &[MachineState]) -> Self {
-        let temperatures = states.iter().filter_map(|state| state.temperature_c);
-        Self {
-            hottest_c: temperatures.reduce(f64::max),
-            start: states.first().cloned().unwrap_or_default(),
-            end: states.last().cloned().unwrap_or_default(),
-        }
-    }
-}
-
 impl ModelResult {
     /// More of it was cut.
     pub(crate) fn add(&mut self, cut: Option<LeftOut>) {
@@ -382,6 +358,32 @@ impl BenchResults {
             Error::input(path, problem)
         })
     }
+}
+
+/// What inputs of one length cost, one at a time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Length {
+    /// Frames of an input.
+    pub frames: usize,
+    /// Shape of the input for one inference.
+    pub input: Vec<usize>,
+    /// Multiply-accumulates of one inference.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub macs: Option<u64>,
+    /// The first inference on this length, milliseconds.
+    pub first_ms: f64,
+    /// Inferences one at a time.
+    #[serde(flatten)]
+    pub timing: Timing,
+    /// The most memory that the process had with this length, bytes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peak_rss_bytes: Option<u64>,
+    /// The same above what it had before the runtime was started, bytes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peak_rss_over_baseline_bytes: Option<u64>,
+    /// The share of the processors that others kept busy meanwhile, 0..1, if the machine tells.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub others_busy: Option<f64>,
 }
 
 #[cfg(test)]

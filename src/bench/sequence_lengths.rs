@@ -1,41 +1,15 @@
 //! What sequences of several lengths cost a model that takes any.
 
 use super::board::{LoadWatch, MachineState};
-use super::measure::{Task, shape_and_macs};
+use super::measure::shape_and_macs;
 use super::memory;
-use super::results::{LeftOut, Timing};
+use super::results::{LeftOut, Length};
+use super::task::Task;
 use super::time_budget::{Cap, WorkKind};
 use super::timed_model::{First, LoadedModel, Watched, beside};
 use crate::error::{Error, Result};
 use crate::score::Model;
 use crate::template::Template;
-use serde::{Deserialize, Serialize};
-
-/// What inputs of one length cost, one at a time.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Length {
-    /// Frames of an input.
-    pub frames: usize,
-    /// Shape of the input for one inference.
-    pub input: Vec<usize>,
-    /// Multiply-accumulates of one inference.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub macs: Option<u64>,
-    /// The first inference on this length, milliseconds.
-    pub first_ms: f64,
-    /// Inferences one at a time.
-    #[serde(flatten)]
-    pub timing: Timing,
-    /// The most memory that the process had with this length, bytes.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub peak_rss_bytes: Option<u64>,
-    /// The same above what it had before the runtime was started, bytes.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub peak_rss_over_baseline_bytes: Option<u64>,
-    /// The share of the processors that others kept busy meanwhile, 0..1, if the machine tells.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub others_busy: Option<f64>,
-}
 
 /// Refuses a model whose inputs have one length.
 ///

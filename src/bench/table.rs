@@ -1,7 +1,7 @@
 //! Results for people: boards, then models, a column each, as plain text or as Markdown.
 
-use super::board::{Clock, MachineState};
-use super::results::{BenchResults, MachineConditions, ModelResult, Timing};
+use super::cells::{ResultRow, degrees, megabytes, of_clocks, per_second, some_of, us};
+use super::results::{BenchResults, ModelResult, Timing};
 use super::video_pipeline;
 use crate::report::{grouped, microseconds, percent};
 use crate::text_table::Column::{Left, Right};
@@ -209,9 +209,6 @@ pub(super) fn side_by_side<'a, T: 'a>(
     written(&table, format)
 }
 
-/// A row: its label, and what it says of one column.
-pub(super) type ResultRow<T> = (&'static str, fn(&T) -> Option<String>);
-
 const BOARD_ROWS: [ResultRow<BenchResults>; 10] = [
     ("date", |r| Some(r.date.clone())),
     ("board", |r| r.board.model.clone()),
@@ -363,62 +360,10 @@ const MODEL_ROWS: [ResultRow<ModelResult>; 43] = [
     ("C start, hottest, end", |m| degrees(&m.conditions)),
 ];
 
-/// The clocks at start and end.
-pub(super) fn of_clocks(conditions: &MachineConditions) -> Option<String> {
-    let both = [&conditions.start, &conditions.end].into_iter();
-    some_of(both.filter_map(clock))
-}
-
-/// Temperatures at start, hottest, and end.
-pub(super) fn degrees(conditions: &MachineConditions) -> Option<String> {
-    let (start, end) = (&conditions.start, &conditions.end);
-    let all = [start.temperature_c, conditions.hottest_c, end.temperature_c];
-    let all = all.into_iter().flatten();
-    some_of(all.map(|celsius| format!("{celsius:.1}")))
-}
-
 /// How far windows are apart; of one nobody knows.
 fn spread(timing: &Timing) -> Option<String> {
     let is_known = timing.window_mean_us.len() > 1;
     is_known.then(|| format!("{} %", percent(timing.spread)))
-}
-
-pub(super) fn us(us: f64) -> Option<String> {
-    Some(microseconds(us, ","))
-}
-
-pub(super) fn per_second(rate: f64) -> String {
-    if rate < 100.0 {
-        return format!("{rate:.2}");
-    }
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "positive, and far below 2^64"
-    )]
-    grouped(rate.round() as u64, ",")
-}
-
-pub(super) fn megabytes(bytes: u64) -> String {
-    format!("{:.1} MB", bytes as f64 * 1e-6)
-}
-
-/// Governor and frequencies, each that differs once.
-fn clock(state: &MachineState) -> Option<String> {
-    let of = |clock: &Clock| {
-        let mhz = clock.current_khz.map(|khz| format!("{} MHz", khz / 1000));
-        let parts = [clock.governor.clone(), mhz].into_iter().flatten();
-        parts.collect::<Vec<_>>().join(" ")
-    };
-    let mut clocks: Vec<String> = state.clocks.iter().map(of).collect();
-    clocks.dedup();
-    (!clocks.is_empty()).then(|| clocks.join(" + "))
-}
-
-/// Joined by commas; none of nothing.
-fn some_of(parts: impl Iterator<Item = String>) -> Option<String> {
-    let parts: Vec<String> = parts.collect();
-    (!parts.is_empty()).then(|| parts.join(", "))
 }
 
 #[cfg(test)]

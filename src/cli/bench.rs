@@ -11,17 +11,17 @@ use super::progress::{self, Doing};
 use super::recognizers::{is_baseline, models, sort_inputs, with_contracts};
 use super::runtime::RuntimeArgs;
 use super::walks::{SelectionArgs, SourceArgs};
+use crate::bench::Task;
 use crate::bench::board::{Board, CpuList, load_of_others};
 use crate::bench::windows::TimingPlan;
 use crate::bench::{
-    BenchResults, DrawnInputs, MeasuringProgress, ModelResult, ResultColumn, TableFormat, Task,
-    csv, end_with_parent, measure, measure_lengths, measured_by, pin, render, require_any_length,
+    BenchResults, DrawnInputs, MeasuringProgress, ModelResult, ResultColumn, TableFormat, csv,
+    end_with_parent, measure, measure_lengths, measured_by, pin, render, require_any_length,
     utc_now,
 };
 use crate::dataset::ResultHeader;
 use crate::error::{Error, Result};
-use crate::files::Staging;
-use crate::files::write_bytes;
+use crate::files::{Staging, write_bytes};
 use crate::score::{Model, shipped};
 use crate::sequences::PackSource;
 use crate::sweep::jobs;

@@ -1,9 +1,8 @@
 //! Flags that say under which conditions people walk.
 
 use super::args::file_with;
-use crate::confounders::{
-    CATALOGUE, Condition, Conditions, Dose, DoseUnit, Doses, Draws, NAMES, dose,
-};
+use crate::confounders::{CATALOGUE, Condition, Conditions, DoseUnit, Draws, NAMES, dose};
+use crate::confounders::{Dose, Doses};
 use crate::dataset::{InputFile, ResultHeader};
 use crate::error::{Error, Result};
 use crate::text_table::Column::Left;

@@ -1,8 +1,8 @@
 //! What happens when the user, or the system, ends the command before its work is done.
 
 use crate::dataset::unfinished_work;
-use crate::files::remove_unfinished;
 use crate::error::{Error, Result};
+use crate::files::remove_unfinished;
 
 /// From now on, SIGINT, SIGTERM and SIGHUP remove what is half-made, unless it can be gone on with, and end the process, with 128
 /// and the signal's number as shells have it. Results that have their names already stay. Signals

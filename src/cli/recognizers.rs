@@ -5,9 +5,9 @@ use crate::cache::Cache;
 use crate::dataset::{InputFile, ResultHeader};
 use crate::error::{Error, Result};
 use crate::evaluate::contest::Entrant;
-use crate::score::baseline;
+use crate::score::RuntimeName;
 use crate::score::{
-    CachedRecognizer, Contract, Firmware, Model, Outputs, Recognizer, Runtime, RuntimeName, shipped,
+    CachedRecognizer, Contract, Firmware, Model, Outputs, Recognizer, Runtime, baseline, shipped,
 };
 use crate::sequences::is_pack_or_folder;
 use std::path::{Path, PathBuf};

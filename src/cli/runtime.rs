@@ -1,7 +1,8 @@
 //! Flags that say what runs the models.
 
 use crate::error::{Error, Result};
-use crate::score::{Provider, Runtime, find_library};
+use crate::score::Provider;
+use crate::score::{Runtime, find_library};
 use clap::ValueEnum;
 use std::fmt;
 use std::path::{Path, PathBuf};

@@ -1,11 +1,11 @@
 //! Conditions: confounders that act together, as users name and write them.
 
-use super::catalogue::{CATALOGUE, Confounder, ConfounderKind};
+use super::catalogue::{CATALOGUE, Confounder};
+use super::dose::{Dose, Doses};
 use super::random_strength::{Draw, Draws};
 use crate::error::{Error, Result};
 use crate::named_or_file::toml_of;
 use serde::{Deserialize, Serialize};
-use std::fmt;
 use std::path::Path;
 
 /// Names of the sets of conditions that are built in; `each` has every confounder alone, at
@@ -22,54 +22,6 @@ const BUILT_IN: [&str; 3] = [
     include_str!("conditions/tum-iitkgp.toml"),
     include_str!("conditions/domain-random.toml"),
 ];
-
-/// A confounder and its strength.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Dose {
-    /// Which.
-    pub kind: ConfounderKind,
-    /// 0 changes nothing, 1 (or -1) is what [`CATALOGUE`] says.
-    pub strength: f64,
-}
-
-/// Confounders that act together, in the order in which they are applied.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Doses(Vec<Dose>);
-
-impl Doses {
-    /// The doses that change something.
-    pub fn new(doses: impl IntoIterator<Item = Dose>) -> Self {
-        let changes = |dose: &Dose| dose.strength != 0.0;
-        let mut doses: Vec<Dose> = doses.into_iter().filter(changes).collect();
-        doses.sort_by_key(|dose| dose.kind);
-        Self(doses)
-    }
-
-    /// In the order in which they are applied.
-    #[must_use]
-    pub fn list(&self) -> &[Dose] {
-        &self.0
-    }
-
-    /// The strength of a confounder; none if it changes nothing.
-    #[must_use]
-    pub fn strength(&self, kind: ConfounderKind) -> Option<f64> {
-        let found = self.0.iter().find(|dose| dose.kind == kind);
-        found.map(|dose| dose.strength)
-    }
-}
-
-/// `backpack=0.5,roll=0.2`.
-impl fmt::Display for Doses {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut separator = "";
-        for Dose { kind, strength } in &self.0 {
-            write!(f, "{separator}{}={strength}", kind.confounder().name)?;
-            separator = ",";
-        }
-        Ok(())
-    }
-}
 
 /// Under which circumstances somebody walks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -245,6 +197,7 @@ impl Conditions {
 mod tests {
     use super::super::dose;
     use super::*;
+    use crate::confounders::ConfounderKind;
     use rand::SeedableRng as _;
     use rand_chacha::ChaCha8Rng;
 

@@ -1,7 +1,8 @@
 //! What a condition comes to for one cycle of one walk.
 
+use super::dose::{Dose, Doses};
 use super::random_strength::{Draw, Per};
-use super::{Condition, ConfounderKind, Dose, Doses, Stage};
+use super::{Condition, ConfounderKind, Stage};
 use crate::people::variation::{CYCLES_OF_A_TAKE, CycleSeed};
 use edgegait_core::format::crc32;
 use rand::{RngExt as _, SeedableRng as _};

@@ -8,6 +8,7 @@
 pub(crate) mod appearance;
 pub(crate) mod catalogue;
 mod condition;
+mod dose;
 mod dose_plan;
 pub(crate) mod image;
 pub(crate) mod motion;
@@ -15,7 +16,8 @@ mod parse;
 mod random_strength;
 
 pub use catalogue::{CATALOGUE, Class, Confounder, ConfounderKind, DoseUnit, Stage};
-pub use condition::{Condition, Conditions, Dose, Doses, NAMES, NORMAL};
+pub use condition::{Condition, Conditions, NAMES, NORMAL};
+pub use dose::{Dose, Doses};
 pub use dose_plan::DosePlan;
 pub use parse::dose;
 pub use random_strength::{Draw, Draws, Per, StrengthSpread};

@@ -1,7 +1,7 @@
 //! Strengths as users write them, and as results state them.
 
 use super::catalogue::{CATALOGUE, ConfounderKind, DoseUnit, named};
-use super::condition::Dose;
+use super::dose::Dose;
 use super::random_strength::{Draw, Draws, Per, StrengthSpread, range};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{self, Deserializer, MapAccess, Visitor};

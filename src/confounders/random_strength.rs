@@ -1,7 +1,7 @@
 //! Strengths as conditions state them: fixed, or drawn from a distribution.
 
 use super::catalogue::ConfounderKind;
-use super::condition::{Dose, Doses};
+use super::dose::{Dose, Doses};
 use crate::people::cohort::normal;
 use rand::{Rng, RngExt as _};
 use serde::{Deserialize, Serialize};

@@ -1,107 +1,15 @@
 //! Shards put together to the bytes of one run.
 
-use std::fs::File;
-use std::io::{BufRead as _, BufReader, Read as _};
-use std::path::{Path, PathBuf};
-
-use super::contents::{Contents, DatasetFormat, NPY_HEADER};
+use super::contents::{Contents, DatasetFormat};
 use super::existing::Existing;
-use super::partition::Partition;
 use super::reader::read_manifest;
-use super::sequences::PARTITION;
 use super::unfinished::difference;
 use super::writer::{DatasetRun, DatasetWriter};
 use super::{MANIFEST, Manifest};
 use crate::error::{Error, Result};
-use crate::files::hex;
 use edgegait_core::silhouette::Size;
-use sha2::{Digest as _, Sha256};
 
-/// A file of a shard that is read once, and whose bytes are those of which the manifest tells.
-pub(super) struct CheckedFile {
-    path: PathBuf,
-    file: BufReader<File>,
-    digest: Sha256,
-    expected: Option<String>,
-}
-
-impl CheckedFile {
-    pub(super) fn open(shard: &Path, name: &str, manifest: &Manifest) -> Result<Self> {
-        let path = shard.join(name);
-        let file = File::open(&path).map_err(|source| Error::io(&path, source))?;
-        let known = manifest.files.iter().find(|file| file.path == name);
-        Ok(Self {
-            path,
-            file: BufReader::with_capacity(1 << 16, file),
-            digest: Sha256::new(),
-            expected: known.map(|file| file.sha256.clone()),
-        })
-    }
-
-    /// Passes over the header of an array, which was written here.
-    pub(super) fn skip_header(&mut self) -> Result<()> {
-        let mut header = [0; NPY_HEADER];
-        let read = self.file.read_exact(&mut header);
-        read.map_err(|source| Error::io(&self.path, source))?;
-        self.digest.update(header);
-        Ok(())
-    }
-
-    /// Passes over the first line.
-    pub(super) fn skip_line(&mut self) -> Result<()> {
-        let mut line = Vec::new();
-        let read = self.file.read_until(b'\n', &mut line);
-        read.map_err(|source| Error::io(&self.path, source))?;
-        self.digest.update(line);
-        Ok(())
-    }
-
-    /// Gives the rest to `take`, piece by piece.
-    ///
-    /// # Errors
-    /// If the bytes are not those of the manifest; then some were given already.
-    pub(super) fn copy(mut self, mut take: impl FnMut(&[u8]) -> Result<()>) -> Result<()> {
-        let mut piece = vec![0; 1 << 16];
-        loop {
-            let read = self.file.read(&mut piece);
-            let read = read.map_err(|source| Error::io(&self.path, source))?;
-            if read == 0 {
-                break;
-            }
-            self.digest.update(&piece[..read]);
-            take(&piece[..read])?;
-        }
-        let found = hex(&self.digest.finalize());
-        match self.expected {
-            Some(expected) if expected != found => Err(Error::input(
-                self.path,
-                format!(
-                    "expected SHA-256 {expected}, as {MANIFEST} says, found {found} (make the shard again)"
-                ),
-            )),
-            _ => Ok(()),
-        }
-    }
-
-    /// All of it.
-    pub(super) fn whole(self) -> Result<Vec<u8>> {
-        let mut all = Vec::new();
-        self.copy(|bytes| {
-            all.extend_from_slice(bytes);
-            Ok(())
-        })?;
-        Ok(all)
-    }
-}
-
-/// Who trains and who is tested of the people of a tree; nobody where it does not say.
-pub(super) fn partition_of(shard: &Path, manifest: &Manifest) -> Result<Partition> {
-    if manifest.format != DatasetFormat::Opengait {
-        return Ok(Partition::default());
-    }
-    let text = CheckedFile::open(shard, PARTITION, manifest)?.whole()?;
-    Partition::parse(&shard.join(PARTITION), &text)
-}
+use std::path::{Path, PathBuf};
 
 /// Puts shards together, whatever their order; how many rows they have.
 ///

@@ -13,6 +13,7 @@
 //! them.
 
 mod arrays;
+mod checked_file;
 mod contents;
 mod existing;
 mod header;

@@ -1,14 +1,11 @@
 //! Trees of silhouettes: a folder for each person, in it one for each recording, in it one for each
 //! viewpoint.
 
-use std::collections::HashSet;
-use std::fs;
-use std::path::{Path, PathBuf};
-
 use super::arrays::GrowingTable;
+use super::checked_file::CheckedFile;
 use super::contents::DatasetFormat;
 use super::index::IndexRow;
-use super::merge::CheckedFile;
+use super::partition::Partition;
 use super::{INDEX, MANIFEST, Manifest, WALKERS, tree};
 use crate::error::{ChoiceError, Error, Result};
 use crate::files::{grey_png, hex};
@@ -16,6 +13,9 @@ use edgegait_core::silhouette::Size;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
+use std::collections::HashSet;
+use std::fs;
+use std::path::{Path, PathBuf};
 
 /// The table of what was written.
 pub(super) const SEQUENCES: &str = "sequences.csv";
@@ -279,4 +279,13 @@ impl Pending {
             sha256: hex(&digest.finalize()),
         }))
     }
+}
+
+/// Who trains and who is tested of the people of a tree; nobody where it does not say.
+pub(super) fn partition_of(shard: &Path, manifest: &Manifest) -> Result<Partition> {
+    if manifest.format != DatasetFormat::Opengait {
+        return Ok(Partition::default());
+    }
+    let text = CheckedFile::open(shard, PARTITION, manifest)?.whole()?;
+    Partition::parse(&shard.join(PARTITION), &text)
 }

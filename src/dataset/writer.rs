@@ -3,9 +3,6 @@
 //! Everything is made in a folder beside the target, which is gone on with if the work is ended
 //! before it is done, and renamed at the end. Memory does not grow with the number of rows.
 
-use std::fs;
-use std::path::{Path, PathBuf};
-
 use super::arrays::{Growing, GrowingTable};
 use super::contents::{Contents, DatasetFormat, Shard};
 use super::existing::{Existing, check_replaceable};
@@ -19,6 +16,8 @@ use crate::dataset::{InputFile, Manifest, ResultHeader};
 use crate::error::{Error, Result};
 use crate::files::sha256_of_file;
 use serde_json::{Value, json};
+use std::fs;
+use std::path::{Path, PathBuf};
 
 /// The names of the parts of people that a partition knows.
 const TRAIN: &str = "train";
@@ -382,7 +381,8 @@ impl DatasetWriter {
     /// # Errors
     /// If its bytes are not those of which its manifest tells, or the system's.
     pub(super) fn append(&mut self, shard: &Path, manifest: &Manifest) -> Result<()> {
-        let checked = |name: &str| super::merge::CheckedFile::open(shard, name, manifest);
+        let checked =
+            |name: &str| crate::dataset::checked_file::CheckedFile::open(shard, name, manifest);
         match &mut self.store {
             Store::Arrays(arrays) => {
                 for array in arrays {
@@ -394,7 +394,8 @@ impl DatasetWriter {
             }
             Store::Tree(sequences) => {
                 sequences.append(shard, manifest)?;
-                let Partition { train, test, .. } = super::merge::partition_of(shard, manifest)?;
+                let Partition { train, test, .. } =
+                    crate::dataset::sequences::partition_of(shard, manifest)?;
                 let parts = &mut self.work.journal.parts;
                 for (part, people) in [(TRAIN, train), (TEST, test)] {
                     parts.entry(part.to_owned()).or_default().extend(people);

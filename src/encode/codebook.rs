@@ -1,12 +1,12 @@
 //! What all clips of a pack share, once it is settled: joint frames, mean walks and Rice
 //! parameters.
 
-use super::cycle::{CycleCoefficients, Mean, Quantised};
+use super::coefficients::{CycleCoefficients, Mean};
+use super::cycle::Quantised;
+use super::entry_table::table;
 use super::frames::Frames;
-use super::motion_sections::{hundredths, mean, tenths, worst};
-use super::pack::table;
 use super::rice::RiceParameters;
-use super::target::{EncodingTarget, JointErrors};
+use super::target::{EncodingTarget, JointErrors, hundredths, mean, tenths, worst};
 use crate::error::{EncodeError, Result};
 use edgegait_core::clip::Clip;
 use edgegait_core::codebook::Codebook;

@@ -5,10 +5,11 @@
 //! up down a limb. The scale of the steps is searched, not derived: the coarsest one at
 //! which [`refine`](super::refine) can bring all points within the stated error.
 
+use super::coefficients::{CycleCoefficients, Mean, mean_of, trim};
 use super::decoded::DecodedCycle;
 use super::frames::Frames;
 use super::target::EncodingTarget;
-use edgegait_core::format::{CHANNELS, ESCAPE_BITS};
+use edgegait_core::format::ESCAPE_BITS;
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
@@ -21,12 +22,6 @@ const SCALES: (u8, u8) = (0, 146);
 const QUICK_STEP: u8 = 3;
 /// How much coarser than plain rounding the refined scale may be, in eighths of an octave.
 const MOST_REFINED: u8 = 12;
-
-/// Coefficients of all channels in steps: constant, then cosine and sine of each harmonic.
-/// A channel ends with the last harmonic that is not 0.
-pub(super) type CycleCoefficients = [Vec<i32>; CHANNELS];
-/// A template's coefficients, radians and metres.
-pub(super) type Mean = [Vec<f64>; CHANNELS];
 
 /// A cycle in steps of a scale.
 #[derive(Clone, Debug)]
@@ -216,20 +211,4 @@ fn round_vectors(
         }
     }
     Some(decoded)
-}
-
-/// A template's coefficient; 0 where there is none.
-pub(super) fn mean_of(mean: Option<&Mean>, channel: usize, index: usize) -> f64 {
-    mean.and_then(|mean| mean[channel].get(index).copied())
-        .unwrap_or(0.0)
-}
-
-/// Ends a channel with its last harmonic that is not 0.
-pub(super) fn trim(numbers: &mut Vec<i32>) {
-    while numbers.last() == Some(&0) {
-        numbers.pop();
-    }
-    if !numbers.is_empty() && numbers.len().is_multiple_of(2) {
-        numbers.push(0);
-    }
 }

@@ -4,7 +4,7 @@
 //! at it. Moving single numbers by a step until those few are within it as well allows
 //! coarser steps: a quarter fewer bytes at 5 mm, measured on CMU's straight walks.
 
-use super::cycle::{CycleCoefficients, Mean, mean_of, trim};
+use super::coefficients::{CycleCoefficients, Mean, mean_of, trim};
 use super::frames::{Frames, VIRTUAL_POINTS, hanging_on};
 use super::target::{EncodingTarget, virtual_points};
 use edgegait_core::format::CHANNELS;

@@ -5,7 +5,8 @@
 //! pack smallest.
 
 use super::codebook::EncodedMeanWalk;
-use super::cycle::{CycleCoefficients, Mean, Quantised, mean_of, trim};
+use super::coefficients::{CycleCoefficients, Mean, mean_of, trim};
+use super::cycle::Quantised;
 use super::frames::Frames;
 use super::rice::RiceParameters;
 use edgegait_core::format::CHANNELS;

@@ -6,8 +6,10 @@
 mod avatar;
 mod bits;
 mod codebook;
+mod coefficients;
 mod cycle;
 mod decoded;
+mod entry_table;
 mod fourier;
 mod frames;
 mod hull;

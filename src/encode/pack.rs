@@ -2,6 +2,7 @@
 
 use super::avatar::encode_avatar;
 use super::codebook::CodeSections;
+use super::entry_table::{narrow, table};
 use super::motion_sections::{EncodableMotion, MotionSections, Stopped};
 use super::target::EncodingTarget;
 use super::{target, uncut};
@@ -313,24 +314,6 @@ fn push_name(names: &mut Vec<u8>, record: &mut Vec<u8>, name: &str) -> Result<()
     record.extend(narrow::<u32>(at)?.to_le_bytes());
     record.push(length);
     Ok(())
-}
-
-/// Entries behind a table of their ends.
-pub(super) fn table(entries: &[Vec<u8>]) -> Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    bytes.extend(narrow::<u32>(entries.len())?.to_le_bytes());
-    let mut end = 0;
-    for entry in entries {
-        end += entry.len();
-        bytes.extend(narrow::<u32>(end)?.to_le_bytes());
-    }
-    bytes.extend(entries.iter().flatten());
-    Ok(bytes)
-}
-
-/// A number that must fit the format's field.
-fn narrow<T: TryFrom<usize>>(value: usize) -> Result<T> {
-    T::try_from(value).map_err(|_| EncodeError::PackTooLarge(value).into())
 }
 
 /// An age as the format has it, rounded down as people do; 0 of none.

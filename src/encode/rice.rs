@@ -1,7 +1,7 @@
 //! The Rice parameters of a pack: those with which its own clips are shortest.
 
 use super::bits::{BitWriter, rice_bits};
-use super::cycle::CycleCoefficients;
+use super::coefficients::CycleCoefficients;
 use edgegait_core::format::{CHANNELS, GROUPS_BITS, GROUPS_RICE_BITS, MAX_RICE, RICE_BITS};
 use serde::{Deserialize, Serialize};
 

@@ -219,3 +219,33 @@ pub(super) fn check(cycle: &Cycle) -> Result<()> {
     refuse_flips(&cycle.rotations, MotionEnds::Meet, rate_hz)?;
     refuse_circles(&cycle.rotations)
 }
+
+/// The greatest error of any joint, mm.
+pub(super) fn worst(errors: &JointErrors) -> f64 {
+    errors.iter().map(|joint| joint.0).fold(0.0, f64::max)
+}
+
+/// The mean error of all joints, mm.
+pub(super) fn mean(errors: &JointErrors) -> f64 {
+    errors.iter().map(|joint| joint.1).sum::<f64>() / JOINTS as f64
+}
+
+/// An error in units of 0.01 mm, rounded up so that it is never understated.
+pub(super) fn hundredths(error_mm: f64) -> u16 {
+    rounded_up(error_mm * 100.0)
+}
+
+/// The same in units of 0.1 mm.
+pub(super) fn tenths(error_mm: f64) -> u16 {
+    rounded_up(error_mm * 10.0)
+}
+
+pub(super) fn rounded_up(value: f64) -> u16 {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "clamped"
+    )]
+    let whole = value.ceil().clamp(0.0, 65_535.0) as u16;
+    whole
+}

@@ -1,8 +1,8 @@
 //! Fitting a take's channels with knots of one interval, and measuring what they decode to.
 
 use super::knots::{KnotChannel, write};
-use super::motion_sections::hundredths;
 use super::spline::{Factor, KnotGrid};
+use super::target::hundredths;
 use super::uncut::{EncodedClip, Encoder, Errors};
 use edgegait_core::format::{
     CLIP_TAKE, MAX_INTEGER_WIDTH, SPACING_CONSTANT, TAKE_CHANNELS, TAKE_HEADER_BYTES,

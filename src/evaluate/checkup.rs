@@ -2,7 +2,8 @@
 
 use super::parity::{AnswerDifference, Limits};
 use crate::error::Result;
-use crate::score::{Recognizer, RuntimeName};
+use crate::score::Recognizer;
+use crate::score::RuntimeName;
 use serde::Serialize;
 use std::time::Instant;
 

@@ -20,6 +20,7 @@ pub(crate) mod identification;
 pub(crate) mod intervals;
 pub(crate) mod median;
 pub(crate) mod paired;
+pub(crate) mod paired_results;
 pub(crate) mod parity;
 pub mod protocol;
 pub(crate) mod rank1;

@@ -4,16 +4,18 @@
 //! these stand apart ([`RunTime`], [`Latency`]) and can be taken out
 //! ([`ScoreResults::without_timings`]). In JSON they are fields like the others.
 
-use serde::{Deserialize, Serialize};
-
 use super::intervals::Rank1Intervals;
-pub use super::paired::{Confusion, HitsByView, PairedResult, PairedViewpoint, PersonResult};
 use super::rank1::Tally;
 use super::verification::{RocPoint, TarAtFar};
 use super::view_angle::AngleResult;
+use crate::sequences::ViewLabel;
+use serde::{Deserialize, Serialize};
+
+pub use super::paired_results::{
+    Confusion, HitsByView, PairedResult, PairedViewpoint, PersonResult,
+};
 pub use crate::dataset::{InputFile, ResultHeader};
 pub use crate::score::RuntimeName;
-use crate::sequences::ViewLabel;
 
 /// The results of `edgegait score`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -2,7 +2,8 @@
 
 use super::intervals::Rank1Intervals;
 use super::results::RecognizerResult;
-use crate::confounders::{Condition, Confounder, Dose, Doses, NORMAL};
+use crate::confounders::{Condition, Confounder, NORMAL};
+use crate::confounders::{Dose, Doses};
 use crate::error::{EvaluateError, Result};
 use crate::sweep::{Job, Settings, Swept, View, sweep};
 use edgegait_core::pack::Pack;

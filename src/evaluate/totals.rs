@@ -1,14 +1,11 @@
 //! A recognizer's results: what became of its probes, added up.
 
-use std::collections::{BTreeMap, HashSet};
-
-use rayon::prelude::*;
-
 use super::bootstrap::{interval_95, verification_95};
 use super::cross_view::CrossView;
 use super::identification::Ranking;
 use super::intervals::Rank1Intervals;
-use super::paired::{Confused, HitsByView, PersonResult};
+use super::paired_results::Confused;
+use super::paired_results::{HitsByView, PersonResult};
 use super::protocol::{Decision, GalleryViews};
 use super::rank1::Tally;
 use super::results::{
@@ -21,6 +18,8 @@ use crate::error::{EvaluateError, Result};
 use crate::score::Recognizer;
 use crate::score::answers::Answers;
 use crate::sequences::Sequences;
+use rayon::prelude::*;
+use std::collections::{BTreeMap, HashSet};
 
 /// Most distances that are kept for verification, where they take 400 MB.
 const MAX_PAIRS: u64 = 10_000_000;

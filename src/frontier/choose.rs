@@ -3,8 +3,7 @@
 //! Candidates are ordered by costs that do not depend on the clock, and the first is taken
 //! that meets the error on a sample of the very walks and viewpoints in use.
 
-use super::configuration::{DrawConfiguration, Encoding, drawings};
-use super::cost::gei_cost;
+use super::configuration::{DrawConfiguration, Encoding, drawings, gei_cost};
 use super::reference::{Reference, ReferenceSample, exact_geis, rmse, spread};
 use super::spread_views;
 use crate::encode::encode_subjects;

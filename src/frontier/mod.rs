@@ -11,7 +11,6 @@ pub(crate) mod choose;
     expect(dead_code, reason = "what only the frontier itself needs")
 )]
 pub(crate) mod configuration;
-mod cost;
 mod encoded;
 pub(crate) mod exact;
 #[cfg(feature = "plots")]

@@ -1,7 +1,7 @@
 //! Cycles by the lag at which a signal is most like itself.
 
 use super::NoCycle;
-use super::finder::FoundCycles;
+use super::found::FoundCycles;
 use super::series::SmoothedSignal;
 
 /// The least autocorrelation a cycle on. Ours.

@@ -1,8 +1,8 @@
 //! Cycles between peaks, as Charalambous & Bharath count them, or minima, as Sarkar et al. do.
 
 use super::NoCycle;
-use super::finder::{FoundCycles, median};
-use super::series::{SmoothedSignal, evenness};
+use super::found::FoundCycles;
+use super::series::{SmoothedSignal, evenness, median};
 
 /// Distances that are less alike are no steps. Ours.
 const LEAST_EVEN: f64 = 0.7;

@@ -1,22 +1,11 @@
 //! Cycles of a whole sequence, by one of several methods.
 
+use super::found::FoundCycles;
 use super::series::{Signal, SmoothedSignal};
-use super::{CycleDetector, DetectedCycle, FrameRateError, LowerBody, NoCycle};
-use super::{autocorrelation, extrema};
+use super::{
+    CycleDetector, DetectedCycle, FrameRateError, LowerBody, NoCycle, autocorrelation, extrema,
+};
 use std::ops::Range;
-
-/// The gait cycles of a recording.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FoundCycles {
-    /// In order, none of which overlap; at least one. One does not always begin where the one before
-    /// ends: somebody may have stopped or turned.
-    pub cycles: Vec<DetectedCycle>,
-    /// Frames of a cycle: the median, or what the method gives. A real number.
-    pub period_frames: f64,
-    /// How steady it is, 0..1: of the wave its median share of what changes, of peaks and minima 1 less
-    /// the spread of their distances over the mean, otherwise the autocorrelation a period on.
-    pub regular: f64,
-}
 
 /// How cycles are found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -101,56 +90,6 @@ impl CycleFinder {
     }
 }
 
-impl FoundCycles {
-    /// Of these, with the median of their periods; `reason` if there are none.
-    fn of(cycles: Vec<DetectedCycle>, reason: NoCycle) -> Result<Self, NoCycle> {
-        let periods = cycles.iter().map(DetectedCycle::period_frames);
-        let period_frames = median(periods.collect()).ok_or(reason)?;
-        let regular = cycles.iter().map(|cycle| f64::from(cycle.regular));
-        let regular = median(regular.collect()).ok_or(reason)?;
-        Ok(Self {
-            cycles,
-            period_frames,
-            regular,
-        })
-    }
-
-    /// Cycles of one length from `start` on, as far as the series goes.
-    pub(super) fn evenly(
-        series: &SmoothedSignal,
-        start: f64,
-        period: f64,
-        regular: f64,
-    ) -> Result<Self, NoCycle> {
-        let last = series.values.len() as f64 - 1.0;
-        let count = ((last - start) / period).floor().max(0.0) as usize;
-        let at = |number: usize| start + number as f64 * period;
-        let cycles = (0..count).map(|number| cycle(at(number), at(number + 1), regular));
-        let mut found = Self::of(cycles.collect(), series.too_short())?;
-        found.period_frames = period;
-        Ok(found)
-    }
-
-    /// Between every second of these places.
-    pub(super) fn between(
-        series: &SmoothedSignal,
-        places: &[f64],
-        regular: f64,
-    ) -> Result<Self, NoCycle> {
-        let cycles = places.windows(3).step_by(2);
-        let cycles = cycles.map(|three| cycle(three[0], three[2], regular));
-        Self::of(cycles.collect(), series.too_short())
-    }
-}
-
-fn cycle(start: f64, end: f64, regular: f64) -> DetectedCycle {
-    DetectedCycle {
-        start,
-        end,
-        regular: regular as f32,
-    }
-}
-
 /// The frames of a cycle as whole numbers: `ceil(start)..ceil(end)`, so that each belongs to one cycle.
 #[must_use]
 pub fn whole_frames(cycle: &DetectedCycle) -> Range<usize> {
@@ -167,14 +106,4 @@ pub fn lower_bodies(
     let frames = if frame == 0 { &[] } else { pixels };
     let frames = frames.chunks_exact(frame.max(1));
     frames.map(move |pixels| LowerBody::of_pixels(pixels, columns))
-}
-
-/// The middle of some numbers, or the mean of the two in the middle; `None` without any.
-pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    let (&low, &high) = (
-        values.get(values.len().checked_sub(1)? / 2)?,
-        values.get(values.len() / 2)?,
-    );
-    Some(f64::midpoint(low, high))
 }

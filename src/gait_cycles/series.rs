@@ -1,6 +1,5 @@
 //! One number a frame, without gaps.
 
-use super::finder::median;
 use super::{LowerBody, NoCycle};
 use edgegait_core::budget::CYCLE_STEPS_PER_MINUTE;
 
@@ -134,4 +133,14 @@ pub(super) fn evenness(values: &[f64]) -> f64 {
     let off = values.iter().map(|value| (value - middle).abs());
     let off = off.sum::<f64>() / values.len() as f64;
     (1.0 - off / middle).max(0.0)
+}
+
+/// The middle of some numbers, or the mean of the two in the middle; `None` without any.
+pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let (&low, &high) = (
+        values.get(values.len().checked_sub(1)? / 2)?,
+        values.get(values.len() / 2)?,
+    );
+    Some(f64::midpoint(low, high))
 }

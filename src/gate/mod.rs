@@ -27,7 +27,8 @@ pub(crate) use starter::starter;
 
 use crate::dataset::ResultHeader;
 use crate::error::{Error, FilePlace as Where, Result};
-use crate::evaluate::paired::{PairedRates, PersonResult, paired_rates};
+use crate::evaluate::paired::{PairedRates, paired_rates};
+use crate::evaluate::paired_results::PersonResult;
 use crate::evaluate::wilson::Interval;
 use estimate::{Estimate, FigureKind, disturbance};
 use figure::ResultFigure;

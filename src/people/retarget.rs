@@ -11,18 +11,17 @@ pub(crate) mod rest_pose;
 pub(crate) mod trunk_lean;
 pub(crate) mod unit;
 
-use edgegait_core::skeleton::{JOINTS, Joint};
-use glam::{DQuat, DVec3};
-
 use super::cleaning::low_pass::LowPass;
 use super::cleaning::usable_part::longest_clean_stretch;
 use super::forward_kinematics;
 use super::residual::Residual;
 use crate::import::Motion;
-use follow::{local_rotations, main_child, source_points};
+use edgegait_core::skeleton::{JOINTS, Joint};
+use follow::{local_rotations, main_child};
+use glam::{DQuat, DVec3};
 use joint_roles::JointRoles;
 use missing_joints::completed;
-use rest_pose::{Globals, RestCalibration, nearest_axis};
+use rest_pose::{Globals, RestCalibration, nearest_axis, source_points};
 use unit::{choose_unit, leg_of};
 
 /// Ankle height over hip-to-ankle length: 0.039 / 0.491 (Winter 2009, figure 4.1, after

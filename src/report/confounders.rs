@@ -1,5 +1,6 @@
 //! What confounders do to recognizers: a table on a terminal, and a chart.
 
+use super::strengths::recognizers;
 use super::{percent, strengths};
 use crate::error::Result;
 use crate::evaluate::strengths::{ConfounderResult, StrengthResult};
@@ -90,15 +91,6 @@ pub(crate) fn strength_table(results: &[ConfounderResult], classes: usize, probe
         );
     }
     out
-}
-
-/// The recognizers' names.
-pub(super) fn recognizers(results: &[ConfounderResult]) -> Vec<String> {
-    let first = results
-        .first()
-        .and_then(|result| result.by_strength.first());
-    let all = first.map_or(Vec::new(), |point| point.recognizers.clone());
-    all.into_iter().map(|of| of.name).collect()
 }
 
 /// A rate and its interval.

@@ -7,6 +7,7 @@ pub(crate) mod axis_ticks;
 mod camera_effects;
 #[cfg(feature = "plots")]
 mod camera_view;
+mod cells;
 mod chart;
 mod cmc_roc;
 #[cfg(feature = "plots")]

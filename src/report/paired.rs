@@ -1,11 +1,11 @@
 //! Whether the best recognizer differs from the others, on the same probes.
 
-use maud::{Markup, html};
-
-use super::table::shortened;
-use crate::evaluate::results::{PairedResult, ScoreResults};
+use super::cells::shortened;
+use crate::evaluate::paired_results::PairedResult;
+use crate::evaluate::results::ScoreResults;
 use crate::text_table::Column::{Left, Right};
 use crate::text_table::Table;
+use maud::{Markup, html};
 
 /// What is said of a difference.
 fn verdict(one: &PairedResult) -> &'static str {
@@ -174,7 +174,7 @@ random               +100.0                - one person only\n";
 
     #[test]
     fn viewpoints_beyond_and_behind_are_counted() {
-        use crate::evaluate::results::PairedViewpoint;
+        use crate::evaluate::paired_results::PairedViewpoint;
         let mut results = results();
         let at = |low: f64, high: f64| PairedViewpoint {
             azimuth_deg: Some(0.0),

@@ -1,9 +1,9 @@
 //! How well each person is recognized, and whom they are taken for.
 
-use maud::{Markup, html};
-
 use super::percent;
-use crate::evaluate::results::{Confusion, PersonResult, RecognizerResult, ScoreResults};
+use crate::evaluate::paired_results::{Confusion, PersonResult};
+use crate::evaluate::results::{RecognizerResult, ScoreResults};
+use maud::{Markup, html};
 
 /// People that the page lists of a recognizer, those who are recognized worst.
 const SHOWN: usize = 12;

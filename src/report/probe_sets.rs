@@ -1,13 +1,12 @@
 //! What a protocol's sets of probes came to: on a terminal, and on the page.
 
-use maud::{Markup, html};
-
-use super::table::shortened;
+use super::cells::shortened;
 use super::{THIN, grouped, headline_scope, percent};
 use crate::evaluate::results::{CrossViewResult, ProbeSetResult, RecognizerResult};
 use crate::evaluate::view_angle::AngleResult;
 use crate::text_table::Column::{Left, Right};
 use crate::text_table::Table;
+use maud::{Markup, html};
 
 /// Bins of angle in a row of a terminal.
 const ANGLES_IN_A_ROW: usize = 11;
@@ -162,7 +161,7 @@ pub(super) fn page(result: &RecognizerResult) -> Markup {
                 caption { "Protocol " (result.protocol) ", "
                     @match result.probe_sets.len() { 1 => "its probe set", many => { "all " (many) " probe sets" } }
                     ", each looked for among " (result.classes) " people; chance is "
-                    (percent(super::viewpoints::chance(result))) " %" }
+                    (percent(crate::report::cells::chance(result))) " %" }
                 thead { tr {
                     th scope="col" { "probes" }
                     th scope="col" { "rank-1" small { "% · over people" } }
@@ -228,7 +227,7 @@ fn matrix(set: &str, cross_view: &CrossViewResult) -> Markup {
                 thead { tr { th scope="col" { } @for view in &cross_view.views { th scope="col" { (view.to_string()) } } } }
                 tbody { @for (view, cells) in cross_view.views.iter().zip(&cross_view.rank1) { tr {
                     th scope="row" { (view.to_string()) }
-                    @for cell in cells { (super::viewpoints::rate_cell(*cell)) }
+                    @for cell in cells { (crate::report::cells::rate_cell(*cell)) }
                 } } }
             } }
         }

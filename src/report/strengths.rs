@@ -1,12 +1,10 @@
 //! Rank-1 against the strength of each confounder: many small charts in one picture (SVG).
 
-use maud::{Markup, html};
-
-use super::confounders::recognizers;
 use super::drawing::{Axes, LINES, Tick, percents, to_tenth};
 use super::percent;
 use super::standalone::{LETTER, standalone};
 use crate::evaluate::strengths::ConfounderResult;
+use maud::{Markup, html};
 
 /// Width of the picture, and how many charts stand side by side.
 const WIDTH: f64 = 1000.0;
@@ -112,6 +110,15 @@ fn chart(result: &ConfounderResult, (column, y): (usize, f64), chance: f64) -> M
             }
         }
     }
+}
+
+/// The recognizers' names.
+pub(super) fn recognizers(results: &[ConfounderResult]) -> Vec<String> {
+    let first = results
+        .first()
+        .and_then(|result| result.by_strength.first());
+    let all = first.map_or(Vec::new(), |point| point.recognizers.clone());
+    all.into_iter().map(|of| of.name).collect()
 }
 
 #[cfg(test)]

@@ -1,13 +1,13 @@
 //! The page's first words: the best recognizer, and all of them in a table.
 
-use maud::{Markup, html};
-
+use super::cells::chance;
 use super::heatmap::label;
-use super::viewpoints::{chance, rate};
+use super::viewpoints::rate;
 use super::{THIN, chart, grouped, headline_scope, microseconds, percent};
 use crate::evaluate::bands::{Bands, ELEVATIONS};
 use crate::evaluate::rank1::Tally;
 use crate::evaluate::results::{RecognizerResult, ScoreResults};
+use maud::{Markup, html};
 
 /// The best recognizer in a few sentences.
 pub(super) fn finding(results: &ScoreResults) -> Markup {

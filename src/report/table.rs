@@ -1,13 +1,13 @@
 //! Results on a terminal: plain text, at most 80 columns.
 
-use std::fmt::Write;
-
+use super::cells::shortened;
 use super::{grouped, headline_scope, microseconds, paired, percent, probe_sets};
 use crate::evaluate::bands::{AZIMUTHS, Bands, ELEVATIONS};
 use crate::evaluate::rank1::Tally;
 use crate::evaluate::results::{Latency, RecognizerResult, ScoreResults};
 use crate::text_table::Column::{Left, Right};
 use crate::text_table::Table;
+use std::fmt::Write;
 
 /// The results as text: a line for each recognizer, then where each of them works.
 #[must_use]
@@ -142,21 +142,6 @@ fn line(out: &mut String, text: &str) {
 
 fn rate(tally: Tally) -> String {
     tally.rank1().map_or("-".into(), percent)
-}
-
-/// Text of at most `width` characters, its end marked if it was cut. Characters that
-/// a terminal would obey become `?`.
-pub(super) fn shortened(text: &str, width: usize) -> String {
-    let mut clean: String = text
-        .chars()
-        .map(|c| if c.is_control() { '?' } else { c })
-        .collect();
-    if let Some((cut, _)) = clean.char_indices().nth(width) {
-        let last = clean[..cut].char_indices().last().map_or(0, |(at, _)| at);
-        clean.truncate(last);
-        clean.push('~');
-    }
-    clean
 }
 
 #[cfg(test)]

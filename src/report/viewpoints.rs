@@ -1,12 +1,12 @@
 //! One recognizer in the report: where it works.
 
-use maud::{Markup, html};
-
-use super::heatmap::{HeatmapGrid, colour, ink, label, legend};
+use super::cells::{chance, rate_cell};
+use super::heatmap::{HeatmapGrid, label, legend};
 use super::{THIN, grouped, headline_scope, percent, probe_sets, scatter};
 use crate::evaluate::bands::{AZIMUTHS, Bands, ELEVATIONS};
 use crate::evaluate::rank1::Tally;
 use crate::evaluate::results::RecognizerResult;
+use maud::{Markup, html};
 
 /// Viewpoints that are listed one by one rather than in bands.
 const LISTED: usize = 25;
@@ -87,18 +87,6 @@ fn cell(tally: Tally) -> Markup {
     rate_cell(tally.rank1())
 }
 
-/// A table's cell in the colour of its rate.
-pub(super) fn rate_cell(rank1: Option<f64>) -> Markup {
-    html! {
-        @match rank1 {
-            Some(rank1) => td style=(format!("background:{};color:{}", colour(rank1), ink(rank1))) {
-                (percent(rank1))
-            },
-            None => td { "–" },
-        }
-    }
-}
-
 /// Viewpoints one by one.
 fn viewpoints(result: &RecognizerResult) -> Markup {
     html! {
@@ -126,11 +114,6 @@ fn viewpoints(result: &RecognizerResult) -> Markup {
             } }
         } }
     }
-}
-
-/// The rate of guessing.
-pub(super) fn chance(result: &RecognizerResult) -> f64 {
-    1.0 / result.classes.max(1) as f64
 }
 
 /// A rate in percent, or a dash without probes.

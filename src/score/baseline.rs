@@ -5,7 +5,8 @@
 //! of a person, before anything has been learnt; a random projection, which is a linear network
 //! that was not trained, what is left of that in as few numbers as a recognizer's embedding has.
 
-use super::{Contract, Distance, InputLayout, Outputs, Recognizer, RuntimeName};
+use super::provider::RuntimeName;
+use super::{Contract, Distance, InputLayout, Outputs, Recognizer};
 use crate::error::Result;
 use crate::sweep::FramingMode;
 use crate::template::Template;

@@ -5,16 +5,16 @@
 //! source. Answers are found by the hash of the input's bytes. Last bits of an answer can depend on
 //! what else is in its batch, as far as the runtime lets them: what is kept is what was computed.
 
+use super::provider::RuntimeName;
+use super::{Contract, Model, Outputs, Recognizer, join};
+use crate::cache::{Cache, CacheKey, touch};
+use crate::error::{Error, Result};
+use sha2::{Digest as _, Sha256};
 use std::collections::HashMap;
 use std::fs::{self, File};
 use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
-
-use super::{Contract, Model, Outputs, Recognizer, RuntimeName, join};
-use crate::cache::{Cache, CacheKey, touch};
-use crate::error::{Error, Result};
-use sha2::{Digest as _, Sha256};
 
 /// Fewest multiply-accumulates of an input that are worth it. Ours: 100 us, ten times as long as
 /// finding an answer takes.

@@ -1,6 +1,7 @@
 //! A recognizer of 8-bit weights as firmware has it, run as firmware runs it.
 
-use super::{Contract, InputLayout, OutputNames, Outputs, Recognizer, RuntimeName, SCORES};
+use super::provider::RuntimeName;
+use super::{Contract, InputLayout, OutputNames, Outputs, Recognizer, SCORES};
 use crate::dataset::InputFile;
 use crate::error::{Error, FilePlace, Result};
 use crate::files::sha256_of_bytes;

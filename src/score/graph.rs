@@ -5,19 +5,20 @@
 
 mod kernels;
 mod macs;
+mod operands;
 mod rules;
 mod walk;
 mod windows;
 #[cfg(test)]
 pub(super) mod written;
 
-use std::collections::BTreeMap;
-use std::path::Path;
-
 use super::profile::is_of_8_bits;
 use super::protobuf::{Malformed, ProtobufReader};
 use crate::error::{Error, FilePlace, Result};
+use std::collections::BTreeMap;
+use std::path::Path;
 use walk::GraphWalk;
+
 pub(super) use windows::SlidingWindow;
 
 /// What an ONNX file says about itself.

@@ -20,6 +20,7 @@ mod onnx;
 mod ports;
 mod profile;
 mod protobuf;
+mod provider;
 mod quantize;
 mod rten;
 mod runtime;
@@ -38,8 +39,9 @@ pub use model::Model;
 pub(crate) use ports::list_of;
 pub use ports::{Batching, EMBEDDING, SCORES};
 pub use profile::{Arithmetic, OperatorTime, Ran};
+pub use provider::{BareLoop, BareOutputs, Provider, RuntimeName};
 pub use quantize::GeiForm;
-pub use runtime::{BareLoop, BareOutputs, Provider, Runtime, RuntimeName};
+pub use runtime::Runtime;
 
 use crate::error::{Result, ScoreError};
 use ports::Ports;

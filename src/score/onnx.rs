@@ -3,27 +3,27 @@
 //! `ort` panics if it has to find the library by itself, so nothing of it may be
 //! called before [`Ort::load`] has succeeded, not even to make an error.
 
-use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
-
-use ort::environment::Environment;
-use ort::ep::{self, ExecutionProvider, ExecutionProviderDispatch};
-use ort::memory::Allocator;
-use ort::session::{HasSelectedOutputs, builder::SessionBuilder};
-use ort::session::{OutputSelector, RunOptions, Session, SessionInputValue, SessionOutputs};
-use ort::value::{Tensor as OrtTensor, TensorRef};
-
 use super::library::Library;
 use super::model::Model;
 use super::ports::{Element, Ports, byte_of};
 use super::profile;
+use super::provider::{BareLoop, BareOutputs, Provider, RuntimeName};
 use super::{
-    BareLoop, BareOutputs, Contract, GivenInputs, OperatorTime, OutputTensor, Outputs, Provider,
-    Ran, Recognizer, RuntimeName, run_batch,
+    Contract, GivenInputs, OperatorTime, OutputTensor, Outputs, Ran, Recognizer, run_batch,
 };
 use crate::error::{Cause, ChoiceError, Error, Result, ScoreError};
 use crate::files::Staging;
+use ort::environment::Environment;
+use ort::ep::{self, ExecutionProvider, ExecutionProviderDispatch};
+use ort::memory::Allocator;
+use ort::session::builder::SessionBuilder;
+use ort::session::{
+    HasSelectedOutputs, OutputSelector, RunOptions, Session, SessionInputValue, SessionOutputs,
+};
+use ort::value::{Tensor as OrtTensor, TensorRef};
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 /// The library that this process has loaded.
 #[derive(Clone, Debug)]

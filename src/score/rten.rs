@@ -4,17 +4,14 @@
 //! `ConvInteger` wrongly on some processors without an error, has no LRN and no `ai.onnx.ml`,
 //! and no windows over more than two axes: such models are refused before they are loaded.
 
-use std::sync::{Arc, OnceLock};
-
-use rten::{ModelOptions, NodeId, RunOptions, ThreadPool, Value, ValueOrView, ValueView};
-
 use super::graph::SlidingWindow;
 use super::model::Model;
 use super::ports::{Element, Ports, byte_of};
-use super::{
-    Contract, GivenInputs, OutputTensor, Outputs, Provider, Recognizer, RuntimeName, run_batch,
-};
+use super::provider::{Provider, RuntimeName};
+use super::{Contract, GivenInputs, OutputTensor, Outputs, Recognizer, run_batch};
 use crate::error::{Cause, Error, Remedy, Result, ScoreError};
+use rten::{ModelOptions, NodeId, RunOptions, ThreadPool, Value, ValueOrView, ValueView};
+use std::sync::{Arc, OnceLock};
 
 /// The version in `Cargo.lock`, which a test compares.
 const VERSION: &str = "0.27.0";

@@ -1,11 +1,12 @@
 //! What tests of this module share: small models, and the real ONNX Runtime if there is one.
 
-use std::path::PathBuf;
-
-use super::{Contract, InputLayout, Model, Outputs, Recognizer, RuntimeName};
+use super::provider::RuntimeName;
+use super::{Contract, InputLayout, Model, Outputs, Recognizer};
 use crate::error::Result;
 use crate::template::Template;
-use crate::train::{onnx, testing::small_recognizer};
+use crate::train::onnx;
+use crate::train::testing::small_recognizer;
+use std::path::PathBuf;
 
 /// The library that `EDGEGAIT_ORT_LIB` names, for tests that are ignored without it.
 pub(crate) fn ort_library() -> PathBuf {

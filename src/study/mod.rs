@@ -32,7 +32,8 @@ pub(crate) use similarity::{Overlay, Similarity, SimilarityGroup};
 pub(crate) use splits::SplitUnit;
 pub(crate) use subspaces::ComparedSubspaces;
 
-use crate::confounders::{Condition, Doses, dose};
+use crate::confounders::Doses;
+use crate::confounders::{Condition, dose};
 use crate::error::{Error, Result};
 use crate::people::measured::MeasuredPeople;
 use crate::sweep::{FramingMode, View};

@@ -1,6 +1,7 @@
 //! Sweeps by columns: all elevations of an azimuth at once.
 
-use super::drawing::PaintedView;
+use super::column_images::SweepColumns;
+use super::painted_view::PaintedView;
 use super::posed_frames::{Film, FilmView};
 use super::views::{View, by_azimuth};
 use crate::error::{ChoiceError, Error, Result};
@@ -13,13 +14,6 @@ use edgegait_core::template::GeiTally;
 pub(super) struct Columns {
     renderer: SweepColumns,
     tally: GeiTally,
-}
-
-/// What draws by columns.
-pub(super) struct SweepColumns {
-    pub(super) columns: columns::ColumnRenderer,
-    /// Tells which share of a figure lies outside of an image.
-    pub(super) measure: Renderer,
 }
 
 impl Columns {

@@ -1,6 +1,7 @@
 //! What draws the posed frames of one job, and makes of them what is wanted.
 
 use super::columns::Columns;
+use super::painted_view::PaintedView;
 use super::posed_frames::{Film, FilmView};
 use super::{Raster, Settings, Swept, View, Wanted};
 use crate::confounders::image::FineRenderer;
@@ -181,19 +182,6 @@ impl<'f> DrawnFrame<'f> {
             placement: Some(drawing.placement),
         }
     }
-}
-
-/// What was made of a view.
-#[derive(Clone, Debug, Default)]
-pub(super) struct PaintedView {
-    /// In the order in which they are wanted.
-    pub(super) templates: Vec<Vec<u8>>,
-    /// Sum over the frames of the share that lay outside of the image.
-    pub(super) clipped: f64,
-    /// Frames in which nothing was left of the figure.
-    pub(super) empty: u64,
-    /// As [`Swept::keypoints`] has them.
-    pub(super) keypoints: Vec<u8>,
 }
 
 fn blank(size: Size) -> AnySilhouette {

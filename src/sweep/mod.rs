@@ -3,10 +3,13 @@
 //! A job is one cycle of one walk. Its frames are decoded and posed once and then seen
 //! from every viewpoint. Results come in the jobs' order, whatever the number of threads.
 
+mod column_images;
 mod columns;
 mod confounded_frames;
 mod drawing;
+mod extras;
 mod outputs;
+mod painted_view;
 mod posed_frames;
 mod recording;
 mod scene_view;

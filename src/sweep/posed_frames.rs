@@ -1,11 +1,10 @@
 //! The frames of one job, posed once and seen from any view.
 
-use super::columns::SweepColumns;
-use super::confounded_frames::Extras;
-use super::recording;
+use super::column_images::SweepColumns;
+use super::extras::Extras;
 use super::settings::{Aim, FramingMode, Lens, Settings};
 use super::walker::{Dressed, PosedWalker, Walker};
-use super::{Job, Moments, View, walk_name};
+use super::{Job, Moments, View, recording, walk_name};
 use crate::confounders::DosePlan;
 use crate::error::{Cause, Error, Result, SweepError};
 use edgegait_core::camera::{self, Camera, Viewpoint};

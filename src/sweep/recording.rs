@@ -130,7 +130,8 @@ pub(super) fn check(plan: &DosePlan, settings: &Settings) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::confounders::{Condition, Dose, Doses};
+    use crate::confounders::Condition;
+    use crate::confounders::{Dose, Doses};
     use crate::people::variation::CycleSeed;
 
     fn plan(doses: &[(ConfounderKind, f64)]) -> DosePlan {

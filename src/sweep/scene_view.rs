@@ -1,9 +1,8 @@
 //! What there is to be seen of a frame, for pictures of the scene itself.
 
 use super::posed_frames::Film;
-use super::recording;
 use super::walker::Dressed;
-use super::{Job, Moments, Settings, View};
+use super::{Job, Moments, Settings, View, recording};
 use crate::confounders::Doses;
 use crate::confounders::image::Floor;
 use crate::error::Result;

@@ -209,7 +209,7 @@ struct Ratios {
     peak: Option<String>,
 }
 
-const RATIO_ROWS: [super::table::ResultRow<Ratios>; 5] = [
+const RATIO_ROWS: [crate::bench::cells::ResultRow<Ratios>; 5] = [
     ("times that on", |of| Some(of.against.clone())),
     ("one at a time: p50", |of| of.single.clone()),
     ("a batch: p50", |of| of.batch.clone()),

@@ -34,8 +34,8 @@ pub(crate) use results::PathResult;
 pub(super) use table::ROWS;
 
 use super::board::{Board, LoadWatch, MachineState, warnings};
+use super::conditions::MachineConditions;
 use super::memory;
-use super::results::MachineConditions;
 use super::time_budget::Cap;
 use super::timed_model::Watched;
 use crate::error::{Error, Result};

@@ -3,7 +3,7 @@
 use super::check::CheckedVideo;
 use super::laps::Stages;
 use super::run::{MeasuredPath, PathWindow};
-use crate::bench::results::MachineConditions;
+use crate::bench::conditions::MachineConditions;
 use crate::bench::statistics::Times;
 use crate::error::{Error, Result};
 use crate::score::RuntimeName;

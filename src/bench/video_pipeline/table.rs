@@ -1,8 +1,8 @@
 //! Results of the path for people.
 
 use super::results::PathResult;
+use crate::bench::cells::{ResultRow, degrees, megabytes, of_clocks, per_second, us};
 use crate::bench::statistics::Times;
-use crate::bench::table::{ResultRow, degrees, megabytes, of_clocks, per_second, us};
 use crate::report::microseconds;
 
 /// A row for each figure.

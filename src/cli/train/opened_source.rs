@@ -1,15 +1,15 @@
 //! The sources of `train` as they are found, and what is used of each: known before long work.
 
 use super::TrainArgs;
-use super::sources::Making;
 use crate::cli::layout::refuse_without_tree;
 use crate::cli::progress::Progress;
 use crate::cli::walks::SourceArgs;
 use crate::dataset::{IndexRow, InputFile, Partition, ResultHeader, Tree};
 use crate::error::{Error, Result};
 use crate::sequences::{PackSource, Selection, SequenceSource, require};
-use crate::sweep::Settings;
+use crate::sweep::{Settings, Views};
 use crate::template::Template;
+use crate::template::augment::Augmentation;
 use crate::train::{SampleForm, require_one_form};
 use edgegait_core::pack::Pack;
 use std::path::PathBuf;
@@ -242,4 +242,11 @@ fn nothing(source: &Opened) -> Error {
         "{}: expected some of the chosen people, walks and viewpoints, found none (leave it out, or choose others)",
         source.path()
     ))
+}
+
+/// How templates are made, and from where they are seen.
+pub(super) struct Making {
+    pub settings: Settings,
+    pub augmentation: Augmentation,
+    pub views: Views,
 }

@@ -1,8 +1,7 @@
 //! Samples of one source of `train`: drawn, of a tree, or of a dataset.
 
 use super::TrainArgs;
-use super::opened_source::{ChosenSource, Opened};
-use super::sources::Making;
+use super::opened_source::{ChosenSource, Making, Opened};
 use crate::cli::progress::Progress;
 use crate::dataset::{Dataset, ResultHeader};
 use crate::error::{Error, Result};

@@ -2,11 +2,9 @@
 
 use super::TrainArgs;
 use super::mix::SharedSource;
-use super::opened_source::ChosenSource;
+use super::opened_source::{ChosenSource, Making};
 use crate::dataset::ResultHeader;
 use crate::error::{Error, Result};
-use crate::sweep::{Settings, Views};
-use crate::template::augment::Augmentation;
 use crate::train::{CycleShare, MixPart, Samples, joined, strangers};
 use serde::Serialize;
 use serde_json::Value;
@@ -50,13 +48,6 @@ impl fmt::Display for SourceResult {
             "{name} ({kind}): {people} people, {samples_after} of {samples_before} samples"
         )
     }
-}
-
-/// How templates are made, and from where they are seen.
-pub(super) struct Making {
-    pub settings: Settings,
-    pub augmentation: Augmentation,
-    pub views: Views,
 }
 
 /// The samples of all sources.

@@ -5,14 +5,10 @@ mod drawn;
 mod entrant;
 mod seen_in_training;
 
-pub use baselines::Baselines;
-pub use drawn::{ContestOptions, DrawnContest, usual};
-pub use entrant::{Entrant, StoredTemplates};
-use seen_in_training::SeenInTraining;
-
 use super::paired;
+use super::paired_results::PairedResult;
 use super::protocol::{Decision, GalleryViews, Protocol, TakeRoles};
-use super::results::{PairedResult, ProbeAnswer, RecognizerResult};
+use super::results::{ProbeAnswer, RecognizerResult};
 use super::totals::judge;
 use super::trial::Trial;
 use crate::error::{EvaluateError, Result};
@@ -20,6 +16,10 @@ use crate::score::Contract;
 use crate::score::answers::{self, Answers, ask};
 use crate::sequences::{SequenceSource, Shown};
 use crate::sweep::{View, Views};
+pub use baselines::Baselines;
+pub use drawn::{ContestOptions, DrawnContest, usual};
+pub use entrant::{Entrant, StoredTemplates};
+use seen_in_training::SeenInTraining;
 
 /// Most comparisons of two embeddings, or one with a class, in a contest: some minutes.
 const MAX_COMPARISONS: u64 = 4_000_000_000;

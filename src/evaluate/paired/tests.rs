@@ -1,5 +1,7 @@
 use super::*;
 use crate::evaluate::results::tests::{result_of, set};
+use crate::sequences::ViewLabel;
+use std::collections::BTreeMap;
 
 /// Ten people, of each `probes` and `hits(number)`.
 fn people(probes: u64, hits: impl Fn(u64) -> u64) -> Vec<PersonResult> {

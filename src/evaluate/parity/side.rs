@@ -1,6 +1,7 @@
 //! A model on a runtime, and what is known of how it ran.
 
-use crate::score::{Arithmetic, Model, Provider, Ran, RuntimeName};
+use crate::score::{Arithmetic, Model, Ran};
+use crate::score::{Provider, RuntimeName};
 use serde::Serialize;
 
 /// A model on a runtime.

@@ -4,8 +4,9 @@ use super::*;
 use crate::dataset::TreeLayout;
 use crate::evaluate::protocol::Protocol;
 use crate::evaluate::testing::{Gei, write_geis};
+use crate::score::RuntimeName;
 use crate::score::testing::small_model;
-use crate::score::{Contract, InputRange, Outputs, Recognizer, RuntimeName};
+use crate::score::{Contract, InputRange, Outputs, Recognizer};
 use crate::sequences::{SequenceSource, ViewLabel};
 use crate::sweep::Settings;
 

@@ -3,11 +3,10 @@
 
 use super::anthropometry::Dimensions;
 use super::norms::{
-    AngleCurve, ELBOW_FLEXION, PELVIC_OBLIQUITY, PELVIC_ROTATION, RUNNING, SHOULDER_ABDUCTION,
-    SHOULDER_FLEXION, THORAX_OBLIQUITY, THORAX_ROTATION, THORAX_TILT, WALKING, WalkingNorm, Waves,
+    Angle, AngleCurve, ELBOW_FLEXION, GRAVITY, PELVIC_OBLIQUITY, PELVIC_ROTATION, RUNNING,
+    SHOULDER_ABDUCTION, SHOULDER_FLEXION, THORAX_OBLIQUITY, THORAX_ROTATION, THORAX_TILT, WALKING,
+    WalkingNorm, Waves,
 };
-use super::steps_and_pelvis::GRAVITY;
-use super::style::Angle;
 use edgegait_core::pack::Gait;
 
 /// Speed from which people run, km/h: the source paper's switch between 7 and 8.

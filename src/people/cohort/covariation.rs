@@ -12,7 +12,7 @@
 //!
 //! Made by `fit` (see there for the command), 2026-11-23.
 
-use super::style::Angle;
+use super::norms::Angle;
 
 /// One feature of a gait.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -20,7 +20,7 @@ mod statistics;
 mod walkers;
 
 use super::covariation::{FACTORS, FEATURES, Feature, LOADINGS, ORDER, SPREADS, WITHIN_LOADINGS};
-use super::style::Angle;
+use super::norms::Angle;
 use super::{DEFAULT_SEED, PEOPLE, Person};
 use features::{Features, features};
 use statistics::{Matrix, correlation, eigen, mean_and_sd, principal_factors, shrunk_correlations};

@@ -1,14 +1,14 @@
 //! Gait cycles made from published joint-angle curves and one person's style.
 
 use super::angles::AngleNorm;
-use super::anthropometry::Dimensions;
 use super::arms::Flanks;
+use super::gait_style::GaitStyle;
+use super::norms::Angle;
 use super::pose::upper_arm_of;
 use super::steps::{PersonSteps, leg_of};
 use super::steps_and_pelvis::Regulated;
-use super::style::{Angle, Side, Style};
-use crate::people::{Body, Cycle};
-use edgegait_core::pack::Sex;
+use super::style::Side;
+use crate::people::Cycle;
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 use std::f64::consts::TAU;
@@ -17,23 +17,6 @@ use std::f64::consts::TAU;
 const FRAMES: usize = 96;
 /// Harmonics of a made leg's motion.
 const HARMONICS: usize = 6;
-
-/// What decides how one person moves.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct GaitStyle<'a> {
-    /// Body dimensions.
-    pub dimensions: &'a Dimensions,
-    /// The body that carries them.
-    pub body: &'a Body,
-    /// Deviations from the norm.
-    pub style: &'a Style,
-    /// Sex, on which the walk ratio depends.
-    pub sex: Sex,
-    /// Age, years.
-    pub age_years: f64,
-    /// Body mass index, kg/m2.
-    pub bmi: f64,
-}
 
 /// One gait cycle of `walker` at `speed_kmh`, from left contact to left contact.
 #[must_use]
@@ -135,6 +118,7 @@ mod tests {
     use super::super::Person;
     use super::super::arms::SOFT_TISSUE;
     use super::*;
+    use edgegait_core::pack::Sex;
     use crate::people::forward_kinematics;
     use edgegait_core::skeleton::Joint;
     use glam::DVec3;

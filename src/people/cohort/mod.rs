@@ -13,6 +13,7 @@ mod covariation;
 #[cfg(all(test, feature = "import"))]
 mod fit;
 mod gait;
+mod gait_style;
 mod norms;
 mod pose;
 mod rings;
@@ -29,7 +30,7 @@ use angles::gait_at;
 use anthropometry::{DIMENSIONS, Dimensions, PopulationNorms};
 use edgegait_core::pack::{Gait, Sex};
 use edgegait_core::skeleton::Joint;
-use gait::GaitStyle;
+use gait_style::GaitStyle;
 #[cfg(feature = "import")]
 pub(super) use norms::{AngleCurve, ELBOW_FLEXION, SHOULDER_ABDUCTION, SHOULDER_FLEXION, WALKING};
 #[cfg(feature = "import")]

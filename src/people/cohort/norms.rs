@@ -293,6 +293,44 @@ pub(super) const RUNNING: RunningNorm = RunningNorm {
     elbow_flexion: AngleCurve { mean: 97.0, sd: 12.0, harmonics: &[(-6.892, 5.008), (5.098, -7.252), (-0.408, -1.255), (0.402, 0.25)] },
 };
 
+/// Angles of the norms, in the order of [`Style`]'s table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Angle {
+    /// Pelvis, anterior.
+    PelvicTilt,
+    /// Pelvis, same side up.
+    PelvicObliquity,
+    /// Pelvis, same side forward.
+    PelvicRotation,
+    /// Hip flexion.
+    HipFlexion,
+    /// Hip adduction.
+    HipAdduction,
+    /// Hip internal rotation.
+    HipRotation,
+    /// Knee flexion.
+    KneeFlexion,
+    /// Ankle dorsiflexion.
+    AnkleDorsiflexion,
+    /// Foot internal progression.
+    FootProgression,
+    /// Thorax, leaning forward.
+    ThoraxTilt,
+    /// Thorax, same side up.
+    ThoraxObliquity,
+    /// Thorax, same side forward.
+    ThoraxRotation,
+    /// Shoulder flexion.
+    ShoulderFlexion,
+    /// Shoulder abduction.
+    ShoulderAbduction,
+    /// Elbow flexion.
+    ElbowFlexion,
+}
+
+/// Acceleration of gravity, m/s2.
+pub(super) const GRAVITY: f64 = 9.81;
+
 #[cfg(test)]
 mod tests {
     use super::*;

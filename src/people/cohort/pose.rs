@@ -1,7 +1,8 @@
 //! One person's pose at one phase, from the norm's angles and the person's deviations.
 
 use super::angles::AngleNorm;
-use super::style::{Angle, Side, Style};
+use super::norms::Angle;
+use super::style::{Side, Style};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::DQuat;
 

@@ -1,11 +1,12 @@
 //! Where the feet go: planted, rolled over and swung, whatever a person's angles would do.
 
 use super::angles::AngleNorm;
-use super::gait::GaitStyle;
+use super::gait_style::GaitStyle;
+use super::norms::Angle;
 use super::pose::{angle_of, pose, turn_x, turn_y};
 use super::sole::Sole;
 use super::steps_and_pelvis::Regulated;
-use super::style::{Angle, Side, Style};
+use super::style::{Side, Style};
 use super::swing::{LEAST_KNEE, Polar, Swing, floored, least};
 use crate::people::forward_kinematics;
 use crate::people::leg::LegLengths;

@@ -5,12 +5,10 @@
 
 use super::angles::gait_at;
 use super::anthropometry::PopulationNorms;
-use super::gait::GaitStyle;
+use super::gait_style::GaitStyle;
+use super::norms::GRAVITY;
 use edgegait_core::pack::{Gait, Sex};
 use std::f64::consts::{PI, TAU};
-
-/// Acceleration of gravity, m/s2.
-pub(super) const GRAVITY: f64 = 9.81;
 
 /// How much further apart feet are put for each unit of body mass index above the mean, metres:
 /// obese adults of an index of 41 take steps of 16 cm where others of 22 take 8 (recalled:

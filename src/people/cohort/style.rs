@@ -1,44 +1,10 @@
 //! How one person deviates from the norm, the same at every speed.
 
 use super::covariation::{FACTORS, FEATURES, Feature, LOADINGS, ORDER};
+use super::norms::Angle;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-
-/// Angles of the norms, in the order of [`Style`]'s table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Angle {
-    /// Pelvis, anterior.
-    PelvicTilt,
-    /// Pelvis, same side up.
-    PelvicObliquity,
-    /// Pelvis, same side forward.
-    PelvicRotation,
-    /// Hip flexion.
-    HipFlexion,
-    /// Hip adduction.
-    HipAdduction,
-    /// Hip internal rotation.
-    HipRotation,
-    /// Knee flexion.
-    KneeFlexion,
-    /// Ankle dorsiflexion.
-    AnkleDorsiflexion,
-    /// Foot internal progression.
-    FootProgression,
-    /// Thorax, leaning forward.
-    ThoraxTilt,
-    /// Thorax, same side up.
-    ThoraxObliquity,
-    /// Thorax, same side forward.
-    ThoraxRotation,
-    /// Shoulder flexion.
-    ShoulderFlexion,
-    /// Shoulder abduction.
-    ShoulderAbduction,
-    /// Elbow flexion.
-    ElbowFlexion,
-}
 
 /// How many angles there are.
 const ANGLES: usize = 15;

@@ -7,11 +7,12 @@
 use super::{PosedMesh, Skinned};
 use crate::error::Result;
 use crate::import::{Motion, Skin, SourceFrame};
-use crate::people::cohort::{Person, style::normal};
+use crate::people::cohort::Person;
+use crate::people::cohort::style::normal;
 use crate::people::forward_kinematics;
-use crate::people::retarget::follow::{local_rotations, source_points};
+use crate::people::retarget::follow::local_rotations;
 use crate::people::retarget::joint_roles::JointRoles;
-use crate::people::retarget::rest_pose::{Globals, RestCalibration};
+use crate::people::retarget::rest_pose::{Globals, RestCalibration, source_points};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};

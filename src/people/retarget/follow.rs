@@ -1,17 +1,8 @@
 //! Canonical rotations that follow a calibrated source skeleton, frame by frame.
 
+use crate::people::retarget::rest_pose::{Globals, RestCalibration};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
-
-use crate::people::retarget::rest_pose::{Globals, RestCalibration};
-
-/// Where the canonical joints are in the source, source units and axes.
-pub(in crate::people) fn source_points(rest: &RestCalibration, frame: &Globals) -> [DVec3; JOINTS] {
-    std::array::from_fn(|joint| {
-        let at = rest.parts[joint].lies_at;
-        frame.positions[at.joint] + frame.rotations[at.joint] * at.offset
-    })
-}
 
 /// Local rotations whose forward kinematics meets the source's joints: each joint turns
 /// as its source joint does, then by the least rotation that points it at its child,

@@ -5,13 +5,11 @@
 //! the twist. Files whose rest pose is no standing body (Character Creator's BVH has
 //! legs and trunk folded into one line) take the frame that stands best as their rest.
 
-use edgegait_core::skeleton::{JOINTS, Joint};
-use glam::{DMat3, DQuat, DVec3};
-
 use crate::import::Motion;
-use crate::people::retarget::follow::source_points;
 use crate::people::retarget::joint_roles::JointRoles;
 use crate::people::retarget::unit::{choose_unit, leg_of};
+use edgegait_core::skeleton::{JOINTS, Joint};
+use glam::{DMat3, DQuat, DVec3};
 
 /// Turning less than this over a whole motion is not turning, radians.
 const STILL_RAD: f64 = 0.005;
@@ -468,4 +466,12 @@ fn place(p: &[DVec3], roles: &JointRoles, base: DQuat, up: DVec3) -> [RestJoint;
         }
     }
     parts
+}
+
+/// Where the canonical joints are in the source, source units and axes.
+pub(in crate::people) fn source_points(rest: &RestCalibration, frame: &Globals) -> [DVec3; JOINTS] {
+    std::array::from_fn(|joint| {
+        let at = rest.parts[joint].lies_at;
+        frame.positions[at.joint] + frame.rotations[at.joint] * at.offset
+    })
 }

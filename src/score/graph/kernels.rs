@@ -1,7 +1,7 @@
 //! The operators that multiply, and those that slide windows as they do.
 
 use super::AttributeValue;
-use super::rules::{Operands, broadcast, sizes};
+use super::operands::{Operands, broadcast, sizes};
 use super::walk::elements;
 
 /// Products that are summed for each number of the output: 0 of operators that do not count.

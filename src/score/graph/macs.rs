@@ -1,11 +1,10 @@
 //! How many multiply-accumulates an inference takes, from the shapes in the graph.
 
-use std::collections::HashMap;
-
-use super::kernels;
-use super::rules::{self, Operands};
+use super::operands::Operands;
+use super::rules;
 use super::walk::elements;
-use super::{Dimension, Graph, Node, StoredTensor};
+use super::{Dimension, Graph, Node, StoredTensor, kernels};
+use std::collections::HashMap;
 
 /// What is known of the tensors so far.
 #[derive(Default)]

@@ -3,11 +3,10 @@
 //! Ours, since rten-shape-inference 0.27 guesses where this must not: it leaves out the third axis
 //! of a convolution, takes channels or sums that do not fit, and cuts sizes to 32 bits.
 
-use std::collections::HashMap;
-
 use super::kernels::{conv, gemm, global_pool, matmul, pool};
+use super::operands::{Operands, broadcast, sizes};
 use super::walk::{MAX_INTEGERS, MAX_RANK, elements};
-use super::{AttributeValue, Node, StoredTensor};
+use super::{AttributeValue, StoredTensor};
 
 /// Operators whose first output has the shape of their first input.
 const KEEPING: &str = "Abs BatchNormalization Cast Ceil Celu Clip DequantizeLinear Dropout Elu Erf \
@@ -17,51 +16,6 @@ const KEEPING: &str = "Abs BatchNormalization Cast Ceil Celu Clip DequantizeLine
 /// Operators that broadcast their inputs.
 const BROADCASTING: &str =
     "Add And Div Equal Greater Less Max Mean Min Mod Mul Or Pow Sub Sum Where";
-
-/// An operation and what is known of its inputs.
-pub(super) struct Operands<'a> {
-    pub node: &'a Node,
-    pub tensors: &'a HashMap<&'a str, StoredTensor>,
-}
-
-impl<'a> Operands<'a> {
-    fn name(&self, at: usize) -> Option<&'a str> {
-        let name = self.node.inputs.get(at)?.as_str();
-        (!name.is_empty()).then_some(name)
-    }
-
-    pub(super) fn shape(&self, at: usize) -> Option<&'a [u64]> {
-        Some(&self.tensors.get(self.name(at)?)?.shape)
-    }
-
-    fn known(&self, at: usize) -> Option<&'a [i64]> {
-        self.tensors.get(self.name(at)?)?.integers.as_deref()
-    }
-
-    pub(super) fn integer(&self, name: &str, default: i64) -> i64 {
-        match self.node.attributes.get(name) {
-            Some(AttributeValue::Integer(value)) => *value,
-            _ => default,
-        }
-    }
-
-    pub(super) fn list(&self, name: &str) -> Option<&'a [i64]> {
-        match self.node.attributes.get(name) {
-            Some(AttributeValue::Integers(values)) => Some(values),
-            _ => None,
-        }
-    }
-
-    /// An attribute of old operator sets, or the input that took its place; `Ok(None)` if there
-    /// is neither, and an error if the input is computed.
-    fn list_or_input(&self, name: &str, at: usize) -> Result<Option<&'a [i64]>, ()> {
-        match (self.list(name), self.name(at)) {
-            (Some(values), _) => Ok(Some(values)),
-            (None, None) => Ok(None),
-            (None, Some(_)) => self.known(at).map(Some).ok_or(()),
-        }
-    }
-}
 
 /// What an operation gives: nothing if that cannot be told from its inputs.
 /// `None` if the operator is unknown, so that it might multiply.
@@ -160,21 +114,6 @@ fn normal(axis: i64, length: usize) -> Option<usize> {
     usize::try_from(axis).ok().filter(|_| axis < length)
 }
 
-pub(super) fn broadcast(a: &[u64], b: &[u64]) -> Option<Vec<u64>> {
-    let rank = a.len().max(b.len());
-    let at = |shape: &[u64], i: usize| match (i + shape.len()).checked_sub(rank) {
-        Some(i) => shape[i],
-        None => 1,
-    };
-    (0..rank)
-        .map(|i| match (at(a, i), at(b, i)) {
-            (x, 1) => Some(x),
-            (1, y) => Some(y),
-            (x, y) => (x == y).then_some(x),
-        })
-        .collect()
-}
-
 fn broadcast_all(of: &Operands<'_>) -> Option<Vec<u64>> {
     (0..of.node.inputs.len()).try_fold(Vec::new(), |shape, at| broadcast(&shape, of.shape(at)?))
 }
@@ -211,12 +150,6 @@ fn reshape(of: &Operands<'_>) -> Option<Vec<u64>> {
 
 fn expand(of: &Operands<'_>) -> Option<Vec<u64>> {
     broadcast(of.shape(0)?, &sizes(of.known(1)?)?)
-}
-
-/// Numbers that are sizes: none is negative.
-pub(super) fn sizes(numbers: &[i64]) -> Option<Vec<u64>> {
-    let sizes = numbers.iter().map(|&number| u64::try_from(number).ok());
-    sizes.collect()
 }
 
 fn transpose(of: &Operands<'_>) -> Option<Vec<u64>> {

@@ -2,8 +2,8 @@
 
 use super::super::angles::AngleNorm;
 use super::super::anthropometry::{DIMENSIONS, Dimensions, PopulationNorms};
-use super::super::style::Angle;
 use super::invert::{ANGLES, SideAngles, sides};
+use crate::people::cohort::norms::Angle;
 use crate::people::cutting::stance::{FeetMotion, soles_of_legs};
 use crate::people::recorded::LEG_SHARE;
 use crate::people::retarget::leg_length_m;

@@ -1,7 +1,7 @@
 //! The norms' angles of a pose: the inverse of `pose::pose`.
 
 use super::super::pose::STANDING_TILT_DEG;
-use super::super::style::Angle;
+use crate::people::cohort::norms::Angle;
 use crate::people::forward_kinematics;
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3, EulerRot};
