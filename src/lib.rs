@@ -117,7 +117,6 @@ pub mod design;
 pub mod encode;
 pub mod error;
 pub mod evaluate;
-#[cfg(feature = "import")]
 pub mod files;
 mod frontier;
 pub mod gait_cycles;

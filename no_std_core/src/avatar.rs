@@ -25,7 +25,7 @@ impl<'a> Avatar<'a> {
     /// Checks every hull of `bytes`; reading cannot fail afterwards.
     ///
     /// # Errors
-    /// Where the bytes are not one whole avatar within the budget.
+    /// If the bytes are not exactly one avatar within the budget.
     pub fn parse(bytes: &'a [u8]) -> Result<Self, FormatError> {
         if bytes.len() < AVATAR_HEADER_BYTES {
             return Err(FormatError::new(bytes.len(), "an avatar header of 5 bytes"));
@@ -48,7 +48,7 @@ impl<'a> Avatar<'a> {
         if used.div_ceil(8) != avatar.stream().len() {
             return Err(FormatError::new(
                 avatar.header_bytes() + used.div_ceil(8),
-                "the end of the avatar behind its last hull",
+                "the end of the avatar after its last hull",
             ));
         }
         if let (Some(last), rest @ 1..) = (bytes.last(), used % 8)
@@ -56,18 +56,18 @@ impl<'a> Avatar<'a> {
         {
             return Err(FormatError::new(
                 bytes.len() - 1,
-                "zeros behind an avatar's last hull",
+                "zeros after an avatar's last hull",
             ));
         }
         Ok(avatar)
     }
 
-    /// The avatar of bytes that [`Self::parse`] has been through: looks at none of them.
+    /// Returns the avatar of bytes that [`Self::parse`] has checked, without looking at them.
     pub(crate) const fn over(bytes: &'a [u8]) -> Self {
         Self { bytes }
     }
 
-    /// Reads the joint offsets and what is worn; a reader before the first hull.
+    /// Checks the joint offsets and clothes, and returns a reader at the first hull.
     fn check_offsets(&self) -> Result<BitReader<'a>, FormatError> {
         let width = BitReader::new(self.stream()).unsigned(OFFSET_WIDTH_BITS);
         if width > MAX_OFFSET_WIDTH {
@@ -90,7 +90,7 @@ impl<'a> Avatar<'a> {
         Ok(bits)
     }
 
-    /// Reads the hulls but for their points; the bits of the whole stream.
+    /// Checks the hulls except their points, and returns the number of bits in the whole stream.
     fn check_hulls(&self, bits: BitReader<'a>) -> Result<usize, FormatError> {
         let mut stored = self.stored(bits);
         let (mut hulls, mut points) = (0, 0);
@@ -101,7 +101,8 @@ impl<'a> Avatar<'a> {
             let Some(hull) = stored.next() else {
                 break;
             };
-            // First: past the end it read zeros, and found fault with them.
+            // Checked first: past the end the reader returns zeros, which would give a misleading
+            // error.
             if stored.bits.is_overrun() {
                 return Err(FormatError::new(self.bytes.len(), "the rest of a hull"));
             }
@@ -134,7 +135,7 @@ impl<'a> Avatar<'a> {
         Ok(stored.bits.position())
     }
 
-    /// The joint offsets.
+    /// Returns the joint offsets.
     #[must_use]
     pub fn skeleton(&self) -> Skeleton {
         let mut bits = BitReader::new(self.stream());
@@ -162,8 +163,8 @@ impl<'a> Avatar<'a> {
         Skeleton { offsets }
     }
 
-    /// How many coordinates of a joint's offset are stored: of a symmetric skeleton neither the
-    /// right side's nor the middle's x.
+    /// Returns how many coordinates of a joint's offset are stored. A symmetric skeleton stores
+    /// neither the right side nor the x of joints in the middle.
     fn coordinates(&self, joint: Joint) -> usize {
         let other = joint.mirrored();
         match self.flags() & SYMMETRIC_SKELETON {
@@ -174,21 +175,21 @@ impl<'a> Avatar<'a> {
         }
     }
 
-    /// The hulls, and the parts of draped ones, in file order, each mirrored one followed by its
-    /// image. The parts of a draped hull follow each other ([`Hull::drape`]).
+    /// Returns the hulls, and the parts of draped ones, in file order, each mirrored one followed
+    /// by its image. The parts of a draped hull are adjacent ([`Hull::drape`]).
     pub fn hulls(&self) -> impl Iterator<Item = Hull<'a>> + use<'a> {
         self.stored(self.hull_bits())
             .filter_map(Result::ok)
             .flat_map(|hull| [Some(hull), hull.image()].into_iter().flatten())
     }
 
-    /// What the hulls of one that is dressed include; `None` for a body as it is.
+    /// Returns the clothes that the hulls of a dressed avatar include; `None` for a plain body.
     #[must_use]
     pub fn clothes(&self) -> Option<Clothes> {
         read_clothes(&mut self.bits_behind_offsets()).and_then(Clothes::of_bits)
     }
 
-    /// How many hulls are drawn: each draped one is one.
+    /// Returns the number of hulls that are drawn. All parts of a draped hull count as one.
     #[must_use]
     pub fn drawn_hulls(&self) -> usize {
         let rigid = self.hulls().filter(|hull| hull.drape().is_none()).count();
@@ -206,34 +207,34 @@ impl<'a> Avatar<'a> {
         }
     }
 
-    /// Greatest distance that the encoder measured between a hull's points and those that
-    /// it was given, mm, rounded up to 0.01 mm.
+    /// Returns the greatest distance that the encoder measured between a hull's points and its
+    /// input, mm, rounded up to 0.01 mm.
     #[must_use]
     pub fn max_error_mm(&self) -> f32 {
         f32::from(u16_at(self.bytes, 0)) * 0.01
     }
 
-    /// How well hulls that were fitted to a mesh match it: the mean Jaccard index of their
-    /// silhouettes and the mesh's, in poses and from places that the fit had not seen. `None` for
-    /// a body that was made.
+    /// Returns how well hulls that were fitted to a mesh match it: the mean Jaccard index of their
+    /// silhouettes and the mesh's, in poses and from viewpoints held out from the fit. `None` for a
+    /// body that was not fitted to a mesh.
     #[must_use]
     pub fn jaccard(&self) -> Option<f32> {
         let is_fitted = self.flags() & FITTED != 0;
         is_fitted.then(|| f32::from(u16_at(self.bytes, AVATAR_HEADER_BYTES)) * 1e-4)
     }
 
-    /// Bytes that the avatar takes in its pack.
+    /// Returns the size of the avatar in its pack, bytes.
     #[must_use]
     pub fn len_bytes(&self) -> usize {
         self.bytes.len()
     }
 
-    /// The quantisation step, micrometres.
+    /// Returns the quantisation step, micrometres.
     fn step_um(&self) -> u16 {
         u16_at(self.bytes, 2)
     }
 
-    /// How many hulls there are, without those that are images of others.
+    /// Returns the number of hulls, not counting mirror images.
     fn stored_hulls(&self) -> u8 {
         self.flags() & HULL_COUNT_MASK
     }
@@ -242,7 +243,7 @@ impl<'a> Avatar<'a> {
         self.bytes.get(4).copied().unwrap_or_default()
     }
 
-    /// A reader before the first hull.
+    /// Returns a reader at the first hull.
     fn hull_bits(&self) -> BitReader<'a> {
         let mut bits = self.bits_behind_offsets();
         read_clothes(&mut bits);
@@ -274,7 +275,7 @@ impl<'a> Avatar<'a> {
     }
 }
 
-/// Passes over what stands there of clothes, if something does.
+/// Reads the byte of clothes, if there is one, and moves past it.
 fn read_clothes(bits: &mut BitReader<'_>) -> Option<u8> {
     if bits.clone().unsigned(JOINT_BITS) != DRESSED {
         return None;
@@ -283,15 +284,15 @@ fn read_clothes(bits: &mut BitReader<'_>) -> Option<u8> {
     u8::try_from(bits.unsigned(CLOTHES_BITS)).ok()
 }
 
-/// The hulls as they are stored.
+/// An iterator over the hulls as they are stored.
 struct StoredHulls<'a> {
     bits: BitReader<'a>,
     step_um: u16,
-    /// How many are still to be read.
+    /// Hulls still to be read.
     left: u8,
-    /// How many draped hulls have begun.
+    /// Draped hulls begun so far.
     drapes: u8,
-    /// How many of the next ones are parts of the last of them.
+    /// How many of the next hulls are parts of the last draped hull.
     parts: u8,
 }
 

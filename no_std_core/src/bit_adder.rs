@@ -1,8 +1,8 @@
-//! Adders of single bits, as many at once as a word has: what counts in planes is made of.
+//! Bitwise adders that work on all bits of a word in parallel, for counts stored in bit planes.
 
 use core::ops::{BitAnd, BitOr, BitXor};
 
-/// A word of bits that do not depend on each other.
+/// A word of independent bits.
 pub(crate) trait Word:
     Copy + BitAnd<Output = Self> + BitOr<Output = Self> + BitXor<Output = Self>
 {
@@ -11,15 +11,15 @@ pub(crate) trait Word:
 impl Word for u32 {}
 impl Word for u64 {}
 
-/// The sum of three bits, and what it carries.
+/// Returns the sum of three bits, and the carry.
 #[inline(always)]
 pub(crate) fn full_add<W: Word>(a: W, b: W, c: W) -> (W, W) {
     let half = a ^ b;
     (half ^ c, (a & b) | (half & c))
 }
 
-/// Adds eight bits to a count's lowest three digits, and returns these and what is carried,
-/// which is worth eight (Harley & Seal; Warren 2013, "Hacker's Delight", section 5-1).
+/// Adds eight bits to a count's lowest three digits, and returns these and the carry, which is
+/// worth eight (Harley & Seal; Warren 2013, "Hacker's Delight", section 5-1).
 #[inline(always)]
 pub(crate) fn add_eight<W: Word>([one, two, four]: [W; 3], bits: [W; 8]) -> ([W; 3], W) {
     let [a, b, c, d, e, f, g, h] = bits;

@@ -1,16 +1,17 @@
-//! Reading packed bits from a slice.
+//! A reader of packed bits.
 
 use crate::format::{ESCAPE_BITS, FormatError, MAX_RICE, RICE_ESCAPE};
 
-/// How many bits are ahead in one word at least: all of it but for those before the first.
+/// The least number of unread bits in one word: at most 7 of its first byte have been read.
 const AHEAD: u32 = u32::BITS - 7;
 
-/// How many bits two Rice codes have at most where neither can be an escape, whatever their
-/// parameter: with one, they are its ones, the zero behind them, and another code's zero at least.
+/// The greatest total length of two Rice codes at which neither can be an escape, whatever their
+/// parameter: with an escape, the computed length is at least its 16 ones, a zero, and the other
+/// code's zero.
 const PLAIN_PAIR: u32 = RICE_ESCAPE + 1;
 
-/// Reads unsigned and signed integers of 0 to 25 bits, least significant bit
-/// first. Past the end it reads zeros: callers check lengths when they parse.
+/// A reader of unsigned and signed integers of 0 to 25 bits, least significant bit first. Past the
+/// end it reads zeros: callers check lengths when they parse.
 #[derive(Clone, Copy, Debug)]
 pub struct BitReader<'a> {
     bytes: &'a [u8],
@@ -24,24 +25,24 @@ impl<'a> BitReader<'a> {
         Self { bytes, position: 0 }
     }
 
-    /// Passes over `width` bits of any number.
+    /// Skips `width` bits, any number of them.
     pub const fn skip(&mut self, width: usize) {
         self.position += width;
     }
 
-    /// Bits read so far.
+    /// Returns the number of bits read so far.
     #[must_use]
     pub const fn position(&self) -> usize {
         self.position
     }
 
-    /// Whether more bits were read than there are.
+    /// Returns whether more bits were read than there are.
     #[must_use]
     pub const fn is_overrun(&self) -> bool {
         self.position > self.bytes.len() * 8
     }
 
-    /// The bits ahead, at least [`AHEAD`] of them.
+    /// Returns the next bits, at least [`AHEAD`] of them.
     #[inline]
     fn ahead(&self) -> u32 {
         let at = self.position / 8;
@@ -53,11 +54,11 @@ impl<'a> BitReader<'a> {
         word >> (self.position % 8)
     }
 
-    /// Refuses a stream that is not the bits read so far, filled up with zeros to whole
-    /// bytes: whatever decodes to the same numbers is the same bytes.
+    /// Checks that the stream is the bits read so far, padded with zeros to whole bytes. Streams
+    /// that decode to the same numbers are thus the same bytes.
     ///
     /// # Errors
-    /// Where bits are missing, bytes are left over, or the last bits are not 0.
+    /// If bits are missing, bytes are left over, or the last bits are not 0.
     pub fn check_end(&self) -> Result<(), FormatError> {
         if self.position.div_ceil(8) != self.bytes.len() {
             return Err(FormatError::new(
@@ -70,13 +71,13 @@ impl<'a> BitReader<'a> {
         {
             return Err(FormatError::new(
                 self.bytes.len() - 1,
-                "zeros behind the last number of a bit stream",
+                "zeros after the last number of a bit stream",
             ));
         }
         Ok(())
     }
 
-    /// The next `width` bits as an unsigned integer; `width` is at most 25.
+    /// Reads the next `width` bits as an unsigned integer; `width` is at most 25.
     #[inline]
     pub fn unsigned(&mut self, width: u32) -> u32 {
         debug_assert!(width <= 25);
@@ -85,7 +86,7 @@ impl<'a> BitReader<'a> {
         value
     }
 
-    /// The next `width` bits as a two's complement integer; `width` is at most 25.
+    /// Reads the next `width` bits as a two's complement integer; `width` is at most 25.
     pub fn signed(&mut self, width: u32) -> i32 {
         if width == 0 {
             return 0;
@@ -94,27 +95,27 @@ impl<'a> BitReader<'a> {
         (value << (32 - width)) >> (32 - width)
     }
 
-    /// The next integer in a Rice code (Rice and Plaunt 1971) with parameter `k`, at most
-    /// 15: the zigzag number (0, 1, -1, 2, -2... as 0, 1, 2, 3, 4...) divided by 2^k as so
-    /// many ones and a zero, then the remainder in `k` bits. Sixteen ones and no zero are
-    /// an escape: a two's complement integer of 24 bits follows.
+    /// Reads the next integer in a Rice code (Rice and Plaunt 1971) with parameter `k`, at most 15:
+    /// the zigzag number (0, 1, -1, 2, -2... as 0, 1, 2, 3, 4...) divided by 2^k as that many ones
+    /// and a zero, then the remainder in `k` bits. Sixteen ones are an escape: a two's complement
+    /// integer of 24 bits follows.
     #[inline(always)]
     pub fn rice(&mut self, k: u32) -> i32 {
         debug_assert!(k <= MAX_RICE);
         let ahead = self.ahead();
         let ones = ahead.trailing_ones();
         if ones + MAX_RICE >= AHEAD {
-            // By value: a reader that is lent out is not kept in registers.
+            // Passed by value: a borrowed reader is not kept in registers.
             let (number, behind) = long_rice(*self, k);
             self.position = behind;
             return number;
         }
-        // The word at hand has the remainder as well.
+        // This word holds the remainder as well.
         self.position += (ones + 1 + k) as usize;
         from_zigzag(ones << k | (ahead >> ones >> 1) & ((1 << k) - 1))
     }
 
-    /// The next two integers in Rice codes with parameter `k`: out of one word where both are
+    /// Reads the next two integers in Rice codes with parameter `k`, from one word if both are
     /// short, as they mostly are.
     #[inline(always)]
     pub(crate) fn rice_pair(&mut self, k: u32) -> [i32; 2] {
@@ -138,7 +139,7 @@ impl<'a> BitReader<'a> {
         ]
     }
 
-    /// Passes over such an integer.
+    /// Skips an integer in a Rice code with parameter `k`.
     #[inline]
     pub(crate) fn skip_rice(&mut self, k: u32) {
         let ones = self.ahead().trailing_ones();
@@ -150,7 +151,7 @@ impl<'a> BitReader<'a> {
     }
 }
 
-/// The last bytes from `at` on, of which there are fewer than four, and zeros behind them.
+/// Returns the bytes from `at` on, fewer than four, padded with zeros.
 #[cold]
 #[inline(never)]
 fn last_word(bytes: &[u8], at: usize) -> u32 {
@@ -163,8 +164,8 @@ fn last_word(bytes: &[u8], at: usize) -> u32 {
     word.checked_shr(before.saturating_mul(8)).unwrap_or(0)
 }
 
-/// The next integer, which begins with many ones, in a Rice code with parameter `k`, and the
-/// position behind it.
+/// Reads an integer that begins with many ones, in a Rice code with parameter `k`, and returns it
+/// and the position after it.
 #[cold]
 #[inline(never)]
 fn long_rice(mut bits: BitReader<'_>, k: u32) -> (i32, usize) {
@@ -179,23 +180,23 @@ fn long_rice(mut bits: BitReader<'_>, k: u32) -> (i32, usize) {
     (number, bits.position)
 }
 
-/// The next two integers, one after the other, in Rice codes with parameter `k`, and the position
-/// behind them.
+/// Reads two integers one by one, in Rice codes with parameter `k`, and returns them and the
+/// position after them.
 #[inline(never)]
 fn rice_apart(mut bits: BitReader<'_>, k: u32) -> ([i32; 2], usize) {
     let numbers = [bits.rice(k), bits.rice(k)];
     (numbers, bits.position)
 }
 
-/// 0, 1, 2, 3, 4... as 0, 1, -1, 2, -2...
+/// Maps 0, 1, 2, 3, 4... to 0, 1, -1, 2, -2...
 #[inline]
 const fn from_zigzag(zigzag: u32) -> i32 {
-    // 0 or -1: the complement of a half, taken from 0, is one more than it.
+    // 0 or -1. The negated complement of the half is the half plus one.
     let odd = -(zigzag & 1).cast_signed();
     -((zigzag >> 1).cast_signed() ^ odd)
 }
 
-/// Values of so many bits each, packed, for the tests of what reads them.
+/// Packs values of the given widths in bits, for tests of readers.
 #[cfg(test)]
 pub(crate) fn packed(fields: &[(i32, usize)]) -> heapless::Vec<u8, 2048> {
     let bits = fields.iter().map(|&(_, width)| width).sum::<usize>();
@@ -271,7 +272,7 @@ mod tests {
         // Then 0 (zigzag 0) and 1 0 (zigzag 1).
         assert_eq!([bits.rice(0), bits.rice(0)], [0, 1]);
     }
-    /// This number's code, as fields of so many bits.
+    /// Returns the code of a number as fields of values and widths in bits.
     fn code(value: i32, k: u32) -> [(i32, usize); 2] {
         let zigzag = if value > 0 { 2 * value - 1 } else { -2 * value };
         let ones = zigzag >> k;
@@ -289,7 +290,7 @@ mod tests {
         ];
         for k in 0..=MAX_RICE {
             for (first, second) in values.iter().flat_map(|&a| values.map(|b| (a, b))) {
-                // Other numbers before it, and ones behind it.
+                // Other bits before the pair, and ones after it.
                 for (before, behind) in (0..8).flat_map(|before| [(before, 0), (before, 31)]) {
                     let [a, b] = [first, second].map(|value| code(value, k));
                     let fields = [[(0x55, before), (-1, 0)], a, b, [(-1, behind), (0, 0)]];

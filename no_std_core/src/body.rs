@@ -1,8 +1,8 @@
 //! A body ready to be posed, and a figure: the body in a pose.
 //!
-//! What does not depend on the pose is found once: where the points of each hull are in the
-//! frame of its joint, and which facets they span. What does not depend on the viewpoint is
-//! found once a frame. Coordinates lie in lanes, one array an axis.
+//! Whatever does not depend on the pose is computed once: where the points of each hull are in the
+//! frame of its joint, and which facets they span. Whatever does not depend on the viewpoint is
+//! computed once a frame. Coordinates lie in lanes, one array an axis.
 
 mod drape;
 mod figure;
@@ -24,7 +24,7 @@ use glam::{Mat3, Vec3};
 pub(crate) use plane::FigureHull;
 use plane::{Facets16, edges_of, radiate, set_facets};
 
-/// Vectors by axis.
+/// Vectors stored by axis.
 #[derive(Clone, Debug)]
 pub(crate) struct VectorLanes<const N: usize> {
     pub x: [f32; N],
@@ -56,7 +56,7 @@ impl<const N: usize> VectorLanes<N> {
         }
     }
 
-    /// Fills a range with the same range of `from`, turned and then moved.
+    /// Fills a range with the same range of `from`, rotated and then translated.
     fn carry(&mut self, range: Range<usize>, from: &Self, turn: Mat3, offset: Vec3) {
         let [a, b, c] = turn.to_cols_array_2d();
         let offset = offset.to_array();
@@ -76,12 +76,12 @@ impl<const N: usize> VectorLanes<N> {
     }
 }
 
-/// What carries the points of a hull.
+/// The joint or joints that carry the points of a hull.
 #[derive(Clone, Copy, Debug)]
 enum HullCarrier {
     /// One joint carries all of them.
     Joint(usize),
-    /// A joint for each: those of the body's drape of this number.
+    /// A joint for each point: those of the body's drape with this number.
     Drape(usize),
 }
 
@@ -89,14 +89,14 @@ enum HullCarrier {
 #[derive(Clone, Debug)]
 struct UnpackedHull {
     carrier: HullCarrier,
-    /// Behind its last point, facets and edges in the body's arrays.
+    /// The ends of its points, facets and edges in the body's arrays.
     points_end: usize,
     facets_end: usize,
     edges_end: usize,
 }
 
 impl UnpackedHull {
-    /// Nothing, before the first hull.
+    /// The ends of an empty body.
     const NONE: Self = Self {
         carrier: HullCarrier::Joint(0),
         points_end: 0,
@@ -105,17 +105,17 @@ impl UnpackedHull {
     };
 }
 
-/// The hulls of an avatar, unpacked, with their facets. 81 kB: for a host, where it is made once for
+/// The hulls of an avatar, unpacked, with their facets. 81 kB: for a host, which makes it once for
 /// all frames and viewpoints.
 #[derive(Clone, Debug)]
 pub struct UnpackedBody {
     hulls: heapless::Vec<UnpackedHull, MAX_HULLS>,
     drapes: heapless::Vec<Drape, MAX_DRAPED_HULLS>,
     points: VectorLanes<MAX_POINTS>,
-    /// Of hulls that joints carry, in the frames of these.
+    /// Facets of the hulls that are not draped, in the frames of their joints.
     facets: [Facets16; MAX_FACETS / LANES],
     edges: heapless::Vec<Edges, { 2 * MAX_HULLS }>,
-    /// Edges that begin or end at each point, a bit each: numbers 0 to 63, then 64 to 89.
+    /// The edges that begin or end at each point, as bits: numbers 0 to 63, then 64 to 89.
     spokes: [[u64; 2]; MAX_POINTS],
 }
 
@@ -157,8 +157,8 @@ impl UnpackedBody {
         body
     }
 
-    /// Adds a hull given by points in the frame of `joint`, metres: something that a body
-    /// wears or carries, or a test's figure.
+    /// Adds a hull given by points in the frame of `joint`, metres: something that a body wears or
+    /// carries, or a hull of a test.
     ///
     /// # Errors
     /// When the budget is used up; nothing is added then.
@@ -177,20 +177,19 @@ impl UnpackedBody {
         set_facets(&surface, &hull, facets);
         let spokes = self.spokes.get_mut(before.points_end..).unwrap_or_default();
         radiate(&surface, spokes);
-        // Two for each hull, which the capacity allows.
+        // At most two for each hull, which the capacity allows.
         self.edges.extend(edges_of(&surface));
         Ok(())
     }
 
-    /// Adds a hull whose points hang on a joint each, metres, in its frame: what they span in
-    /// a pose is cloth that is taut between them, such as a skirt between the legs.
+    /// Adds a hull whose points are each attached to a joint of their own and given in its frame,
+    /// metres: cloth that is taut between them, such as a skirt between the legs.
     ///
     /// A figure finds its facets anew in each pose: about 3 us for 16 points and 11 us for 32 (the
     /// least of 60 runs, one core of a shared AMD EPYC).
     ///
     /// # Errors
-    /// When the budget is used up, of which [`MAX_DRAPED_HULLS`] is a part; nothing is added
-    /// then.
+    /// When the budget is used up, which includes [`MAX_DRAPED_HULLS`]; nothing is added then.
     pub fn push_draped(
         &mut self,
         points: impl IntoIterator<Item = (Joint, Vec3)>,
@@ -209,7 +208,7 @@ impl UnpackedBody {
         self.drapes.push(drape).map_err(|_| OverBudget)
     }
 
-    /// Adds points, and room for the facets and edges of `surface`; the hull before.
+    /// Adds points, and room for the facets and edges of `surface`, and returns the previous hull.
     fn add(
         &mut self,
         points: &[Vec3],
@@ -236,7 +235,7 @@ impl UnpackedBody {
     }
 }
 
-/// A figure has more hulls or points than [`crate::budget`] allows.
+/// The error that a body would have more hulls or points than [`crate::budget`] allows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OverBudget;
 

@@ -1,6 +1,7 @@
 //! Results as a table for other programs: a row for each model, number of threads and size of batch.
 
-use super::results::{BenchResults, ModelResult, Timing};
+use super::results::{BenchResults, ModelResult};
+use super::timing::Timing;
 use crate::error::Result;
 use serde::Serialize;
 

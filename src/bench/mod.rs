@@ -28,6 +28,7 @@ mod table;
 mod task;
 mod time_budget;
 mod timed_model;
+mod timing;
 mod video_pipeline;
 pub(crate) mod windows;
 

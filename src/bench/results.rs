@@ -3,13 +3,13 @@
 use super::accuracy::Accuracy;
 use super::board::Board;
 use super::conditions::MachineConditions;
-use super::statistics::{Times, median_index};
+use super::statistics::median_index;
+use super::timing::Timing;
 use super::video_pipeline::PathResult;
-use super::windows::{MeasuredWindow, TimingPlan};
+use super::windows::MeasuredWindow;
 use crate::dataset::ResultHeader;
 use crate::error::{Error, Result};
-use crate::score::OperatorTime;
-use crate::score::RuntimeName;
+use crate::score::{OperatorTime, RuntimeName};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -118,130 +118,6 @@ pub(crate) struct LeftOut {
     pub what: Vec<String>,
     /// How long all of it would take, seconds, estimated.
     pub full_seconds: f64,
-}
-
-/// How much was planned, and how much was made of it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct WorkExtent {
-    /// Windows that were planned.
-    pub windows_planned: u32,
-    /// Windows that were made.
-    pub windows: u32,
-    /// Fewest inferences that were planned for each.
-    pub inferences_planned: u64,
-    /// Inferences of each that was made.
-    pub inferences: Vec<u64>,
-    /// Calls before each, not timed, that were planned.
-    pub warm_up_planned: u32,
-    /// How many of these were made at most.
-    pub warm_up: u32,
-    /// How long each was to be at least, seconds.
-    pub window_s_planned: f64,
-}
-
-impl WorkExtent {
-    /// Of windows with `batch` inferences a call.
-    #[must_use]
-    pub(super) fn of(
-        (planned, made): (&TimingPlan, &TimingPlan),
-        windows: &[MeasuredWindow],
-        batch: usize,
-    ) -> Self {
-        Self {
-            windows_planned: planned.windows,
-            windows: u32::try_from(windows.len()).unwrap_or(u32::MAX),
-            inferences_planned: planned.inferences,
-            inferences: windows
-                .iter()
-                .map(|window| window.times.calls * batch as u64)
-                .collect(),
-            warm_up_planned: planned.warm_up,
-            warm_up: made.warm_up,
-            window_s_planned: planned.window.as_secs_f64(),
-        }
-    }
-
-    /// What is less than was planned, in words, such as `3 of 5 windows, 10 of 100 inferences in each`;
-    /// none if nothing is. `window_s` is how long the shortest window was, seconds.
-    #[must_use]
-    pub(super) fn cut(&self, window_s: f64) -> Option<String> {
-        let mut cut = Vec::new();
-        if self.windows < self.windows_planned {
-            cut.push(format!(
-                "{} of {} windows",
-                self.windows, self.windows_planned
-            ));
-        }
-        let (least, most) = (self.inferences.iter().min(), self.inferences.iter().max());
-        let (least, most) = (least.copied().unwrap_or(0), most.copied().unwrap_or(0));
-        if least < self.inferences_planned {
-            let made = if least == most {
-                least.to_string()
-            } else {
-                format!("{least} to {most}")
-            };
-            let each = if self.windows == 1 { "it" } else { "each" };
-            let planned = self.inferences_planned;
-            cut.push(format!("{made} of {planned} inferences in {each}"));
-        } else if window_s < 0.999 * self.window_s_planned {
-            let planned = self.window_s_planned;
-            cut.push(format!("windows of {window_s:.2} s, not {planned} s"));
-        }
-        if self.warm_up < self.warm_up_planned {
-            cut.push(format!(
-                "{} of {} calls to warm up",
-                self.warm_up, self.warm_up_planned
-            ));
-        }
-        (!cut.is_empty()).then(|| cut.join(", "))
-    }
-}
-
-/// Several windows of calls. The figures are those of the window whose mean is the median of
-/// the windows' means (the lower of two).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Timing {
-    /// Times of its calls.
-    #[serde(flatten)]
-    pub times: Times,
-    /// Inferences a second in it.
-    pub throughput: f64,
-    /// The mean of each window, in order.
-    pub window_mean_us: Vec<f64>,
-    /// How far the windows are apart: their largest mean less their smallest, over the median.
-    pub spread: f64,
-    /// How much was planned, and made; none in results of versions that do not say.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub extent: Option<WorkExtent>,
-}
-
-impl Timing {
-    /// Of windows whose calls make `batch` inferences each; none of no windows.
-    #[must_use]
-    pub(crate) fn of(windows: &[MeasuredWindow], batch: usize) -> Option<Self> {
-        let window_mean_us: Vec<f64> = windows.iter().map(|w| w.times.mean_us).collect();
-        let times = windows[median_index(&window_mean_us)?].times;
-        let most = window_mean_us.iter().copied().fold(0.0, f64::max);
-        let least = window_mean_us.iter().copied().fold(f64::INFINITY, f64::min);
-        Some(Self {
-            throughput: 1e6 * batch as f64 / times.mean_us,
-            spread: (most - least) / times.mean_us,
-            window_mean_us,
-            times,
-            extent: None,
-        })
-    }
-
-    /// What of it is less than was planned, in words; none if nothing is.
-    #[must_use]
-    pub(super) fn cut(&self) -> Option<String> {
-        let extent = self.extent.as_ref()?;
-        // Of batches, each call makes as many as the rate says.
-        let batch = (self.throughput * self.times.mean_us * 1e-6).max(1.0);
-        let windows = extent.inferences.iter().zip(&self.window_mean_us);
-        let seconds = windows.map(|(&count, mean_us)| count as f64 / batch * mean_us * 1e-6);
-        extent.cut(seconds.fold(f64::INFINITY, f64::min))
-    }
 }
 
 /// Inferences in batches; the times are those of a batch.

@@ -1,7 +1,8 @@
 //! Results for people: boards, then models, a column each, as plain text or as Markdown.
 
 use super::cells::{ResultRow, degrees, megabytes, of_clocks, per_second, some_of, us};
-use super::results::{BenchResults, ModelResult, Timing};
+use super::results::{BenchResults, ModelResult};
+use super::timing::Timing;
 use super::video_pipeline;
 use crate::report::{grouped, microseconds, percent};
 use crate::text_table::Column::{Left, Right};

@@ -3,9 +3,9 @@
 use super::board::MachineState;
 use super::energy::{EnergyCount, Meter};
 use super::memory;
-use super::results::{Timing, WorkExtent};
 use super::task::Task;
 use super::time_budget::{Cap, TimeShare};
+use super::timing::{Timing, WorkExtent};
 use super::windows::{MeasuredWindow, TimedCall, TimingPlan, Watch, measure as measure_windows};
 use crate::error::{Error, Result};
 use crate::score::{Model, Recognizer, Runtime};

@@ -11,7 +11,7 @@ use std::fmt::Display;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-/// What every subcommand takes.
+/// The flags that every subcommand takes.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct Common {
     /// Seed of everything random
@@ -26,7 +26,7 @@ pub(super) struct Common {
     /// Print nothing but errors: no tables, warnings, progress
     #[arg(long)]
     pub quiet: bool,
-    /// Replace files that are no earlier results of this command; without it only such are replaced
+    /// Replace any existing file; without it, only earlier results of this command are replaced
     #[arg(long)]
     pub overwrite: bool,
 }
@@ -34,13 +34,13 @@ pub(super) struct Common {
 /// The files that a command reads and writes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FileArgs {
-    /// Files and folders that it reads; some of them may not be there.
+    /// The files and folders that the command reads; some of them may not exist.
     pub inputs: Vec<PathBuf>,
-    /// What it writes besides the JSON results.
+    /// The outputs of the command besides the JSON results.
     pub outputs: Vec<Output>,
 }
 
-/// The file that a value stands for, if it is one with this extension and no name.
+/// Returns the value as a path if it ends in this extension, and so is a file and no name.
 pub(super) fn file_with(extension: &str, value: Option<&String>) -> Option<PathBuf> {
     let path = PathBuf::from(value?);
     let has_it = path.extension().is_some_and(|found| found == extension);
@@ -48,17 +48,17 @@ pub(super) fn file_with(extension: &str, value: Option<&String>) -> Option<PathB
 }
 
 impl Common {
-    /// Whether standard output belongs to the JSON results.
+    /// Returns whether the JSON results go to standard output.
     #[must_use]
     pub(super) fn json_on_stdout(&self) -> bool {
         self.json.as_deref() == Some(Path::new("-"))
     }
 
-    /// Refuses results that must not or cannot be written, before any work is done: those of
-    /// `command` as JSON, and the others that it writes.
+    /// Checks, before any work is done, that the JSON results and the other outputs of `command`
+    /// may and can be written.
     ///
     /// # Errors
-    /// Naming the first of them.
+    /// For the first output that must not or cannot be written.
     pub(super) fn check(&self, command: &'static str, files: &FileArgs) -> Result<()> {
         let mut outputs = files.outputs.clone();
         if let Some(path) = self.json.as_deref().filter(|_| !self.json_on_stdout()) {
@@ -67,10 +67,10 @@ impl Common {
         check(&outputs, &files.inputs, self.overwrite)
     }
 
-    /// The one number of threads that was asked for, if any was.
+    /// Returns the number of threads, if one was given.
     ///
     /// # Errors
-    /// If there are several.
+    /// If several numbers were given.
     pub(super) fn one_thread_count(&self) -> Result<Option<usize>> {
         match self.threads[..] {
             [] => Ok(None),
@@ -82,16 +82,15 @@ impl Common {
         }
     }
 
-    /// Prints what a person reads, unless nobody wants to or standard output belongs to the JSON
-    /// results.
+    /// Prints text for people, unless `--quiet` is given or the JSON results go to standard output.
     pub(super) fn say(&self, text: impl Display) {
         if !self.quiet {
             self.put(text);
         }
     }
 
-    /// Prints what was asked for, such as a file that goes to standard output, unless that belongs to the
-    /// JSON results.
+    /// Prints requested output, such as a file that goes to standard output, unless the JSON
+    /// results go there.
     pub(super) fn put(&self, text: impl Display) {
         if !self.json_on_stdout() {
             match writeln!(std::io::stdout(), "{text}") {
@@ -99,16 +98,16 @@ impl Common {
                     eprintln!("error: standard output: {error}");
                     std::process::exit(1);
                 }
-                // A closed pipe (`| head`) is no error.
+                // A closed pipe (`| head`) is not an error.
                 _ => {}
             }
         }
     }
 
-    /// Writes the JSON results, if they were asked for.
+    /// Writes the JSON results, if `--json` is given.
     ///
     /// # Errors
-    /// When the file cannot be written.
+    /// If the file cannot be written.
     pub(super) fn write_json(&self, results: &impl Serialize) -> Result<()> {
         let Some(path) = &self.json else {
             return Ok(());
@@ -127,13 +126,13 @@ impl Common {
     }
 }
 
-/// The value of `--max-gei-rmse`.
+/// Parses the value of `--max-gei-rmse`.
 pub(super) fn gei_rmse(text: &str) -> std::result::Result<f64, String> {
     let found = text.parse().ok().filter(|x: &f64| *x > 0.0 && *x <= 255.0);
     found.ok_or_else(|| "expected a number above 0, at most 255".to_owned())
 }
 
-/// A result's header with what `--max-gei-rmse` chose, and why.
+/// Adds to a result's header what `--max-gei-rmse` chose, and why.
 pub(super) fn stated_choice<T: Display>(
     header: ResultHeader,
     most: Option<f64>,
@@ -145,7 +144,7 @@ pub(super) fn stated_choice<T: Display>(
         .with("chosen", choice.to_string())
 }
 
-/// From where walks are seen.
+/// The flags that choose the viewpoints.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct ViewArgs {
     /// Viewpoints: "paper" (703), "side", or a CSV file with azimuth_deg and elevation_deg
@@ -170,21 +169,21 @@ pub(super) struct ViewArgs {
 }
 
 impl ViewArgs {
-    /// The file that names viewpoints, if it is one.
+    /// Returns the file of viewpoints, if `--views` names one.
     pub(super) fn file(&self) -> Option<PathBuf> {
         file_with("csv", self.views.as_ref())
     }
 
-    /// Whether any of these flags was given.
+    /// Returns whether any of these flags was given.
     #[must_use]
     pub(super) fn is_given(&self) -> bool {
         self.views.is_some() || !self.azimuth_deg.is_empty() || !self.elevation_deg.is_empty()
     }
 
-    /// The viewpoints asked for, or those called `default`.
+    /// Returns the requested viewpoints, or the set named `default`.
     ///
     /// # Errors
-    /// For angles that are no viewpoint, and files that hold none.
+    /// For angles out of range, and for files without viewpoints.
     pub(super) fn views(&self, default: &str) -> Result<Views> {
         if self.azimuth_deg.is_empty() && self.elevation_deg.is_empty() {
             return Views::named(self.views.as_deref().unwrap_or(default));

@@ -1,20 +1,20 @@
-//! Flags that make more images of each.
+//! Flags that add augmented variants of each image.
 
 use crate::error::{Error, Result};
 use crate::template::augment::{Augmentation, Crops};
 
-/// What is made of each image besides itself.
+/// The flags that choose the variants.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct AugmentArgs {
     /// Add variants of each image: mirrored; without its lowest rows, enlarged (Han & Bhanu's
     /// synthetic templates); both together. Each has its own condition, as in normal+flip+crop2
     #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
     augment: Vec<Way>,
-    /// How many crops are made of each image
+    /// Number of crops of each image
     /// [default: 4]
     #[arg(long, value_name = "K")]
     crop_steps: Option<u16>,
-    /// Rows that each crop cuts off the bottom, and the next one as many more
+    /// Rows that the first crop cuts off the bottom, and each further crop cuts off in addition
     /// [default: 1]
     #[arg(long, value_name = "N")]
     crop_rows: Option<u16>,
@@ -27,12 +27,12 @@ enum Way {
 }
 
 impl AugmentArgs {
-    /// Whether any is made.
+    /// Returns whether any variant is requested.
     pub(super) const fn is_given(&self) -> bool {
         !self.augment.is_empty()
     }
 
-    /// How crops are made, if any are.
+    /// Returns how crops are made, if any are.
     pub(super) fn crops(&self) -> Crops {
         let default = Crops::default();
         Crops {
@@ -41,10 +41,10 @@ impl AugmentArgs {
         }
     }
 
-    /// What is asked for where a method makes crops by itself.
+    /// Returns the augmentation for a method that makes crops by itself.
     ///
     /// # Errors
-    /// For crops besides.
+    /// If crops are requested as well.
     #[cfg(feature = "train")]
     pub(super) fn without_crops(&self) -> Result<Augmentation> {
         if self.augment.contains(&Way::Crop) {
@@ -58,16 +58,15 @@ impl AugmentArgs {
         })
     }
 
-    /// What is asked for.
+    /// Returns the requested augmentation.
     ///
     /// # Errors
-    /// For numbers of crops without crops.
+    /// If `--crop-steps` or `--crop-rows` is given without crops.
     pub(super) fn augmentation(&self) -> Result<Augmentation> {
         let is_cropped = self.augment.contains(&Way::Crop);
         if !is_cropped && (self.crop_steps.is_some() || self.crop_rows.is_some()) {
             return Err(Error::Usage(
-                "--crop-steps and --crop-rows say how --augment crop is done: it is not asked for"
-                    .into(),
+                "--crop-steps and --crop-rows need --augment crop, which was not given".into(),
             ));
         }
         Ok(Augmentation {

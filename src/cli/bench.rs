@@ -35,71 +35,72 @@ use std::process::Command;
 use std::time::Duration;
 use video::PathArgs;
 
-/// Most seconds that a model is measured if nobody says otherwise. Ours: a linear model takes half a
-/// minute, drawing for its rank-1 on a slow board included.
+/// Default limit on the measuring time of a model, seconds. Our choice: a linear model takes half a
+/// minute, including the rendering for its rank-1 on a slow board.
 const USUAL_S: f64 = 300.0;
 
 /// Measure what recognizers cost on this machine: latency, throughput, memory, energy, accuracy
 #[derive(Debug, clap::Args)]
 #[command(
-    mut_arg("threads", |threads| threads.value_name("N[,N..]").help("Threads inside of one inference, each number measured in its turn [default: 1]")),
-    mut_arg("views", |views| views.visible_alias("accuracy").help("From where rank-1 is measured: \"paper\" (703 viewpoints), \"side\", or a CSV file with azimuth_deg and elevation_deg [default: paper]")),
-    after_help = "Examples:\n  edgegait bench                               # the shipped models, the embedded runtime\n  edgegait bench mine.onnx --runtime ort --ort-lib /path/to/libonnxruntime.so --cpus 2,3 --threads 2\n  edgegait bench gaitbase.onnx --max-seconds 60 --frames 1,8,16,32,64\n  edgegait bench mine.onnx --mlperf --json pi4.json\n  edgegait bench mine.onnx --video made        # from video to answer\n  edgegait bench mine.onnx --video walk --background empty.png --minutes 10 --json path.json\n  edgegait bench mine.onnx --no-accuracy --threads 1,2,4 --batch 1,8,64 --csv mine.csv\n  edgegait bench --compare pi4.json pi5.json --format markdown --chart boards.svg\n\nEach model is measured in a process of its own: one input at a time, then batches, then drawing\nits input and both together; after that its rank-1, with the same runtime and settings. The\nfigures are those of the median window. What a machine does not expose is left out."
+    mut_arg("threads", |threads| threads.value_name("N[,N..]").help("Threads of one inference; each number is measured in turn [default: 1]")),
+    mut_arg("views", |views| views.visible_alias("accuracy").help("Viewpoints at which rank-1 is measured: \"paper\" (703), \"side\", or a CSV file with azimuth_deg and elevation_deg [default: paper]")),
+    after_help = "Examples:\n  edgegait bench                               # the shipped models, the embedded runtime\n  edgegait bench mine.onnx --runtime ort --ort-lib /path/to/libonnxruntime.so --cpus 2,3 --threads 2\n  edgegait bench gaitbase.onnx --max-seconds 60 --frames 1,8,16,32,64\n  edgegait bench mine.onnx --mlperf --json pi4.json\n  edgegait bench mine.onnx --video made        # from video frames to answers\n  edgegait bench mine.onnx --video walk --background empty.png --minutes 10 --json path.json\n  edgegait bench mine.onnx --no-accuracy --threads 1,2,4 --batch 1,8,64 --csv mine.csv\n  edgegait bench --compare pi4.json pi5.json --format markdown --chart boards.svg\n\nEach model is measured in a process of its own: one input at a time, then batches, then rendering\nof its input, then rendering and inference together; last its rank-1, with the same runtime and\nsettings. Results are from the median window. Values that a machine does not expose are left out."
 )]
 pub(super) struct BenchArgs {
-    /// ONNX models, and a pack whose walks they are shown [default: the shipped models, the
+    /// ONNX models, and a pack whose walks are their inputs [default: the shipped models, the
     /// built-in cohort]
     #[arg(value_name = "MODEL|PACK")]
     inputs: Vec<PathBuf>,
     #[command(flatten)]
     selection: SelectionArgs,
-    /// Inferences of a batch, each size measured in its turn
+    /// Inputs of a batch; each size is measured in turn
     #[arg(long, value_name = "N[,N..]", value_delimiter = ',', default_value = "64", value_parser = clap::value_parser!(u16).range(1..=4096))]
     batch: Vec<u16>,
-    /// Calls before each window that are not timed
+    /// Untimed calls before each window
     #[arg(long, value_name = "N", default_value_t = TimingPlan::DEFAULT.warm_up, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
     warm_up: u32,
-    /// Shortest window in seconds; one has at least 100 inferences
+    /// Shortest window in seconds; a window has at least 100 inferences
     #[arg(long, value_name = "S", default_value_t = TimingPlan::DEFAULT.window.as_secs_f64(), value_parser = seconds)]
     window_s: f64,
-    /// Windows
+    /// Number of windows
     #[arg(long, value_name = "N", default_value_t = TimingPlan::DEFAULT.windows, value_parser = clap::value_parser!(u32).range(1..=1000))]
     windows: u32,
-    /// Most seconds that measuring a model takes from its first inference on. Where all of it would
-    /// take longer there are fewer windows of fewer inferences, smaller batches, fewer viewpoints;
-    /// results state each [default: 300, or twice the windows asked for; none with --mlperf]
+    /// Most seconds to measure a model, from its first inference on. If the full measurement would
+    /// take longer, windows, inferences, batches and viewpoints are reduced; results state each
+    /// reduction [default: 300, or twice the requested windows; none with --mlperf]
     #[arg(long, value_name = "S", value_parser = max_seconds)]
     max_seconds: Option<f64>,
-    /// Measure inputs of these lengths too, one at a time: gait cycles of a walk, one after another
-    /// [of models that take sequences of any number of frames]
+    /// Also measure inputs of these lengths in frames, one at a time: consecutive gait cycles of a
+    /// walk [for models that take sequences of any length]
     #[arg(long, value_name = "N[,N..]", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=4096))]
     frames: Vec<u16>,
     /// Five windows of 10 s, as MLPerf Tiny measures
     #[arg(long, conflicts_with_all = ["warm_up", "window_s", "windows"])]
     mlperf: bool,
-    /// Use these processors only, as in 0,2-3
+    /// Use only these processors, as in 0,2-3
     #[arg(long, value_name = "LIST", value_parser = cpus)]
     cpus: Option<CpuList>,
-    /// Compare with a loop around nothing but ONNX Runtime, window by window in turn
+    /// Compare with a bare loop around ONNX Runtime, in alternating windows
     #[arg(long)]
     bare: bool,
     /// Do not measure rank-1; with --compare, leave it out
     #[arg(long, conflicts_with_all = ["views", "azimuth_deg", "elevation_deg"])]
     no_accuracy: bool,
-    /// Measure what each operator takes of an inference, where the runtime tells (ONNX Runtime does)
+    /// Measure the time of each operator in an inference, where the runtime reports it (ONNX
+    /// Runtime does)
     #[arg(long)]
     profile: bool,
-    /// Write a table with a row for each model, number of threads and size of batch
+    /// Write a table with a row for each model, number of threads and batch size
     #[arg(long, value_name = "FILE", conflicts_with = "compare")]
     csv: Option<PathBuf>,
-    /// Draw latency against rank-1, a point for each model and board (SVG)
+    /// Write a chart of latency against rank-1, with a point for each model and board (SVG)
     #[arg(long, value_name = "FILE", requires = "compare")]
     chart: Option<PathBuf>,
-    /// How the tables are written
+    /// Format of the tables
     #[arg(long, value_name = "NAME", default_value = "text")]
     format: TableFormat,
-    /// Put the JSON results of several boards side by side, instead of measuring, with how many times as
-    /// long a model takes as on the first board that has it
+    /// Measure nothing, and show the JSON results of several boards side by side, with the time of
+    /// each model relative to the first board that has it
     #[arg(long, value_name = "FILE", num_args = 2.., conflicts_with_all = ["inputs", "json", "frames"])]
     compare: Vec<PathBuf>,
     #[command(flatten)]
@@ -112,30 +113,30 @@ pub(super) struct BenchArgs {
     draw: DrawArgs,
     #[command(flatten)]
     pub common: Common,
-    /// How this program is started once more: a program and its first words.
+    /// The program and first words that start this program again.
     #[arg(skip)]
     pub(super) program: Vec<OsString>,
-    /// The words behind the subcommand.
+    /// The words after the subcommand.
     #[arg(skip)]
     pub(super) words: Vec<OsString>,
     /// Measure the model of this number here, and print its result as JSON
     #[arg(long, value_name = "N", hide = true)]
     alone: Option<usize>,
-    /// Called so
+    /// Name of that model in its result
     #[arg(long, value_name = "NAME", hide = true)]
     alone_name: Option<String>,
-    /// With so many threads
+    /// Threads to measure that model with
     #[arg(long, value_name = "N", hide = true)]
     alone_threads: Option<usize>,
-    /// Measure its inputs of several lengths, nothing else
+    /// Measure only its inputs of several lengths
     #[arg(long, hide = true, requires = "alone")]
     only_lengths: bool,
-    /// Where the pack is that `--alone` draws from
+    /// The pack that `--alone` renders inputs from
     #[arg(long, value_name = "PATH", hide = true)]
     pack_at: Option<PathBuf>,
 }
 
-/// Each number once, rising.
+/// Sorts numbers in ascending order, without duplicates.
 fn rising(mut numbers: Vec<usize>) -> Vec<usize> {
     numbers.sort_unstable();
     numbers.dedup();
@@ -197,16 +198,16 @@ impl BenchArgs {
         }
     }
 
-    /// Lengths of inputs to measure, each once, rising.
+    /// Returns the input lengths to measure, ascending, without duplicates.
     fn lengths(&self) -> Vec<usize> {
         rising(self.frames.iter().map(|&frames| frames.into()).collect())
     }
 
-    /// The most that measuring a model may take; half of it is for inputs of several lengths, if those
-    /// are asked for. What nobody stated leaves all windows their time twice over.
+    /// Returns the limit on the measuring time of a model. Half of the time is for inputs of
+    /// several lengths, if requested. The default is at least twice the time of all windows.
     fn most(&self) -> Option<Duration> {
         let (plan, lengths) = (self.plan(), self.frames.len());
-        // Single inferences and the two loops beside them, batches, drawing, both.
+        // Single inferences and their two loops, batches, rendering, both together.
         let kinds = if self.bare { 5 } else { 3 } + self.batches().len() + lengths;
         let windows_s = plan.window.as_secs_f64() * f64::from(plan.windows) * kinds as f64;
         let usual_s = (!self.mlperf).then(|| USUAL_S.max(2.0 * windows_s));
@@ -214,7 +215,7 @@ impl BenchArgs {
         Some(if lengths > 0 { most / 2 } else { most })
     }
 
-    /// Prints results, and writes them where that was asked for.
+    /// Prints results, and writes the requested files.
     fn show(&self, results: &BenchResults) -> Result<()> {
         let columns = [ResultColumn { name: "", results }];
         self.common.say(render(&columns, self.format).trim_end());
@@ -227,7 +228,7 @@ impl BenchArgs {
         self.common.write_json(results)
     }
 
-    /// Numbers of threads to measure with, each once, rising.
+    /// Returns the numbers of threads to measure with, ascending, without duplicates.
     fn threads(&self) -> Vec<usize> {
         let threads: Vec<usize> = self
             .common
@@ -242,15 +243,15 @@ impl BenchArgs {
         }
     }
 
-    /// Sizes of batches to measure, each once, rising.
+    /// Returns the batch sizes to measure, ascending, without duplicates.
     fn batches(&self) -> Vec<usize> {
         rising(self.batch.iter().map(|&batch| batch.into()).collect())
     }
 
-    /// This program in a process of its own.
+    /// Returns a command that starts this program in a process of its own.
     fn again(&self) -> Result<Command> {
         let [program, first @ ..] = &self.program[..] else {
-            let none = std::io::Error::other("where it is cannot be told");
+            let none = std::io::Error::other("its path is unknown");
             return Err(Error::io("this program", none));
         };
         let mut command = Command::new(program);
@@ -291,7 +292,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
     if let Some(folder) = data.as_ref().filter(|path| path.is_dir()) {
         return Err(Error::input(
             folder,
-            "expected a pack to draw from, found a dataset",
+            "expected a pack to render, found a dataset",
         ));
     }
     let runtime = args.runtime.runtime()?;
@@ -313,7 +314,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
     let source_args = args.source(data);
     let source = source_args.load()?;
     let pack = Pack::parse(&source.bytes)?;
-    // Takes have no cycle to average: refused here.
+    // Uncut motions have no cycle to average: rejected here.
     jobs(&pack, &source_args.choose(&pack)?, 0..1)?;
     let folder = Staging::temporary()?;
     let pack_at = folder.path().join("pack.egp");
@@ -356,7 +357,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
     args.show(&results)
 }
 
-/// What was asked for.
+/// Returns a header with the requested settings.
 fn header(args: &BenchArgs, models: &[Model]) -> Result<ResultHeader> {
     let plan = args.plan();
     let views = args.views.views("paper")?;
@@ -368,7 +369,7 @@ fn header(args: &BenchArgs, models: &[Model]) -> Result<ResultHeader> {
         if index == 0 {
             drawn = one;
         } else {
-            // Models may differ in size and framing, which each one's entry tells.
+            // Models may differ in size and framing, which each entry states.
             drawn
                 .settings
                 .retain(|name, value| one.settings.get(name) == Some(value));
@@ -401,7 +402,7 @@ fn header(args: &BenchArgs, models: &[Model]) -> Result<ResultHeader> {
     Ok(header)
 }
 
-/// A number, or all of them where there are several.
+/// Returns a single number as itself, several as a list.
 fn one_or_all(numbers: Vec<usize>) -> serde_json::Value {
     match numbers[..] {
         [one] => one.into(),
@@ -409,7 +410,7 @@ fn one_or_all(numbers: Vec<usize>) -> serde_json::Value {
     }
 }
 
-/// How this program was built.
+/// Returns the build profile of this program.
 const fn build() -> &'static str {
     if cfg!(debug_assertions) {
         "debug"
@@ -418,7 +419,7 @@ const fn build() -> &'static str {
     }
 }
 
-/// Measures one model in a process of its own, which is this program once more.
+/// Measures one model in a process of its own, by running this program again.
 fn elsewhere<R: DeserializeOwned>(
     args: &BenchArgs,
     (model, index): (&Model, usize),
@@ -434,7 +435,7 @@ fn elsewhere<R: DeserializeOwned>(
     measured_by(command, model.path(), told)
 }
 
-/// Measures one model here.
+/// Measures one model in this process.
 fn alone(args: &BenchArgs, paths: &[PathBuf], pack: Option<PathBuf>, index: usize) -> Result<()> {
     end_with_parent()?;
     let open = || {

@@ -1,21 +1,21 @@
-//! The confounders: names, classes, and what each is at strength 1.
+//! The list of confounders: names, classes, and what each does at strength 1.
 
 use serde::Serialize;
 
-/// What varies: the classes of Charalambous & Bharath (BMVC 2016, section 1).
+/// The class of a confounder, after Charalambous & Bharath (BMVC 2016, section 1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Class {
-    /// Where the walker walks, and what stands there.
+    /// The scene: floor, light, shadows, occluders, segmentation faults.
     Environment,
-    /// How the walker is seen.
+    /// The camera: viewpoint, lens, exposure, resolution, frames.
     Imaging,
-    /// What the walker is like, wears and carries.
+    /// The walker: body, gait, clothes, loads.
     Appearance,
 }
 
 impl Class {
-    /// The name under which lists and results state it.
+    /// Returns the name of the class in lists and results.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -26,53 +26,53 @@ impl Class {
     }
 }
 
-/// Where in the making of a silhouette a confounder acts.
+/// The stage of rendering at which a confounder acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stage {
-    /// On the body's hulls, before it is posed.
+    /// The body's hulls, before the body is posed.
     Body,
-    /// On poses.
+    /// The poses.
     Motion,
-    /// On which frames there are.
+    /// The choice of frames.
     Time,
-    /// On the camera.
+    /// The camera.
     Camera,
-    /// On the silhouette, before it is framed.
+    /// The silhouette, before it is framed.
     Image,
 }
 
-/// A confounder's physical unit, where its strength is in proportion to a quantity.
+/// The physical unit of a confounder whose strength is proportional to a quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DoseUnit {
-    /// As conditions state it, such as `deg`.
+    /// The unit's symbol in conditions, such as `deg`.
     pub name: &'static str,
     /// The amount at strength 1.
     pub full: f64,
 }
 
-/// Something that makes the same walk look different.
+/// The catalogue's entry of a confounder, which makes the same walk look different.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Confounder {
-    /// Which.
+    /// The confounder that the entry describes.
     pub kind: ConfounderKind,
-    /// The name under which conditions and results state it.
+    /// The name of the confounder in conditions and results.
     pub name: &'static str,
-    /// What varies.
+    /// The class of what varies.
     pub class: Class,
-    /// Where it acts.
+    /// The stage of rendering at which the confounder acts.
     pub stage: Stage,
-    /// Whether it has an opposite: strengths from -1 on, otherwise from 0 on.
+    /// Whether there is an opposite: strengths start at -1, otherwise at 0.
     pub is_signed: bool,
-    /// The unit of its strength, if it has one.
+    /// The physical unit of the strength, if there is one.
     pub unit: Option<DoseUnit>,
-    /// What it is at strength 1.
+    /// A description of the confounder at strength 1.
     pub at_full: &'static str,
 }
 
 /// Declares [`ConfounderKind`] and [`CATALOGUE`].
 macro_rules! confounders {
     ($($kind:ident $name:literal $class:ident $stage:ident $signed:literal $unit:expr, $full:literal;)*) => {
-        /// A confounder. The order is that in which they are applied.
+        /// A confounder, in the order of application. Each is described at strength 1.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum ConfounderKind {
             $(#[doc = $full] $kind,)*
@@ -103,49 +103,49 @@ confounders! {
     Age "age" Appearance Body false None, "80 years old: shorter trunk, wider waist, stoop, shorter steps";
     WideTrousers "wide-trousers" Appearance Body false None, "legs 1 cm wider all around at the hips, 5.5 cm at the ankles";
     Shoes "shoes" Appearance Body false None, "soles of 2 cm, heels of 3.5 cm, 2.5 cm longer than the toes";
-    Skirt "skirt" Appearance Body false None, "a skirt nine tenths down the legs, taut between them";
+    Skirt "skirt" Appearance Body false None, "a skirt that covers nine tenths of the legs, taut between them";
     Coat "coat" Appearance Body false None, "a coat, 2 cm thick, from the shoulders to below the knees";
     Hair "hair" Appearance Body false None, "full hair, 3 cm thick, down to the shoulder blades";
     Hat "hat" Appearance Body false None, "a brim of 7 cm and a crown 5 cm above the head";
     Backpack "backpack" Appearance Body false None, "32 x 46 x 20 cm on the back, and a lean of 10 degrees";
     ShoulderBag "shoulder-bag" Appearance Body false None, "38 x 30 x 12 cm at the left hip";
-    Suitcase "suitcase" Appearance Body false None, "55 x 40 x 20 cm in the right hand, which hangs";
+    Suitcase "suitcase" Appearance Body false None, "55 x 40 x 20 cm in the right hand; the arm hangs";
     Speed "speed" Appearance Motion true None, "1.5 times as fast (-1: two thirds), strides longer by 1.5^0.42";
     ArmStill "arm-still" Appearance Motion false None, "the right arm does not swing";
     HandsInPockets "hands-in-pockets" Appearance Motion false None, "both hands in the pockets";
     AsymmetricGait "asymmetric-gait" Appearance Motion false None, "a limp: the right hip keeps 60 % of its swing, the trunk tips by 10 degrees";
     Slope "slope" Environment Motion true unit(20.0, "deg"), "20 degrees up (-1: down)";
-    FrameRate "frame-rate" Imaging Time false None, "a tenth of the frames; each is shown until the next one";
-    DroppedFrames "dropped-frames" Imaging Time false unit(90.0, "%"), "90 % of the frames lost; the one before is shown again";
-    Azimuth "azimuth" Imaging Camera true unit(30.0, "deg"), "the camera 30 degrees further round";
-    Elevation "elevation" Imaging Camera true unit(30.0, "deg"), "the camera 30 degrees higher, at most straight above";
+    FrameRate "frame-rate" Imaging Time false None, "a tenth of the frames; each is repeated until the next one";
+    DroppedFrames "dropped-frames" Imaging Time false unit(90.0, "%"), "90 % of the frames lost; the previous frame is repeated";
+    Azimuth "azimuth" Imaging Camera true unit(30.0, "deg"), "the camera 30 degrees further around the walker";
+    Elevation "elevation" Imaging Camera true unit(30.0, "deg"), "the camera 30 degrees higher, at most vertically above";
     Roll "roll" Imaging Camera true unit(20.0, "deg"), "the camera turned by 20 degrees about its line of sight";
-    Distance "distance" Imaging Camera false None, "the camera 1.5 m away (0: as far as it was; parallel rays come from infinity)";
-    FocalLength "focal-length" Imaging Camera false None, "a quarter of the focal length: of a figure's 150 rows on the sensor 38 are left";
+    Distance "distance" Imaging Camera false None, "the camera 1.5 m away (0: at its own distance, infinite for parallel rays)";
+    FocalLength "focal-length" Imaging Camera false None, "a quarter of the focal length: a figure of 150 rows on the sensor shrinks to 38";
     Shadow "shadow" Environment Image false None, "the whole shadow of a sun 45 degrees high, ahead to the left; a level camera sees none";
     StaticOccluder "static-occluder" Environment Image false None, "a pillar, half a metre thick, that the walker passes behind";
-    MovingOccluder "moving-occluder" Environment Image false None, "somebody as large who crosses in front";
-    MotionBlur "motion-blur" Imaging Image false unit(0.125, "s"), "an exposure of 1/8 s by a camera that stands still";
+    MovingOccluder "moving-occluder" Environment Image false None, "a person of the same size who crosses in front";
+    MotionBlur "motion-blur" Imaging Image false unit(0.125, "s"), "an exposure of 1/8 s by a static camera";
     RadialDistortion "radial-distortion" Imaging Image true None, "k1 = -0.3, k2 = 0.08 (-1: k1 = 0.3), the figure 39 degrees off the axis";
     Resolution "resolution" Imaging Image false None, "a figure of ten rows";
-    Light "light" Environment Image false None, "patches without contrast, noise, light from one side, through segmentation";
+    Light "light" Environment Image false None, "patches without contrast, noise and light from one side, then segmentation";
     Holes "holes" Environment Image false None, "six holes with a quarter of the figure's area";
     MissingParts "missing-parts" Environment Image false None, "the head, a band or half a leg taken for background";
     MergedBackground "merged-background" Environment Image false None, "three blobs with half of the figure's area joined to it";
     Erosion "erosion" Environment Image false unit(3.0, "cm"), "an outline drawn 3 cm too tight";
     Dilation "dilation" Environment Image false unit(3.0, "cm"), "an outline drawn 3 cm too wide";
-    SaltAndPepper "salt-and-pepper" Environment Image false unit(10.0, "%"), "10 % of the samples around the figure turned over";
+    SaltAndPepper "salt-and-pepper" Environment Image false unit(10.0, "%"), "10 % of the samples in the figure's bounding box flipped";
 }
 
 impl ConfounderKind {
-    /// What is known of it.
+    /// Returns the confounder's entry in [`CATALOGUE`].
     #[must_use]
     pub fn confounder(self) -> &'static Confounder {
         &CATALOGUE[self as usize]
     }
 }
 
-/// The confounder of this name.
+/// Returns the confounder of this name.
 #[must_use]
 pub(crate) fn named(name: &str) -> Option<&'static Confounder> {
     CATALOGUE.iter().find(|confounder| confounder.name == name)

@@ -1,4 +1,4 @@
-//! Conditions: confounders that act together, as users name and write them.
+//! Conditions: named sets of confounders that act together, read from TOML files.
 
 use super::catalogue::{CATALOGUE, Confounder};
 use super::dose::{Dose, Doses};
@@ -8,13 +8,12 @@ use crate::named_or_file::toml_of;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Names of the sets of conditions that are built in; `each` has every confounder alone, at
-/// strength 1.
+/// The names of the built-in sets of conditions. `each` has every confounder alone, at strength 1.
 pub const NAMES: [&str; 4] = ["casia-b", "tum-iitkgp", "domain-random", EACH];
 
 const EACH: &str = "each";
 
-/// What a walk is called on which nothing acts.
+/// The name of a walk without confounders.
 pub const NORMAL: &str = "normal";
 
 const BUILT_IN: [&str; 3] = [
@@ -23,25 +22,25 @@ const BUILT_IN: [&str; 3] = [
     include_str!("conditions/domain-random.toml"),
 ];
 
-/// Under which circumstances somebody walks.
+/// One or more confounders with their strengths, under which people walk.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Condition {
-    /// What it is called in results, such as `BG`.
+    /// The name of the condition in results, such as `BG`.
     pub name: String,
-    /// Another number draws other holes, occluders and choices.
+    /// The seed of random holes, occluders and choices.
     #[serde(default)]
     pub seed: u64,
-    /// What acts on everybody.
+    /// The confounders that act on every person.
     #[serde(default)]
     pub confounders: Draws,
-    /// Alternatives, one for each person, drawn from the seed.
+    /// Alternatives, of which one is chosen at random for each person.
     #[serde(default)]
     pub one_of: Vec<Draws>,
 }
 
 impl Condition {
-    /// A condition of its own: what acts on everybody, called by it.
+    /// Creates a condition whose confounders act on every person, and name it.
     #[must_use]
     pub fn of(confounders: Doses) -> Self {
         Self {
@@ -52,8 +51,8 @@ impl Condition {
         }
     }
 
-    /// What may act where alternative number `choice` (any number) is taken, in the order in which
-    /// it is applied.
+    /// Returns the confounders of the condition with alternative number `choice` (any number), in
+    /// the order of application.
     #[must_use]
     pub fn draws(&self, choice: usize) -> Vec<&Draw> {
         let chosen = self.alternative(choice);
@@ -63,20 +62,20 @@ impl Condition {
         draws
     }
 
-    /// Alternative number `choice` (any number); none if there are none.
+    /// Returns alternative number `choice` (any number), or `None` if there are no alternatives.
     fn alternative(&self, choice: usize) -> Option<&Draws> {
         let at = choice.checked_rem(self.one_of.len())?;
         self.one_of.get(at)
     }
 
-    /// Whether nothing acts, whatever it is called.
+    /// Returns whether the condition has no confounders, whatever its name.
     #[must_use]
     pub fn is_clean(&self) -> bool {
         let mut all = std::iter::once(&self.confounders).chain(&self.one_of);
         all.all(|draws| draws.list().is_empty())
     }
 
-    /// Whether nothing is left to chance, and the same acts on everybody.
+    /// Returns whether the same confounders act on every person, at fixed strengths.
     #[must_use]
     pub fn is_fixed(&self) -> bool {
         self.one_of.is_empty() && self.confounders.list().iter().all(Draw::is_fixed)
@@ -95,7 +94,7 @@ impl Condition {
         let own = self.confounders.list();
         if self.name == NORMAL && !(own.is_empty() && self.one_of.is_empty()) {
             return Some(format!(
-                "condition {NORMAL:?} is what a walk is called on which nothing acts (use another name)"
+                "condition {NORMAL:?} is the name of a walk without confounders (use another name)"
             ));
         }
         let twice = self
@@ -105,7 +104,7 @@ impl Condition {
             .find(|draw| own.iter().any(|other| other.kind == draw.kind));
         twice.map(|draw| {
             format!(
-                "condition {:?}: {} is among confounders and one_of (leave it out of one of them)",
+                "condition {:?}: {} is in both confounders and one_of (remove it from one of them)",
                 self.name,
                 draw.kind.confounder().name
             )
@@ -113,20 +112,20 @@ impl Condition {
     }
 }
 
-/// Conditions, not empty, told apart by their names.
+/// A set of at least one condition, with distinct names.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Conditions {
-    /// In the file's order.
+    /// The conditions in the order of the file.
     #[serde(rename = "conditions", default)]
     pub list: Vec<Condition>,
 }
 
 impl Conditions {
-    /// Those that are built in under a name, or those of a `.toml` file.
+    /// Returns a built-in set of conditions, or reads one from a `.toml` file.
     ///
     /// # Errors
-    /// If there are none of this name, or the file cannot be used.
+    /// If there is no set of this name, or the file cannot be used.
     pub fn named(name: &str) -> Result<Self> {
         if name == EACH {
             return Ok(Self::each());
@@ -135,7 +134,8 @@ impl Conditions {
         Self::parse(Path::new(name), &text)
     }
 
-    /// Nothing, then every confounder alone, at strength 1, called by its name.
+    /// Returns a condition without confounders, then each confounder alone, at strength 1, under
+    /// its name.
     fn each() -> Self {
         let alone = |confounder: &Confounder| Condition {
             name: confounder.name.to_owned(),
@@ -156,7 +156,7 @@ impl Conditions {
         }
     }
 
-    /// Conditions from TOML; `path` is for messages.
+    /// Parses conditions from TOML; `path` is for messages.
     ///
     /// # Errors
     /// If the text is not TOML, a key is unknown, or a strength is out of range.
@@ -169,7 +169,7 @@ impl Conditions {
         }
     }
 
-    /// Refuses what is no list of conditions.
+    /// Checks that there are conditions, that each is valid, and that their names are distinct.
     pub(crate) fn check(&self) -> std::result::Result<(), String> {
         let names = self.list.iter().enumerate();
         let twice = names.filter(|(at, condition)| {
@@ -186,7 +186,7 @@ impl Conditions {
         }
     }
 
-    /// The condition of this name.
+    /// Returns the condition of this name.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&Condition> {
         self.list.iter().find(|condition| condition.name == name)

@@ -1,4 +1,4 @@
-//! A dose: a confounder at a strength.
+//! Doses: confounders with their strengths.
 
 use super::catalogue::ConfounderKind;
 use std::fmt;
@@ -6,18 +6,19 @@ use std::fmt;
 /// A confounder and its strength.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dose {
-    /// Which.
+    /// The confounder that acts.
     pub kind: ConfounderKind,
-    /// 0 changes nothing, 1 (or -1) is what [`CATALOGUE`] says.
+    /// The strength: 0 changes nothing, 1 (or -1) is what [`CATALOGUE`](super::CATALOGUE)
+    /// describes.
     pub strength: f64,
 }
 
-/// Confounders that act together, in the order in which they are applied.
+/// Confounders that act together, in the order of application.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Doses(Vec<Dose>);
 
 impl Doses {
-    /// The doses that change something.
+    /// Keeps the doses that change something, and sorts them.
     pub fn new(doses: impl IntoIterator<Item = Dose>) -> Self {
         let changes = |dose: &Dose| dose.strength != 0.0;
         let mut doses: Vec<Dose> = doses.into_iter().filter(changes).collect();
@@ -25,13 +26,13 @@ impl Doses {
         Self(doses)
     }
 
-    /// In the order in which they are applied.
+    /// Returns the doses in the order of application.
     #[must_use]
     pub fn list(&self) -> &[Dose] {
         &self.0
     }
 
-    /// The strength of a confounder; none if it changes nothing.
+    /// Returns the strength of a confounder, or `None` if it changes nothing.
     #[must_use]
     pub fn strength(&self, kind: ConfounderKind) -> Option<f64> {
         let found = self.0.iter().find(|dose| dose.kind == kind);
@@ -39,7 +40,7 @@ impl Doses {
     }
 }
 
-/// `backpack=0.5,roll=0.2`.
+/// Writes `backpack=0.5,roll=0.2`.
 impl fmt::Display for Doses {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut separator = "";

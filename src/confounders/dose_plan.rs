@@ -1,4 +1,4 @@
-//! What a condition comes to for one cycle of one walk.
+//! The doses of a condition for one cycle of a walk, sampled where the condition is random.
 
 use super::dose::{Dose, Doses};
 use super::random_strength::{Draw, Per};
@@ -8,7 +8,7 @@ use edgegait_core::format::crc32;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
-/// Doses for one cycle, and what is drawn for them.
+/// The doses for one cycle, and the source of their random numbers.
 #[derive(Clone, Debug)]
 pub struct DosePlan {
     doses: Doses,
@@ -17,7 +17,7 @@ pub struct DosePlan {
 }
 
 impl DosePlan {
-    /// What `condition` comes to for a cycle; nothing without one.
+    /// Samples the doses of `condition` for a cycle; without a condition there are none.
     #[must_use]
     pub fn new(condition: Option<&Condition>, of: CycleSeed) -> Self {
         let mut plan = Self {
@@ -32,7 +32,7 @@ impl DosePlan {
         plan
     }
 
-    /// What a draw comes to for this cycle.
+    /// Samples one confounder's dose for this cycle.
     fn drawn(&self, draw: &Draw) -> Dose {
         let name = u64::from(crc32(draw.kind.confounder().name.as_bytes())) << 32;
         let of = &self.of;
@@ -41,43 +41,43 @@ impl DosePlan {
             Per::Take => [of.subject, of.walk, name | u64::from(take_of(of.variation))],
             Per::Cycle => [of.subject, of.walk, name | u64::from(of.variation)],
         };
-        // Views have the streams below.
+        // Viewpoints use the other streams.
         draw.dose(&mut self.draws(parts, u64::MAX))
     }
 
-    /// A person's choice among alternatives, which does not depend on the walk.
+    /// Samples a person's choice among alternatives, which does not depend on the walk.
     fn choice(&self) -> usize {
         self.draws([self.of.subject, 0, 0], 0).random::<u32>() as usize
     }
 
-    /// The strength of a confounder; none if it changes nothing.
+    /// Returns the strength of a confounder, or `None` if it changes nothing.
     #[must_use]
     pub fn strength(&self, kind: ConfounderKind) -> Option<f64> {
         self.doses.strength(kind)
     }
 
-    /// How much of a confounder there is, in the catalogue's unit; none if it changes nothing or has
-    /// no unit.
+    /// Returns the amount of a confounder in the catalogue's unit, or `None` if it changes nothing
+    /// or has no unit.
     #[must_use]
     pub fn amount(&self, kind: ConfounderKind) -> Option<f64> {
         let unit = kind.confounder().unit?;
         Some(self.strength(kind)? * unit.full)
     }
 
-    /// Whether anything is done at a stage.
+    /// Returns whether any confounder acts at a stage.
     #[must_use]
     pub fn acts_at(&self, stage: Stage) -> bool {
         let mut doses = self.doses.list().iter();
         doses.any(|dose| dose.kind.confounder().stage == stage)
     }
 
-    /// The doses in order.
+    /// Returns the doses in the order of application.
     #[must_use]
     pub const fn doses(&self) -> &Doses {
         &self.doses
     }
 
-    /// Random numbers of a confounder for the whole cycle, from whatever viewpoint.
+    /// Returns the random numbers of a confounder for the whole cycle, the same for all viewpoints.
     #[must_use]
     pub fn of_cycle(&self, kind: ConfounderKind) -> ChaCha8Rng {
         let name = u64::from(crc32(kind.confounder().name.as_bytes()));
@@ -85,7 +85,7 @@ impl DosePlan {
         self.draws([self.of.subject, self.of.walk, name << 32 | variation], 0)
     }
 
-    /// Random numbers of a confounder for one view of the cycle, the same for all frames.
+    /// Returns the random numbers of a confounder for one viewpoint, the same for all frames.
     #[must_use]
     pub fn of_view(
         &self,
@@ -98,18 +98,18 @@ impl DosePlan {
         rng
     }
 
-    /// Random numbers of a confounder for one frame from one view.
+    /// Returns the random numbers of a confounder for one frame from one viewpoint.
     #[must_use]
     pub fn of_picture(&self, kind: ConfounderKind, view: (f32, f32), frame: u32) -> ChaCha8Rng {
         let mut rng = self.of_view(kind, view);
-        // More words than any effect draws for a picture.
+        // 2^32 words a frame: more than any effect uses.
         rng.set_word_pos(u128::from(frame + 1) << 32);
         rng
     }
 
     fn draws(&self, parts: [u64; 3], stream: u64) -> ChaCha8Rng {
         let mut key = [0; 32];
-        // The seeds of settings and condition, which differ by a multiplication: 2^64 / phi.
+        // Combines the seeds of settings and condition; the factor is 2^64 / phi.
         let seed = self.of.seed ^ self.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
         for (bytes, part) in key
             .chunks_exact_mut(8)
@@ -123,7 +123,7 @@ impl DosePlan {
     }
 }
 
-/// The take that a variation belongs to.
+/// Returns the take that a variation belongs to.
 const fn take_of(variation: u32) -> u32 {
     variation / CYCLES_OF_A_TAKE
 }
@@ -221,7 +221,7 @@ mod tests {
         assert_eq!(same(first, drawn(3, 9, 8)), [true, false, false]);
         assert_eq!(same(first, drawn(3, 10, 0)), [true, false, false]);
         assert_eq!(same(first, drawn(4, 9, 0)), [false; 3]);
-        // One draw is not another one's.
+        // Confounders have different random numbers.
         assert!(first[0] != first[1] && first[1] != first[2]);
     }
 }

@@ -1,9 +1,10 @@
-//! Confounders: what makes one walk look different, under control.
+//! Confounders: controlled changes that make the same walk look different.
 //!
-//! A confounder has a name, a class, a strength and a seed; a condition is confounders that act
-//! together, as strongly as it says or as is drawn from distributions that it states. They act where their cause does: on the body's hulls (`appearance`), on poses
-//! (`motion`), on the camera and on which frames there are (the sweep), or on silhouettes before
-//! they are framed (`image`). At strength 0 nothing is done at all.
+//! A confounder has a name, a class, a strength and a seed. A condition is a set of confounders
+//! that act together, with fixed strengths or distributions from which strengths are sampled.
+//! Confounders act where their cause does: on the body's hulls (`appearance`), on poses
+//! (`motion`), on the camera and the choice of frames (the sweep), or on silhouettes before they
+//! are framed (`image`). Strength 0 changes nothing.
 
 pub(crate) mod appearance;
 pub(crate) mod catalogue;

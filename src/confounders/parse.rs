@@ -1,4 +1,4 @@
-//! Strengths as users write them, and as results state them.
+//! Parsing and writing of strengths, as in conditions and results.
 
 use super::catalogue::{CATALOGUE, ConfounderKind, DoseUnit, named};
 use super::dose::Dose;
@@ -9,10 +9,10 @@ use serde::ser::SerializeMap as _;
 use serde::{Deserialize, Serialize, Serializer};
 use std::fmt;
 
-/// A dose from `NAME=STRENGTH`, where the strength may be an amount: `roll=5deg`.
+/// Parses a dose from `NAME=STRENGTH`, where the strength may be an amount: `roll=5deg`.
 ///
 /// # Errors
-/// If there is no such confounder, or the strength is out of its range.
+/// If the confounder is unknown, or the strength is out of its range.
 pub fn dose(text: &str) -> Result<Dose, String> {
     let (name, amount) = text
         .split_once('=')
@@ -38,17 +38,17 @@ fn kind(name: &str) -> Result<ConfounderKind, String> {
     })
 }
 
-/// A strength as it is written.
+/// A strength as the user wrote it.
 #[derive(Clone, Debug)]
 enum Amount {
-    /// 1 is what the catalogue says.
+    /// A share of the amount in the catalogue.
     Share(f64),
-    /// With its unit, such as `5 deg`.
+    /// An amount with its unit, such as `5 deg`.
     Quantity(String),
 }
 
 impl Amount {
-    /// The share of what the catalogue says, whatever it is.
+    /// Returns the share of the amount in the catalogue, without a check of its range.
     fn share(&self, kind: ConfounderKind) -> Result<f64, String> {
         let name = kind.confounder().name;
         let text = match self {
@@ -69,11 +69,11 @@ impl Amount {
         })
     }
 
-    /// The same within the confounder's range.
+    /// Returns the share, which must be in the confounder's range.
     fn strength(&self, kind: ConfounderKind) -> Result<f64, String> {
         let share = self.share(kind)?;
         let (least, most) = range(kind);
-        // A NaN is in no range.
+        // NaN is in no range.
         if (least..=most).contains(&share) {
             return Ok(share);
         }
@@ -100,13 +100,13 @@ impl<'de> Deserialize<'de> for Amount {
     }
 }
 
-/// What is written behind the name of a confounder.
+/// The value of a confounder's key in a condition.
 enum WrittenDose {
     Amount(Amount),
     Table(Box<Distribution>),
 }
 
-/// A table of TOML that says how a strength is drawn.
+/// A TOML table that states how to sample a strength.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Distribution {
@@ -155,10 +155,10 @@ impl WrittenDose {
             }
             (None, None, Some([mean, sd]), None) => {
                 let [mean, sd] = [mean.strength(kind)?, sd.share(kind)?];
-                // A NaN is no spread.
+                // NaN is no spread.
                 if !(0.0..=2.0).contains(&sd) {
                     return Err(format!(
-                        "{name}: expected normal = [MEAN, SD] with a standard deviation of 0 to 2 strengths, found {sd}"
+                        "{name}: expected normal = [MEAN, SD] with a standard deviation of 0 to 2 (as a strength), found {sd}"
                     ));
                 }
                 StrengthSpread::Normal([mean, sd])
@@ -169,7 +169,7 @@ impl WrittenDose {
             }
             _ => {
                 return Err(format!(
-                    "{name}: expected one of strength = 1, uniform = [0.2, 1], normal = [0, 0.1] and choice = [0.5, 1]"
+                    "{name}: expected one of strength = 1, uniform = [0.2, 1], normal = [0, 0.1] or choice = [0.5, 1]"
                 ));
             }
         };
@@ -228,7 +228,7 @@ impl<'de> Visitor<'de> for DrawsVisitor {
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(
-            "a table of confounders with their strengths, as { backpack = 0.5, roll = \"5 deg\" }",
+            "a table of confounders with their strengths, such as { backpack = 0.5, roll = \"5 deg\" }",
         )
     }
 
@@ -252,7 +252,7 @@ impl Serialize for Draws {
     }
 }
 
-/// As conditions are written.
+/// Writes the same form as conditions use.
 impl Serialize for Draw {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         if let (StrengthSpread::Fixed(strength), true) = (&self.spread, self.is_fixed()) {

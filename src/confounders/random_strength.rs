@@ -1,4 +1,4 @@
-//! Strengths as conditions state them: fixed, or drawn from a distribution.
+//! Strengths in conditions: fixed, or sampled from a distribution.
 
 use super::catalogue::ConfounderKind;
 use super::dose::{Dose, Doses};
@@ -7,56 +7,57 @@ use rand::{Rng, RngExt as _};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Strengths are drawn as whole numbers of this many to 1, so that results state them exactly.
+/// Steps from 0 to 1 to which sampled strengths are rounded, so that results state them exactly.
 const STEPS: f64 = 1000.0;
 
-/// How strong a confounder is.
+/// The distribution of a confounder's strength.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StrengthSpread {
-    /// As strong as this.
+    /// A fixed strength.
     Fixed(f64),
-    /// Anything between the two, evenly.
+    /// A uniform distribution between two strengths.
     Uniform([f64; 2]),
-    /// About a mean with a standard deviation; what is out of the confounder's range is drawn again.
+    /// A normal distribution: mean and standard deviation, sampled again outside the confounder's
+    /// range.
     Normal([f64; 2]),
-    /// One of these, evenly.
+    /// One of these strengths, each with the same chance.
     Choice(Vec<f64>),
 }
 
-/// For what a strength is drawn anew.
+/// The unit for which a strength is sampled anew.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Per {
-    /// For each person: the same in all of their walks.
+    /// Each person: the same strength in all of their walks.
     Person,
-    /// For each take: eight cycles of a walk.
+    /// Each take: eight cycles of a walk.
     Take,
-    /// For each gait cycle, whatever it is seen from.
+    /// Each gait cycle: the same strength from all viewpoints.
     #[default]
     Cycle,
 }
 
-/// A confounder, how likely it acts, and how strongly.
+/// A confounder with the chance that it acts and the distribution of its strength.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Draw {
-    /// Which.
+    /// The confounder that may act.
     pub kind: ConfounderKind,
     /// The chance that it acts, 0..=1.
     pub chance: f64,
-    /// How strongly it then does.
+    /// The distribution of the strength where it acts.
     pub spread: StrengthSpread,
-    /// For what both are drawn.
+    /// The unit for which action and strength are sampled anew.
     pub per: Per,
 }
 
 impl Draw {
-    /// Whether nothing is left to chance.
+    /// Returns whether the confounder always acts, at a fixed strength.
     #[must_use]
     pub fn is_fixed(&self) -> bool {
         matches!(self.spread, StrengthSpread::Fixed(_)) && self.chance >= 1.0
     }
 
-    /// Whether it can change anything.
+    /// Returns whether the confounder can change anything.
     #[must_use]
     pub fn can_act(&self) -> bool {
         let strengths: &[f64] = match &self.spread {
@@ -67,7 +68,7 @@ impl Draw {
         self.chance > 0.0 && strengths.iter().any(|&strength| strength != 0.0)
     }
 
-    /// What is drawn of it; a strength of 0 where it does not act.
+    /// Samples a dose; its strength is 0 where the confounder does not act.
     pub(super) fn dose(&self, rng: &mut impl Rng) -> Dose {
         let acts = rng.random::<f64>() < self.chance;
         let strength = match &self.spread {
@@ -97,7 +98,7 @@ fn rounded(strength: f64) -> f64 {
     (strength * STEPS).round() / STEPS
 }
 
-/// Draws that belong together, in the order in which their confounders are applied.
+/// The random confounders of a condition, in the order of application.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Draws(Vec<Draw>);
 
@@ -108,7 +109,7 @@ impl Draws {
         Self(draws)
     }
 
-    /// In the order in which they are applied.
+    /// Returns the draws in the order of application.
     #[must_use]
     pub fn list(&self) -> &[Draw] {
         &self.0
@@ -127,7 +128,7 @@ impl From<Doses> for Draws {
     }
 }
 
-/// `backpack=0.5,roll=0.1 to 0.2`.
+/// Writes `backpack=0.5,roll=0.1 to 0.2`.
 impl fmt::Display for Draws {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut separator = "";
@@ -151,7 +152,7 @@ impl fmt::Display for Draws {
     }
 }
 
-/// The strengths that a confounder has.
+/// Returns the least and the greatest strength of a confounder.
 pub(super) fn range(kind: ConfounderKind) -> (f64, f64) {
     let is_signed = kind.confounder().is_signed;
     (if is_signed { -1.0 } else { 0.0 }, 1.0)
@@ -171,7 +172,7 @@ mod tests {
         Ok(conditions.list[0].clone())
     }
 
-    /// 20,000 strengths of a confounder that is written so.
+    /// Samples 20,000 strengths of a confounder from its TOML.
     fn strengths(written: &str) -> Vec<f64> {
         let condition = parsed(written).expect(written);
         let draw = condition.draws(0)[0].clone();
@@ -196,10 +197,11 @@ mod tests {
         let (mean, sd) = mean_and_sd(&acting);
         assert!((mean - 0.6).abs() < 0.01 && (sd - 0.8 / 12f64.sqrt()).abs() < 0.005);
         assert!(acting.iter().all(|s| (0.2..=1.0).contains(s)));
-        // What results state is what acts.
+        // Results state strengths exactly, in at most three decimals.
         assert!(acting.iter().all(|s| format!("{s}").len() <= 5));
 
-        // 3 of 20 degrees; normal deviates beyond 2.5 are drawn again, which leaves 0.95 of it.
+        // 3 of 20 degrees. `normal` samples deviates beyond 2.5 again, which leaves 0.95 of the
+        // deviation.
         let (mean, sd) = mean_and_sd(&strengths("roll = { normal = ['0 deg', '3 deg'] }"));
         assert!(
             mean.abs() < 0.005 && (sd - 0.95 * 0.15).abs() < 0.005,
@@ -245,7 +247,7 @@ mod tests {
         for (written, expected) in [
             (
                 "roll = { normal = [0, -0.1] }",
-                "deviation of 0 to 2 strengths, found -0.1",
+                "deviation of 0 to 2 (as a strength), found -0.1",
             ),
             ("roll = { normal = ['0 deg', '-3 deg'] }", "found -0.15"),
             ("roll = { normal = [0, nan] }", "found NaN"),

@@ -24,13 +24,15 @@ mod symmetry;
 mod target;
 mod uncut;
 mod uncut_fit;
+mod uncut_target;
 
 pub use avatar::{EncodedAvatar, encode_avatar};
 pub use pack::{
     BUDGET_TRIES, STEPS_OF_WALK, body_error_mm, check_walks, encode_subjects, encode_within,
 };
 pub use population::{Effort, encode_population, read_population_code};
-pub use uncut::{EncodedClip, encode_take};
+pub use uncut::encode_take;
+pub use uncut_target::EncodedClip;
 
 /// Greatest encoding error of a walk unless a user says otherwise, mm: a seventh of a GEI's
 /// pixel, which is about 35 mm of the body, and less than what closing a recorded loop moves.

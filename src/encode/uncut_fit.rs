@@ -3,7 +3,7 @@
 use super::knots::{KnotChannel, write};
 use super::spline::{Factor, KnotGrid};
 use super::target::hundredths;
-use super::uncut::{EncodedClip, Encoder, Errors};
+use super::uncut_target::{EncodedClip, Encoder, Errors};
 use edgegait_core::format::{
     CLIP_TAKE, MAX_INTEGER_WIDTH, SPACING_CONSTANT, TAKE_CHANNELS, TAKE_HEADER_BYTES,
 };

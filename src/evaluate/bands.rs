@@ -1,4 +1,4 @@
-//! Rank-1 summed over bands of azimuth and elevation: 703 numbers as 25.
+//! Rank-1 pooled over bands of azimuth and elevation: 703 viewpoints in 25 cells.
 
 use super::rank1::Tally;
 use super::results::ViewpointResult;
@@ -8,24 +8,24 @@ pub(crate) const AZIMUTHS: [&str; 5] = ["0-40", "45-85", "90", "95-135", "140-18
 /// Names of the elevation bands, degrees, from level to above.
 pub(crate) const ELEVATIONS: [&str; 5] = ["0", "5-25", "30-50", "55-75", "80-90"];
 
-// Between two viewpoints of the 5-degree grid, so that any viewpoint has a band.
+// Midway between two viewpoints of the 5-degree grid, so that every viewpoint has a band.
 const AZIMUTH_ENDS: [f64; 6] = [-2.5, 42.5, 87.5, 92.5, 137.5, 182.5];
 const ELEVATION_ENDS: [f64; 6] = [-2.5, 2.5, 27.5, 52.5, 77.5, 92.5];
 
-/// Rank-1 by band.
+/// Hits and probes by band of azimuth and elevation.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Bands {
-    /// `[elevation][azimuth]`, in the order of [`ELEVATIONS`] and [`AZIMUTHS`].
+    /// Tallies `[elevation][azimuth]`, in the order of [`ELEVATIONS`] and [`AZIMUTHS`].
     pub cells: [[Tally; 5]; 5],
     /// Viewpoints in no band: below the horizon or on the walker's right.
     pub outside: usize,
-    /// Viewpoints in a band whose azimuth or elevation is no multiple of 5 degrees: they count as
-    /// the nearest one, the higher of two.
+    /// Viewpoints in a band whose azimuth or elevation is not a multiple of 5 degrees. They count
+    /// as the nearest multiple; of two equally near ones, the higher.
     pub between: usize,
 }
 
 impl Bands {
-    /// Sums viewpoints.
+    /// Sums the results of viewpoints by band.
     #[must_use]
     pub(crate) fn of(viewpoints: &[ViewpointResult]) -> Self {
         let mut bands = Self::default();
@@ -44,26 +44,26 @@ impl Bands {
         bands
     }
 
-    /// An elevation band over all azimuths.
+    /// Returns the tally of an elevation band over all azimuths.
     #[must_use]
     pub(crate) fn elevation(&self, band: usize) -> Tally {
         self.cells[band].iter().copied().sum()
     }
 
-    /// An azimuth band over all elevations.
+    /// Returns the tally of an azimuth band over all elevations.
     #[must_use]
     pub(crate) fn azimuth(&self, band: usize) -> Tally {
         self.cells.iter().map(|row| row[band]).sum()
     }
 
-    /// All bands.
+    /// Returns the tally of all bands.
     #[must_use]
     pub(crate) fn all(&self) -> Tally {
         self.cells.iter().flatten().copied().sum()
     }
 
-    /// The elevation band with the lowest Rank-1, by name; of equals the lowest
-    /// elevation. None if all bands are empty.
+    /// Returns the elevation band with the lowest Rank-1, by name; ties go to the lowest elevation.
+    /// None if all bands are empty.
     #[must_use]
     pub(crate) fn worst_elevation(&self) -> Option<(&'static str, Tally)> {
         let rates = ELEVATIONS.iter().enumerate().filter_map(|(band, name)| {

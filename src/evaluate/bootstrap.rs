@@ -1,9 +1,9 @@
-//! Intervals that know that probes of one person go together.
+//! Confidence intervals by the cluster bootstrap, which resamples people.
 //!
-//! One walk seen from 703 viewpoints gives 703 probes, but not 703 opinions. The
-//! cluster bootstrap draws people instead of probes (Field and Welsh, "Bootstrapping
-//! clustered data", J. R. Stat. Soc. B 69, 2007). Whatever is measured must be
-//! computed from sums over people: of counts, of precisions, of pairs by distance.
+//! Probes of one person are not independent: one walk seen from 703 viewpoints gives 703 probes of
+//! the same walk. The cluster bootstrap therefore resamples people instead of probes (Field and
+//! Welsh, "Bootstrapping clustered data", J. R. Stat. Soc. B 69, 2007). A statistic must be
+//! computable from sums over people: of counts, of precisions, of pairs by distance.
 
 use std::ops::AddAssign;
 
@@ -14,15 +14,15 @@ use super::rank1::Tally;
 use super::verification::{Pairs, Verification, finite};
 use super::wilson::Interval;
 
-/// Resamples of an interval; our choice, 1,000 is the usual least.
+/// Resamples per interval (our choice; 1,000 is the usual minimum).
 pub(crate) const RESAMPLES: usize = 2_000;
 
-/// Most thresholds of [`PairCounts`] from each kind of pair; ours.
+/// The maximum number of thresholds of [`PairCounts`] from each kind of pair (our choice).
 const THRESHOLDS: usize = 512;
 
-/// The 95 % percentile interval of a statistic of what `subjects` sum to, from [`RESAMPLES`]
-/// draws of as many subjects with replacement. None with fewer than two subjects (one person says
-/// nothing about others), or if the statistic is not defined for a draw.
+/// Returns the 95 % percentile interval of a statistic of the sum over `subjects`, from
+/// [`RESAMPLES`] resamples of as many subjects with replacement. None with fewer than two subjects,
+/// or if the statistic is not defined for a resample.
 #[must_use]
 pub(crate) fn interval_95<T>(
     subjects: &[T],
@@ -52,7 +52,7 @@ where
     })
 }
 
-/// [`interval_95`] of Rank-1. Subjects without probes do not count.
+/// Returns [`interval_95`] of Rank-1. Subjects without probes do not count.
 #[must_use]
 pub(crate) fn rank1_95(subjects: &[Tally], seed: u64) -> Option<Interval> {
     let probed: Vec<Tally> = subjects
@@ -63,14 +63,15 @@ pub(crate) fn rank1_95(subjects: &[Tally], seed: u64) -> Option<Interval> {
     interval_95(&probed, seed, Tally::rank1)
 }
 
-/// [`interval_95`] of a statistic of a [`Verification`], such as its EER or a TAR, from the
+/// Returns [`interval_95`] of a statistic of a [`Verification`], such as its EER or a TAR, from the
 /// distances of each subject's pairs.
 ///
-/// A pair belongs to the subject of its probe; the gallery stays as it is. The distances of all
-/// subjects are counted between shared thresholds: all distinct distances if there are at most 512
-/// of genuine and 512 of impostor pairs, which is exact. Otherwise 512 genuine distances evenly
-/// spaced by rank, and 512 impostor distances spaced evenly by the logarithm of their rank, so that
-/// low false accept rates are resolved to a few percent of themselves.
+/// A pair belongs to the subject of its probe; the gallery is fixed. The distances of all subjects
+/// are counted between shared thresholds. If there are at most 512 distinct distances of genuine
+/// and 512 of impostor pairs, all of them are thresholds, and the interval is exact. Otherwise
+/// there are 512 genuine distances evenly spaced by rank, and 512 impostor distances evenly spaced
+/// by the logarithm of their rank, so that low false accept rates are resolved to a few percent of
+/// their value.
 ///
 /// Takes 16 kB a subject, and [`RESAMPLES`] times as many additions.
 #[must_use]
@@ -97,7 +98,7 @@ pub(crate) fn verification_95(
     })
 }
 
-/// Pairs by the first threshold that accepts them.
+/// Counts of pairs by the first threshold that accepts them.
 #[derive(Clone)]
 struct PairCounts {
     genuine: Vec<u64>,
@@ -137,8 +138,8 @@ fn shared_thresholds(subjects: &[Pairs]) -> Vec<f64> {
     thresholds
 }
 
-/// At most [`THRESHOLDS`] distinct values, the first and the last among them: those at
-/// `index(all, 0..1)` if there are more.
+/// Returns at most [`THRESHOLDS`] distinct values, including the first and the last; if there are
+/// more, the values at `index(all, 0..1)`.
 fn thinned(all: Vec<f64>, index: impl Fn(&[f64], f64) -> f64) -> Vec<f64> {
     let mut distinct = all.clone();
     distinct.dedup();
@@ -148,7 +149,7 @@ fn thinned(all: Vec<f64>, index: impl Fn(&[f64], f64) -> f64) -> Vec<f64> {
     (0..THRESHOLDS)
         .map(|step| {
             let at = index(&all, step as f64 / (THRESHOLDS - 1) as f64).round();
-            // Not negative, and below the length but for rounding.
+            // Not negative, and below the length except for rounding.
             all[(at as usize).min(all.len() - 1)]
         })
         .collect()
@@ -189,7 +190,7 @@ mod tests {
         assert_eq!((interval.low, interval.high), (0.75, 0.75));
     }
 
-    /// With one probe each, drawing people is drawing probes: the exact bootstrap
+    /// With one probe each, resampling people is resampling probes, and the exact bootstrap
     /// distribution is binomial. For 60 of 100 its 2.5 % and 97.5 % quantiles are
     /// 0.50 and 0.69 or 0.70.
     #[test]
@@ -221,7 +222,7 @@ mod tests {
 
     #[test]
     fn rank_1_and_map_of_rankings_are_drawn_alike() {
-        // One probe each: at Rank-1 with AP 1, or behind one stranger with AP 1/2.
+        // One probe each: at Rank-1 with AP 1, or behind one non-mate with AP 1/2.
         let subjects: Vec<Ranking> = (0..100)
             .map(|i| {
                 let strangers_before = usize::from(i >= 60);
@@ -237,7 +238,7 @@ mod tests {
         let rank1 = interval_95(&subjects, 7, |sum| sum.rank_k(1)).unwrap();
         assert_eq!(Some(rank1), rank1_95(&tallies, 7));
         let map = interval_95(&subjects, 7, Ranking::map).unwrap();
-        // AP is 1/2 + hit/2 in every draw.
+        // AP is 1/2 + hit/2 in every resample.
         assert!((map.low - (1.0 + rank1.low) / 2.0).abs() < 1e-12);
         assert!((map.high - (1.0 + rank1.high) / 2.0).abs() < 1e-12);
     }
@@ -260,7 +261,7 @@ mod tests {
         let subjects = pairs(20, 10, 150.5);
         let exact = |sum: &Verification| sum.eer().map(|eer| eer.rate);
         let found = verification_95(&subjects, 5, exact).unwrap();
-        // The oracle draws the lists themselves.
+        // The oracle resamples the lists themselves.
         let mut random = ChaCha8Rng::seed_from_u64(5);
         let mut rates: Vec<f64> = (0..RESAMPLES)
             .map(|_| {

@@ -1,4 +1,4 @@
-//! Whether a model works: a few inputs, and what speaks against its answers.
+//! A check that a model works: its answers to a few inputs, and their problems.
 
 use super::parity::{AnswerDifference, Limits};
 use crate::error::Result;
@@ -7,33 +7,33 @@ use crate::score::RuntimeName;
 use serde::Serialize;
 use std::time::Instant;
 
-/// What a runtime made of a model.
+/// The answers of a model on one runtime, and their problems.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Checkup {
-    /// What ran it.
+    /// The runtime that ran the model.
     pub runtime: RuntimeName,
-    /// Inputs that it was shown.
+    /// Number of inputs that the model was shown.
     pub inputs: usize,
-    /// Milliseconds of one of them, the shortest.
+    /// Milliseconds of the fastest single input.
     pub ms: f64,
     /// Numbers of an embedding.
     pub embedding_dims: usize,
-    /// Parts of one.
+    /// Parts of an embedding.
     pub embedding_parts: usize,
-    /// Class scores; 0 if there are none.
+    /// Number of class scores; 0 if there are none.
     pub classes: usize,
-    /// What speaks against it, in words.
+    /// The problems found, in words.
     pub problems: Vec<String>,
-    /// Its embeddings, one an input.
+    /// The embeddings, one per input.
     #[serde(skip)]
     pub embeddings: Vec<Vec<f32>>,
 }
 
 impl Checkup {
-    /// Shows a recognizer inputs of one length, at least two, one by one and all at once.
+    /// Shows a recognizer at least two inputs of one length, one by one and as one batch.
     ///
     /// # Errors
-    /// When it fails.
+    /// If the recognizer fails.
     pub(crate) fn of(recognizer: &dyn Recognizer, inputs: &[Vec<f32>]) -> Result<Self> {
         let (mut ms, mut embeddings, mut non_finite) = (f64::INFINITY, Vec::new(), 0);
         let (mut dims, mut parts, mut classes) = (0, 1, 0);
@@ -56,7 +56,7 @@ impl Checkup {
             let is_constant = embeddings.windows(2).all(|two| two[0] == two[1]);
             if is_constant {
                 problems.push(
-                    "it answers the same to every input: does it expect another input range?"
+                    "its answer is the same to every input: does it expect another input range?"
                         .into(),
                 );
             }
@@ -64,8 +64,8 @@ impl Checkup {
             let is_steady = again.embedding == embeddings[0];
             if !is_steady {
                 problems.push(
-                    "it does not answer the same twice: was it exported in training mode, or does it draw random \
-                     numbers?"
+                    "its answers to one input are not the same twice: was it exported in training mode, or does it \
+                     use random numbers?"
                         .into(),
                 );
             }
@@ -93,8 +93,8 @@ impl Checkup {
         })
     }
 
-    /// How far two runtimes' answers are apart, relative to how far they lie from their mean; none where
-    /// they cannot be compared.
+    /// Returns the greatest difference between the answers of two runtimes, relative to their
+    /// spread around their mean; none if they cannot be compared.
     pub(crate) fn apart(&self, other: &Self) -> Option<f64> {
         if self.embedding_dims != other.embedding_dims {
             return None;
@@ -109,7 +109,7 @@ impl Checkup {
             .then_some(found.greatest_relative)
     }
 
-    /// Whether every answer is shares that sum to 1, as after a softmax.
+    /// Returns whether the numbers of every answer are not negative and sum to 1, as after a softmax.
     pub(crate) fn is_softmax(&self) -> bool {
         let is_shares = |answer: &Vec<f32>| {
             let sum: f32 = answer.iter().sum();
@@ -118,7 +118,7 @@ impl Checkup {
         self.embeddings.iter().all(is_shares)
     }
 
-    /// Whether two runtimes answer alike, as far apart as this.
+    /// Returns whether a difference between two runtimes is within the limits.
     pub(crate) fn is_alike(apart: f64, is_quantized: bool) -> bool {
         let limits = if is_quantized {
             Limits::INT8

@@ -1,8 +1,7 @@
-//! Rank-1 from every view to every view, and its means as OpenGait computes them.
+//! Rank-1 for every pair of probe view and gallery view, and its means as OpenGait computes them.
 //!
-//! A probe seen from one view is looked for in a gallery seen from one other. CASIA-B's and
-//! OU-MVLP's published numbers are the mean over the gallery views, without the identical one, then
-//! over the probe views.
+//! Published numbers on CASIA-B and OU-MVLP are the mean over the gallery views, without the
+//! identical one, then over the probe views.
 
 use super::rank1::{ProbeOutcome, Tally};
 use crate::error::{EvaluateError, Result};
@@ -11,21 +10,21 @@ use crate::error::{EvaluateError, Result};
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct CrossView {
     views: usize,
-    /// `[probe view][gallery view]`.
+    /// Tallies `[probe view][gallery view]`.
     cells: Vec<Tally>,
 }
 
 /// Means of a [`CrossView`], percent.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct CrossViewMeans {
-    /// Over the gallery views, for each probe view.
+    /// Mean over the gallery views, for each probe view.
     pub by_probe_view: Vec<f64>,
-    /// Of [`Self::by_probe_view`].
+    /// Mean of [`Self::by_probe_view`].
     pub mean: f64,
 }
 
 impl CrossView {
-    /// An empty matrix of so many probe views by as many gallery views.
+    /// Creates an empty matrix of `views` probe views by `views` gallery views.
     #[must_use]
     pub(crate) fn new(views: usize) -> Self {
         Self {
@@ -43,7 +42,7 @@ impl CrossView {
         self.cells[at].add(outcome);
     }
 
-    /// The tally of a probe view against a gallery view.
+    /// Returns the tally of a probe view against a gallery view.
     ///
     /// # Panics
     /// As [`Self::add`].
@@ -52,11 +51,11 @@ impl CrossView {
         self.cells[self.at(probe_view, gallery_view)]
     }
 
-    /// The means as OpenGait computes them: without the identical view, each cell rounded to 0.01 %
-    /// (halves to even, as `numpy.round`) before it is averaged.
+    /// Returns the means as OpenGait computes them: without the identical view, each cell rounded
+    /// to 0.01 % (halves to even, as `numpy.round`) before averaging.
     ///
     /// # Errors
-    /// If another cell has no probe, or there is none.
+    /// If there are fewer than two views, or a cell of different views has no probe.
     pub(crate) fn means(&self) -> Result<CrossViewMeans> {
         if self.views < 2 {
             return Err(EvaluateError::TooFewViews(self.views).into());
@@ -98,7 +97,7 @@ impl CrossView {
 mod tests {
     use super::*;
 
-    /// A matrix of hits in `probes` probes a cell.
+    /// Returns a matrix of hits with `probes` probes in each cell.
     fn matrix_of(probes: u64, hits: &[&[u64]]) -> CrossView {
         let mut matrix = CrossView::new(hits.len());
         for (probe_view, row) in hits.iter().enumerate() {
@@ -126,7 +125,7 @@ mod tests {
 
     #[test]
     fn cells_are_rounded_before_they_are_averaged() {
-        // 1/3 is 33.33 and 2/3 is 66.67: OpenGait's mean is 50.00 by luck, its rows are not.
+        // 1/3 becomes 33.33 and 2/3 becomes 66.67. The errors cancel in the mean, not in the rows.
         let matrix = matrix_of(3, &[&[0, 1], &[2, 0]]);
         let rounded = matrix.means().unwrap();
         assert_eq!(rounded.by_probe_view, [33.33, 66.67]);

@@ -3,25 +3,27 @@
 //! An embedding is `[c, p]`: c numbers for each of p parts of the body, stored row by row, so
 //! that number i of part j is at `i * p + j` (OpenGait's `[n, c, p]`). A plain vector has one part.
 //!
-//! Euclidean is the mean over the parts of `|x - y|` (OpenGait's `euc`), 0 or more. Cosine is 1 less the
-//! mean over the parts of `x . y / (|x| |y|)` (OpenGait's `cos`), 0..2; a part that is zero in one of
-//! the two has no direction: its cosine counts as 0, as `F.normalize` makes it. Votes are distances
-//! within a gallery alone: the share of the parts whose nearest entry is another person's, 0..1. View is
-//! `|x - y|` in the part of the probe's viewpoint; where the probe's viewpoint is not known, the mean over the parts.
+//! - Euclidean: the mean over the parts of `|x - y|` (OpenGait's `euc`), 0 or more.
+//! - Cosine: 1 minus the mean over the parts of `x . y / (|x| |y|)` (OpenGait's `cos`), 0..2. A part
+//!   that is zero in one of the two has no direction; its cosine counts as 0, as with `F.normalize`.
+//! - Votes: the share of the parts whose nearest gallery entry is another person's, 0..1. It is
+//!   defined only within a gallery.
+//! - View: `|x - y|` in the part of the probe's viewpoint, or the mean over the parts where that
+//!   viewpoint is not known.
 
 use crate::score::Distance;
 use std::collections::HashMap;
 
 impl Distance {
-    /// The distance of two embeddings of so many parts, computed in f64.
+    /// Returns the distance between two embeddings of `parts` parts, computed in f64.
     ///
     /// # Guarantees
     /// Finite for finite numbers, since squares of f32 do not overflow f64. Equal embeddings are
-    /// exactly 0 apart, but for parts that are zero under [`Self::Cosine`]. A NaN or infinite
+    /// exactly 0 apart, except for parts that are zero under [`Self::Cosine`]. A NaN or infinite
     /// number anywhere makes the distance NaN or infinite.
     ///
     /// # Panics
-    /// If the embeddings are not of one length, or that is not a whole number of `parts`.
+    /// If the embeddings differ in length, or their length is not a multiple of `parts`.
     #[must_use]
     pub fn between(self, x: &[f32], y: &[f32], parts: usize) -> f64 {
         assert_eq!(x.len(), y.len(), "embeddings of one length");
@@ -48,8 +50,8 @@ impl Distance {
         }
     }
 
-    /// The distance of a probe from each of a gallery's embeddings; `person` says whose each is, `view`
-    /// which part belongs to the probe's viewpoint, if there is one.
+    /// Returns the distance of a probe from each embedding of a gallery. `person` maps an entry to
+    /// its person; `view` is the part of the probe's viewpoint, if there is one.
     ///
     /// # Panics
     /// As [`Self::between`].
@@ -74,7 +76,7 @@ impl Distance {
         gallery.iter().map(of).collect()
     }
 
-    /// The distance of two vectors, or their cosine.
+    /// Returns the Euclidean distance of two vectors, or their cosine under [`Self::Cosine`].
     fn of_vectors(self, x: &[f32], y: &[f32]) -> f64 {
         match self {
             Self::Euclidean | Self::Votes | Self::View => {
@@ -86,9 +88,9 @@ impl Distance {
     }
 }
 
-/// Of each entry of a gallery the share of the parts that do not vote for its person. A part votes for
-/// the person of the nearest entry, of equally near ones the first. Numbers that are not finite make
-/// an entry's distances so, and are nobody's vote.
+/// Returns for each entry of a gallery the share of the parts that do not vote for its person. A
+/// part votes for the person of the nearest entry; ties go to the first entry. An entry with
+/// non-finite numbers has the distance NaN, and gets no vote for the parts where they are.
 fn votes(
     probe: &[f32],
     gallery: &[&[f32]],
@@ -124,10 +126,10 @@ fn votes(
     people.iter().enumerate().map(of_entry).collect()
 }
 
-/// The cosine between two vectors, -1..1; 0 if one is zero.
+/// Returns the cosine between two vectors, -1..1; 0 if one is zero.
 fn cosine(x: &[f32], y: &[f32]) -> f64 {
     let [dot, xx, yy] = sums(x, y, |x, y| [x * y, x * x, y * y]);
-    // One root of the product, not two: of equal vectors it is exactly the dot product.
+    // One root of the product, not two: for equal vectors it is exactly the dot product.
     let lengths = f64::sqrt(xx * yy);
     if lengths == 0.0 {
         return 0.0;
@@ -135,10 +137,10 @@ fn cosine(x: &[f32], y: &[f32]) -> f64 {
     (dot / lengths).clamp(-1.0, 1.0)
 }
 
-/// Sums over pairs of numbers of what `of` makes of a pair.
+/// Returns the sums of `of` over pairs of numbers.
 ///
-/// Number i is added to sum i modulo 4, and the four are added at the end: the order is the same on every
-/// machine, and one in which a compiler may add several numbers at once.
+/// Number i is added to sum i modulo 4, and the four sums are added at the end. The order is the
+/// same on every machine, and lets a compiler vectorise the additions.
 fn sums<const N: usize>(x: &[f32], y: &[f32], of: impl Fn(f64, f64) -> [f64; N]) -> [f64; N] {
     let mut lanes = [[0.0; 4]; N];
     let mut add = |lane: usize, x: f32, y: f32| {
@@ -169,7 +171,7 @@ mod tests {
 
     #[test]
     fn two_parts_have_the_distances_that_opengait_gives() {
-        // Part 0 is (1, 0) and part 1 (0, 2); against nothing, and against part 0 alone.
+        // Part 0 is (1, 0) and part 1 (0, 2); against zeros, and against part 0 alone.
         let x = [1.0, 0.0, 0.0, 2.0];
         for (y, euclidean, cosine) in [([0.0; 4], 1.5, 1.0), ([1.0, 0.0, 0.0, 0.0], 1.0, 0.5)] {
             assert_eq!(Distance::Euclidean.between(&x, &y, 2), euclidean);
@@ -183,7 +185,7 @@ mod tests {
         let probe = [0.0, 0.0, 0.0];
         let gallery: [&[f32]; 3] = [&[1.0, 5.0, 2.0], &[3.0, 1.0, 2.0], &[2.0, 2.0, 3.0]];
         let person = |entry: usize| [0, 1, 0][entry];
-        // Part 0: entry 0; part 1: entry 1; part 2: entries 0 and 1, of which the first counts.
+        // Part 0: entry 0; part 1: entry 1; part 2: entries 0 and 1, and the tie goes to entry 0.
         let found = Distance::Votes.over_gallery((&probe, None), &gallery, &person, 3);
         let third = 1.0 / 3.0;
         assert_eq!(found, [1.0 - 2.0 * third, 1.0 - third, 1.0 - 2.0 * third]);
@@ -192,7 +194,7 @@ mod tests {
         let found = Distance::Votes.over_gallery((&probe, None), &broken, &|entry| entry, 3);
         assert!(found[0].is_nan());
         assert_eq!(found[1], 1.0 - third);
-        // Of other distances each entry is for itself.
+        // Under other distances the entries do not depend on each other.
         let found = Distance::Euclidean.over_gallery((&probe, None), &gallery, &person, 1);
         assert_eq!(found[0], 30.0_f64.sqrt());
     }
@@ -254,7 +256,7 @@ mod tests {
         assert_eq!(Distance::Cosine.between(&[0.0; 4], &[0.0; 4], 2), 1.0);
     }
 
-    /// What becomes of a probe among embeddings of `width` numbers, one after the other.
+    /// Ranks a probe against a gallery of embeddings of `width` numbers, stored one after another.
     fn ranked(known: &[f32], width: usize, labels: &[usize], probe: (&[f32], usize)) -> ProbeRank {
         let (found, truth) = probe;
         let distances: Vec<f64> = known

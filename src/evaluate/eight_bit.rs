@@ -1,4 +1,4 @@
-//! Whether a recognizer in 8-bit weights answers as the one that it was made of.
+//! Agreement between a recognizer and its copy with 8-bit weights.
 
 use super::rank1::{ProbeOutcome, Tally, closed_set};
 use crate::error::Result;
@@ -8,22 +8,22 @@ use crate::sequences::{Form, SequenceSource};
 use edgegait_core::linear::LinearRecognizer;
 use serde::{Deserialize, Serialize};
 
-/// The answers of both to the same GEIs.
+/// A comparison of the answers of both recognizers to the same GEIs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Agreement {
-    /// GEIs that both were shown.
+    /// Number of GEIs that both were shown.
     pub probes: u64,
-    /// How often both gave the highest score to the same class.
+    /// Number of GEIs for which both gave the highest score to the same class.
     pub equal_answers: u64,
     /// Share of hits of the original, 0..1; none if none of the people is a class.
     pub rank1: Option<f64>,
-    /// Of the quantised one.
+    /// Share of hits of the quantised copy.
     pub rank1_int8: Option<f64>,
-    /// Greatest difference between the two in a score of a class.
+    /// Greatest absolute difference between the two in the score of a class.
     pub greatest_difference: f64,
-    /// Mean difference, without its sign.
+    /// Mean absolute difference in the score of a class.
     pub mean_difference: f64,
-    /// Mean lead of the original's highest score over the next one, which differences compare with.
+    /// Mean lead of the original's highest score over the next one, as a scale for the differences.
     pub mean_lead: f64,
 }
 
@@ -38,7 +38,7 @@ struct GeiSums {
 }
 
 impl Agreement {
-    /// Shows both all sequences of a source.
+    /// Shows all sequences of a source to both recognizers.
     ///
     /// # Errors
     /// If a sequence cannot be shown, or the original fails.
@@ -94,7 +94,7 @@ impl GeiSums {
     }
 }
 
-/// The class with the highest score, of equal ones the first, and its lead over the next one.
+/// Returns the class with the highest score (ties go to the first) and its lead over the next one.
 fn best(scores: &[f32]) -> (usize, f64) {
     let mut order: Vec<usize> = (0..scores.len()).collect();
     order.sort_by(|&a, &b| scores[b].total_cmp(&scores[a]));
@@ -121,7 +121,7 @@ mod tests {
             sums.ranks.map(|tally| (tally.hits, tally.probes)),
             [(2, 3), (1, 3)]
         );
-        // Who is no class has no rank.
+        // A person without a class has no rank.
         sums.add(&[1.0, 0.0], &[1.0, 0.0], None);
         assert_eq!((sums.equal, sums.ranks[0].probes), (3, 3));
     }

@@ -1,10 +1,9 @@
 //! Identification by distance: Rank-k, the CMC, mAP and mINP.
 //!
-//! A probe's gallery is put in order by (distance, gallery index): of equal distances the lower
-//! index comes first, so that a recognizer that answers the same to everything is not flattered
-//! and every run gives the same numbers.
+//! A probe's gallery is sorted by (distance, gallery index). Ties go to the lower index, so that a
+//! recognizer with constant answers is not flattered and every run gives the same numbers.
 //!
-//! What is not an ordinary probe is counted and stands beside the rates:
+//! Two kinds of probes are also counted apart:
 //! - *without mate*: the person is not in the compared gallery. A miss for Rank-k; mAP and mINP leave
 //!   it out (both as OpenGait's `compute_ACC_mAP`; its `evaluate_rank` leaves it out of Rank-k too).
 //! - *not finite*: a compared distance is NaN or infinite. A miss for Rank-k; mAP and mINP leave
@@ -12,32 +11,32 @@
 
 use super::rank1::Tally;
 
-/// Ranks that a CMC has, as OpenGait's `max_rank`.
+/// Number of ranks of a CMC, as OpenGait's `max_rank`.
 pub(crate) const MAX_RANK: usize = 50;
 
-/// What became of one probe.
+/// The rank of one probe, or why it has none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum ProbeRank {
     /// No compared entry is a mate. Decided first: it does not depend on the distances.
     NoMate,
     /// A compared distance is NaN or infinite.
     NonFinite,
-    /// The ordinary case.
+    /// The probe has a rank.
     Found {
         /// Entries before the nearest mate; 0 is a hit at Rank-1.
         strangers_before: usize,
-        /// Mean over the mates of the precision at each: mates so far by entries so far.
+        /// Mean over the mates of the precision at each: mates so far divided by entries so far.
         average_precision: f64,
-        /// Mates by the 1-based rank of the farthest (inverse negative penalty; Ye et al., "Deep
-        /// Learning for Person Re-identification", TPAMI 44, 2022).
+        /// Mates divided by the 1-based rank of the farthest mate (inverse negative penalty; Ye et
+        /// al., "Deep Learning for Person Re-identification", TPAMI 44, 2022).
         inp: f64,
     },
 }
 
-/// Ranks one probe's gallery from its distances, one per entry; `is_mate` says which entries are
+/// Ranks one probe from its distances, one per gallery entry; `is_mate` returns whether an entry is
 /// the same person.
 ///
-/// Sorts the m mates only: of n entries about n log m steps, and n where there is one mate.
+/// Sorts only the m mates: about n log m steps for n entries, and n where there is one mate.
 #[must_use]
 pub(crate) fn rank(distances: &[f64], is_mate: impl Fn(usize) -> bool) -> ProbeRank {
     let entries = || distances.iter().copied().enumerate();
@@ -48,7 +47,7 @@ pub(crate) fn rank(distances: &[f64], is_mate: impl Fn(usize) -> bool) -> ProbeR
     if !distances.iter().all(|distance| distance.is_finite()) {
         return ProbeRank::NonFinite;
     }
-    // Not `total_cmp`, for which -0 is nearer than 0.
+    // Not `total_cmp`, which puts -0 before 0.
     let is_before = |a: &(usize, f64), b: &(usize, f64)| a.1 < b.1 || (a.1 == b.1 && a.0 < b.0);
     mates.sort_by(|a, b| is_before(b, a).cmp(&is_before(a, b)));
     let mut strangers_between = vec![0; mates.len() + 1];
@@ -70,13 +69,13 @@ pub(crate) fn rank(distances: &[f64], is_mate: impl Fn(usize) -> bool) -> ProbeR
     }
 }
 
-/// Ranked probes, summed.
+/// Sums over ranked probes.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Ranking {
     probes: u64,
     without_mate: u64,
     non_finite: u64,
-    /// Probes whose nearest mate has so many strangers before it.
+    /// Number of probes by the number of entries before the nearest mate.
     strangers_before: [u64; MAX_RANK],
     average_precisions: f64,
     inps: f64,
@@ -116,26 +115,26 @@ impl Ranking {
         }
     }
 
-    /// All probes.
+    /// Returns the number of all probes.
     #[must_use]
     pub(crate) const fn probes(&self) -> u64 {
         self.probes
     }
 
-    /// Those without a mate in the gallery.
+    /// Returns the number of probes without a mate in the gallery.
     #[must_use]
     pub(crate) const fn without_mate(&self) -> u64 {
         self.without_mate
     }
 
-    /// Those with a mate and a distance that is not finite.
+    /// Returns the number of probes with a mate and a distance that is not finite.
     #[must_use]
     pub(crate) const fn non_finite(&self) -> u64 {
         self.non_finite
     }
 
-    /// Hits at rank `k`: a mate is among the first `k`. `k` counts from 1; above [`MAX_RANK`] it
-    /// is taken as that.
+    /// Returns the hits at rank `k`: probes with a mate among the first `k` entries. `k` counts from
+    /// 1, and is limited to [`MAX_RANK`].
     #[must_use]
     pub(crate) fn tally(&self, k: usize) -> Tally {
         Tally {
@@ -145,25 +144,25 @@ impl Ranking {
         }
     }
 
-    /// Rank-k, 0..1; none without probes.
+    /// Returns Rank-k, 0..1; none without probes.
     #[must_use]
     pub(crate) fn rank_k(&self, k: usize) -> Option<f64> {
         self.tally(k).rank1()
     }
 
-    /// The cumulative match characteristic: Rank-1 to Rank-50. None without probes.
+    /// Returns the cumulative match characteristic: Rank-1 to Rank-50. None without probes.
     #[must_use]
     pub(crate) fn cmc(&self) -> Option<Vec<f64>> {
         (1..=MAX_RANK).map(|k| self.rank_k(k)).collect()
     }
 
-    /// Mean average precision, 0..1; none if no probe has a mate and finite distances.
+    /// Returns the mean average precision, 0..1; none if no probe has a mate and finite distances.
     #[must_use]
     pub(crate) fn map(&self) -> Option<f64> {
         self.mean(self.average_precisions)
     }
 
-    /// Mean inverse negative penalty, 0..1; none as for [`Self::map`].
+    /// Returns the mean inverse negative penalty, 0..1; none as for [`Self::map`].
     #[must_use]
     pub(crate) fn minp(&self) -> Option<f64> {
         self.mean(self.inps)
@@ -220,7 +219,7 @@ mod tests {
         }
     }
 
-    /// Expected by hand: the order of the first probe is 1 2 1 3 2 3.
+    /// Expected values by hand: the order of the first probe is 1 2 1 3 2 3.
     #[test]
     fn the_reference_matrix_has_its_worked_ranks() {
         let probes: Vec<ProbeRank> = E1

@@ -1,4 +1,4 @@
-//! The intervals of a Rank-1, as results state them.
+//! The intervals of Rank-1 in results.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,22 +7,22 @@ use super::rank1::Tally;
 
 /// The two 95 % intervals of a Rank-1.
 ///
-/// A person's probes are alike, so that an interval which takes each for itself is too narrow: the
-/// one that draws people has the plain names.
+/// A person's probes are correlated, so Wilson's interval, which takes probes as independent, is too
+/// narrow. The interval that resamples people therefore has the plain names.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Rank1Intervals {
-    /// Lower end of the interval that draws people, 0..1; none of fewer than two people.
+    /// Lower end of the interval that resamples people, 0..1; none with fewer than two people.
     pub rank1_low: Option<f64>,
-    /// Upper end.
+    /// Upper end of the interval that resamples people.
     pub rank1_high: Option<f64>,
     /// Lower end of Wilson's interval, probes taken as independent, 0..1.
     pub rank1_wilson_low: f64,
-    /// Upper end.
+    /// Upper end of Wilson's interval.
     pub rank1_wilson_high: f64,
 }
 
 impl Rank1Intervals {
-    /// The intervals of counts by person; `seed` draws people.
+    /// Returns the intervals from counts by person; `seed` is the seed for resampling people.
     #[must_use]
     pub fn of(people: &[Tally], seed: u64) -> Self {
         let wilson = people.iter().copied().sum::<Tally>().interval();
@@ -35,13 +35,13 @@ impl Rank1Intervals {
         }
     }
 
-    /// The interval that draws people, (low, high).
+    /// Returns the interval that resamples people, (low, high).
     #[must_use]
     pub fn over_people(&self) -> Option<(f64, f64)> {
         self.rank1_low.zip(self.rank1_high)
     }
 
-    /// The one to show: over people or, where there is none, Wilson's.
+    /// Returns the interval to show: over people or, where there is none, Wilson's.
     #[must_use]
     pub fn shown(&self) -> (f64, f64) {
         let wilson = (self.rank1_wilson_low, self.rank1_wilson_high);

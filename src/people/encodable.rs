@@ -1,10 +1,10 @@
-//! Recordings less what cannot be encoded of them.
+//! Removal of walks that cannot be encoded from recordings.
 
 use super::recorded::Recording;
 use crate::error::{Error, RefusedWalk};
 
-/// Takes refused walks out of their recordings, and recordings without any out of the list: an
-/// error for each walk, or for all of a person's recording, with its file.
+/// Removes refused walks from their recordings, and recordings without any walk left from the
+/// list. Returns an error with its file for each walk, or for each recording of a refused person.
 pub(crate) fn without(recordings: &mut Vec<Recording>, refused: &[RefusedWalk]) -> Vec<Error> {
     let mut errors = Vec::new();
     recordings.retain_mut(|recording| {

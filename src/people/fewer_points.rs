@@ -1,4 +1,4 @@
-//! Bodies of fewer hull points: what is left out changes least how far hulls reach.
+//! Bodies with fewer hull points, thinned so that the reach of their hulls changes least.
 
 use super::{Body, BodyHull, Subject};
 use crate::error::{Error, Result};
@@ -11,19 +11,20 @@ pub(crate) const MIN_POINTS: usize = 64;
 const MIN_HULL_POINTS: usize = 4;
 /// Directions in which a hull's reach is measured: about 14 degrees apart. Ours.
 const DIRECTIONS: usize = 256;
-/// What sines may round two images apart, metres.
+/// Largest distance between mirror images that rounding of sines causes, metres.
 const ROUNDING_M: f64 = 1e-9;
 
-/// The body with at most `most` points in all its hulls together, 64 to 768, and at least 4 in each hull
-/// that has as many; a body that has no more is returned as it is.
+/// Returns the body with at most `most` points (64 to 768) in all its hulls together, and at
+/// least 4 in each hull that has that many. A body without more points is returned unchanged.
 ///
-/// Points are left out one by one: always the one without which the fourth powers of what its hull
-/// lost of its reach (its support function, metres) in 256 directions grow least in sum. Of a
-/// symmetric hull both points of a pair are left out together, and so are a point and its image
-/// in the hull on the walker's other side: up to 3 points fewer may be left than could be.
+/// Points are left out one by one. The next one is always the point whose absence increases least
+/// the sum over 256 directions of the fourth powers of its hull's loss of reach (its support
+/// function, metres). In a symmetric hull both points of a pair are left out together, and so are
+/// a point and its image in the hull on the walker's other side: up to 3 points fewer than `most`
+/// may remain.
 ///
 /// # Errors
-/// For another number of points, and for one that leaves fewer than 4 for each hull.
+/// For a number of points out of range, or one that leaves fewer than 4 points per hull.
 pub(crate) fn thinned(body: &Body, most: usize) -> Result<Body> {
     if !(MIN_POINTS..=MAX_POINTS).contains(&most) {
         return Err(Error::Usage(format!(
@@ -54,14 +55,14 @@ pub(crate) fn thinned(body: &Body, most: usize) -> Result<Body> {
     Ok(Body {
         offsets: body.offsets,
         hulls,
-        // What was measured of more points is not true of fewer.
+        // Measured with all points, and not valid for fewer.
         draped: Vec::new(),
         clothes: None,
         fit: None,
     })
 }
 
-/// The same people with [`thinned`] bodies.
+/// Returns the people with [`thinned`] bodies.
 ///
 /// # Errors
 /// As [`thinned`].
@@ -77,20 +78,20 @@ pub(crate) fn with_thinner_bodies(people: &[Subject], most: usize) -> Result<Vec
 
 /// A hull, and its mirror image on the walker's other side where there is one.
 struct MirroredHull {
-    /// Its number, and that of its image.
+    /// Indices of the hull and of its image.
     hull: usize,
     other: Option<usize>,
     groups: Vec<PointGroup>,
     /// How far the hull reaches in each direction with all its points.
     whole: Vec<f64>,
-    /// What each group's absence costs, for each point that is saved.
+    /// Cost of leaving out each group, per point that is saved.
     losses: Vec<f64>,
 }
 
 /// Points of one hull that are kept or left out together.
 struct PointGroup {
     points: Vec<DVec3>,
-    /// How far it reaches in each direction.
+    /// How far the group reaches in each direction.
     reach: Vec<f64>,
 }
 
@@ -105,7 +106,7 @@ impl MirroredHull {
         self.groups.iter().any(|group| group.has(point))
     }
 
-    /// Leaves out a group, and returns how many points fewer the body has.
+    /// Leaves out a group, and returns how many points the body loses.
     fn leave_out(&mut self, group: usize) -> usize {
         let saved = self.groups.remove(group).points.len();
         self.losses = losses(&self.groups, &self.whole);
@@ -116,14 +117,15 @@ impl MirroredHull {
         }
     }
 
-    /// Whether a hull is left without this group.
+    /// Checks that enough points for a hull remain without this group.
     fn can_lack(&self, group: usize) -> bool {
         let points: usize = self.groups.iter().map(|group| group.points.len()).sum();
         points >= MIN_HULL_POINTS + self.groups[group].points.len()
     }
 }
 
-/// The part and group whose points cost least, and what; none where every hull has as few as it may.
+/// Returns the part and group whose points cost least, and that cost; `None` if every hull has
+/// as few points as allowed.
 fn least(parts: &[MirroredHull]) -> Option<(usize, usize, f64)> {
     let all = parts.iter().enumerate().flat_map(|(number, part)| {
         let losses = part.losses.iter().enumerate();
@@ -161,7 +163,7 @@ fn parts(hulls: &[BodyHull]) -> Vec<MirroredHull> {
     parts
 }
 
-/// A hull's points in pairs where it is symmetric, else each alone.
+/// Groups a hull's points in mirrored pairs if it is symmetric, and singly otherwise.
 fn groups(points: &[DVec3], directions: &[DVec3]) -> Vec<PointGroup> {
     let is_symmetric = is_image(points, points);
     let mut groups: Vec<PointGroup> = Vec::new();
@@ -185,10 +187,10 @@ fn groups(points: &[DVec3], directions: &[DVec3]) -> Vec<PointGroup> {
     groups
 }
 
-/// By how much what a hull lacks of `whole`, its reach with all points, grows without each of the
-/// groups: the sum over directions of fourth powers, m4, for each point that is saved. Ours: of first
-/// to tenth powers the fourth and sixth have GEIs of 160 to 320 points err least (`edgegait frontier
-/// --quick`, 2026-11-21).
+/// Returns the cost of leaving out each group: the growth of the hull's loss of reach against
+/// `whole`, its reach with all points, as the sum over directions of fourth powers, m4, per point
+/// saved. The power is ours: of the first to tenth, the fourth and sixth give the smallest GEI
+/// errors at 160 to 320 points (`edgegait frontier --quick`, 2026-11-21).
 fn losses(groups: &[PointGroup], whole: &[f64]) -> Vec<f64> {
     let mut losses = vec![0.0; groups.len()];
     for (direction, whole) in whole.iter().enumerate() {
@@ -201,7 +203,7 @@ fn losses(groups: &[PointGroup], whole: &[f64]) -> Vec<f64> {
     losses
 }
 
-/// The group that reaches farthest in a direction, how far, and how far the others do.
+/// Returns the group that reaches farthest in a direction, its reach, and the next group's reach.
 fn farthest_two(groups: &[PointGroup], direction: usize) -> (usize, f64, f64) {
     let mut found = (0, f64::NEG_INFINITY, f64::NEG_INFINITY);
     for (index, group) in groups.iter().enumerate() {
@@ -215,7 +217,7 @@ fn farthest_two(groups: &[PointGroup], direction: usize) -> (usize, f64, f64) {
     found
 }
 
-/// Whether each point of one hull has its mirror image in the other, and none is left.
+/// Checks that the points of two hulls are mirror images of each other, one to one.
 fn is_image(points: &[DVec3], others: &[DVec3]) -> bool {
     points.len() == others.len() && points.iter().all(|&point| has(others, image(point)))
 }
@@ -226,13 +228,13 @@ fn has(points: &[DVec3], point: DVec3) -> bool {
         .any(|other| other.abs_diff_eq(point, ROUNDING_M))
 }
 
-/// The mirror image on the walker's other side.
+/// Returns the mirror image of a point on the walker's other side.
 fn image(point: DVec3) -> DVec3 {
     DVec3::new(-point.x, point.y, point.z)
 }
 
-/// Directions spread evenly: a spiral of equal areas (Fibonacci lattice, Swinbank & Purser
-/// 2006, Q. J. R. Meteorol. Soc. 132:1769-1793).
+/// Returns evenly spread directions: a spiral of equal areas (Fibonacci lattice, Swinbank &
+/// Purser 2006, Q. J. R. Meteorol. Soc. 132:1769-1793).
 pub(super) fn directions(count: usize) -> Vec<DVec3> {
     let golden = 0.5 * (1.0 + 5.0f64.sqrt());
     let direction = |index: usize| {
@@ -266,7 +268,7 @@ mod tests {
         corners.as_flattened().concat()
     }
 
-    /// Eight boxes whose corners are all that 64 points are enough for.
+    /// Eight boxes, for whose corners 64 points just suffice.
     fn boxes(more: &[DVec3]) -> Body {
         let with_more = |size: u8| {
             let size = 0.1 + 0.01 * f64::from(size);
@@ -309,7 +311,7 @@ mod tests {
         let roof = DVec3::new(0.0, 0.101, 0.0);
         let found = thinned(&boxes(&[roof]), 64).expect("64 points");
         assert_eq!(points(&found), points(&boxes(&[])));
-        // With four points more the highest four stay, those of the largest boxes.
+        // With four more points, the four highest remain: those of the largest boxes.
         let found = thinned(&boxes(&[roof]), 68).expect("68 points");
         let counts: Vec<usize> = found.hulls.iter().map(|hull| hull.points.len()).collect();
         assert_eq!(counts, [8, 8, 8, 8, 9, 9, 9, 9]);

@@ -1,4 +1,4 @@
-//! Two-joint legs in closed form: where the knee is when hip and ankle are given.
+//! Two-joint legs in closed form: the knee's place from hip and ankle.
 
 use glam::{DMat3, DQuat, DVec3};
 
@@ -23,17 +23,16 @@ pub(crate) struct Reached {
 }
 
 impl LegLengths {
-    /// The distance between hip and ankle at a flexion of the knee, radians.
-    ///
-    /// The law of cosines.
+    /// Returns the distance between hip and ankle at a knee flexion, radians, by the law of
+    /// cosines.
     #[must_use]
     pub(crate) fn reach(&self, knee: f64) -> f64 {
         let (a, b) = (self.thigh_m, self.shank_m);
         libm::sqrt(a * a + b * b + 2.0 * a * b * libm::cos(knee))
     }
 
-    /// The flexion of the knee, radians, at a distance between hip and ankle; that of the
-    /// nearest distance that can be reached for others.
+    /// Returns the knee flexion, radians, at a distance between hip and ankle. A distance out of
+    /// reach counts as the nearest one within reach.
     #[must_use]
     pub(crate) fn knee(&self, distance: f64) -> f64 {
         let (a, b) = (self.thigh_m, self.shank_m);
@@ -41,8 +40,8 @@ impl LegLengths {
         libm::acos(cosine.clamp(-1.0, 1.0))
     }
 
-    /// The leg from `hip` to `ankle` whose knee points to `ahead`. The ankle is met where the
-    /// leg is long enough, and its direction always.
+    /// Returns the leg from `hip` towards `ankle` whose knee points to `ahead`. It reaches the
+    /// ankle if it is long enough.
     #[must_use]
     pub(crate) fn reaching(&self, hip: DVec3, ankle: DVec3, ahead: DVec3) -> Reached {
         let along = (ankle - hip).normalize_or(-DVec3::Y);
@@ -64,8 +63,7 @@ impl LegLengths {
     }
 }
 
-/// The orientation whose Y axis is `up` and whose X axis is `side`, which are unit vectors at
-/// right angles.
+/// Returns the orientation with Y axis `up` and X axis `side`, perpendicular unit vectors.
 fn upright(up: DVec3, side: DVec3) -> DQuat {
     DQuat::from_mat3(&DMat3::from_cols(side, up, side.cross(up))).normalize()
 }

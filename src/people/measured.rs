@@ -1,7 +1,7 @@
-//! Measured people: a CSV file with one row a subject.
+//! Measured people: a CSV file with one row per subject.
 //!
-//! Whoever has tape and calipers knows more of a body than stature and mass tell. What a row
-//! lacks is left to the regressions of [`anthropometry`](super::cohort::anthropometry).
+//! Tape and calipers give more of a body than its stature and mass. Dimensions that a row lacks
+//! come from the regressions of [`anthropometry`](super::cohort::anthropometry).
 
 use super::cohort::anthropometry::{DIMENSIONS, Dimensions, NAMES, PopulationNorms};
 use crate::error::{Error, FilePlace, Result};
@@ -10,8 +10,8 @@ use edgegait_core::pack::Sex;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Dimensions that decide nothing but where joints are: those of a skeleton are kept unless
-/// the stature is known.
+/// Dimensions that only place joints. They have no effect without a known stature, since the
+/// recorded skeleton's lengths are then kept.
 const BETWEEN_JOINTS: [&str; 10] = [
     "biacromial_breadth",
     "bicristal_breadth",
@@ -25,7 +25,7 @@ const BETWEEN_JOINTS: [&str; 10] = [
     "radiale_stylion_length",
 ];
 
-/// What was measured of one person.
+/// The measurements of one person.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasuredPerson {
     /// Stature, metres.
@@ -42,7 +42,7 @@ pub struct MeasuredPerson {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeasuredPeople(BTreeMap<String, MeasuredPerson>);
 
-/// What a column holds.
+/// The quantity that a column holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Quantity {
     Subject,
@@ -50,27 +50,27 @@ enum Quantity {
     Mass,
     Sex,
     Dimension(usize),
-    /// Something else, which is passed over.
+    /// Something else, which is ignored.
     Other,
 }
 
-/// What becomes of columns that are unknown.
+/// The treatment of unknown columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Others {
     Refused,
     PassedOver,
 }
 
-/// A column, and what its numbers are multiplied by to be in metres or kg.
+/// A column, and the factor that converts its numbers to metres or kg.
 struct CsvColumn {
-    /// As the file calls it.
+    /// Name of the column in the file.
     name: String,
     quantity: Quantity,
     unit: f64,
 }
 
 impl MeasuredPerson {
-    /// Nothing was measured.
+    /// A person without any measurement.
     pub const NOTHING: Self = Self {
         stature_m: None,
         mass_kg: None,
@@ -80,33 +80,33 @@ impl MeasuredPerson {
 }
 
 impl MeasuredPeople {
-    /// Reads a file: `subject`, and any of `stature`, `mass_kg`, `sex` (female or male) and
-    /// the dimensions of [`NAMES`], all lengths with `_mm` or `_m` behind their names. Empty
-    /// fields are not measured.
+    /// Reads a file with the columns `subject` and any of `stature`, `mass_kg`, `sex` (female or
+    /// F, male or M) and the dimensions of [`NAMES`]. Names of lengths end with `_mm` or `_m`.
+    /// Empty fields count as not measured.
     ///
     /// # Errors
-    /// For unknown or repeated columns, subjects without a name or with two rows, and what is
-    /// no number or lies more than six standard deviations from ANSUR II's mean, naming the
-    /// line and the column.
+    /// For unknown or repeated columns, subjects without a name or with two rows, fields that are
+    /// not numbers, and lengths more than six standard deviations from ANSUR II's mean and masses
+    /// with an implausible body mass index. Names the line and the column.
     pub fn read(path: &Path) -> Result<Self> {
         let (people, unusable) = Self::read_usable(path)?;
         unusable.into_iter().next().map_or(Ok(people), Err)
     }
 
-    /// The same where fields that [`read`](Self::read) refuses for what they hold count as not
-    /// measured, and those fields.
+    /// Reads a file like [`read`](Self::read), but counts fields with unusable values as not
+    /// measured, and returns an error for each of them.
     ///
     /// # Errors
-    /// For columns, and for rows that cannot be told whose they are.
+    /// As [`read`](Self::read), except for the values of fields other than `subject`.
     pub fn read_usable(path: &Path) -> Result<(Self, Vec<Error>)> {
         Self::read_columns(path, Others::Refused)
     }
 
-    /// The same of a table that says more of people: columns of other names are passed over, the
-    /// subject may be called `id`, and the sexes `F` and `M`.
+    /// Reads a table with further columns like [`read_usable`](Self::read_usable): unknown columns
+    /// are ignored, and the subject's column may be called `id`.
     ///
     /// # Errors
-    /// As [`read_usable`](Self::read_usable), but for unknown columns.
+    /// As [`read_usable`](Self::read_usable), except for unknown columns.
     pub fn read_among_others(path: &Path) -> Result<(Self, Vec<Error>)> {
         Self::read_columns(path, Others::PassedOver)
     }
@@ -149,13 +149,13 @@ impl MeasuredPeople {
         Ok((Self(people), unusable))
     }
 
-    /// What was measured of a subject, if there is a row.
+    /// Returns the measurements of a subject, if there is a row.
     #[must_use]
     pub fn of(&self, subject: &str) -> Option<&MeasuredPerson> {
         self.0.get(subject)
     }
 
-    /// The same people, of whom dimensions whose names are so were not measured.
+    /// Returns the people without the measured dimensions that `is_left_out` selects by name.
     #[cfg(all(feature = "import", feature = "train", feature = "plots"))]
     #[must_use]
     pub(crate) fn without(&self, is_left_out: impl Fn(&str) -> bool) -> Self {
@@ -170,8 +170,9 @@ impl MeasuredPeople {
         people
     }
 
-    /// Rows without a walker among `subjects`, walkers without a row, and dimensions that
-    /// have no effect. `has_stature`: whether those without a measured stature are given one.
+    /// Returns warnings about rows without a walker among `subjects`, walkers without a row, and
+    /// dimensions that have no effect. `has_stature` is whether walkers without a measured stature
+    /// are given one.
     #[must_use]
     pub fn warnings(&self, subjects: &[&str], has_stature: bool) -> Vec<String> {
         let mut warnings = Vec::new();
@@ -205,7 +206,7 @@ impl MeasuredPeople {
     }
 }
 
-/// What the columns hold.
+/// Returns the columns that a header names.
 fn columns(headers: &StringRecord, others: Others) -> std::result::Result<Vec<CsvColumn>, String> {
     let mut columns: Vec<CsvColumn> = Vec::new();
     for name in headers {
@@ -220,7 +221,7 @@ fn columns(headers: &StringRecord, others: Others) -> std::result::Result<Vec<Cs
         };
         let column = known.ok_or_else(|| {
             format!(
-                "unknown column {name:?}: expected subject, sex, mass_kg, stature_m or stature_mm, or with _mm or _m behind it one of {} (separated by commas)",
+                "unknown column {name:?}: expected subject, sex, mass_kg, stature_m or stature_mm, or a dimension with the suffix _mm or _m: {} (separated by commas)",
                 NAMES.join(", ")
             )
         })?;
@@ -235,7 +236,7 @@ fn columns(headers: &StringRecord, others: Others) -> std::result::Result<Vec<Cs
     let is_subject = |column: &CsvColumn| column.quantity == Quantity::Subject;
     if !columns.iter().any(is_subject) {
         return Err(
-            "no column \"subject\": expected the names that subjects are imported by".into(),
+            "no column \"subject\": expected one with the names of the imported subjects".into(),
         );
     }
     Ok(columns)
@@ -266,7 +267,7 @@ impl CsvColumn {
         })
     }
 
-    /// A field in metres or kg, where it lies in a range of what it is (`of`).
+    /// Returns a field in metres or kg if it lies within a range, which `of` explains.
     fn number(
         &self,
         text: &str,
@@ -288,7 +289,7 @@ impl CsvColumn {
     }
 }
 
-/// One person, and what is wrong with fields that are not used.
+/// Returns one person's measurements, and the problems of fields that are not used.
 fn row(
     columns: &[CsvColumn],
     record: &StringRecord,
@@ -316,7 +317,7 @@ fn row(
     if subject.is_empty() {
         return Err("expected a subject, found an empty field".into());
     }
-    // What is plausible depends on the sex.
+    // Plausible ranges depend on the sex.
     let dimensions = Dimensions::plausible(measured.sex);
     let stature = PopulationNorms::plausible_stature(measured.sex);
     for (column, text) in fields() {
@@ -342,14 +343,14 @@ fn row(
         && let Err(error) =
             Dimensions::expected(stature_m, mass_kg, measured.sex, &[0.0; DIMENSIONS])
     {
-        // The stature also says where joints are.
+        // Drops the mass, since the stature also places joints.
         measured.mass_kg = None;
         problems.push(format!("mass_kg: {error}"));
     }
     Ok((subject, measured, problems))
 }
 
-/// The line that a record is in: it begins behind the empty lines at its position.
+/// Returns the line number of a record, which begins after the empty lines at its position.
 fn line(text: &[u8], position: Option<&Position>) -> usize {
     let byte = position.map_or(0, |position| {
         usize::try_from(position.byte()).unwrap_or(usize::MAX)
@@ -363,7 +364,7 @@ fn line(text: &[u8], position: Option<&Position>) -> usize {
         .count()
 }
 
-/// Why a record cannot be read.
+/// Returns why a record cannot be read.
 fn problem(error: &csv::Error) -> String {
     match error.kind() {
         ErrorKind::UnequalLengths {

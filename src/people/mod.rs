@@ -1,7 +1,7 @@
-//! Scenes in f64, before anything is encoded: one walker's motion and body.
+//! People in f64, before encoding: bodies and motions.
 //!
-//! Everything that makes a walker (an importer, the built-in cohort) ends in the
-//! types of this module, and the encoder begins with them.
+//! Everything that produces a walker (an importer, the built-in cohort) returns the
+//! types of this module, and the encoder takes them.
 
 pub(crate) mod cleaning;
 pub(crate) mod clothes;
@@ -19,6 +19,8 @@ mod markers;
 #[cfg(feature = "import")]
 pub(crate) mod measured;
 #[cfg(feature = "import")]
+mod other_body;
+#[cfg(feature = "import")]
 pub mod recorded;
 #[cfg(feature = "import")]
 mod residual;
@@ -27,7 +29,11 @@ pub mod retarget;
 #[cfg(feature = "import")]
 pub mod rigging;
 #[cfg(feature = "import")]
+mod trunk_lean;
+#[cfg(feature = "import")]
 mod uncut;
+#[cfg(feature = "import")]
+mod unsure_joints;
 pub(crate) mod variation;
 
 use edgegait_core::clothes::Clothes;
@@ -38,7 +44,7 @@ use glam::{DQuat, DVec3};
 /// A person: a body and how it walks.
 #[derive(Clone, Debug)]
 pub struct Subject {
-    /// Name, unique among those encoded together, at most 255 bytes.
+    /// Name, unique among the people of one pack, at most 255 bytes.
     pub name: String,
     /// Sex, where it is known.
     pub sex: Option<Sex>,
@@ -50,16 +56,16 @@ pub struct Subject {
     pub mass_kg: f64,
     /// The body.
     pub body: Body,
-    /// The gait cycles, and the takes that are stored as they are.
+    /// The gait cycles and uncut motions.
     pub walks: Vec<Walk>,
 }
 
-/// One motion of a subject, with what is known of it.
+/// One motion of a subject, with its metadata.
 #[derive(Clone, Debug)]
 pub struct Walk {
     /// Name of the take, at most 255 bytes.
     pub name: String,
-    /// Which cycle of the take, from 0; 0 for the take itself.
+    /// Number of the cycle within the take, from 0; 0 for an uncut motion.
     pub cycle: u16,
     /// Walking or running.
     pub gait: Gait,
@@ -67,16 +73,16 @@ pub struct Walk {
     pub speed_mps: f64,
     /// The motion, on the subject's own skeleton.
     pub motion: Track,
-    /// The body with what the subject wears on this walk, where that is not the subject's own.
+    /// The body in the clothes of this walk, if they differ from the subject's own.
     pub worn: Option<Body>,
 }
 
-/// A motion: one that repeats, or one that does not.
+/// A motion, repeating or not.
 #[derive(Clone, Debug)]
 pub enum Track {
     /// One closed gait cycle.
     Loop(Cycle),
-    /// A take as it is: starts, turns, whole trials.
+    /// An uncut take: starts, turns, whole trials.
     Uncut(UncutMotion),
 }
 
@@ -90,11 +96,11 @@ pub struct Cycle {
     pub period_s: f64,
     /// Metres travelled along +Z in one cycle.
     pub drift_m: f64,
-    /// How far closing a recorded loop moved any joint at most, mm; 0 for a made cycle.
-    /// Horizontal drift, which is stored or removed on purpose, is not in it.
+    /// Largest joint displacement from closing a recorded loop, mm; 0 for a synthetic cycle.
+    /// Excludes horizontal drift, which is stored or removed on purpose.
     pub closure_mm: f64,
-    /// Pelvis position per frame, metres, with the travel (`drift_m * phase`)
-    /// taken out; y is the height above the floor.
+    /// Pelvis position per frame, metres, without the travel (`drift_m * phase`);
+    /// y is the height above the floor.
     pub root: Vec<DVec3>,
     /// Rotation of each joint relative to its parent, per frame, about the
     /// canonical rest pose ([`Joint`]).
@@ -103,8 +109,8 @@ pub struct Cycle {
 
 /// A motion of one walker that need not repeat, sampled evenly over time.
 ///
-/// Frame `i` is at `i / sample_rate_hz` seconds. The walker travels as recorded: along +Z
-/// on the whole, from x = z = 0, or as in the file's own world where its axes are stated.
+/// Frame `i` is at `i / sample_rate_hz` seconds. The walker starts at x = z = 0 and travels
+/// along +Z on the whole, or keeps the file's own world where the file states its axes.
 #[derive(Clone, Debug)]
 pub struct UncutMotion {
     /// Frames a second.
@@ -123,17 +129,17 @@ pub struct Body {
     pub offsets: [DVec3; JOINTS],
     /// Convex hulls, each rigid with one joint.
     pub hulls: Vec<BodyHull>,
-    /// Draped hulls, by their parts: what the parts of one span together, each rigid with its
-    /// joint, as cloth that is taut between them.
+    /// Draped hulls. Each consists of parts, each rigid with its joint, and spans all of them
+    /// together, like cloth that is taut between them.
     pub draped: Vec<Vec<BodyHull>>,
-    /// What the hulls include, of a body that is dressed.
+    /// The clothes that the hulls of a dressed body include.
     pub clothes: Option<Clothes>,
-    /// How well they match the mesh that they were fitted to, if they were.
+    /// How well the hulls match the mesh that they were fitted to, if any.
     pub fit: Option<HullFit>,
 }
 
 impl Body {
-    /// Its hulls, then the parts of draped ones.
+    /// Returns the hulls, then the parts of draped hulls.
     pub(crate) fn all_hulls(&self) -> impl Iterator<Item = &BodyHull> {
         self.hulls.iter().chain(self.draped.iter().flatten())
     }
@@ -143,9 +149,9 @@ impl Body {
 #[derive(Clone, Debug, PartialEq)]
 pub struct HullFit {
     /// Mean Jaccard index of the silhouettes of hulls and mesh, 192 rows high, in poses and from
-    /// cameras that the fit has not seen.
+    /// cameras that the fit did not see.
     pub jaccard: f64,
-    /// The same by number of points, most first.
+    /// The Jaccard index by number of hull points, most points first.
     pub frontier: Vec<(usize, f64)>,
 }
 
@@ -154,11 +160,11 @@ pub struct HullFit {
 pub struct BodyHull {
     /// The joint that carries it.
     pub joint: Joint,
-    /// Its points; which of them are extreme does not matter.
+    /// Points that span the hull; points inside it do no harm.
     pub points: Vec<DVec3>,
 }
 
-/// Global positions and rotations of the canonical skeleton in one pose, f64.
+/// Returns global positions and rotations of the canonical skeleton in one pose, f64.
 #[must_use]
 pub fn forward_kinematics(
     offsets: &[DVec3; JOINTS],

@@ -1,16 +1,16 @@
-//! Recorded motions as subjects: from files to bodies that walk.
+//! Recorded motions as subjects: from files to walking bodies.
 
 use super::cleaning::bridges::bridge_flips;
 use super::cleaning::flips::MotionEnds;
-use super::cleaning::unsure_joints::steady;
 use super::cohort::anthropometry::{DIMENSIONS, Dimensions, PopulationNorms};
 use super::cohort::body;
 use super::cutting::events::{CutTake, cut};
 use super::cutting::flat_feet::{lifts, stand_flat};
 use super::cutting::stance::{FeetMotion, Skate};
 use super::measured::{MeasuredPeople, MeasuredPerson};
-use super::retarget::trunk_lean::stand_upright;
 use super::retarget::{DEFAULT_CUT_OFF_HZ, RetargetedMotion, leg_length_m};
+use super::trunk_lean::stand_upright;
+use super::unsure_joints::steady;
 use super::{Body, Subject, Track, UncutMotion, Walk};
 use crate::error::{Error, RefusedWalk, Remedy, Result};
 use crate::import::{FileContents, ImportOptions, Motion, MotionFormat};
@@ -23,19 +23,19 @@ use std::path::{Path, PathBuf};
 /// Hip-to-ankle length over stature: (trochanter - malleolus) of ANSUR II's means,
 /// (0.513 - 0.042) for men and (0.519 - 0.039) for women.
 pub(super) const LEG_SHARE: f64 = 0.4755;
-/// Froude number v^2 / (g L) from which people run (Alexander 1989, Physiol. Rev.
+/// Froude number v^2 / (g L) above which people run (Alexander 1989, Physiol. Rev.
 /// 69:1199-1227: walking changes to running near 0.5).
 const RUNNING_FROUDE: f64 = 0.5;
 
-/// Feet that are nearer than this to where they were, mm, are there. Ours: twice the usual error of
-/// encoding.
+/// Distance from their recorded places, mm, up to which feet count as reaching them. Ours: twice
+/// the usual error of encoding.
 const NEARLY_REACHED_MM: f64 = 10.0;
 
 /// Where a subject's name is read from.
 #[derive(Clone, Debug)]
 pub enum SubjectName {
-    /// What stands before the last `_` of the file's name, or the whole name, as it is of files
-    /// that hold a body.
+    /// The file's name up to its last `_`; the whole name if there is no `_` or the file holds a
+    /// body.
     File,
     /// The folder that the file is in.
     Folder,
@@ -43,7 +43,7 @@ pub enum SubjectName {
     Given(String),
 }
 
-/// What of a take is kept.
+/// The part of a take that is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Keep {
     /// All its gait cycles, each closed.
@@ -52,23 +52,23 @@ pub enum Keep {
     MeanCycle,
     /// The first of its gait cycles.
     FirstCycle,
-    /// The take as it is.
+    /// The uncut take.
     Take,
 }
 
-/// The low-pass that motions go through.
+/// The low-pass filter of motions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Smoothing {
-    /// At [`DEFAULT_CUT_OFF_HZ`] where motion was measured, none where it was authored.
+    /// At [`DEFAULT_CUT_OFF_HZ`] for measured motion, none for authored motion.
     Usual,
     /// At this cut-off, Hz.
     At(f64),
-    /// None: the motion stays as it is in the file.
+    /// No filter: the motion stays as it is in the file.
     Off,
 }
 
 impl Smoothing {
-    /// The cut-off for motions of a format, Hz.
+    /// Returns the cut-off for motions of a format, Hz.
     const fn cut_off_hz(self, format: MotionFormat) -> Option<f64> {
         match self {
             Self::Usual if format.is_authored() => None,
@@ -79,22 +79,22 @@ impl Smoothing {
     }
 }
 
-/// How files are read.
+/// Options for reading files.
 #[derive(Clone, Debug)]
 pub struct ReadOptions {
-    /// What of a take is kept.
+    /// The part of each take that is kept.
     pub keep: Keep,
     /// Where the subject's name is read from.
     pub subject: SubjectName,
-    /// The skeleton of an AMC file; otherwise the one beside it.
+    /// The skeleton of an AMC file; by default the one beside it.
     pub asf: Option<PathBuf>,
     /// The animation of a glTF file.
     pub clip: Option<String>,
-    /// Frames a second, over what the file says.
+    /// Frames a second; overrides the file's rate.
     pub sample_rate_hz: Option<f64>,
-    /// The low-pass that motions go through.
+    /// The low-pass filter of motions.
     pub smoothing: Smoothing,
-    /// Whether what captures know badly is mended: feet that stand tilted, elbows that bend
+    /// Whether to mend what captures measure badly: feet that stand tilted, elbows that bend
     /// backwards, hands, collar bones and heads.
     pub mend: bool,
 }
@@ -116,22 +116,22 @@ impl Default for ReadOptions {
 /// One file: a take on the canonical skeleton, and its gait cycles.
 #[derive(Clone, Debug)]
 pub struct Recording {
-    /// The file.
+    /// Path of the file.
     pub path: PathBuf,
-    /// Its format.
+    /// Format of the file.
     pub format: MotionFormat,
-    /// Who walks.
+    /// Name of the walker.
     pub subject: String,
-    /// Name of the take: of its clip, or else the file's name without its extension.
+    /// Name of the take: its clip's name, or else the file's name without its extension.
     pub name: String,
     /// The motion.
     pub take: RetargetedMotion,
-    /// Its gait cycles; `None` for a take that is kept as it is.
+    /// Gait cycles of the take; `None` if it is kept uncut.
     pub cut: Option<CutTake>,
-    /// How high the ankles of its walker are where its feet stand flat, metres, left first; unknown
-    /// where they never do, or not always at one height, and of authored motion.
+    /// Heights of the ankles while the feet stand flat, metres, left first. `None` if the feet
+    /// never do or not always at one height, for authored motion, and without mending.
     pub standing_m: Option<[f64; 2]>,
-    /// The skeleton with the mesh on it, where the file has one.
+    /// The skeleton with its mesh, if the file has one.
     pub mesh: Option<Motion>,
 }
 
@@ -139,8 +139,8 @@ impl Recording {
     /// Reads, retargets and cuts one file.
     ///
     /// # Errors
-    /// When the file cannot be read, lacks joints or markers, or holds no gait cycle where those are
-    /// kept.
+    /// When the file cannot be read, lacks joints or markers, or holds no gait cycle although
+    /// cycles are kept.
     pub fn read(path: &Path, options: &ReadOptions) -> Result<Self> {
         let source = FileContents::read_with(
             path,
@@ -226,14 +226,14 @@ impl Recording {
         })
     }
 
-    /// How many walks it has: its cycles, or the take.
+    /// Returns the number of walks: the gait cycles, or 1 for an uncut take.
     #[must_use]
     pub fn walks(&self) -> usize {
         self.cut.as_ref().map_or(1, |cut| cut.cycles.len())
     }
 
-    /// Horizontal travel over time, mean over the cycles, or the speed along a whole take's
-    /// path; m/s.
+    /// Returns the speed, m/s: horizontal travel over time as the mean over the cycles, or the
+    /// speed along an uncut take's path.
     #[must_use]
     pub fn speed_mps(&self) -> f64 {
         match &self.cut {
@@ -242,8 +242,8 @@ impl Recording {
         }
     }
 
-    /// How far standing feet would slide on a body whose legs moved as the recorded ones, of each
-    /// of its walks with a stance: what the recording does itself.
+    /// Returns how far standing feet would slide on a body whose legs moved like the recorded ones,
+    /// for each walk with a stance: the sliding that the recording itself causes.
     #[must_use]
     pub fn own_skates(&self, body: &Body) -> Vec<Skate> {
         let offsets = &self.take.offsets;
@@ -260,8 +260,8 @@ impl Recording {
         }
     }
 
-    /// Where the legs of a body do not reach the places of the recorded feet, as a sentence, by
-    /// frame and millimetre.
+    /// Returns a sentence with the frame and millimetres if the legs of a body do not reach the
+    /// places of the recorded feet.
     #[must_use]
     pub fn out_of_reach(&self, body: &Body) -> Option<String> {
         let (own, target, lifts) = (
@@ -285,11 +285,11 @@ impl Recording {
         };
         let frame = (second * self.take.sample_rate_hz).round();
         (short > NEARLY_REACHED_MM).then(|| {
-            format!("the legs of this body are up to {short:.0} mm short of where the feet were (frame {frame}): they are as near as they get")
+            format!("the legs of this body are up to {short:.0} mm short of where the feet were (frame {frame}): they reach as far as they can")
         })
     }
 
-    /// What was assumed, repaired or dropped.
+    /// Returns sentences on what was assumed, repaired or dropped.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let cut = self.cut.iter().flat_map(|cut| &cut.warnings);
@@ -297,7 +297,7 @@ impl Recording {
     }
 }
 
-/// Why a file gives no walk, with the first of what was found on the way: a recording cut short,
+/// Returns the error of a file that gives no walk, with its first warnings: a recording cut short,
 /// doubtful names.
 fn refusal(path: &Path, problem: &str, warnings: &[String]) -> Error {
     const SHOWN: usize = 2;
@@ -311,32 +311,31 @@ fn refusal(path: &Path, problem: &str, warnings: &[String]) -> Error {
     }
 }
 
-/// The body that recordings are put onto.
+/// Options for the bodies that recordings are put onto.
 #[derive(Clone, Debug, Default)]
 pub struct BodyOptions {
     /// Stature, metres; otherwise the skeleton's own segments are kept.
     pub stature_m: Option<f64>,
-    /// Mass, kg; otherwise that of the mean body mass index.
+    /// Mass, kg; otherwise from the mean body mass index.
     pub mass_kg: Option<f64>,
-    /// Sex; otherwise dimensions between both.
+    /// Sex; otherwise dimensions are the mean of both sexes'.
     pub sex: Option<Sex>,
-    /// Those who were measured; what they have goes before all of the above.
+    /// Measured people; their values take precedence over all of the above.
     pub measured: MeasuredPeople,
-    /// Bodies that need not be made, by subject: those that were fitted to a mesh.
+    /// Ready bodies by subject, fitted to a mesh.
     pub given: BTreeMap<String, Body>,
 }
 
-/// One subject for each name among the recordings, with the cycles of all their takes or the
-/// takes themselves.
-/// Subjects and takes are in order of their names, whatever the order of the files.
+/// Returns one subject for each name among the recordings, with the cycles of all takes or the
+/// uncut takes. Subjects and takes are sorted by name, whatever the order of the files.
 ///
-/// Without a stature a subject keeps the segment lengths of their first take but the
-/// neck's, and the hulls are those of a person whose legs are as long. With one, measured or
-/// given, the joints lie where its dimensions put them. Measured dimensions of hulls count in
-/// either case.
+/// Without a stature, a subject keeps the segment lengths of the first take except the neck's,
+/// and gets the hulls of a person with legs of that length. With a measured or given stature,
+/// the joints lie where its dimensions put them. Measured dimensions of hulls count in either
+/// case.
 ///
 /// # Errors
-/// With the people whose bodies are implausible, and for two takes of one name of one subject.
+/// With the people whose bodies are implausible, and for two takes of a subject with one name.
 pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<Subject>> {
     let mut recordings: Vec<&Recording> = recordings.iter().collect();
     let key = |recording: &&Recording| (recording.subject.clone(), recording.name.clone());
@@ -348,7 +347,7 @@ pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<S
         return Err(Error::input(
             &pair[1].path,
             format!(
-                "take {:?} of subject {:?} is {} already: expected one file for each",
+                "take {:?} of subject {:?} was read from {} already: expected one file for each",
                 pair[1].name,
                 pair[1].subject,
                 pair[0].path.display()
@@ -416,7 +415,7 @@ pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<S
     }
 }
 
-/// A subject with a body and no walks yet.
+/// Returns a subject with a body and no walks yet.
 fn new_subject(recording: &Recording, options: &BodyOptions) -> Result<Subject> {
     let own = recording.take.offsets;
     let row = options.measured.of(&recording.subject);
@@ -458,9 +457,9 @@ fn new_subject(recording: &Recording, options: &BodyOptions) -> Result<Subject> 
     })
 }
 
-/// The offsets with the neck as long as it takes to put the ears where a person of these
-/// dimensions has them: files place a joint called head anywhere between the seventh
-/// cervical vertebra and the crown.
+/// Returns the offsets with a neck length that puts the ears where a person of these dimensions
+/// has them: files place a joint called head anywhere between the seventh cervical vertebra and
+/// the crown.
 fn with_head_at_its_height(
     mut offsets: [DVec3; JOINTS],
     dimensions: &Dimensions,
@@ -470,12 +469,12 @@ fn with_head_at_its_height(
     let hips = dimensions.trochanterion_height;
     let ears = dimensions.stature - dimensions.tragion_to_vertex;
     let head = &mut offsets[Joint::Head.index()];
-    // Between 4 cm and 12 % of the stature, whatever the trunk is.
+    // Between 4 cm and 12 % of the stature, whatever the trunk's length.
     head.y = (ears - hips - neck).clamp(0.04, 0.12 * dimensions.stature);
     offsets
 }
 
-/// Walking or running at this speed, by the Froude number.
+/// Returns the gait at this speed, by the Froude number.
 fn gait(speed_mps: f64, leg_m: f64) -> Gait {
     const GRAVITY: f64 = 9.81;
     if speed_mps * speed_mps > RUNNING_FROUDE * GRAVITY * leg_m {

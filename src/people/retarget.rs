@@ -6,9 +6,7 @@
 pub(crate) mod follow;
 pub(crate) mod joint_roles;
 pub(crate) mod missing_joints;
-pub(crate) mod other_body;
 pub(crate) mod rest_pose;
-pub(crate) mod trunk_lean;
 pub(crate) mod unit;
 
 use super::cleaning::low_pass::LowPass;
@@ -251,7 +249,7 @@ fn filtered(
     };
     let Some(filter) = LowPass::new(cut_off_hz, motion.sample_rate_hz) else {
         warnings.push(format!(
-            "too few frames a second for a {cut_off_hz} Hz low-pass: not filtered"
+            "the frame rate is too low for a {cut_off_hz} Hz low-pass: not filtered"
         ));
         return (smooth, None);
     };

@@ -1,22 +1,22 @@
-//! A recorded take as it is: turned to travel along +Z from the origin, unless its file
+//! Uncut motions of recorded takes, turned to travel along +Z from the origin unless the file
 //! states axes.
 //!
-//! Files begin anywhere in a laboratory and head anywhere. Viewpoints are told from the
-//! walker's direction, so a take gets one for the whole: where it leads, or, where it leads
-//! nowhere, where the walker first looks. A file that states which way people face (glTF) is
-//! a scene in which cameras have their places: there the take keeps its own.
+//! Files begin anywhere in a laboratory and head anywhere. Viewpoints are relative to the walker's
+//! direction, so a take gets one direction for its whole length: from its start to its end, or, if
+//! it leads nowhere, where the walker faces first. A file that states which way people face (glTF)
+//! is a scene in which cameras have places, so the take keeps its own.
 
 use super::UncutMotion;
 use super::retarget::RetargetedMotion;
 use edgegait_core::skeleton::Joint;
 use glam::{DQuat, DVec3};
 
-/// A take that ends nearer to its start, seconds times m/s, leads nowhere: as for cycles, a
-/// walker slower than 0.1 m/s stands or is on a treadmill. Ours.
+/// Speed from start to end, m/s, up to which a take leads nowhere: as for cycles, a walker slower
+/// than 0.1 m/s stands or is on a treadmill. Ours.
 const SLOWEST_TRAVEL_M_S: f64 = 0.1;
 
 impl UncutMotion {
-    /// The whole take on its walker's own skeleton.
+    /// Returns the whole take on its walker's own skeleton.
     #[must_use]
     pub fn of(take: &RetargetedMotion) -> Self {
         if take.is_placed {
@@ -59,7 +59,8 @@ impl UncutMotion {
         }
     }
 
-    /// Length of the pelvis's path over the floor by the time it takes, m/s; 0 for one frame.
+    /// Returns the length of the pelvis's path over the floor divided by time, m/s; 0 for one
+    /// frame.
     #[must_use]
     pub fn speed_mps(&self) -> f64 {
         let steps = self.roots.windows(2).map(|pair| {
@@ -77,7 +78,7 @@ mod tests {
     use super::*;
     use edgegait_core::skeleton::JOINTS;
 
-    /// Frames at 10 Hz of a walker who looks along +X.
+    /// A take at 10 Hz of a walker who faces +X.
     fn take(roots: Vec<DVec3>) -> RetargetedMotion {
         let mut pose = [DQuat::IDENTITY; JOINTS];
         pose[0] = DQuat::from_rotation_y(std::f64::consts::FRAC_PI_2);

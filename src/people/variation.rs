@@ -1,9 +1,9 @@
 //! Further cycles of a walk: seeded variations within a person.
 //!
-//! Nobody walks the same cycle twice, and on another day everything is a little different:
-//! posture, shoes, speed. A pack stores one cycle of a made walk; others are that one with feet
-//! that are put down elsewhere, a pelvis that moves over them, and smooth periodic noise above
-//! it. Legs are solved for their feet, which neither slide nor cross.
+//! No two cycles of a person are the same, and takes of different days differ in posture, shoes
+//! and speed. A pack stores one cycle of a synthetic walk. Variations put its feet down elsewhere,
+//! move the pelvis over them, and add smooth periodic noise above it. Legs are solved for their
+//! feet, which neither slide nor cross.
 
 use crate::people::leg::LegLengths;
 use edgegait_core::pose::{ModelPose, Pose};
@@ -14,33 +14,33 @@ use rand_chacha::ChaCha8Rng;
 
 use super::cohort::normal;
 
-/// Harmonics of the noise: a constant for the cycle, and changes up to three a cycle.
+/// Number of harmonics of the noise, beside a constant for the cycle.
 const HARMONICS: usize = 3;
 
-/// Cycles of one take: variations 0 to 7 are of the stored take, 8 to 15 of another, and so on.
+/// Cycles of one take: variations 0 to 7 belong to the stored take, 8 to 15 to another, and so on.
 pub(crate) const CYCLES_OF_A_TAKE: u32 = 8;
 
-/// Which cycle of which walk: what a variation is drawn from.
+/// The seed of a variation: which cycle of which walk it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CycleSeed {
     /// The user's seed.
     pub seed: u64,
-    /// Which subject, whatever else is in the pack: a hash of the name.
+    /// Hash of the subject's name, independent of the rest of the pack.
     pub subject: u64,
-    /// Which stored cycle of which walk: a hash of the name, and the cycle.
+    /// Hash of the walk's name and its stored cycle's number.
     pub walk: u64,
-    /// Which variation; 0 is the stored cycle itself.
+    /// Number of the variation; 0 is the stored cycle itself.
     pub variation: u32,
 }
 
-/// What is different in one cycle.
+/// The difference of one cycle from the stored one.
 #[derive(Clone, Debug)]
 pub(crate) struct Variation {
     /// `None` leaves the stored cycle as it is.
     noise: Option<Box<Noise>>,
 }
 
-/// How a cycle differs from the stored one.
+/// The parameters of a cycle's difference from the stored one.
 #[derive(Clone, Debug)]
 struct Noise {
     /// For each joint above the hips: rotation vectors of the constant and of each harmonic's
@@ -61,17 +61,18 @@ struct Noise {
 /// Standard deviations of a joint's turns between takes and between cycles of one take.
 #[derive(Clone, Copy)]
 struct TurnSpread {
-    /// Of its mean over the cycle about its flexion axis, degrees: takes, cycles.
+    /// Spread of the mean over the cycle about the flexion axis, degrees: takes, cycles.
     mean: [f64; 2],
-    /// About each of the other two.
+    /// Spread of the mean about each of the other two axes.
     other: [f64; 2],
-    /// Of its changes over the cycle, as large at every phase.
+    /// Spread of the changes over the cycle, equal at every phase.
     swing: [f64; 2],
 }
 
-/// Spreads of the joints above the hips: means of CMU's walkers who have several takes or
-/// cycles (12 takes of 3 people, 23 cycles of 11 takes; [`super::cohort`]'s fit), swings from the
-/// spreads of their amplitudes and delays. Hands and clavicles are ours.
+/// Returns the spreads of a joint above the hips; `None` for a leg's joint. Means are from CMU's
+/// walkers with several takes or cycles (12 takes of 3 people, 23 cycles of 11 takes;
+/// [`super::cohort`]'s fit), swings from the spreads of their amplitudes and delays. Hands and
+/// clavicles are ours.
 const fn spread(joint: Joint) -> Option<TurnSpread> {
     let (mean, other, swing) = match joint {
         Joint::Pelvis => ([0.6, 0.5], [0.3, 0.4], [0.4, 0.6]),
@@ -94,18 +95,20 @@ const fn spread(joint: Joint) -> Option<TurnSpread> {
 /// Standard deviation of the step width between takes and between cycles, metres: 1.0 and 1.3 cm
 /// in CMU's short takes, 2.4 between cycles in publications (Almarwani et al. 2016).
 const STEP_WIDTH_M: [f64; 2] = [0.010, 0.014];
-/// The same of the step length, as a share: half of that of the walk ratio (0.097, 0.038).
+/// Standard deviation of the step length between takes and between cycles, as a share: about half
+/// of the walk ratio's (0.097, 0.038).
 const STEP_LENGTH: [f64; 2] = [0.045, 0.016];
-/// The same of the direction of a foot, degrees. Takes are ours.
+/// Standard deviation of a foot's direction between takes (ours) and between cycles, degrees.
 const TOE_OUT_DEG: [f64; 2] = [1.0, 1.6];
-/// The same of the pelvis's sway from its mean, metres, and how much of it goes with step width.
+/// Standard deviation of the pelvis's sway from its mean between takes and between cycles, metres,
+/// and the sway's correlation with the step width.
 const SWAY_M: [f64; 2] = [0.001, 0.0038];
 const SWAY_WITH_WIDTH: f64 = 0.69;
-/// The same of its rise and fall, metres.
+/// Standard deviation of the pelvis's rise and fall between takes and between cycles, metres.
 const BOB_M: [f64; 2] = [0.0030, 0.0013];
 
 impl Variation {
-    /// The variation of one cycle; the stored cycle for number 0.
+    /// Returns the variation of one cycle; number 0 is the stored cycle.
     #[must_use]
     pub(crate) fn new(of: CycleSeed) -> Self {
         if of.variation == 0 {
@@ -114,14 +117,14 @@ impl Variation {
         let mut noise = Box::new(Noise::NONE);
         let take = of.variation / CYCLES_OF_A_TAKE;
         if take > 0 {
-            // Cycles count from 0 and takes from the other end.
+            // Cycles count up from 0, and takes down from the greatest number.
             noise.add(&mut rng(of, u64::MAX - u64::from(take)), TAKES);
         }
         noise.add(&mut rng(of, u64::from(of.variation)), CYCLES);
         Self { noise: Some(noise) }
     }
 
-    /// Makes a pose of the stored cycle at `phase` one of this cycle.
+    /// Turns a pose of the stored cycle at `phase` into this cycle's pose.
     pub(crate) fn apply(&self, pose: &mut Pose, phase: f32, skeleton: &Skeleton) {
         if let Some(noise) = &self.noise {
             noise.apply(pose, phase, skeleton);
@@ -129,11 +132,11 @@ impl Variation {
     }
 }
 
-/// Index of spreads between takes, and between cycles.
+/// Indices of the spreads between takes and between cycles.
 const TAKES: usize = 0;
 const CYCLES: usize = 1;
 
-/// The random numbers of one take or cycle.
+/// Returns the random number generator of one take or cycle.
 fn rng(of: CycleSeed, number: u64) -> ChaCha8Rng {
     let mut key = [0; 32];
     let parts = [of.seed, of.subject, of.walk, number];
@@ -154,7 +157,7 @@ impl Noise {
         bob_m: 0.0,
     };
 
-    /// Adds what a take or a cycle has of its own.
+    /// Adds the differences of one take or cycle.
     fn add(&mut self, rng: &mut ChaCha8Rng, which: usize) {
         let width = normal(rng);
         for (aside_m, toe_out) in self.aside_m.iter_mut().zip(&mut self.toe_out) {
@@ -202,9 +205,9 @@ impl Noise {
             basis[2 * harmonic - 1] = cos;
             basis[2 * harmonic] = sin;
         }
-        // Over the left foot in the middle of its stance, 0.31 of the cycle after contact: the
-        // cosine and the sine of that. Highest after a quarter of the cycle, and again half a
-        // cycle later.
+        // The pelvis sways over the left foot in mid-stance, 0.31 of the cycle after contact: the
+        // factors are the sine and the cosine of that phase. It is highest after a quarter of the
+        // cycle, and again half a cycle later.
         pose.root.x += self.sway_m * (0.93 * basis[2] - 0.37 * basis[1]);
         pose.root.y -= self.bob_m * basis[3];
         for (rotation, terms) in pose.rotations.iter_mut().zip(&self.turns) {
@@ -216,7 +219,7 @@ impl Noise {
         }
     }
 
-    /// Solves a leg for where its foot is in this cycle: 0 is the left one.
+    /// Solves a leg for its foot's place in this cycle; side 0 is the left one.
     fn put_down(&self, side: usize, pose: &mut Pose, stored: &ModelPose, skeleton: &Skeleton) {
         let [thigh, shank, foot] = LEGS[side].map(Joint::index);
         let sign = if side == 0 { 1.0 } else { -1.0 };
@@ -327,7 +330,7 @@ mod tests {
             }
             squares += f64::from(moved.x * moved.x);
         }
-        // Half of 1.4 cm; of seven cycles within a factor of two.
+        // Half of 1.4 cm, within a factor of two for seven cycles.
         let deviation = libm::sqrt(squares / 7.0);
         assert!((0.004..0.017).contains(&deviation), "{deviation}");
     }

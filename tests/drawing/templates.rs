@@ -211,7 +211,7 @@ fn augmented_images_follow_their_own_with_a_condition_of_theirs() {
         (["--augment", "crop", "--crop-rows", "7"], "25 rows cut off"),
         (
             ["--augment", "flip", "--crop-rows", "7"],
-            "it is not asked for",
+            "which was not given",
         ),
     ] {
         let sweep = ["sweep", "two.egp", "--views", "side", "--out", "no"];

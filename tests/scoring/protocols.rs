@@ -392,7 +392,7 @@ fn probes_that_training_was_shown_or_that_vary_what_it_was_shown_are_warned_of()
     };
     let varied = |count: &str| {
         format!(
-            "walk: {count} probes are seeded variations of cycles that it was trained on, not other walks: rank-1 shows how it bears noise and viewpoints"
+            "walk: {count} probes are seeded variations of cycles that it was trained on, not other walks: rank-1 shows only its robustness to noise and viewpoint"
         )
     };
     // A pack: variation 1000 of what was trained on, and a run that was not.
@@ -415,7 +415,7 @@ fn probes_that_training_was_shown_or_that_vary_what_it_was_shown_are_warned_of()
     assert_eq!(warned(&[&walks[..3], &first_take].concat()), [""; 0]);
     // Datasets of the very cycles, and of others.
     for (first, expected) in [
-        ("0", "walk: 4 of 8 probes show cycles that it was trained on, by the names of people and walks (probe with other walks)".to_owned()),
+        ("0", "walk: 4 of 8 probes show cycles that it was trained on, judging by the names of people and walks (use other walks as probes)".to_owned()),
         ("1000", varied("4 of 8")),
     ] {
         let sweep = ["sweep", "two.egp", "--views", "side", "--cycles", "2", "--out", "d"];

@@ -288,7 +288,7 @@ fn a_dataset_is_used_whole_and_training_on_it_is_noticed() {
     assert_eq!(
         warnings("unseen"),
         [
-            "a: 6 of 6 probes are seeded variations of cycles that it was trained on, not other walks: rank-1 shows how it bears noise and viewpoints"
+            "a: 6 of 6 probes are seeded variations of cycles that it was trained on, not other walks: rank-1 shows only its robustness to noise and viewpoint"
         ]
     );
     for flag in [

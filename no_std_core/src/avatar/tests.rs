@@ -7,7 +7,7 @@ const BY_HAND: [u8; 25] = [
     0x96, 0x81, 0xb0, 0x10, 0x2b, 0x03, 0x01, 0x09, 0x00,
 ];
 
-/// `BY_HAND` with this bit of its stream turned.
+/// Returns `BY_HAND` with this bit of its stream flipped.
 fn turned(bit: usize) -> [u8; 25] {
     let mut bytes = BY_HAND;
     bytes[AVATAR_HEADER_BYTES + bit / 8] ^= 1 << (bit % 8);
@@ -142,16 +142,16 @@ fn what_is_wrong_is_refused_with_its_byte() {
     assert_eq!(error(&fitted).byte, 5);
     // Offsets of 17 bits.
     assert_eq!(with(5, 17).byte, 5);
-    // A hull more or less than there are.
+    // One hull too many or too few.
     assert_eq!(with(4, 2).byte, 25);
     assert!(Avatar::parse(&[&BY_HAND[..4], &[0], &BY_HAND[5..]].concat()).is_err());
     // Joint 13 + 16 from bit 87 on, in byte 5 + 10.
     assert_eq!(error(&turned(91)).byte, 15);
     // Two of one point in the middle: bit 1 of a field at 116, of a row at 113.
     assert_eq!(error(&turned(117)).byte, 19);
-    // A bit behind the last hull.
+    // A bit after the last hull.
     assert_eq!(error(&turned(153)).byte, 24);
-    // A byte behind the end.
+    // A byte after the end.
     assert_eq!(error(&[BY_HAND.as_slice(), &[0]].concat()).byte, 25);
 }
 
@@ -164,7 +164,7 @@ fn a_right_hull_has_no_image() {
     assert_eq!(error(&bytes).byte, AVATAR_HEADER_BYTES + 92 / 8);
 }
 
-/// An avatar without offsets of so many stored hulls, of these bits behind the offsets' width.
+/// Returns an avatar without offsets, with `stored` hulls, whose `fields` follow the offsets.
 fn avatar_of(stored: u8, fields: &[(i32, usize)]) -> heapless::Vec<u8, 400> {
     let mut all = heapless::Vec::<(i32, usize), 400>::new();
     all.push((0, 5 + 54)).expect("no offsets");
@@ -177,8 +177,8 @@ fn avatar_of(stored: u8, fields: &[(i32, usize)]) -> heapless::Vec<u8, 400> {
     bytes
 }
 
-/// A part of one point at 0, of a left joint for both sides or of any for itself; its rows
-/// have so many points.
+/// Returns a part whose points are all at 0, `points` of them a row. A mirrored part belongs to a
+/// left joint.
 fn part(joint: i32, is_mirrored: i32, points: i32) -> [(i32, usize); 6] {
     [
         (joint, 5),
@@ -212,7 +212,7 @@ fn parts_of_a_draped_hull_say_so_and_are_one_hull() {
         (Joint::Neck, None),
     ]));
     assert_eq!((avatar.drawn_hulls(), avatar.clothes()), (3, None));
-    // With its last part left out, and one more than the room for a count of hulls.
+    // Without its last part.
     let cut = [&[(31, 5), (1, 3)][..], &part(0, 0, 1)].concat();
     assert_eq!(error(&avatar_of(1, &cut)).byte, 4);
 }
@@ -252,7 +252,7 @@ fn clothes_stand_before_the_first_hull() {
         Some(Joint::Head)
     );
     for unknown in [3, 3 << 2, 1 << 7] {
-        // Behind the header and 59 bits of no offsets.
+        // After the header and 59 bits without offsets.
         assert_eq!(error(&dressed(unknown)).byte, 5 + 59 / 8);
     }
     for length in 0..bytes.len() {
@@ -262,7 +262,7 @@ fn clothes_stand_before_the_first_hull() {
 
 #[test]
 fn images_count_for_the_budget() {
-    // Hulls of one point at 0 of the left foot: 36 bits of zeros but for joint and flag.
+    // Hulls of one point at 0 of the left foot: all bits zero except joint and flag.
     let parse = |hulls: u8, is_mirrored: i32| {
         let mut fields = heapless::Vec::<(i32, usize), 400>::new();
         fields.push((0, 5 + 54)).expect("no offsets");

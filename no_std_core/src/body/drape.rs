@@ -1,4 +1,5 @@
-//! Hulls whose points hang on a joint each: what they span depends on the pose.
+//! Draped hulls: each point is attached to a joint of its own, so that the shape depends on the
+//! pose.
 
 use super::plane::{Facets16, FigureHull, edges_of, radiate, set_facets};
 use crate::budget::{LANES, MAX_HULL_FACETS, MAX_HULL_POINTS};
@@ -8,14 +9,14 @@ use crate::skeleton::Joint;
 use core::ops::Range;
 use glam::Vec3;
 
-/// The joints of a hull's points.
+/// The joint of each point of a hull.
 pub(super) type Drape = heapless::Vec<Joint, MAX_HULL_POINTS>;
 
-/// What one hull spans in one pose, as [`super::UnpackedBody`] has it of hulls that keep their shape.
-/// 2 kB.
+/// The surface of one draped hull in one pose, as [`super::UnpackedBody`] stores it for rigid
+/// hulls. 2 kB.
 #[derive(Clone, Debug)]
 pub(super) struct DrapedSurface {
-    /// How many registers of facets there are, in the walker's space.
+    /// The number of [`Facets16`] in use; facets are in the walker's space.
     facets_len: usize,
     facets: [Facets16; MAX_HULL_FACETS.div_ceil(LANES)],
     edges: heapless::Vec<Edges, 2>,
@@ -30,7 +31,7 @@ impl DrapedSurface {
         spokes: [[0; 2]; MAX_HULL_POINTS],
     };
 
-    /// The hull of these points.
+    /// Returns the hull of these points.
     pub fn part(&self, points: Range<usize>) -> FigureHull<'_> {
         FigureHull {
             spokes: self.spokes.get(..points.len()).unwrap_or_default(),
@@ -40,7 +41,7 @@ impl DrapedSurface {
         }
     }
 
-    /// Encloses these points where they are.
+    /// Finds the surface of these points.
     pub fn enclose(&mut self, hull: &[Vec3]) {
         let found = Facets::of(hull);
         *self = Self::NOTHING;

@@ -9,19 +9,19 @@ use crate::skeleton::JOINTS;
 use core::ops::Range;
 use glam::{Mat3, Vec3};
 
-/// A body in a pose, in the walker's space: computed once a frame, seen from every
-/// viewpoint. 20 kB, of which 9 kB are for draped hulls.
+/// A body in a pose, in the walker's space: computed once a frame, for all viewpoints. 20 kB, of
+/// which 9 kB are for draped hulls.
 #[derive(Clone, Debug)]
 pub struct Figure<'a> {
     pub(super) body: &'a UnpackedBody,
     pub(crate) points: VectorLanes<MAX_POINTS>,
-    /// Where the joint of each hull is.
+    /// The place of each hull's joint.
     pub(crate) places: JointPlaces,
-    /// Of the draped hulls, in the order of the body's drapes.
+    /// The surfaces of the draped hulls, in the order of the body's drapes.
     pub(super) surfaces: [DrapedSurface; MAX_DRAPED_HULLS],
 }
 
-/// Where a pose puts a joint.
+/// The orientation and position of a joint in a pose.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct JointPlace {
     pub turn: Mat3,
@@ -37,13 +37,13 @@ impl JointPlace {
         }
     }
 
-    /// Where a point of the joint's frame is in the walker's space.
+    /// Converts a point from the joint's frame to the walker's space.
     #[inline]
     pub fn carry(&self, point: Vec3) -> Vec3 {
         self.turn * point + self.offset
     }
 
-    /// What is a direction in the walker's space, in the joint's frame.
+    /// Converts a direction from the walker's space to the joint's frame.
     #[inline]
     pub fn direction(&self, direction: Vec3) -> Vec3 {
         let Mat3 {
@@ -58,23 +58,23 @@ impl JointPlace {
         )
     }
 
-    /// What is a point in the walker's space, in the joint's frame.
+    /// Converts a point from the walker's space to the joint's frame.
     #[inline]
     pub fn point(&self, point: Vec3) -> Vec3 {
         self.direction(point - self.offset)
     }
 }
 
-/// Where a pose puts the joints of hulls, one a lane.
+/// The places of the hulls' joints in a pose, one a lane.
 #[derive(Clone, Debug)]
 pub(crate) struct JointPlaces {
-    /// The axes of their frames: x of the first one, then y, then z, then of the others.
+    /// The axes of their frames: x, y and z of the first axis, then of the others.
     pub turns: [[f32; MAX_HULLS]; 9],
     pub offsets: [[f32; MAX_HULLS]; 3],
 }
 
 impl JointPlaces {
-    /// All at the origin.
+    /// All joints at the origin.
     const REST: Self = Self {
         turns: {
             let mut turns = [[0.0; MAX_HULLS]; 9];
@@ -84,7 +84,7 @@ impl JointPlaces {
         offsets: [[0.0; MAX_HULLS]; 3],
     };
 
-    /// That of one hull.
+    /// Returns the place of one hull's joint.
     pub fn get(&self, hull: usize) -> JointPlace {
         let at = hull % MAX_HULLS;
         JointPlace {
@@ -113,7 +113,7 @@ impl<'a> Figure<'a> {
         figure
     }
 
-    /// The hulls as they are: all joints at the origin.
+    /// Returns the hulls in the frames of their joints, as if all joints were at the origin.
     #[must_use]
     pub fn at_rest(body: &'a UnpackedBody) -> Self {
         let mut figure = Self {
@@ -133,7 +133,7 @@ impl<'a> Figure<'a> {
         figure
     }
 
-    /// The same in place, for the next frame.
+    /// Moves the hulls to another pose in place, for the next frame.
     pub fn update(&mut self, pose: &ModelPose) {
         let body = self.body;
         let mut start = 0;
@@ -156,7 +156,7 @@ impl<'a> Figure<'a> {
         self.fill_lanes();
     }
 
-    /// Fills the last lanes up with the last point, so that they widen nothing.
+    /// Fills the last lanes with the last point, so that they do not enlarge the figure.
     fn fill_lanes(&mut self) {
         let len = self.len();
         if let Some(last) = len.checked_sub(1).and_then(|last| self.points.get(last)) {
@@ -166,30 +166,30 @@ impl<'a> Figure<'a> {
         }
     }
 
-    /// How many points there are.
+    /// Returns the number of points.
     #[must_use]
     pub fn len(&self) -> usize {
         self.body.hulls.last().map_or(0, |hull| hull.points_end)
     }
 
-    /// Whether there are no points.
+    /// Returns whether there are no points.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// All points, hull by hull, metres.
+    /// Returns all points, hull by hull, metres.
     pub fn points(&self) -> impl Iterator<Item = Vec3> + Clone {
         (0..self.len()).filter_map(|index| self.points.get(index))
     }
 
-    /// The points of each hull, metres.
+    /// Returns the points of each hull, metres.
     pub fn hulls(&self) -> impl Iterator<Item = impl Iterator<Item = Vec3> + Clone> {
         self.hull_parts()
             .map(|part| part.points.filter_map(|index| self.points.get(index)))
     }
 
-    /// Its hulls, one after another.
+    /// Returns the hulls with their surfaces.
     pub(crate) fn hull_parts(&self) -> impl Iterator<Item = FigureHull<'_>> {
         let body = self.body;
         let (mut points, mut facets, mut edges) = (0, 0, 0);
@@ -213,7 +213,7 @@ impl<'a> Figure<'a> {
 }
 
 impl Figure<'_> {
-    /// Puts the points of a drape to where their joints are.
+    /// Moves the points of a drape to where the pose puts them.
     fn hang(&mut self, drape: usize, points: Range<usize>, pose: &ModelPose) {
         let body = self.body;
         let Some(joints) = body.drapes.get(drape) else {
@@ -227,7 +227,7 @@ impl Figure<'_> {
         }
     }
 
-    /// Finds what the points of a drape span where they are.
+    /// Finds the surface of a drape's points.
     fn wrap(&mut self, drape: usize, points: Range<usize>) {
         let hull: heapless::Vec<Vec3, MAX_HULL_POINTS> = points
             .take(MAX_HULL_POINTS)

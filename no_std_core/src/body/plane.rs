@@ -1,4 +1,4 @@
-//! Facets and edges as rasterisers take them.
+//! Facets and edges in the form that rasterisers use.
 
 use crate::budget::{LANES, MAX_HULL_EDGES};
 use crate::facets::Facets;
@@ -7,8 +7,8 @@ use crate::simd::Edges;
 use core::ops::Range;
 use glam::Vec3;
 
-/// A facet faces a direction only if it does by more than this sine: of a sliver's normal
-/// little but rounding is left. Ours: a hundred times what hulls of a few centimetres round.
+/// A facet faces a direction only if it does so by more than this sine: the normal of a sliver is
+/// mostly rounding error. Ours: a hundred times the rounding error of hulls of a few centimetres.
 const EDGE_ON: f32 = 1e-4;
 
 /// The plane of a facet.
@@ -16,13 +16,14 @@ pub(crate) struct FacetPlane {
     pub normal: Vec3,
     /// The normal's product with a point of the facet.
     pub offset: f32,
-    /// The normal tells a direction from its opposite if their product is beyond this.
+    /// A direction is in front of or behind the facet only if its product with the normal is beyond
+    /// this.
     pub tolerance: f32,
 }
 
 impl FacetPlane {
-    /// Of the facet with these corners among `points`, which are as far out as they are
-    /// together with `scaled`.
+    /// Returns the plane of the facet with these corners among `points`; `scaled` are the same
+    /// points, scaled.
     pub fn of(corners: [u8; 3], points: &[Vec3], scaled: &[Vec3]) -> Self {
         let (corners, is_clockwise) = sorted(corners);
         let all = |points: &[Vec3]| {
@@ -40,15 +41,15 @@ impl FacetPlane {
     }
 }
 
-/// Sixteen facets of one hull, in the frame of what carries it. Those that are not set are of no
-/// facet: seen from nowhere.
+/// Sixteen facets of one hull, in the frame of its carrier. Unused lanes hold no facet and are
+/// visible from nowhere.
 #[derive(Clone, Debug)]
 pub(crate) struct Facets16 {
-    /// Normals.
+    /// The normals.
     pub x: [f32; LANES],
     pub y: [f32; LANES],
     pub z: [f32; LANES],
-    /// As in [`FacetPlane`].
+    /// Offsets and tolerances as in [`FacetPlane`].
     pub offsets: [f32; LANES],
     pub tolerances: [f32; LANES],
 }
@@ -83,7 +84,7 @@ impl Facets16 {
     }
 }
 
-/// Writes the facets of a hull of these points, sixteen and sixteen.
+/// Writes the facets of a hull of these points, sixteen at a time.
 pub(super) fn set_facets(surface: &Facets, points: &[Vec3], facets: &mut [Facets16]) {
     let scaled = scaled(points);
     for (number, facet) in surface.facets.iter().enumerate() {
@@ -96,14 +97,15 @@ pub(super) fn set_facets(surface: &Facets, points: &[Vec3], facets: &mut [Facets
     }
 }
 
-/// The facets that no hull has so many of: seen from nowhere, and from everywhere.
+/// Facet numbers that no hull reaches, for a facet that is visible from nowhere, and one that is
+/// visible from everywhere.
 const UNSEEN: u8 = 62;
 const SEEN: u8 = 63;
-/// What [`SEEN`] adds to the facets that are.
+/// The bit of [`SEEN`] among the bits of visible facets.
 pub(crate) const ALWAYS: u64 = 1 << SEEN;
 
-/// The edges of a hull, 64 and the others: those of a flat one, which are its outline from
-/// everywhere, lie between a facet that is always seen and one that never is.
+/// Returns the edges of a hull, the first 64 and then the others. Edges of a flat hull, which are
+/// its outline from everywhere, lie between a facet that is always visible and one that never is.
 pub(super) fn edges_of(surface: &Facets) -> impl Iterator<Item = Edges> {
     let mut sides = [[UNSEEN; 2]; MAX_HULL_EDGES];
     if surface.facets.is_empty() {
@@ -133,21 +135,21 @@ pub(super) fn edges_of(surface: &Facets) -> impl Iterator<Item = Edges> {
     })
 }
 
-/// Corners by rising number, and whether they then turn clockwise for a viewer outside.
+/// Returns corners in ascending order, and whether they then turn clockwise for a viewer outside.
 pub(crate) fn sorted([a, b, c]: [u8; 3]) -> ([u8; 3], bool) {
     let mut sorted = [a, b, c];
     sorted.sort_unstable();
     (sorted, ![[a, b, c], [b, c, a], [c, a, b]].contains(&sorted))
 }
 
-/// The normal of a facet, outwards if its corners turn counterclockwise for a viewer outside;
-/// twice as long as the facet is large.
+/// Returns the normal of a facet, outwards if its corners turn counterclockwise for a viewer
+/// outside. Its length is twice the facet's area.
 pub(crate) fn normal([a, b, c]: [Vec3; 3]) -> Vec3 {
     (b - a).cross(c - a)
 }
 
-/// Points times the power of two that brings them within 1, so that products of their
-/// differences neither overflow nor vanish. Nothing is rounded: what has a sign keeps it.
+/// Scales points by the power of two that brings them within 1, so that products of their
+/// differences neither overflow nor vanish. This is exact, so signs are kept.
 pub(crate) fn scaled(points: &[Vec3]) -> HullPoints {
     let reach = points
         .iter()
@@ -160,7 +162,7 @@ pub(crate) fn scaled(points: &[Vec3]) -> HullPoints {
         .collect()
 }
 
-/// Adds its edges, a bit each, to the points at which they begin and end.
+/// Sets the bits of a surface's edges in the points at which they begin and end.
 pub(crate) fn radiate(surface: &Facets, spokes: &mut [[u64; 2]]) {
     for (number, edge) in surface.edges.iter().enumerate() {
         let bit = halves(1 << number);
@@ -172,7 +174,7 @@ pub(crate) fn radiate(surface: &Facets, spokes: &mut [[u64; 2]]) {
     }
 }
 
-/// Bits 0 to 63, and bits 64 to 127.
+/// Returns bits 0 to 63, and bits 64 to 127.
 fn halves(bits: u128) -> [u64; 2] {
     #[expect(clippy::cast_possible_truncation, reason = "half by half")]
     let halves = [bits as u64, (bits >> 64) as u64];
@@ -183,10 +185,10 @@ fn halves(bits: u128) -> [u64; 2] {
 #[derive(Clone, Debug)]
 pub(crate) struct FigureHull<'a> {
     pub points: Range<usize>,
-    /// In the frame of its joint.
+    /// Its facets: in the frame of its joint, or in the walker's space if it is draped.
     pub facets: &'a [Facets16],
-    /// None of a line or a point.
+    /// Its edges; a line or a point has none.
     pub edges: &'a [Edges],
-    /// Edges that begin or end at each of its points.
+    /// The edges that begin or end at each of its points, as bits.
     pub spokes: &'a [[u64; 2]],
 }

@@ -3,7 +3,7 @@ use crate::pose::ModelPose;
 use crate::skeleton::JOINTS;
 use glam::{Mat3, Vec3};
 
-/// A pyramid: a square and an apex above its middle.
+/// A pyramid: a square, and an apex above its centre.
 const PYRAMID: [[f32; 3]; 5] = [
     [1.0, 0.0, 1.0],
     [-1.0, 0.0, 1.0],
@@ -12,7 +12,8 @@ const PYRAMID: [[f32; 3]; 5] = [
     [0.0, 2.0, 0.0],
 ];
 
-/// Each joint `j` is at (j, 10, 0), turned by a quarter about the vertical.
+/// Returns a pose in which joint `j` is at (j, 10, 0), rotated by a quarter turn about the
+/// vertical.
 fn quarter_turns() -> ModelPose {
     let mut pose = ModelPose::new(
         &crate::skeleton::Skeleton {
@@ -38,7 +39,7 @@ fn body(hulls: &[(Joint, &[[f32; 3]])]) -> UnpackedBody {
 
 #[test]
 fn hulls_are_carried_by_their_joints() {
-    // LeftThigh is joint 13, Head 4; the quarter takes (x, y, z) to (z, y, -x).
+    // LeftThigh is joint 13, Head 4; the quarter turn takes (x, y, z) to (z, y, -x).
     let body = body(&[
         (Joint::LeftThigh, &[[0.0, -0.5, 0.25]]),
         (Joint::Head, &[[1.0, 2.0, 3.0], [0.0; 3]]),
@@ -65,7 +66,7 @@ fn hulls_are_carried_by_their_joints() {
     assert!(updated.points().eq(expected));
 }
 
-/// The facets' normals and offsets, and those of lanes that have none.
+/// Returns the normals and offsets of all lanes, including lanes without a facet.
 fn planes(hull: &FigureHull<'_>) -> impl Iterator<Item = (Vec3, f32)> {
     let lanes = hull.facets.iter().flat_map(|it| {
         let axes = it.x.iter().zip(&it.y).zip(&it.z);
@@ -172,7 +173,7 @@ fn what_exceeds_the_budget_is_refused_whole() {
 
 #[test]
 fn the_points_of_a_draped_hull_hang_on_a_joint_each() {
-    // LeftShank is joint 14, RightShank 17; the quarter takes (x, y, z) to (z, y, -x).
+    // LeftShank is joint 14, RightShank 17; the quarter turn takes (x, y, z) to (z, y, -x).
     let mut body = body(&[(Joint::Head, &[[0.0; 3]])]);
     let cloth = [
         (Joint::LeftShank, Vec3::ZERO),
@@ -247,7 +248,7 @@ fn draped_hulls_beyond_the_budget_are_refused_whole() {
         Figure::at_rest(&body).len(),
         MAX_DRAPED_HULLS * MAX_HULL_POINTS
     );
-    // Rigid ones still fit, as many as points are left.
+    // Rigid hulls still fit, until no points are left.
     for _ in MAX_DRAPED_HULLS..MAX_POINTS / MAX_HULL_POINTS {
         assert_eq!(
             body.push(Joint::Head, [Vec3::ZERO; MAX_HULL_POINTS]),
@@ -259,7 +260,7 @@ fn draped_hulls_beyond_the_budget_are_refused_whole() {
 
 #[test]
 fn as_many_hulls_with_as_many_facets_as_there_can_be_fit() {
-    // Octahedra: 6 points and 8 facets, of which rigid and draped ones take a register each.
+    // Octahedra have 6 points and 8 facets.
     let octahedron = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
     let mut body = UnpackedBody::default();
     for hull in 0..MAX_HULLS {

@@ -4,8 +4,9 @@ mod chart;
 
 pub(crate) use chart::chart;
 
-use super::results::{BenchResults, ModelResult, Timing};
+use super::results::{BenchResults, ModelResult};
 use super::table::{ResultColumn, TableFormat, named, render, side_by_side};
+use super::timing::Timing;
 use crate::dataset::ResultHeader;
 use crate::error::{Error, Result};
 use crate::evaluate::median::median_interval;

@@ -21,7 +21,6 @@ mod check;
 mod histogram;
 mod laps;
 mod made;
-mod results;
 mod run;
 mod table;
 #[cfg(test)]
@@ -30,6 +29,8 @@ mod walk;
 
 pub(crate) use check::{CheckedVideo, check, check_model};
 pub(crate) use made::{MADE_FPS, MADE_SIZE, write_made};
+mod results;
+
 pub(crate) use results::PathResult;
 pub(super) use table::ROWS;
 

@@ -1,8 +1,8 @@
-//! Recognizers that have learnt nothing, beside those that have.
+//! Baselines: recognizers that have learnt nothing, for comparison.
 //!
-//! A rate says little by itself: people may be told apart by a few pixels. So the same probes are
-//! put to the pixels themselves and to a random projection of them, which know people by the same
-//! pictures as the recognizers do.
+//! A rate means little by itself: a few pixels may suffice to distinguish people. So the same probes
+//! are also compared by their pixels and by a random projection of the pixels, with the same
+//! gallery pictures that the recognizers have.
 
 use super::{Contest, Entrant, training_views};
 use crate::error::Result;
@@ -14,33 +14,33 @@ use crate::template::Template;
 use edgegait_core::pack::Pack;
 use ndarray::Array2;
 
-/// Most multiplications of a baseline for one probe (about what drawing it takes), unless those of
-/// all probes are few (some seconds). Ours.
+/// The maximum number of multiplications of a baseline for one probe (about the cost of rendering
+/// it), unless those of all probes are few (some seconds). Our choice.
 const MAX_WORK: usize = 1_000_000;
 const MAX_WORK_OF_ALL: usize = 10_000_000_000;
-/// Most numbers of its answers: 256 MB.
+/// The maximum number of values in a baseline's answers: 256 MB.
 const MAX_KEPT: usize = 1 << 26;
 
 /// The baselines of a contest.
 #[derive(Default)]
 pub struct Baselines {
-    /// Those who take part.
+    /// The baselines that take part.
     pub entrants: Vec<Entrant>,
-    /// Which do not, and why.
+    /// The baselines that do not take part, and why.
     pub warnings: Vec<String>,
 }
 
-/// Pictures by which each class is known: their means, one a row, and whose they are.
+/// Mean pictures of each class, one per row, and the class of each row.
 type ClassMeans = (Array2<f32>, Vec<usize>);
 
 impl Contest<'_> {
-    /// The baselines for these recognizers: two for those who are shown the same and know people
-    /// by the same pictures. Where embeddings decide these are the protocol's gallery. Where class
-    /// scores decide they are the mean of the cycles that a recognizer was trained on, by person
-    /// and viewpoint, which are drawn from `pack`.
+    /// Returns the baselines for these recognizers: two for each group of recognizers with the same
+    /// input and the same reference pictures. Where embeddings decide, the reference pictures are
+    /// the protocol's gallery. Where class scores decide, they are the mean templates of the cycles
+    /// that a recognizer was trained on, by person and viewpoint, rendered from `pack`.
     ///
     /// # Errors
-    /// If a recognizer fails, or what it was trained on cannot be drawn.
+    /// If a recognizer fails, or the cycles that it was trained on cannot be rendered.
     pub fn baselines(
         &self,
         entrants: &[Entrant],
@@ -72,7 +72,7 @@ impl Contest<'_> {
                     Some(known) => Some(known),
                     None => {
                         baselines.warnings.push(format!(
-                            "{}: no baselines beside it: the walks that it was trained on are not in a pack (score a pack that has them, or by the protocol first-take)",
+                            "{}: no baselines beside it: the walks that it was trained on are not in a pack (score a pack that contains them, or use the protocol first-take)",
                             recognizer.name()
                         ));
                         continue;
@@ -103,7 +103,7 @@ impl Contest<'_> {
         Ok(baselines)
     }
 
-    /// Whether two recognizers are shown the same and know people by the same pictures.
+    /// Returns whether two recognizers have the same input and the same reference pictures.
     fn knows_alike(&self, one: &Entrant, other: &Entrant) -> bool {
         let [a, b] = [one, other].map(|entrant| entrant.recognizer.contract());
         let is_alike = match (self.protocol.decision, self.protocol.gallery_views) {
@@ -123,7 +123,7 @@ impl Contest<'_> {
         is_alike && one.is_shown_as(other)
     }
 
-    /// How many sequences are looked for.
+    /// Returns the number of probe sequences.
     fn probes(&self) -> usize {
         let sequences = &self.source.sequences().list;
         sequences
@@ -132,7 +132,7 @@ impl Contest<'_> {
             .count()
     }
 
-    /// Why pixels are not compared, if so.
+    /// Returns why the pixels baseline would be too expensive, if so.
     fn refusal(&self, of: &Contract, known: Option<&ClassMeans>) -> Result<Option<String>> {
         let (numbers, probes) = (of.numbers(), self.probes().max(1));
         let compared = match known {
@@ -151,8 +151,7 @@ impl Contest<'_> {
     }
 }
 
-/// What a baseline takes from a recognizer's contract: what it is shown, and by what people are
-/// known.
+/// Returns a baseline's contract: the input and the training set of a recognizer's contract.
 fn contract(of: &Contract) -> Contract {
     let usual = Contract::default();
     Contract {
@@ -177,7 +176,7 @@ fn with(baseline: Baseline, known: Option<&ClassMeans>, like: &Entrant) -> Entra
     }
 }
 
-/// Numbers of a recognizer's embedding: of what it answers to the black image.
+/// Returns the length of a recognizer's embedding, from its answer to a black image.
 fn embedding_dims(recognizer: &dyn Recognizer) -> Result<usize> {
     let contract = recognizer.contract();
     let frames = match contract.template {
@@ -189,9 +188,9 @@ fn embedding_dims(recognizer: &dyn Recognizer) -> Result<usize> {
     Ok(recognizer.run(&black, 1)?.embedding_dims)
 }
 
-/// The mean templates of what a recognizer was trained on, by class and viewpoint; none if `pack`
-/// does not have walks of all classes. Of the variations as many are drawn as give no more
-/// pictures than half of the probes, at least the first.
+/// Returns the mean templates of a recognizer's training cycles, by class and viewpoint; none if
+/// `pack` does not have walks of all classes. Renders only as many variations as give no more
+/// pictures than half of the probes, but at least the first.
 fn known(entrant: &Entrant, pack: Option<&Pack<'_>>, probes: usize) -> Result<Option<ClassMeans>> {
     let contract = entrant.recognizer.contract();
     let training = &contract.training;

@@ -1,4 +1,4 @@
-//! Contests about walks that are drawn.
+//! Contests with walks of a pack, which are rendered.
 
 use super::{Contest, Entrant, training_views};
 use crate::confounders::Condition;
@@ -8,49 +8,50 @@ use crate::sequences::{PackWalks, SequenceSource};
 use crate::sweep::{View, Views};
 use edgegait_core::pack::Pack;
 
-/// What is asked of a contest about walks that are drawn.
+/// Options of a contest with the walks of a pack.
 #[derive(Clone, Debug, Default)]
 pub struct ContestOptions<'a> {
-    /// Who is looked for among whom; if not said, by class scores where every recognizer has a
-    /// class for all people, else by their first takes.
+    /// The protocol. By default `closed-set` where every recognizer has a class for every person,
+    /// else `first-take`.
     pub protocol: Option<Protocol>,
-    /// Cycles of each take that is made of a walk.
+    /// Cycles of each take that the protocol makes of a walk.
     pub cycles: Option<u32>,
-    /// From where probes are seen; if not said, as the protocol says, or from the paper's viewpoints.
+    /// Viewpoints of the probes. By default the protocol's, or those of [`Views::paper`].
     pub views: Option<Views>,
-    /// Those that made takes name, if the protocol does; else probes are seen under each of them,
-    /// as they are without any.
+    /// The conditions that the protocol's made takes name, if they do. Otherwise probes are seen
+    /// under each of these, and unchanged if there are none.
     pub conditions: &'a [Condition],
 }
 
-/// A contest about walks that are drawn.
+/// A contest with the walks of a pack, which are rendered.
 pub struct DrawnContest<'a> {
     /// The contest.
     pub contest: Contest<'a>,
-    /// From where probes are seen.
+    /// Viewpoints of the probes.
     pub views: Views,
     /// Which cycles the probes are, for results.
     pub probes: String,
-    /// What to know before trusting its results.
+    /// Caveats for its results.
     pub warnings: Vec<String>,
 }
 
 impl<'a> DrawnContest<'a> {
-    /// Whether probes of the usual protocol are variations, of which there are any number.
+    /// Returns whether the probes of the default protocol are seeded variations, so that there can
+    /// be any number of them.
     ///
     /// # Errors
-    /// If one of the walks is a whole take.
+    /// If one of the walks is an uncut motion.
     pub fn is_made((pack, walks): (&Pack<'_>, &[usize]), entrants: &[Entrant]) -> Result<bool> {
         let cycles = PackWalks::recorded(pack, walks)?;
         let protocol = usual(entrants, &cycles.sequences().subjects)?;
         Ok(protocol.decision == Decision::ClassScore || cycles.are_of_one_take())
     }
 
-    /// A contest about the walks of these numbers. Where class scores decide, or nobody has more
-    /// than one take, takes are made of the walks as the protocol says.
+    /// Creates a contest with the walks of these numbers. Where class scores decide, or no person
+    /// has more than one take, takes are made of the walks as the protocol specifies.
     ///
     /// # Errors
-    /// If the protocol does not go with the walks or the recognizers.
+    /// If the protocol does not suit the walks or the recognizers.
     pub fn new(
         (pack, walks): (&'a Pack<'a>, &[usize]),
         entrants: &[Entrant],
@@ -72,7 +73,7 @@ impl<'a> DrawnContest<'a> {
             probes = format!("variations {first} to {last}");
             if protocol.decision == Decision::NearestEmbedding {
                 warnings.push(
-                    "every person has one take: others are made of it, as seeded variations of its cycle".into(),
+                    "every person has one take: more are generated from it, as seeded variations of its cycle".into(),
                 );
             }
             cycles = PackWalks::made(pack, walks, &made, options.conditions)?;
@@ -126,8 +127,8 @@ impl<'a> DrawnContest<'a> {
     }
 }
 
-/// From where people are seen if nobody says: the paper's viewpoints, or those that the first recognizer
-/// which takes viewpoints was trained on.
+/// Returns the default viewpoints: the training viewpoints of the first recognizer that takes a
+/// viewpoint as input, or else those of [`Views::paper`].
 fn usual_views(entrants: &[Entrant]) -> Result<Views> {
     let contracts = entrants.iter().map(|entrant| entrant.recognizer.contract());
     let mut taking = contracts.filter(|contract| contract.view_input.is_some());
@@ -140,7 +141,7 @@ fn usual_views(entrants: &[Entrant]) -> Result<Views> {
     }
 }
 
-/// Adds views that are not there yet.
+/// Adds views that are not in the list yet.
 fn add(views: &mut Vec<View>, more: impl IntoIterator<Item = View>) {
     for view in more {
         if !views.contains(&view) {
@@ -149,7 +150,7 @@ fn add(views: &mut Vec<View>, more: impl IntoIterator<Item = View>) {
     }
 }
 
-/// The protocol for these people if none is named.
+/// Returns the default protocol for these people.
 ///
 /// # Errors
 /// Never.

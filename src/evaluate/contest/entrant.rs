@@ -1,4 +1,4 @@
-//! A recognizer that takes part, and how it is shown people.
+//! A recognizer in a contest, and how its inputs are rendered.
 
 use crate::dataset::Dataset;
 use crate::error::{Result, TemplateOrigin};
@@ -10,30 +10,30 @@ use crate::template::Template;
 use edgegait_core::silhouette::Size;
 use std::path::Path;
 
-/// A recognizer, and how what it is shown is drawn.
+/// A recognizer in a contest, and how its inputs are rendered.
 pub struct Entrant {
     /// The recognizer.
     pub recognizer: Box<dyn Recognizer>,
-    /// As its contract asks.
+    /// How inputs are rendered, as its contract specifies.
     pub settings: Settings,
 }
 
-/// How a dataset's templates are, which cannot be drawn otherwise.
+/// The fixed form of a dataset's templates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StoredTemplates {
-    /// Which they are.
+    /// Kind of template.
     pub template: Template,
-    /// Of which silhouettes.
+    /// Size of the silhouettes.
     pub size: Size,
-    /// How those were framed, if it says.
+    /// Framing of the silhouettes, if the dataset states it.
     pub framing: Option<FramingMode>,
 }
 
 impl StoredTemplates {
-    /// What the dataset in `folder` says of itself.
+    /// Returns the form that the dataset in `folder` states.
     ///
     /// # Errors
-    /// When what it calls its framing is none.
+    /// If it names an unknown framing.
     pub fn of(dataset: &Dataset, folder: &Path) -> Result<Self> {
         Ok(Self {
             template: dataset.template(),
@@ -44,11 +44,11 @@ impl StoredTemplates {
 }
 
 impl Entrant {
-    /// A model that is shown what is drawn with these settings, but for the template, size, framing
-    /// and number of frames, which are those that its contract states.
+    /// Loads a model whose inputs are rendered with these settings, except for the template, size,
+    /// framing and number of frames, which its contract states.
     ///
     /// # Errors
-    /// If the runtime cannot load it, or its contract asks for what cannot be drawn.
+    /// If the runtime cannot load it, or its contract asks for inputs that cannot be rendered.
     pub fn drawn(model: &Model, runtime: &Runtime, settings: Settings) -> Result<Self> {
         let settings = Self::settings_of(model.contract(), settings)?;
         Ok(Self {
@@ -57,14 +57,14 @@ impl Entrant {
         })
     }
 
-    /// How templates are drawn for a contract, else with these settings.
+    /// Returns how inputs are rendered for a contract; `settings` holds where it states nothing.
     ///
     /// # Errors
-    /// If it asks for what cannot be drawn.
+    /// If the contract asks for inputs that cannot be rendered.
     pub(crate) fn settings_of(contract: &Contract, settings: Settings) -> Result<Settings> {
         let size = contract.size().unwrap_or(settings.size);
         contract.require(size, None, TemplateOrigin::Drawn)?;
-        // More are beyond what a contract may ask for.
+        // A contract cannot ask for more than fit.
         let frames = contract
             .frames
             .and_then(|frames| u32::try_from(frames).ok());
@@ -79,8 +79,8 @@ impl Entrant {
         Ok(settings)
     }
 
-    /// A model that is shown the templates of a dataset. `settings` is how other silhouettes would
-    /// be drawn.
+    /// Loads a model that is shown the templates of a dataset. `settings` holds for everything that
+    /// neither the dataset nor the contract states.
     ///
     /// # Errors
     /// If the runtime cannot load it, or its contract asks for other templates.
@@ -96,16 +96,17 @@ impl Entrant {
         })
     }
 
-    /// How the templates of a dataset are drawn for a contract, else with these settings.
+    /// Returns the settings of a dataset's templates for a contract; `settings` holds where neither
+    /// states anything.
     ///
     /// # Errors
-    /// If it asks for other templates.
+    /// If the contract asks for other templates.
     pub(crate) fn stored_settings_of(
         contract: &Contract,
         (stored, settings): (StoredTemplates, Settings),
     ) -> Result<Settings> {
         let origin = TemplateOrigin::Dataset;
-        // A dataset has no silhouettes, as it says itself.
+        // A dataset without silhouettes reports that itself.
         if contract.template != Template::Silhouettes {
             contract.require_template(stored.template, origin)?;
         }
@@ -118,7 +119,8 @@ impl Entrant {
         })
     }
 
-    /// The baseline, which compares templates pixel by pixel: of a dataset, or drawn like this.
+    /// Returns the baseline `pixels`, which compares templates pixel by pixel: those of a dataset,
+    /// or rendered with these settings.
     #[must_use]
     pub fn pixels(stored: Option<StoredTemplates>, settings: Settings) -> Self {
         let settings = stored.map_or(settings, |stored| Settings {
@@ -134,13 +136,13 @@ impl Entrant {
         }
     }
 
-    /// Whether another recognizer is shown the same pictures.
+    /// Returns whether another recognizer is shown the same pictures.
     #[must_use]
     pub fn is_shown_as(&self, other: &Self) -> bool {
         self.form() == other.form()
     }
 
-    /// How it is shown sequences.
+    /// Returns the form in which the recognizer is shown sequences.
     #[must_use]
     pub fn form(&self) -> Form {
         let contract = self.recognizer.contract();

@@ -1,4 +1,4 @@
-//! Recognizers against the same people, under one protocol.
+//! Contests: recognizers evaluated on the same people, under one protocol.
 
 mod baselines;
 mod drawn;
@@ -21,37 +21,39 @@ pub use drawn::{ContestOptions, DrawnContest, usual};
 pub use entrant::{Entrant, StoredTemplates};
 use seen_in_training::SeenInTraining;
 
-/// Most comparisons of two embeddings, or one with a class, in a contest: some minutes.
+/// The maximum number of comparisons in a contest, of two embeddings or of one with a class: some
+/// minutes.
 const MAX_COMPARISONS: u64 = 4_000_000_000;
 
-/// People who are looked for, and how.
+/// An evaluation run: the sequences of people, and the protocol that divides them into gallery and
+/// probes.
 pub struct Contest<'a> {
     source: SequenceSource<'a>,
     protocol: Protocol,
     roles: TakeRoles,
 }
 
-/// What came of a contest.
+/// The outcome of a contest.
 pub struct ContestOutcome {
-    /// Of each recognizer, in order.
+    /// The result of each recognizer, in order.
     pub results: Vec<RecognizerResult>,
-    /// How far they are apart.
+    /// Paired differences between the recognizers.
     pub paired: Vec<PairedResult>,
-    /// Sequences that were shown to any recognizer.
+    /// Number of sequences that were shown to any recognizer.
     pub sequences: u64,
-    /// What was drawn for them.
+    /// Totals of the silhouettes that were shown.
     pub shown: Shown,
-    /// What to know before trusting the results.
+    /// Caveats for the results.
     pub warnings: Vec<String>,
 }
 
-/// What recognizers answered, before anybody judges it.
+/// The raw answers of recognizers, before they are judged.
 pub(crate) struct ContestAnswers {
-    /// Of each recognizer, in order.
+    /// The answers of each recognizer, in order.
     pub answers: Vec<Answers>,
-    /// Sequences that were shown to any of them.
+    /// Number of sequences that were shown to any recognizer.
     pub sequences: u64,
-    /// What was drawn for them.
+    /// Totals of the silhouettes that were shown.
     pub shown: Shown,
 }
 
@@ -60,18 +62,18 @@ pub(crate) struct ContestAnswers {
 pub struct ShownPicture<'a> {
     /// Number of the sequence.
     pub sequence: usize,
-    /// Number of the recognizer that takes it, the first of those who do.
+    /// Number of the first recognizer that takes this picture.
     pub entrant: usize,
-    /// Whether it is looked for, not known.
+    /// Whether the picture is a probe rather than an entry of the gallery.
     pub is_probe: bool,
-    /// Its bytes.
+    /// The picture's bytes.
     pub bytes: &'a [u8],
 }
 
-/// The viewpoints of a recognizer's training, or the side view if it does not say.
+/// Returns the viewpoints of a recognizer's training, or the side view if its contract states none.
 ///
 /// # Errors
-/// When its contract names angles that are no viewpoint.
+/// If its contract names angles that are not a viewpoint.
 pub fn training_views(contract: &Contract) -> Result<Vec<View>> {
     if contract.training.viewpoints.is_empty() {
         return Ok(Views::side()?.list);
@@ -81,16 +83,16 @@ pub fn training_views(contract: &Contract) -> Result<Vec<View>> {
 }
 
 impl<'a> Contest<'a> {
-    /// A contest about the people of `source`.
+    /// Creates a contest with the people of `source`.
     ///
     /// # Errors
-    /// If none of its takes is known by or looked for.
+    /// If no take is in the gallery or no take is a probe.
     pub fn new(source: SequenceSource<'a>, protocol: Protocol) -> Result<Self> {
         let roles = protocol.roles(&source.sequences().takes)?;
         Ok(Self::with_roles(source, protocol, roles))
     }
 
-    /// The same where it is known already which part each take has.
+    /// Creates a contest with takes whose roles are already known.
     const fn with_roles(source: SequenceSource<'a>, protocol: Protocol, roles: TakeRoles) -> Self {
         Self {
             source,
@@ -99,30 +101,30 @@ impl<'a> Contest<'a> {
         }
     }
 
-    /// The people, for another contest.
+    /// Returns the source of sequences, for another contest.
     #[cfg(feature = "train")]
     #[must_use]
     pub(crate) fn into_source(self) -> SequenceSource<'a> {
         self.source
     }
 
-    /// Who is looked for.
+    /// Returns the source of sequences.
     #[must_use]
     pub const fn source(&self) -> &SequenceSource<'a> {
         &self.source
     }
 
-    /// How they are looked for.
+    /// Returns the protocol.
     #[must_use]
     pub const fn protocol(&self) -> &Protocol {
         &self.protocol
     }
 
-    /// Shows all recognizers what they ask for, and judges their answers; `seed` draws people for
-    /// intervals, `seen` is told of each picture, and `tell` of each answer.
+    /// Shows the sequences to all recognizers, and judges their answers. `seed` is the seed for
+    /// resampling people, `seen` is called for each picture, and `tell` for each answer.
     ///
     /// # Errors
-    /// When a sequence cannot be shown, a recognizer fails, or there is too much to compare.
+    /// If a sequence cannot be shown, a recognizer fails, or there are too many comparisons.
     pub fn run(
         &self,
         entrants: &[Entrant],
@@ -147,7 +149,7 @@ impl<'a> Contest<'a> {
             let result = self.judged(entrant, answers, seed, tell)?;
             if result.gallery_non_finite > 0 {
                 warnings.push(format!(
-                    "{}: {} embeddings of the gallery were not finite and left out",
+                    "{}: {} embeddings of the gallery were not finite and were left out",
                     result.name, result.gallery_non_finite
                 ));
             }
@@ -163,10 +165,10 @@ impl<'a> Contest<'a> {
         })
     }
 
-    /// What one recognizer's answers come to, as [`Self::run`] judges them.
+    /// Judges the answers of one recognizer, as [`Self::run`] does.
     ///
     /// # Errors
-    /// When nothing that it answered can be compared, or there is too much.
+    /// If none of its answers can be compared, or there are too many comparisons.
     pub(crate) fn judged(
         &self,
         entrant: &Entrant,
@@ -179,10 +181,10 @@ impl<'a> Contest<'a> {
         judge(recognizer, &trial, answers, seed, tell)
     }
 
-    /// Shows all recognizers what they ask for; `seen` is told of each picture.
+    /// Shows the sequences to all recognizers; `seen` is called for each picture.
     ///
     /// # Errors
-    /// When a sequence cannot be shown, a recognizer fails, or there is too much to compare.
+    /// If a sequence cannot be shown, a recognizer fails, or there are too many comparisons.
     pub(crate) fn ask(
         &self,
         entrants: &[Entrant],
@@ -235,13 +237,13 @@ impl<'a> Contest<'a> {
         })
     }
 
-    /// Who is compared with whom by each of them.
+    /// Returns the comparisons of each recognizer.
     fn trials(&self, entrants: &[Entrant]) -> Result<Vec<Trial<'_>>> {
         let contracts = entrants.iter().map(|entrant| entrant.recognizer.contract());
         contracts.map(|contract| self.trial(contract)).collect()
     }
 
-    /// Who is compared with whom by one recognizer.
+    /// Returns the comparisons of one recognizer.
     fn trial(&self, contract: &Contract) -> Result<Trial<'_>> {
         let sequences = self.source.sequences();
         let classes = match self.protocol.decision {
@@ -272,36 +274,36 @@ impl<'a> Contest<'a> {
     }
 }
 
-/// What to know about a recognizer's result.
+/// Returns the caveats of a recognizer's result.
 fn doubts(result: &RecognizerResult) -> Vec<String> {
     let mut doubts = Vec::new();
     for set in &result.probe_sets {
         let name = format!("{}, probe set {}", result.name, set.name);
         if set.tied > 0 {
             doubts.push(format!(
-                "{name}: {} of {} answers are as near to another as to the right person; the one listed first counts",
+                "{name}: {} of {} answers are as near to another person as to the right one; ties go to the person listed first",
                 set.tied, set.probes
             ));
         }
         if set.probes > 0 && set.without_mate == set.probes {
             doubts.push(format!(
-                "{name}: nobody who is looked for is in the gallery, so that all are misses (has everybody more than one take? walks and conditions tell them apart)"
+                "{name}: no probe's person is in the gallery, so all probes are misses (does everybody have more than one take? takes differ in walk or condition)"
             ));
         }
         if set.people == 1 {
-            doubts.push(format!("{name}: it is of one person only"));
+            doubts.push(format!("{name}: its probes are of one person only"));
         }
     }
     if result.classes == 1 {
         doubts.push(format!(
-            "{}: there is one person to choose from",
+            "{}: there is only one person to choose from",
             result.name
         ));
     }
     doubts
 }
 
-/// The class of each person.
+/// Returns the class of each person.
 fn classes_of(contract: &Contract, subjects: &[String]) -> Result<Vec<usize>> {
     let class = |subject: &String| {
         let found = contract.classes.iter().position(|class| class == subject);

@@ -1,24 +1,24 @@
-//! Probes that a recognizer was trained on, or that were made of what it was trained on.
+//! Probes that a recognizer was trained on, or that are variations of cycles in its training set.
 //!
-//! A recognizer knows again what it was shown, and a seeded variation of a recording is that
-//! recording with noise: Rank-1 on either says little about another walk of the same people.
+//! A recognizer recognizes its training data, and a seeded variation of a recording is that
+//! recording with noise. Rank-1 on either says little about another walk of the same people.
 
 use crate::score::Contract;
 use crate::sequences::Sequences;
 
-/// How many probes were seen in training.
+/// Counts of probes that were seen in training.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct SeenInTraining {
     probes: usize,
-    /// Those that training was shown.
+    /// Probes that are in the training set.
     shown: usize,
-    /// Other variations of cycles that training was shown.
+    /// Probes that are other variations of cycles in the training set.
     varied: usize,
 }
 
 impl SeenInTraining {
-    /// Compares the probes among `sequences` with what the contract says of training: by the names
-    /// of people and walks, so that a walk of the same name in another file counts too.
+    /// Compares the probes among `sequences` with the training set that the contract states, by the
+    /// names of people and walks, so that a walk of the same name in another file counts too.
     pub(super) fn of(
         contract: &Contract,
         sequences: &Sequences,
@@ -62,7 +62,7 @@ impl SeenInTraining {
         seen
     }
 
-    /// What a user should know of it.
+    /// Returns the warnings for a user.
     pub(super) fn warnings(self, recognizer: &str) -> Vec<String> {
         let Self {
             probes,
@@ -71,12 +71,12 @@ impl SeenInTraining {
         } = self;
         let shown = (shown > 0).then(|| {
             format!(
-                "{recognizer}: {shown} of {probes} probes show cycles that it was trained on, by the names of people and walks (probe with other walks)"
+                "{recognizer}: {shown} of {probes} probes show cycles that it was trained on, judging by the names of people and walks (use other walks as probes)"
             )
         });
         let varied = (varied > 0).then(|| {
             format!(
-                "{recognizer}: {varied} of {probes} probes are seeded variations of cycles that it was trained on, not other walks: rank-1 shows how it bears noise and viewpoints"
+                "{recognizer}: {varied} of {probes} probes are seeded variations of cycles that it was trained on, not other walks: rank-1 shows only its robustness to noise and viewpoint"
             )
         });
         shown.into_iter().chain(varied).collect()
@@ -89,7 +89,7 @@ mod tests {
     use crate::score::Training;
     use crate::sequences::{Sequence, SequenceOrigin, SequenceTake, ViewLabel};
 
-    /// One sequence of each of (person, walk, stored cycle, variation, seed).
+    /// Returns one sequence for each (person, walk, stored cycle, variation, seed).
     fn sequences(of: &[(usize, &str, Option<u32>, u32, u64)]) -> Sequences {
         let take = |subject| SequenceTake {
             subject,
@@ -121,7 +121,7 @@ mod tests {
         }
     }
 
-    /// Trained on ann's cycles 0 and 2 of walk 1, variations 0 to 7 of seed 1.
+    /// Returns a contract trained on ann's cycles 0 and 2 of walk 1, variations 0 to 7 of seed 1.
     fn contract() -> Contract {
         Contract {
             classes: vec!["ann".into()],
@@ -147,7 +147,7 @@ mod tests {
         let contract = contract();
         let seen = |of| seen(&contract, of);
         assert_eq!(seen((0, "1", Some(2), 7, 1)), (1, 0));
-        // Another variation, or the same of another seed; the cycle itself has none.
+        // Another variation, or the same one with another seed; variation 0 has no seed.
         assert_eq!(seen((0, "1", Some(2), 8, 1)), (0, 1));
         assert_eq!(seen((0, "1", Some(2), 7, 2)), (0, 1));
         assert_eq!(seen((0, "1", Some(2), 0, 2)), (1, 0));
@@ -167,7 +167,7 @@ mod tests {
         contract.training.subjects = vec!["bob".into()];
         assert_eq!(seen(&contract, (0, "1", Some(9), 0, 1)), (0, 0));
         assert_eq!(seen(&contract, (1, "1", Some(9), 0, 1)), (1, 0));
-        // Of several sources variations may have several seeds.
+        // With several sources, variations may have several seeds.
         assert_eq!(seen(&contract, (1, "1", Some(9), 3, 5)), (0, 1));
         contract.training.seeds = vec![4, 5];
         assert_eq!(seen(&contract, (1, "1", Some(9), 3, 5)), (1, 0));

@@ -5,8 +5,8 @@ use crate::score::RuntimeName;
 use crate::score::{InputRange, Outputs, Recognizer};
 use crate::sweep::Settings;
 
-/// Answers with the first two pixels of a GEI, as embedding and as class scores; of a first
-/// pixel of 13 with NaN.
+/// A recognizer that answers with the first two pixels of a GEI, as embedding and as class scores,
+/// or with NaN where the first pixel is 13.
 struct FirstTwoPixels {
     contract: Contract,
     runtime: RuntimeName,
@@ -95,7 +95,7 @@ fn people_with_classes_are_recognized_by_the_highest_score() {
 fn people_without_classes_are_recognized_by_the_nearest_enrolled() {
     let geis = [
         ("ann", "1", SIDE, (0, 0)),
-        // Not a viewpoint of training: nobody is known from there.
+        // Not a training viewpoint, so it is not in the gallery.
         ("ann", "1", FRONT, (200, 0)),
         ("cid", "1", SIDE, (200, 0)),
         ("ann", "2", SIDE, (90, 0)),
@@ -111,7 +111,7 @@ fn people_without_classes_are_recognized_by_the_nearest_enrolled() {
 #[test]
 fn a_cycle_of_the_same_take_cannot_vouch_for_the_probe() {
     // On a line: two cycles of a take next to each other, their person's other take far off,
-    // and a stranger between.
+    // and another person between them.
     let geis = [
         ("ann", "1", SIDE, (0, 0)),
         ("ann", "1", SIDE, (1, 0)),
@@ -142,9 +142,9 @@ fn each_pair_of_viewpoints_is_a_cell_and_the_identical_ones_do_not_count() {
     let outcome = outcome("ou-mvlp", &[], &geis).expect("four probes");
     let result = &outcome.results[0];
     let cells = result.probe_sets[0].cross_view.as_ref().expect("a matrix");
-    // From the front both are known by the front; among those seen from the side (60, 20)
-    // neither is. From the side, ann (0) is known by the front (0, 100), bob (30) is not; and by
-    // the side, bob is.
+    // Front probes: both are recognized in the front gallery, neither in the side gallery (60, 20).
+    // Side probes: ann (0) is recognized in the front gallery (0, 100), bob (30) is not; in the side
+    // gallery, bob is.
     assert_eq!(
         cells.rank1,
         [[Some(1.0), Some(0.0)], [Some(0.5), Some(0.5)]]
@@ -169,7 +169,7 @@ fn what_is_not_finite_is_a_miss_or_left_out_of_the_gallery_and_counted() {
     assert_eq!(result.gallery_non_finite, 1);
     assert!(found.warnings[0].contains("1 embeddings of the gallery"));
     let set = &result.probe_sets[0];
-    // Bob has nobody of his in the gallery; ann's other probe is right, whoever else is there.
+    // Bob has no mate in the gallery; ann's other probe is right, since only she is enrolled.
     assert_eq!((set.without_mate, set.non_finite), (1, 1));
     assert!((set.rank1 - 1.0 / 3.0).abs() < 1e-12);
     assert_eq!(set.map, Some(1.0));
@@ -207,7 +207,7 @@ fn a_recognizer_that_answers_the_same_to_all_ties_and_that_is_said() {
     ];
     let found = outcome("first-take", &[], &geis).expect("two probes");
     let set = &found.results[0].probe_sets[0];
-    // Of equals the first listed counts: ann.
+    // Ties go to the person listed first: ann.
     assert_eq!(
         (set.tied, set.probes, set.people, set.rank1),
         (2, 2, 2, 0.5)
@@ -234,7 +234,7 @@ fn results_lead_with_the_clean_probes_and_do_not_pool_walks_with_bags() {
         ("bob", "nm-01", FRONT, (100, 0)),
         ("ann", "nm-05", SIDE, (1, 0)),
         ("bob", "nm-05", SIDE, (99, 0)),
-        // With bags each looks like the other, and once like nothing.
+        // With bags each looks like the other, and one answer is not finite.
         ("ann", "bg-01", SIDE, (99, 0)),
         ("bob", "bg-01", SIDE, (1, 0)),
         ("bob", "bg-02", SIDE, (13, 0)),
@@ -255,9 +255,9 @@ fn results_lead_with_the_clean_probes_and_do_not_pool_walks_with_bags() {
         .map(|set| (set.name.as_str(), set.clean, set.probes, set.rank1))
         .collect();
     assert_eq!(sets, [("NM", true, 2, 1.0), ("BG", false, 3, 0.0)]);
-    // A broken answer is told of wherever it is.
+    // Non-finite answers of all probe sets are counted.
     assert_eq!(result.non_finite, 1);
-    // Without a clean probe all are pooled, and the result says which.
+    // Without a clean probe all are pooled, and the result names the sets.
     let bags = [&geis[..2], &geis[4..6]].concat();
     let found = outcome("casia-b", &[], &bags).expect("two probes");
     let result = &found.results[0];

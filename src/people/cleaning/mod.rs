@@ -9,6 +9,4 @@ pub(crate) mod flips;
 #[cfg(feature = "import")]
 pub(crate) mod low_pass;
 #[cfg(feature = "import")]
-pub(crate) mod unsure_joints;
-#[cfg(feature = "import")]
 pub(crate) mod usable_part;

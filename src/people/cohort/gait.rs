@@ -118,8 +118,8 @@ mod tests {
     use super::super::Person;
     use super::super::arms::SOFT_TISSUE;
     use super::*;
-    use edgegait_core::pack::Sex;
     use crate::people::forward_kinematics;
+    use edgegait_core::pack::Sex;
     use edgegait_core::skeleton::Joint;
     use glam::DVec3;
 

@@ -9,11 +9,11 @@ use super::legs::MARKER_RADIUS_M;
 use super::names::{MarkerSide, Site};
 use crate::people::cohort::body::SHOULDER_DROP;
 
-/// Breadth of the elbow over the stature: 67 mm of 1.45 m in biomechzoo's HC002D, the only clip
-/// that states it.
+/// Breadth of the elbow as a share of stature: 67 mm of 1.45 m in biomechzoo's HC002D, the only
+/// clip that states it.
 const ELBOW_BREADTH: f64 = 0.046;
 
-/// Adds both arms as far as there are markers.
+/// Adds both arms as far as their markers are present.
 pub(super) fn add(
     joints: &mut MarkerJoints,
     tracks: &MarkerTracks,
@@ -48,7 +48,7 @@ pub(super) fn add(
             (Some(elbow), None) => {
                 joints.put(forearm, elbow);
                 warnings.push(format!(
-                    "no markers of the {name} wrist: the elbow bends as the norm's"
+                    "no markers of the {name} wrist: the elbow bends as in the norm"
                 ));
             }
             (None, _) => missing.push(name),
@@ -56,14 +56,14 @@ pub(super) fn add(
     }
     if !missing.is_empty() {
         warnings.push(format!(
-            "no markers of the {} arm: it swings with the other leg as the norm's",
+            "no markers of the {} arm: it swings with the other leg, as in the norm",
             missing.join(" and the ")
         ));
     }
 }
 
-/// The shoulder: between markers before and behind it, else below the acromion's, along the rib
-/// cage, as far as in the cohort's bodies.
+/// Returns the shoulder: the middle of the markers in front of and behind it, else a point below
+/// the acromion marker along the rib cage, as far as in the cohort's bodies.
 fn shoulder(
     joints: &MarkerJoints,
     tracks: &MarkerTracks,
@@ -95,8 +95,8 @@ fn wrist(tracks: &MarkerTracks, side: MarkerSide) -> Option<Vec<DVec3>> {
     }
 }
 
-/// The elbow: between its two markers, else half its breadth inside of the lateral one, square
-/// to the plane of the arm, as Plug-in Gait does it.
+/// Returns the elbow: the middle of its two markers, else half its breadth inside the lateral one,
+/// perpendicular to the plane of the arm, as in Plug-in Gait.
 fn elbow(
     tracks: &MarkerTracks,
     side: MarkerSide,

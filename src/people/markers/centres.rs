@@ -1,13 +1,13 @@
-//! Joint centres between bones, from markers on the skin.
+//! Joint centres from markers on the skin.
 
 use glam::{DMat3, DVec3};
 
 use super::joints::each;
 use super::rigid::Rigid;
 
-/// The point at `depth_m` from the marker `at`, in the plane of `at`, `from` and `wand`, where the
-/// lines to `at` and to `from` make a right angle, on the other side of the line from `from` to
-/// `at` than the wand; none where the three are on a line.
+/// Returns the point at `depth_m` from the marker `at`, in the plane of `at`, `from` and `wand`,
+/// where the lines to `at` and to `from` make a right angle, on the side of the line from `from` to
+/// `at` that is away from the wand. None if the three lie on a line or `from` is within `depth_m`.
 ///
 /// The chord construction of Plug-in Gait, after Kadaba, Ramakrishnan & Wootten (1990),
 /// "Measurement of lower extremity kinematics during level walking", J. Orthop. Res. 8:383-392,
@@ -25,28 +25,28 @@ pub(super) fn chord(wand: DVec3, from: DVec3, at: DVec3, depth_m: f64) -> Option
     Some(at + depth_m * (cos * along - sin * aside))
 }
 
-/// What a [`shared_centre`] is drawn to where the motion does not tell.
+/// The point to which a [`shared_centre`] is drawn where the motion does not determine it.
 #[derive(Clone, Copy)]
 pub(super) enum Prior<'a> {
-    /// A point by frame, in all directions.
+    /// Draws to a point by frame, in all directions.
     Near(&'a [DVec3]),
-    /// A point by frame, in the direction of the second alone: a hinge's axis.
+    /// Draws to a point by frame, along the second vector alone: a hinge's axis.
     Across(&'a [DVec3], &'a [DVec3]),
 }
 
-/// The point that two clusters share: where they turn about each other.
+/// Returns the point that two clusters share: where they turn about each other.
 ///
-/// Least squares over the frames of the distance between the point carried by one cluster and by
-/// the other, as in the symmetrical centre of rotation of Ehrig et al. (2006), "A survey of formal
-/// methods for determining the centre of rotation of ball joints", J. Biomech. 39:2798-2809, with
-/// one point for both; the prior is ours.
+/// It minimises, in least squares over the frames, the distance between the point as carried by one
+/// cluster and by the other, as in the symmetrical centre of rotation of Ehrig et al. (2006), "A
+/// survey of formal methods for determining the centre of rotation of ball joints", J. Biomech.
+/// 39:2798-2809, but with one point for both. The prior is ours.
 pub(super) fn shared_centre(
     upper: &[Rigid],
     lower: &[Rigid],
     prior: Prior<'_>,
 ) -> Option<Vec<DVec3>> {
-    /// Weight of a prior against the motion: across a hinge it need only break the tie; an ankle
-    /// turns by a quarter of a radian, so that this counts about as much as the motion. Ours.
+    /// Weights of a prior against the motion. Across a hinge it need only break the tie. An ankle
+    /// turns by a quarter of a radian, so this counts about as much as the motion. Ours.
     const ACROSS: f64 = 0.1;
     const NEAR: f64 = 0.3;
     let mut normal = DMat3::ZERO;
@@ -85,7 +85,7 @@ pub(super) fn shared_centre(
     })
 }
 
-/// How a cluster moves from its first frame.
+/// Returns a cluster's motion from its first frame; none if a frame cannot be fitted.
 pub(super) fn motion_of(cluster: &[&[DVec3]]) -> Option<Vec<Rigid>> {
     let frames = cluster.first()?.len();
     (0..frames)

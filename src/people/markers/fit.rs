@@ -1,4 +1,4 @@
-//! Constant segment lengths, and the joint angles whose forward kinematics follows the joints.
+//! Fits constant segment lengths, and joint angles whose forward kinematics follows the joints.
 
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
@@ -13,7 +13,7 @@ use crate::people::retarget::follow::main_child;
 pub(super) struct FittedMotion {
     pub(super) offsets: [DVec3; JOINTS],
     pub(super) rotations: Vec<[DQuat; JOINTS]>,
-    /// Measured joints where markers tell, the others by forward kinematics.
+    /// Joint positions: measured where markers determine them, else by forward kinematics.
     pub(super) positions: Vec<[DVec3; JOINTS]>,
     pub(super) residual: Residual,
 }
@@ -30,8 +30,8 @@ const HANGING: [Joint; 8] = [
     Joint::RightFoot,
 ];
 
-/// The walker's own offsets: medians over the frames where both ends are measured, the neutral
-/// body's elsewhere.
+/// Returns the walker's offsets: medians over the frames if both ends are measured, else the
+/// neutral body's.
 fn offsets(joints: &MarkerJoints, neutral: &Neutral) -> [DVec3; JOINTS] {
     std::array::from_fn(|index| {
         let joint = Joint::ALL[index];
@@ -59,9 +59,9 @@ fn offsets(joints: &MarkerJoints, neutral: &Neutral) -> [DVec3; JOINTS] {
 }
 
 impl FittedMotion {
-    /// Follows the joints from the pelvis outwards: each segment turns as its markers do, then by
-    /// the least rotation that points it from where it begins to where the next joint was
-    /// measured. What is left are the changes of the segments' lengths.
+    /// Follows the joints from the pelvis outwards. Each segment turns as its markers do, then by
+    /// the least rotation that points it from its start to the measured next joint. The residual is
+    /// the change of the segments' lengths.
     pub(super) fn new(joints: &MarkerJoints, neutral: &Neutral) -> Self {
         let offsets = offsets(joints, neutral);
         let roots = joints.points(Joint::Pelvis).unwrap_or_default();
@@ -115,7 +115,7 @@ impl FittedMotion {
     }
 }
 
-/// Whether nothing beyond the joint was measured, so that only the norm tells how it is turned.
+/// Returns whether nothing beyond the joint was measured, so that its orientation follows the norm.
 fn is_end(joints: &MarkerJoints, joint: Joint) -> bool {
     main_child(joint).is_some_and(|child| joints.points(child).is_none())
 }

@@ -11,19 +11,19 @@ use crate::people::cleaning::low_pass::LowPass;
 /// A marker that would leave less than this share of the frames is left out instead. Ours.
 const LEAST_SHARE: f64 = 0.8;
 
-/// Fewest frames that are a motion. Ours: a third of a fast stride at 60 Hz.
+/// Fewest frames of a motion. Ours: a third of a fast stride at 60 Hz.
 const LEAST_FRAMES: usize = 8;
 
 /// Complete tracks of markers over one stretch of frames, metres, Y up.
 #[derive(Clone, Debug)]
 pub(super) struct MarkerTracks {
-    /// The frames of the recording.
+    /// The frames of the recording that are used.
     pub(super) frames: Range<usize>,
     marks: Vec<(Site, MarkerSide, Vec<DVec3>)>,
 }
 
 impl MarkerTracks {
-    /// The track of the first marker of a place.
+    /// Returns the track of the first marker of a place.
     pub(super) fn get(&self, site: Site, side: MarkerSide) -> Option<&[DVec3]> {
         let (.., track) = self
             .marks
@@ -32,7 +32,7 @@ impl MarkerTracks {
         Some(track)
     }
 
-    /// The tracks of all markers of one side's segment.
+    /// Returns the tracks of all markers of a segment on one side.
     pub(super) fn of(&self, segment: Segment, side: MarkerSide) -> Vec<&[DVec3]> {
         let its =
             |mark: &&(Site, MarkerSide, Vec<DVec3>)| mark.0.segment() == segment && mark.1 == side;
@@ -43,14 +43,14 @@ impl MarkerTracks {
             .collect()
     }
 
-    /// Runs every track through a low-pass.
+    /// Low-passes every track.
     pub(super) fn smooth(&mut self, filter: &LowPass) {
         for (.., track) in &mut self.marks {
             filter.positions(track);
         }
     }
 
-    /// Exchanges the two sides of every pair that `is_part` takes.
+    /// Exchanges the two sides of every pair for which `is_part` is true.
     pub(super) fn exchange_sides(&mut self, is_part: impl Fn(Site) -> bool) {
         for (site, side, _) in &mut self.marks {
             if is_part(*site) {
@@ -64,7 +64,7 @@ impl MarkerTracks {
     }
 }
 
-/// Markers without which the rest is worth little, in order.
+/// The essential markers, in order.
 const ESSENTIAL: [Site; 9] = [
     Site::Asis,
     Site::Sacrum,
@@ -78,11 +78,11 @@ const ESSENTIAL: [Site; 9] = [
 ];
 
 impl MarkerTracks {
-    /// The longest stretch in which the essential markers are all there, and those of the others
-    /// that leave most of it.
+    /// Chooses the longest stretch in which all essential markers are present, and the other
+    /// markers that leave at least 80 % of it.
     ///
     /// # Errors
-    /// Names the marker that leaves nothing.
+    /// Names the marker that leaves too few frames.
     pub(super) fn choose(marks: &Marks, warnings: &mut Vec<String>) -> Result<Self, String> {
         let mut present = vec![true; marks.frames];
         let mut frames = 0..marks.frames;
@@ -90,8 +90,8 @@ impl MarkerTracks {
         let mut left_out: Vec<&str> = Vec::new();
         let has_back = marks.has(Site::Sacrum, MarkerSide::Middle);
         for site in ESSENTIAL {
-            // Posterior spines stand in for a sacrum that is not there, and the centres of the
-            // file for markers.
+            // Posterior spines are needed only without a sacrum, and the file's joint centres only
+            // without markers.
             let stands_in = match site {
                 Site::Psis => has_back,
                 Site::AnkleCentre => {
@@ -177,7 +177,7 @@ impl MarkerTracks {
     }
 }
 
-/// The longest run of true values.
+/// Returns the longest run of true values.
 fn longest_run(values: &[bool]) -> Range<usize> {
     let mut best = 0..0;
     let mut from = 0;

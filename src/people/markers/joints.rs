@@ -1,12 +1,12 @@
-//! What markers tell of the canonical joints, before segment lengths are made constant.
+//! The canonical joints as markers determine them, before segment lengths are made constant.
 
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
 use crate::people::retarget::rest_pose::base_of;
 
-/// Positions and orientations by joint, then by frame: metres, Y up. A joint of which no marker
-/// tells has none.
+/// Positions (metres, Y up) and orientations by joint, then by frame. A joint that no marker
+/// determines has none.
 #[derive(Default)]
 pub(super) struct MarkerJoints {
     points: [Option<Vec<DVec3>>; JOINTS],
@@ -14,29 +14,29 @@ pub(super) struct MarkerJoints {
 }
 
 impl MarkerJoints {
-    /// States where a joint is in every frame.
+    /// Sets a joint's position in every frame.
     pub(super) fn put(&mut self, joint: Joint, points: Vec<DVec3>) {
         self.points[joint.index()] = Some(points);
     }
 
-    /// States how a joint's segment is turned in the world in every frame.
+    /// Sets the world orientation of a joint's segment in every frame.
     pub(super) fn turn(&mut self, joint: Joint, turns: Vec<DQuat>) {
         self.turns[joint.index()] = Some(turns);
     }
 
-    /// Where a joint is, if markers tell.
+    /// Returns a joint's positions, if markers determine them.
     pub(super) fn points(&self, joint: Joint) -> Option<&[DVec3]> {
         self.points[joint.index()].as_deref()
     }
 
-    /// How a joint's segment is turned, if markers tell.
+    /// Returns the orientations of a joint's segment, if markers determine them.
     pub(super) fn turns(&self, joint: Joint) -> Option<&[DQuat]> {
         self.turns[joint.index()].as_deref()
     }
 }
 
-/// Rotations with +Y along `up` and +X as near to `left` as can be, by frame; a degenerate frame
-/// repeats the one before it (the first: the one after it).
+/// Returns, by frame, the rotation with +Y along `up` and +X as near to `left` as possible. A
+/// degenerate frame repeats the one before it; at the start, the first valid one.
 pub(super) fn frames_of(left: &[DVec3], up: &[DVec3]) -> Vec<DQuat> {
     let found: Vec<Option<DQuat>> = left.iter().zip(up).map(|(l, u)| base_of(*l, *u)).collect();
     let mut last = found
@@ -54,12 +54,12 @@ pub(super) fn frames_of(left: &[DVec3], up: &[DVec3]) -> Vec<DQuat> {
         .collect()
 }
 
-/// One vector a frame from two tracks.
+/// Combines two tracks frame by frame.
 pub(super) fn each<A: Copy, B: Copy, C>(a: &[A], b: &[B], f: impl Fn(A, B) -> C) -> Vec<C> {
     a.iter().zip(b).map(|(a, b)| f(*a, *b)).collect()
 }
 
-/// Middles of two tracks.
+/// Returns the midpoints of two tracks, frame by frame.
 pub(super) fn middles(a: &[DVec3], b: &[DVec3]) -> Vec<DVec3> {
     each(a, b, DVec3::midpoint)
 }

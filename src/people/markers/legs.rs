@@ -10,34 +10,34 @@ use super::names::{MarkerPlace, MarkerSide, Segment, Site};
 use super::pelvis::Pelvis;
 use super::set::median;
 
-/// Breadth of the knee and of the ankle over the distance from the anterior iliac spine to the
-/// ankle: medians of the subject parameters in the tests of pyCGM (leg 940, knee 105, ankle
-/// 70 mm) and pyCGM2 (860, 102, 75 and 893, 91, 66), and in the files of a BTK sample (695, 90, 65), of
-/// biomechzoo's HC002D (740, 83, 62) and of the Sydney clips (851, 111, 59).
+/// Breadths of the knee and of the ankle as shares of the distance from the anterior iliac spine to
+/// the ankle: medians of the subject parameters in the tests of pyCGM (leg 940, knee 105, ankle
+/// 70 mm) and pyCGM2 (860, 102, 75 and 893, 91, 66), and in the files of a BTK sample (695, 90,
+/// 65), of biomechzoo's HC002D (740, 83, 62) and of the Sydney clips (851, 111, 59).
 const KNEE_BREADTH: f64 = 0.115;
 const ANKLE_BREADTH: f64 = 0.079;
 
-/// Centre of a marker above the skin, metres: Plug-in Gait's markers of 14 mm.
+/// Height of a marker's centre above the skin, metres: Plug-in Gait's markers of 14 mm.
 pub(super) const MARKER_RADIUS_M: f64 = 0.007;
 
-/// Thigh over thigh and shank: 0.245 and 0.246 statures (Winter 2009, figure 4.1, after Drillis &
-/// Contini 1966).
+/// Length of the thigh as a share of thigh plus shank: 0.245 and 0.246 statures (Winter 2009,
+/// figure 4.1, after Drillis & Contini 1966).
 const THIGH_SHARE: f64 = 0.245 / 0.491;
 
-/// The ankle between heel and toe markers, as a share of their distance, and above them, metres,
-/// where no marker tells. Ours, of an adult: as the cohort's bodies have it.
+/// Place of an ankle without a marker: between heel and toe markers, as a share of their distance,
+/// and above them, metres. Ours, for an adult: as in the cohort's bodies.
 const ANKLE_AHEAD: f64 = 0.22;
 const ANKLE_ABOVE_M: f64 = 0.04;
 
-/// A construction whose knee or ankle axis is farther than this from the pelvis's is not
-/// believed: cosine of 60 degrees. Ours.
+/// Least cosine between a constructed knee or ankle axis and the pelvis's; a construction below it
+/// is rejected. Ours: 60 degrees.
 const LEAST_LATERAL: f64 = 0.5;
 
-/// One leg by frame.
+/// The joints of one leg, by frame.
 struct MarkerLeg {
     knee: Vec<DVec3>,
     ankle: Vec<DVec3>,
-    /// To the left along the knee's axis.
+    /// Unit vector to the left along the knee's axis.
     left: Vec<DVec3>,
 }
 
@@ -77,7 +77,8 @@ pub(super) fn add(
     Ok(())
 }
 
-/// Breadths of the knee and the ankle with a marker's radius: from the marker to the centre.
+/// Returns the distances from marker to joint centre of the knee and the ankle: half the breadth
+/// plus a marker's radius.
 fn depths(tracks: &MarkerTracks) -> (f64, f64) {
     let mut lengths: Vec<f64> = Vec::new();
     for side in MarkerSide::BOTH {
@@ -103,7 +104,7 @@ fn leg(
     let (knee_m, ankle_m) = depths(tracks);
     let mut say = |what: &str, how: &str| warnings.push(format!("{what}: {how}"));
     let clusters = |segment| motion_of(&tracks.of(segment, side));
-    // Neither knee nor ankle marker: the clusters tell, the ankle first.
+    // Without knee and ankle markers, the clusters determine the centres, the ankle first.
     let functional_ankle = || {
         let (shank, foot) = (clusters(Segment::Shank)?, clusters(Segment::Foot)?);
         let (heel, toe) = (tracks.get(Site::Heel, side)?, toe(tracks, side)?);
@@ -131,7 +132,7 @@ fn leg(
         (None, None) => {
             say(
                 &MarkerPlace(Site::Ankle, side).to_string(),
-                "no marker: where shank and foot turn about each other",
+                "no marker: taken where shank and foot turn about each other",
             );
             functional_ankle()
                 .ok_or_else(|| format!("no marker for the {}", MarkerPlace(Site::Ankle, side)))?
@@ -172,10 +173,12 @@ fn leg(
             };
             let (knee, how) = match (centre, turning()) {
                 (Some(centre), _) => (centre, "the file's joint centre is used"),
-                (None, Some(centre)) => (centre, "where thigh and shank turn about each other"),
+                (None, Some(centre)) => {
+                    (centre, "taken where thigh and shank turn about each other")
+                }
                 (None, None) => (
                     bent(hips, &ankle_near, &pelvis.ahead),
-                    "it bends ahead as far as hip and ankle need",
+                    "it bends forward as far as hip and ankle require",
                 ),
             };
             say(
@@ -205,8 +208,8 @@ fn leg(
     Ok(MarkerLeg { knee, ankle, left })
 }
 
-/// The knee's centre and its axis to the left, from a medial marker or by the chord with the
-/// thigh's wand.
+/// Returns the knee's centre and its axis to the left, from a medial marker or by the chord with
+/// the thigh's wand.
 fn knee_of(
     tracks: &MarkerTracks,
     marker: &[DVec3],
@@ -225,7 +228,7 @@ fn knee_of(
     is_lateral(&left).then_some((centre, left))
 }
 
-/// [`chord`] in every frame.
+/// Returns the [`chord`] of every frame.
 fn chords(wand: &[DVec3], from: &[DVec3], at: &[DVec3], depth_m: f64) -> Option<Vec<DVec3>> {
     let frames = wand.iter().zip(from).zip(at);
     frames
@@ -233,9 +236,9 @@ fn chords(wand: &[DVec3], from: &[DVec3], at: &[DVec3], depth_m: f64) -> Option<
         .collect()
 }
 
-/// Knees of legs of constant length that bend ahead.
+/// Returns the knees of legs of constant length that bend forward.
 fn bent(hips: &[DVec3], ankles: &[DVec3], ahead: &[DVec3]) -> Vec<DVec3> {
-    /// The longest reach leaves the knee a little bent. Ours.
+    /// Length of the leg over its longest reach, so that the knee is never quite straight. Ours.
     const STRAIGHTEST: f64 = 1.005;
     let reach = each(hips, ankles, DVec3::distance);
     let leg_m = STRAIGHTEST * reach.iter().copied().fold(0.0, f64::max);
@@ -253,7 +256,8 @@ fn bent(hips: &[DVec3], ankles: &[DVec3], ahead: &[DVec3]) -> Vec<DVec3> {
     )
 }
 
-/// Front of the foot: the second toe, else between the first and the fifth, else one of them.
+/// Returns the front of the foot: the second toe, else the middle of the first and the fifth, else
+/// the toe tip or one of these two.
 fn toe(tracks: &MarkerTracks, side: MarkerSide) -> Option<Vec<DVec3>> {
     let track = |site| tracks.get(site, side).map(<[DVec3]>::to_vec);
     let between = || {
@@ -269,7 +273,8 @@ fn toe(tracks: &MarkerTracks, side: MarkerSide) -> Option<Vec<DVec3>> {
     })
 }
 
-/// The foot's orientation, level where it stands flat: along heel and toe, about them as the shank.
+/// Returns the foot's orientation, level where it stands flat. It points from heel to toe; its roll
+/// about that line follows the shank.
 fn feet(
     tracks: &MarkerTracks,
     side: MarkerSide,
@@ -278,7 +283,7 @@ fn feet(
     ahead: &[DVec3],
     warnings: &mut Vec<String>,
 ) -> Vec<DQuat> {
-    /// Share of the frames that are taken as flat: those in which the foot is lowest. Ours.
+    /// Share of the frames, those with the lowest foot, in which it counts as flat. Ours.
     const FLAT_SHARE: f64 = 0.15;
     let toe = toe(tracks, side);
     let heel = tracks.get(Site::Heel, side);
@@ -308,7 +313,7 @@ fn feet(
     let mut frames: Vec<usize> = (0..raw.len()).collect();
     frames.sort_by(|&a, &b| height(a).total_cmp(&height(b)));
     frames.truncate(((raw.len() as f64 * FLAT_SHARE) as usize).max(1));
-    // From the markers' axes to level ones, mean over the flat frames.
+    // Mean rotation from the markers' axes to level ones over the flat frames.
     let mut sum = glam::DVec4::ZERO;
     for &frame in &frames {
         let toe = raw[frame] * DVec3::Z;

@@ -1,9 +1,9 @@
-//! From markers on a body to the canonical skeleton.
+//! Fits the canonical skeleton to markers on a body.
 //!
-//! Markers are found by name, repaired, counted in metres with Y up, and low-passed; the longest
-//! stretch is used in which those of the pelvis and the legs are there. Joint centres and segment
-//! axes follow published constructions, each named where it is; parts without markers do what
-//! the norm does, with a warning. Segment lengths are then made constant.
+//! Markers are found by name, repaired, converted to metres with Y up, and low-passed. The longest
+//! stretch in which the markers of the pelvis and the legs are present is used. Joint centres and
+//! segment axes follow published constructions, cited where they are implemented. Parts without
+//! markers move as in the norm, with a warning. Segment lengths are then made constant.
 
 mod arms;
 mod centres;
@@ -38,15 +38,15 @@ use crate::import::Markers;
 use glam::DVec3;
 
 impl RetargetedMotion {
-    /// Fits the canonical skeleton to markers. `cut_off_hz`: of the low-pass, usually
-    /// [`DEFAULT_CUT_OFF_HZ`](super::retarget::DEFAULT_CUT_OFF_HZ); `None` leaves the motion as recorded.
+    /// Fits the canonical skeleton to markers. `cut_off_hz` is the cut-off of the low-pass, usually
+    /// [`DEFAULT_CUT_OFF_HZ`](super::retarget::DEFAULT_CUT_OFF_HZ); `None` leaves the motion as
+    /// recorded.
     ///
-    /// Gaps of up to 0.2 s are filled, longer ones put back from three other markers of the same
-    /// segment; spikes and exchanged sides are repaired. The warnings say so.
+    /// Gaps of up to 0.2 s are filled. Longer ones are reconstructed from three other markers of
+    /// the same segment. Spikes and exchanged sides are repaired. Every repair adds a warning.
     ///
     /// # Errors
-    /// A sentence, without the file's name: the marker that lacks, or that no known unit gives a
-    /// human leg.
+    /// A sentence without the file's name: a marker is missing, or no known unit gives human legs.
     pub fn from_markers(markers: &Markers, cut_off_hz: Option<f64>) -> Result<Self, String> {
         let mut warnings = markers.warnings.clone();
         let mut marks = Marks::find(markers, &mut warnings)?;
@@ -97,7 +97,7 @@ impl RetargetedMotion {
     }
 }
 
-/// Low-passes the tracks; the cut-off, if it was done.
+/// Low-passes the tracks and returns the cut-off, or `None` if the tracks were not filtered.
 fn smooth(
     tracks: &mut MarkerTracks,
     cut_off_hz: Option<f64>,
@@ -107,7 +107,7 @@ fn smooth(
     let cut_off_hz = cut_off_hz?;
     let Some(filter) = LowPass::new(cut_off_hz, sample_rate_hz) else {
         warnings.push(format!(
-            "too few frames a second for a {cut_off_hz} Hz low-pass: not filtered"
+            "the frame rate is too low for a {cut_off_hz} Hz low-pass: not filtered"
         ));
         return None;
     };
@@ -115,8 +115,8 @@ fn smooth(
     Some(cut_off_hz)
 }
 
-/// The pelvis, after sides that were named the wrong way round were exchanged: its up tells of all,
-/// and the places of legs and shoulders beside it of theirs.
+/// Exchanges sides that were named the wrong way round and returns the pelvis. A pelvis that points
+/// down means that all sides are wrong; legs or arms on the wrong side of it, that theirs are.
 fn name_sides(tracks: &mut MarkerTracks, warnings: &mut Vec<String>) -> Result<Pelvis, String> {
     let mut pelvis = Pelvis::find(tracks)?;
     let mut up = each(&pelvis.ahead, &pelvis.left, |ahead, left| {
@@ -161,7 +161,7 @@ fn name_sides(tracks: &mut MarkerTracks, warnings: &mut Vec<String>) -> Result<P
     Ok(pelvis)
 }
 
-/// Stature of a person with these legs, metres.
+/// Returns the stature of a person with these legs, metres.
 fn stature(joints: &MarkerJoints) -> f64 {
     let length = |near, far| match (joints.points(near), joints.points(far)) {
         (Some(near), Some(far)) => median(&mut each(near, far, DVec3::distance)),

@@ -1,8 +1,8 @@
-//! What markers are called: one table from the names in files to places on the body.
+//! A table from marker names in files to places on the body.
 //!
-//! The names are those of Plug-in Gait (with CGM2's medial markers and the Oxford foot), of
-//! CMU's set, of OpenSim's two sets, BMClab's, and of BTK's samples. A name is compared
-//! without case, without a prefix (`Anna:LASI`) and without dots, spaces, hyphens and underscores.
+//! It knows the names of Plug-in Gait (with CGM2's medial markers and the Oxford foot), CMU's set,
+//! OpenSim's two sets, BMClab and BTK's samples. Names are compared without case, without a prefix
+//! (`Anna:LASI`) and without dots, spaces, hyphens and underscores.
 
 use std::fmt;
 
@@ -15,10 +15,10 @@ pub(super) enum MarkerSide {
 }
 
 impl MarkerSide {
-    /// Both legs, both arms.
+    /// The two sides, left first.
     pub(super) const BOTH: [Self; 2] = [Self::Left, Self::Right];
 
-    /// 1 where lateral is +X, the walker's left.
+    /// Returns 1 where lateral is +X (the walker's left), -1 on the right.
     pub(super) const fn sign(self) -> f64 {
         match self {
             Self::Right => -1.0,
@@ -27,7 +27,7 @@ impl MarkerSide {
     }
 }
 
-/// Bodies that markers are rigid with.
+/// A rigid segment of the body that carries markers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Segment {
     Pelvis,
@@ -38,7 +38,7 @@ pub(super) enum Segment {
     Head,
     UpperArm,
     Forearm,
-    /// Moves with nothing else: a shoulder, a hand, a joint centre.
+    /// A marker that shares no segment with others: a shoulder, a hand, a joint centre.
     Alone,
 }
 
@@ -51,7 +51,7 @@ macro_rules! sites {
         }
 
         impl Site {
-            /// The body that the marker is rigid with.
+            /// Returns the segment that carries the marker.
             pub(super) const fn segment(self) -> Segment {
                 match self { $(Self::$site => Segment::$segment,)* }
             }
@@ -61,8 +61,8 @@ macro_rules! sites {
             }
         }
 
-        /// Whether a site has a left and a right one, and what files call it without the
-        /// letter of the side.
+        /// The sites, whether each is paired, and their names in files without the letter of the
+        /// side.
         const TABLE: &[(Site, SiteShape, &[&str])] = &[
             $((Site::$site, SiteShape::$shape, &[$($name),*]),)*
         ];
@@ -121,7 +121,7 @@ sites! {
     HeadTop: Head, "top of the head", Single ["tophead"];
 }
 
-/// A place and its side, as errors and warnings call it.
+/// A place and its side, as named in errors and warnings.
 pub(super) struct MarkerPlace(pub(super) Site, pub(super) MarkerSide);
 
 impl fmt::Display for MarkerPlace {
@@ -135,7 +135,7 @@ impl fmt::Display for MarkerPlace {
     }
 }
 
-/// Where the marker of this name is, if the table knows it.
+/// Returns the place and side that a marker name stands for, if the table knows it.
 pub(super) fn place_of(name: &str) -> Option<(Site, MarkerSide)> {
     let bare = name.rsplit(':').next().unwrap_or(name);
     let key: String = bare

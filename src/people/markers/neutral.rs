@@ -1,4 +1,4 @@
-//! What parts without markers do: the norm of adults, on a body of the walker's size.
+//! The motion of parts without markers: the norm of adults, on a body of the walker's size.
 
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
@@ -10,21 +10,21 @@ use crate::people::cohort::{ELBOW_FLEXION, SHOULDER_ABDUCTION, SHOULDER_FLEXION,
 use crate::people::cutting::contacts::averaged_heading;
 use edgegait_core::pack::Sex;
 
-/// The neutral body and how it moves.
+/// The neutral body and its motion.
 pub(super) struct Neutral {
-    /// Joint offsets of a person of the walker's stature, metres.
+    /// Joint offsets of an average person of the walker's stature, metres.
     pub(super) offsets: [DVec3; JOINTS],
     /// Upright, facing with the pelvis, by frame.
     upright: Vec<DQuat>,
-    /// How far the left and the right thigh swing ahead of their middle, radians.
+    /// The swing of the left and the right thigh ahead of its median, radians, by frame.
     swing: [Vec<f64>; 2],
 }
 
 impl Neutral {
-    /// For a walker whose pelvis and legs are known.
+    /// Builds the neutral body of a walker whose pelvis and legs are known.
     ///
     /// # Errors
-    /// The stature is that of no person.
+    /// If no person has this stature.
     pub(super) fn new(
         joints: &MarkerJoints,
         sample_rate_hz: f64,
@@ -58,12 +58,12 @@ impl Neutral {
         })
     }
 
-    /// How a joint without markers is turned in the world in a frame; `parent`: how the one that
-    /// carries it is.
+    /// Returns the world orientation of a joint without markers in a frame. `parent` is the
+    /// orientation of its parent.
     ///
     /// Trunk and head stay upright, as the norm's thorax does within a few degrees. Arms swing with
-    /// the other leg: shoulder and elbow by the ratio of the first harmonics of their norms to that
-    /// of the hip's, about the norms' means.
+    /// the opposite leg about the norms' means. Their amplitude is the thigh's swing times the
+    /// ratio of the first harmonics of the shoulder's or elbow's norm and the hip's.
     pub(super) fn turn(&self, joint: Joint, parent: DQuat, frame: usize) -> DQuat {
         let amplitude = |harmonics: &[(f64, f64)]| {
             harmonics

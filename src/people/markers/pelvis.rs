@@ -1,11 +1,11 @@
 //! The pelvis and the hip joint centres.
 //!
-//! The pelvis's axes are those of Davis et al. (1991), "A gait analysis data collection and
-//! reduction technique", Hum. Mov. Sci. 10:575-587, and of Plug-in Gait: to the left between the
-//! anterior spines, ahead from the sacrum (or the middle of the posterior spines) in their plane.
-//! The hips are those of Harrington et al. (2007), "Prediction of the hip joint centre in adults,
-//! children, and patients with cerebral palsy based on magnetic resonance imaging", J. Biomech.
-//! 40:595-602, the equations with pelvic width and depth alone.
+//! The pelvis's axes follow Davis et al. (1991), "A gait analysis data collection and reduction
+//! technique", Hum. Mov. Sci. 10:575-587, and Plug-in Gait: to the left between the anterior
+//! spines, ahead from the sacrum (or the middle of the posterior spines) in their plane. The hips
+//! follow Harrington et al. (2007), "Prediction of the hip joint centre in adults, children, and
+//! patients with cerebral palsy based on magnetic resonance imaging", J. Biomech. 40:595-602, in
+//! the equations with pelvic width and depth alone.
 
 use glam::{DQuat, DVec3};
 
@@ -15,11 +15,11 @@ use super::names::{MarkerSide, Site};
 use super::set::median;
 use crate::people::cohort::STANDING_TILT_DEG;
 
-/// The pelvis by frame.
+/// The pelvis and the hips, by frame.
 pub(super) struct Pelvis {
-    /// Canonical orientation: that of standing is upright.
+    /// Canonical orientation: upright when the person stands.
     pub(super) turns: Vec<DQuat>,
-    /// Left and right hip joint centre.
+    /// Left and right hip joint centres.
     pub(super) hips: [Vec<DVec3>; 2],
     /// Unit vector to the left along the anterior spines.
     pub(super) left: Vec<DVec3>,
@@ -27,7 +27,7 @@ pub(super) struct Pelvis {
     pub(super) ahead: Vec<DVec3>,
 }
 
-/// Both sides' tracks of a place.
+/// Returns the left and the right track of a place.
 pub(super) fn pair(tracks: &MarkerTracks, site: Site) -> Option<[&[DVec3]; 2]> {
     Some([
         tracks.get(site, MarkerSide::Left)?,
@@ -36,10 +36,10 @@ pub(super) fn pair(tracks: &MarkerTracks, site: Site) -> Option<[&[DVec3]; 2]> {
 }
 
 impl Pelvis {
-    /// From the spines and the sacrum.
+    /// Finds the pelvis from the iliac spines and the sacrum.
     ///
     /// # Errors
-    /// The markers are not there or lie on a line.
+    /// If the markers are missing or lie on a line.
     pub(super) fn find(tracks: &MarkerTracks) -> Result<Self, String> {
         let lacks = || {
             "the markers of the pelvis (LASI, RASI, SACR or LPSI and RPSI) are not seen together"
@@ -86,9 +86,9 @@ impl Pelvis {
     }
 }
 
-/// The left hip joint centre from the middle of the anterior spines, metres: to the left, up
-/// and ahead. `width_m`: between the anterior spines; `depth_m`: from their middle to that of the
-/// posterior ones.
+/// Returns the left hip joint centre from the middle of the anterior spines, metres: to the left,
+/// up and ahead. `width_m`: between the anterior spines. `depth_m`: from their middle to the middle
+/// of the posterior spines.
 ///
 /// Harrington et al. (2007): x = -0.24 PD - 9.9, y = -0.30 PW - 10.9, z = 0.33 PW + 7.3 (mm; x
 /// ahead, y up, z lateral).

@@ -1,4 +1,4 @@
-//! Puts markers back where the others of their segment say that they are.
+//! Reconstructs markers from the other markers of their segment.
 
 use glam::DVec3;
 
@@ -6,18 +6,18 @@ use super::names::{MarkerSide, Segment};
 use super::rigid::Rigid;
 use super::set::{Mark, Marks, median};
 
-/// Others that a marker is put back from.
+/// The fewest other markers from which a marker is reconstructed.
 const LEAST_OTHERS: usize = 3;
 
-/// A segment's markers may miss a rigid body by this much, RMS, to be one. Ours: skin moves by
-/// 1 to 2 cm in gait (the review of Leardini et al. 2005, Gait & Posture 21:212-225, as recalled).
+/// Largest RMS deviation of a segment's markers from a rigid body, metres. Ours: skin moves by 1 to
+/// 2 cm in gait (the review of Leardini et al. 2005, Gait & Posture 21:212-225, as recalled).
 const RIGID_M: f64 = 0.025;
 
 /// A marker is off its segment where most of its distances to the others differ from their
 /// medians by more than this, metres. Ours: toes bend by 3 cm, labels err by more.
 const STRAY_M: f64 = 0.04;
 
-/// Leaves out what most other markers of the same segment say is elsewhere: labels put on the
+/// Drops positions that disagree with most other markers of the same segment: labels put on the
 /// wrong marker.
 pub(super) fn drop_strays(marks: &mut Marks, warnings: &mut Vec<String>) {
     for body in bodies(marks) {
@@ -70,14 +70,14 @@ pub(super) fn drop_strays(marks: &mut Marks, warnings: &mut Vec<String>) {
     }
 }
 
-/// Where a segment's markers lie in a frame of their own, and how far they are from it.
+/// The mean places of a segment's markers in its own frame, and their RMS deviation.
 struct SegmentShape {
-    /// Number of the marker, and its place.
+    /// The number of each marker, and its place.
     places: Vec<(usize, DVec3)>,
     rms_m: f64,
 }
 
-/// Fills what is missing from at least three other markers of the same segment.
+/// Fills missing positions from at least three other markers of the same segment.
 pub(super) fn rebuild(marks: &mut Marks, warnings: &mut Vec<String>) {
     let mut rebuilt: Vec<String> = Vec::new();
     for body in bodies(marks) {
@@ -106,14 +106,14 @@ pub(super) fn rebuild(marks: &mut Marks, warnings: &mut Vec<String>) {
     }
     if !rebuilt.is_empty() {
         warnings.push(format!(
-            "put back from at least {LEAST_OTHERS} other markers of their segments (frames): {}",
+            "rebuilt from at least {LEAST_OTHERS} other markers of their segments (frames): {}",
             rebuilt.join(", ")
         ));
     }
 }
 
-/// How far the markers of segments with four or more are from rigid bodies, RMS, mm; none without
-/// such a segment.
+/// Returns the RMS deviation from rigid bodies of the markers of segments with four or more, mm;
+/// none without such a segment.
 pub(super) fn rigidity_mm(marks: &Marks) -> Option<f64> {
     let shapes: Vec<SegmentShape> = bodies(marks)
         .into_iter()
@@ -124,7 +124,7 @@ pub(super) fn rigidity_mm(marks: &Marks) -> Option<f64> {
     (count > 0).then(|| 1e3 * libm::sqrt(sum / count as f64))
 }
 
-/// The segments that have enough markers to be looked at.
+/// Returns the segments that have enough markers to be checked.
 fn bodies(marks: &Marks) -> Vec<(Segment, MarkerSide)> {
     let mut bodies: Vec<(Segment, MarkerSide)> = Vec::new();
     for mark in &marks.all {
@@ -142,15 +142,15 @@ fn markers_of(marks: &Marks, body: (Segment, MarkerSide)) -> Vec<usize> {
         .collect()
 }
 
-/// The pairs of a shape's places and where the markers are in a frame.
+/// Returns pairs of a shape's places and the positions of its markers in a frame.
 fn seen_pairs(all: &[Mark], shape: &SegmentShape, frame: usize) -> Vec<(DVec3, DVec3)> {
     let pair = |&(number, place): &(usize, DVec3)| Some((place, all[number].track[frame]?));
     shape.places.iter().filter_map(pair).collect()
 }
 
-/// The mean shape of a segment over the frames in which all of its markers are seen.
+/// Returns the mean shape of a segment over the frames in which all of its markers are seen.
 fn shape_of(marks: &Marks, body: (Segment, MarkerSide)) -> Option<SegmentShape> {
-    /// Frames that the shape is taken from: enough, spread evenly.
+    /// Approximate number of evenly spread frames from which the shape is taken.
     const SAMPLES: usize = 100;
     let numbers = markers_of(marks, body);
     let whole: Vec<usize> = (0..marks.frames)
@@ -168,7 +168,7 @@ fn shape_of(marks: &Marks, body: (Segment, MarkerSide)) -> Option<SegmentShape> 
             .collect()
     };
     let mut mean = points(*frames.first()?);
-    // Two rounds: the first frame is as good as any to begin with.
+    // Two rounds, beginning with the first frame.
     for _ in 0..2 {
         let mut sum = vec![DVec3::ZERO; mean.len()];
         for &frame in &frames {

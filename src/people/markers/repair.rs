@@ -1,28 +1,28 @@
-//! Repairs what cameras and labelling do to markers: exchanged sides, spikes, short gaps.
+//! Repairs faults of cameras and labelling: exchanged sides, spikes, short gaps.
 
 use glam::DVec3;
 
 use super::names::MarkerSide;
 use super::set::Marks;
 
-/// Nothing on a walker or runner moves faster, m/s: a sprinter's foot reaches 20 to 24 (ours).
+/// Largest speed of a marker on a walker or runner, m/s. Ours: a sprinter's foot reaches 20 to 24.
 const FASTEST_M_S: f64 = 25.0;
 
-/// Labelling noise that is let pass, metres. Ours.
+/// Tolerated labelling noise, metres. Ours.
 const NOISE_M: f64 = 0.02;
 
 /// Largest acceleration of a marker, m/s^2. Ours: a runner's heel at contact has about 300.
 const LARGEST_ACCELERATION: f64 = 800.0;
 
-/// Gaps up to this long are filled from the marker's own track, seconds.
+/// Longest gap that is filled from the marker's own track, seconds.
 pub(super) const LONGEST_GAP_S: f64 = 0.2;
 
-/// Exchanged names make both markers of a pair jump; exchanging them back must leave less than
-/// this share of the jump, and the jump must be longer than [`LEAST_EXCHANGE_M`]. Ours.
+/// Exchanged names make both markers of a pair jump. Exchanging them back must leave less than this
+/// share of the jump, and the jump must be longer than [`LEAST_EXCHANGE_M`]. Ours.
 const EXCHANGE_SHARE: f64 = 0.4;
 const LEAST_EXCHANGE_M: f64 = 0.12;
 
-/// Exchanges the tracks of left and right where they were exchanged midway.
+/// Exchanges left and right tracks back where they change places midway.
 pub(super) fn mend_exchanged_sides(marks: &mut Marks, warnings: &mut Vec<String>) {
     for left in 0..marks.all.len() {
         let mark = &marks.all[left];
@@ -54,7 +54,7 @@ pub(super) fn mend_exchanged_sides(marks: &mut Marks, warnings: &mut Vec<String>
             let (Some(mut a), Some(mut b)) =
                 (marks.all[left].track[frame], marks.all[right].track[frame])
             else {
-                // A gap hides who is who: names are trusted again after it.
+                // Across a gap in both, the sides cannot be followed: names are trusted again.
                 if marks.all[left].track[frame].is_none() && marks.all[right].track[frame].is_none()
                 {
                     last = None;
@@ -98,8 +98,8 @@ fn exchange(marks: &mut Marks, left: usize, right: usize, frame: usize) {
     marks.all[right].track[frame] = a;
 }
 
-/// Takes out what a body could not have done: frames off their neighbours, and runs of frames
-/// that no possible speed joins to the longest run.
+/// Drops what a body cannot do: frames off their neighbours, and runs of frames that no possible
+/// speed joins to the longest run.
 pub(super) fn drop_spikes(marks: &mut Marks, warnings: &mut Vec<String>) {
     let rate = marks.sample_rate_hz;
     let step_m = FASTEST_M_S / rate + NOISE_M;
@@ -158,7 +158,7 @@ pub(super) fn drop_spikes(marks: &mut Marks, warnings: &mut Vec<String>) {
     }
 }
 
-/// Runs of frames, begin and end, without a gap or an impossible step.
+/// Returns the runs of frames (start, end) without a gap or an impossible step.
 fn runs(track: &[Option<DVec3>], step_m: f64) -> Vec<(usize, usize)> {
     let mut runs: Vec<(usize, usize)> = Vec::new();
     for (frame, point) in track.iter().enumerate() {
@@ -173,7 +173,7 @@ fn runs(track: &[Option<DVec3>], step_m: f64) -> Vec<(usize, usize)> {
     runs
 }
 
-/// Fills gaps of at most [`LONGEST_GAP_S`] by the cubic through the ends with the slopes there.
+/// Fills gaps of at most [`LONGEST_GAP_S`] by the cubic through both ends with their slopes.
 pub(super) fn fill_short_gaps(marks: &mut Marks, warnings: &mut Vec<String>) {
     let longest = (LONGEST_GAP_S * marks.sample_rate_hz) as usize;
     let mut filled: Vec<String> = Vec::new();
@@ -184,7 +184,7 @@ pub(super) fn fill_short_gaps(marks: &mut Marks, warnings: &mut Vec<String>) {
             .collect();
         let original = mark.track.clone();
         let slope = |at: usize, away: isize| {
-            // Over 3 frames, so that noise does not tip it.
+            // Over 3 frames, to damp noise.
             let far = (1..=3).rev().find_map(|n| {
                 let other = at.checked_add_signed(away * n)?;
                 let point = original.get(other).copied().flatten()?;

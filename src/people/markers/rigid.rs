@@ -14,14 +14,16 @@ pub(super) struct Rigid {
 }
 
 impl Rigid {
-    /// Where a point goes.
+    /// Moves a point.
     pub(super) fn apply(&self, point: DVec3) -> DVec3 {
         self.turn * point + self.shift
     }
 
-    /// The least-squares fit of `from` to `to`; none for fewer than 3 pairs or points on a line.
+    /// Returns the least-squares fit of the first points of the pairs to the second; none for fewer
+    /// than 3 pairs or points on a line.
     pub(super) fn fit(pairs: &[(DVec3, DVec3)]) -> Option<Self> {
-        /// Points nearer to one line than this share of their spread have no orientation. Ours.
+        /// Least breadth of the points as a share of their spread; narrower ones have no
+        /// orientation. Ours.
         const LEAST_BREADTH: f64 = 0.02;
         if pairs.len() < 3 {
             return None;
@@ -40,7 +42,7 @@ impl Rigid {
         if breadth < LEAST_BREADTH * reach * reach || reach == 0.0 {
             return None;
         }
-        // s[i][j]: sum of the products of coordinate i before and j after.
+        // s[i][j]: sum of the products of coordinates i of the first and j of the second points.
         let mut s = [[0.0; 3]; 3];
         for (p, q) in pairs {
             let (p, q) = ((*p - a).to_array(), (*q - b).to_array());
@@ -65,7 +67,7 @@ impl Rigid {
     }
 }
 
-/// Unit eigenvector of the largest eigenvalue of a symmetric matrix, by Jacobi's rotations.
+/// Returns the unit eigenvector of a symmetric matrix's largest eigenvalue, by Jacobi rotations.
 fn largest_eigenvector(mut m: [[f64; 4]; 4]) -> [f64; 4] {
     let mut vectors = [[0.0; 4]; 4];
     for (i, row) in vectors.iter_mut().enumerate() {

@@ -1,4 +1,4 @@
-//! The markers of a file that mean something here: where on the body, and their tracks.
+//! The markers of a file that have a known place on the body, and their tracks.
 
 use glam::{DQuat, DVec3};
 
@@ -7,32 +7,32 @@ use crate::import::Markers;
 use crate::people::retarget::rest_pose::nearest_axis;
 use crate::people::retarget::unit::choose_unit;
 
-/// Hip-to-knee-to-ankle length over the distance from the middle of the anterior iliac spines to the
-/// ankle marker: medians of 0.895 to 0.933 in six clips in which Plug-in Gait states the joint
+/// Hip-to-knee-to-ankle length over the distance from the middle of the anterior iliac spines to
+/// the ankle marker: medians of 0.895 to 0.933 in six clips in which Plug-in Gait states the joint
 /// centres (measured 2026-11-21).
 const LEG_OF_PELVIS_TO_ANKLE: f64 = 0.91;
 
-/// One marker over time.
+/// A marker and its track.
 #[derive(Clone, Debug)]
 pub(super) struct Mark {
-    /// As the file spells it.
+    /// The marker's name as spelled in the file.
     pub(super) name: String,
     pub(super) site: Site,
     pub(super) side: MarkerSide,
-    /// Position by frame, where it was seen.
+    /// Position by frame; none where the marker was not seen.
     pub(super) track: Vec<Option<DVec3>>,
 }
 
 impl Mark {
-    /// Frames in which it was seen.
+    /// Returns the number of frames in which the marker was seen.
     pub(super) fn seen(&self) -> usize {
         self.track.iter().flatten().count()
     }
 
-    /// The body that it is rigid with, with its side.
+    /// Returns the segment that carries the marker, with its side.
     pub(super) fn body(&self) -> (Segment, MarkerSide) {
         let side = match self.site.segment() {
-            // Markers of both sides are on the one pelvis, thorax or head.
+            // The pelvis, the thorax and the head each carry markers of both sides.
             Segment::Pelvis | Segment::Thorax | Segment::Head => MarkerSide::Middle,
             _ => self.side,
         };
@@ -49,8 +49,8 @@ pub(super) struct Marks {
 }
 
 impl Marks {
-    /// Picks the markers whose names are known; a second knee or ankle marker of one name (names
-    /// cut to four letters) is the medial one.
+    /// Picks the markers whose names are known. A second knee or ankle marker of the same name
+    /// (names cut to four letters) is the medial one.
     ///
     /// # Errors
     /// If no name is known.
@@ -80,7 +80,7 @@ impl Marks {
                     Site::Knee => Site::KneeMedial,
                     Site::Ankle => Site::AnkleMedial,
                     _ => {
-                        warnings.push(format!("marker {name} is there twice: the first is used"));
+                        warnings.push(format!("marker {name} occurs twice: the first is used"));
                         continue;
                     }
                 };
@@ -106,31 +106,31 @@ impl Marks {
         })
     }
 
-    /// The first marker of a place.
+    /// Returns the first marker of a place.
     pub(super) fn get(&self, site: Site, side: MarkerSide) -> Option<&Mark> {
         self.all
             .iter()
             .find(|mark| mark.site == site && mark.side == side)
     }
 
-    /// Whether there is a marker of a place.
+    /// Returns whether a place has a marker.
     pub(super) fn has(&self, site: Site, side: MarkerSide) -> bool {
         self.get(site, side).is_some()
     }
 
-    /// Position of a place in a frame.
+    /// Returns the position of a place in a frame.
     pub(super) fn at(&self, site: Site, side: MarkerSide, frame: usize) -> Option<DVec3> {
         self.get(site, side)?.track.get(frame).copied().flatten()
     }
 
-    /// Refuses sets without a pelvis or without feet, naming what lacks.
+    /// Checks that the set has the markers of the pelvis and of both ankles.
     ///
     /// # Errors
-    /// A marker that nothing can stand in for is not there.
+    /// Names the missing marker, if no other can stand in for it.
     pub(super) fn require(&self) -> Result<(), String> {
         let lacks = |site, side, names: &str| {
             Err(format!(
-                "no marker for the {} ({names}): none of the file's names means it",
+                "no marker for the {} ({names}): no name in the file matches",
                 MarkerPlace(site, side)
             ))
         };
@@ -158,10 +158,10 @@ impl Marks {
         Ok(())
     }
 
-    /// Turns Y up and counts in metres; returns the metres in one source unit.
+    /// Rotates the tracks to Y up and converts them to metres. Returns the metres in a source unit.
     ///
     /// # Errors
-    /// No known unit gives human legs.
+    /// If no known unit gives human legs, or pelvis and ankles are never seen together.
     pub(super) fn count_in_metres(
         &mut self,
         stated: Option<f64>,
@@ -210,7 +210,7 @@ impl Marks {
     }
 }
 
-/// The middle value (the upper of two); 0 of none.
+/// Returns the median (the upper of two middle values); 0 for an empty slice.
 pub(super) fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or_default()

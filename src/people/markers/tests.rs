@@ -1,4 +1,4 @@
-//! Virtual markers on a made walker whose joints are known: the fit must find them again.
+//! Tests that the fit recovers the joints of a synthetic walker from virtual markers.
 
 use super::*;
 use crate::import::MotionFormat;
@@ -44,7 +44,7 @@ fn truth() -> Truth {
     }
 }
 
-/// What is stuck on: name, the joint that carries it, and where in its frame, metres.
+/// The virtual markers: name, the joint that carries it, and the place in its frame, metres.
 fn set(truth: &Truth) -> Vec<(&'static str, Joint, DVec3)> {
     let hip_side = truth.positions[0][Joint::LeftThigh.index()]
         .distance(truth.positions[0][Joint::RightThigh.index()])
@@ -99,13 +99,13 @@ fn set(truth: &Truth) -> Vec<(&'static str, Joint, DVec3)> {
     ]
 }
 
-/// Millimetres, Z up, walking along +X, as C3D files have it.
+/// Converts to the convention of C3D files: millimetres, Z up, walking along +X.
 fn to_lab(p: DVec3) -> DVec3 {
     DVec3::new(p.z, p.x, p.y) * 1e3
 }
 
-/// The markers whose names `keep` takes. The knee's turn with the thigh and the ankle's with the
-/// shank, at their far ends.
+/// The markers whose names `keep` accepts. Knee markers turn with the thigh and ankle markers with
+/// the shank, at their far ends.
 fn markers(truth: &Truth, keep: impl Fn(&str) -> bool) -> Markers {
     let set: Vec<_> = set(truth)
         .into_iter()
@@ -144,7 +144,8 @@ fn all(_: &str) -> bool {
     true
 }
 
-/// Largest distance over the frames of a joint from its true place, mm; `shift`: of the floor.
+/// Returns the largest distance of a joint from its true place over the frames, mm. Both are put on
+/// one floor.
 fn miss_mm(take: &RetargetedMotion, truth: &Truth, joint: Joint) -> f64 {
     let start = (take.start_s * RATE_HZ).round() as usize;
     let height = |frame: usize| {
@@ -320,7 +321,7 @@ fn a_short_gap_is_filled_and_a_long_one_put_back_from_the_segment() {
         take.warnings,
         [
             "gaps of up to 0.2 s are filled (frames): Anna:LANK 15",
-            "put back from at least 3 other markers of their segments (frames): Anna:RASI 100",
+            "rebuilt from at least 3 other markers of their segments (frames): Anna:RASI 100",
         ]
     );
     for joint in LEGS {
@@ -411,8 +412,8 @@ fn legs_alone_walk_under_an_upright_trunk_with_arms_that_swing_against_them() {
     assert_eq!(
         take.warnings,
         [
-            "no markers of the trunk and the head: they are upright and face with the pelvis",
-            "no markers of the left and the right arm: it swings with the other leg as the norm's",
+            "no markers of the trunk and the head: they stay upright and turn with the pelvis",
+            "no markers of the left and the right arm: it swings with the other leg, as in the norm",
         ]
     );
     // Hands swing to either side of the hip by some 15 cm, ahead with the other foot.
@@ -437,10 +438,8 @@ fn knees_without_markers_bend_ahead() {
         RetargetedMotion::from_markers(&markers(&truth, |name| few.contains(&&name[1..])), None)
             .unwrap();
     assert!(
-        take.warnings
-            .iter()
-            .any(|w| w
-                == "left lateral knee: no marker: it bends ahead as far as hip and ankle need")
+        take.warnings.iter().any(|w| w
+            == "left lateral knee: no marker: it bends forward as far as hip and ankle require")
     );
     for joint in [Joint::LeftShank, Joint::RightShank] {
         let miss = miss_mm(&take, &truth, joint);
@@ -457,7 +456,7 @@ fn a_set_without_a_pelvis_is_refused_by_name() {
     let error = refuse(&|name| name != "RASI");
     assert_eq!(
         error,
-        "no marker for the right anterior superior iliac spine (LASI, RASI): none of the file's names means it"
+        "no marker for the right anterior superior iliac spine (LASI, RASI): no name in the file matches"
     );
     let error = refuse(&|name| name != "LPSI");
     assert!(error.contains("sacrum (SACR, or LPSI and RPSI)"), "{error}");

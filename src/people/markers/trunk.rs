@@ -1,8 +1,8 @@
 //! Spine, rib cage, neck and head.
 //!
 //! The thorax has the axes of Plug-in Gait: ahead from C7 and T10 to the clavicles and the sternum,
-//! up from T10 and the sternum to C7 and the clavicles. Where its joints lie along the trunk is
-//! that of the cohort's bodies (ANSUR II, [`body::offsets`](crate::people::cohort::body::offsets)).
+//! up from T10 and the sternum to C7 and the clavicles. Its joints lie along the trunk as in the
+//! cohort's bodies (ANSUR II, [`body::offsets`](crate::people::cohort::body::offsets)).
 
 use edgegait_core::skeleton::Joint;
 use glam::{DQuat, DVec3};
@@ -13,29 +13,31 @@ use super::names::{MarkerSide, Site};
 use super::pelvis::{Pelvis, pair};
 use super::set::median;
 
-/// Spine joint between hips and C7: (iliocristale - trochanterion) / (cervicale - trochanterion)
-/// heights, ANSUR II means of men and women.
+/// Height of the spine joint between hips and C7, as a share: (iliocristale - trochanterion) /
+/// (cervicale - trochanterion) heights, ANSUR II means of men and women.
 const SPINE_SHARE: f64 = 0.267;
-/// Thorax joint above the spine joint, of what is left: as the cohort's bodies have it.
+/// Height of the thorax joint between the spine joint and the neck, as a share: as in the cohort's
+/// bodies.
 const THORAX_SHARE: f64 = 0.35;
-/// Spine and thorax behind hips and neck, as a share of the trunk: 2 cm of 58.
+/// Distance of spine and thorax behind hips and neck, as a share of the trunk: 2 cm of 58.
 const BEHIND: f64 = 0.035;
 /// Neck joint ahead of C7's marker, as a share of the way to the suprasternal notch. Ours: the
 /// vertebral body lies a little behind the middle of the neck.
 const NECK_SHARE: f64 = 0.45;
-/// The same with C7 alone, as a share of the trunk. Ours: 5 cm of 58.
+/// Neck joint ahead of C7's marker without a notch marker, as a share of the trunk. Ours: 5 cm of
+/// 58.
 const NECK_AHEAD: f64 = 0.086;
-/// C7 above the acromia and above the suprasternal notch, as a share of the trunk: ANSUR II means
-/// of cervicale, acromial and suprasternale heights over cervicale less trochanterion.
+/// Heights of C7 above the acromia and above the suprasternal notch, as shares of the trunk: ANSUR
+/// II means of cervicale, acromial and suprasternale heights over cervicale less trochanterion.
 const C7_ABOVE_ACROMIA: f64 = 0.117;
 const C7_ABOVE_NOTCH: f64 = 0.124;
 /// Sternoclavicular joints beside and behind the notch's marker, metres. Ours.
 const COLLAR_M: DVec3 = DVec3::new(0.02, 0.0, -0.02);
 /// Base of the skull below the middle of the four head markers, as a share of their depth from
-/// front to back. Ours: the band is worn 5 cm above the ears' holes.
+/// front to back. Ours: the band is worn 5 cm above the ear canals.
 const SKULL_DROP: f64 = 0.27;
 
-/// Mean of the tracks that are there.
+/// Returns the mean of the tracks that are present.
 fn mean(tracks: &[Option<Vec<DVec3>>]) -> Option<Vec<DVec3>> {
     let there: Vec<&Vec<DVec3>> = tracks.iter().flatten().collect();
     let first = there.first()?;
@@ -47,7 +49,7 @@ fn mean(tracks: &[Option<Vec<DVec3>>]) -> Option<Vec<DVec3>> {
     )
 }
 
-/// Markers of the rib cage that tell of it.
+/// The markers that determine the rib cage.
 struct Ribs {
     c7: Option<Vec<DVec3>>,
     notch: Option<Vec<DVec3>>,
@@ -69,13 +71,13 @@ impl Ribs {
         }
     }
 
-    /// A point at the base of the neck, roughly.
+    /// Returns a point near the base of the neck.
     fn top(&self) -> Option<Vec<DVec3>> {
         let shoulders = self.shoulders.as_ref().map(|[a, b]| middles(a, b));
         mean(&[self.c7.clone(), self.notch.clone()]).or(shoulders)
     }
 
-    /// The walker's left.
+    /// Returns the walker's left.
     fn left(&self, pelvis: &Pelvis, up: &[DVec3], warnings: &mut Vec<String>) -> Vec<DVec3> {
         let front = mean(&[self.notch.clone(), self.sternum.clone()]);
         let back = mean(&[self.c7.clone(), self.t10.clone()]);
@@ -86,14 +88,15 @@ impl Ribs {
             (.., Some([left, right])) => each(left, right, |l, r| l - r),
             _ => {
                 warnings.push(
-                    "the rib cage's markers do not tell its turn: it turns with the pelvis".into(),
+                    "the rib cage's markers do not fix its heading: it turns with the pelvis"
+                        .into(),
                 );
                 pelvis.left.clone()
             }
         }
     }
 
-    /// Its long axis by markers above one another.
+    /// Returns the long axis from markers above one another.
     fn long_axis(&self) -> Option<Vec<DVec3>> {
         let line = |top: &Option<Vec<DVec3>>, low: &Option<Vec<DVec3>>| {
             Some(each(top.as_ref()?, low.as_ref()?, |a, b| a - b))
@@ -102,7 +105,7 @@ impl Ribs {
     }
 }
 
-/// Adds the trunk and the head as far as there are markers.
+/// Adds the trunk and the head as far as their markers are present.
 pub(super) fn add(
     joints: &mut MarkerJoints,
     tracks: &MarkerTracks,
@@ -115,11 +118,11 @@ pub(super) fn add(
     if let Some(top) = ribs.top() {
         thorax(joints, &ribs, &hips, &top, pelvis, warnings);
         if !head(joints, tracks) {
-            warnings.push("no markers of the head: it is upright, above the neck".into());
+            warnings.push("no markers of the head: it stays upright above the neck".into());
         }
     } else {
         warnings.push(
-            "no markers of the trunk and the head: they are upright and face with the pelvis"
+            "no markers of the trunk and the head: they stay upright and turn with the pelvis"
                 .into(),
         );
     }
@@ -168,7 +171,7 @@ fn thorax(
     let turns = match ribs.long_axis() {
         Some(axis) => {
             let raw = frames_of(&left, &axis);
-            // Marker axes lean by a constant: upright is along the trunk, on the whole.
+            // Marker axes lean by a constant: the median trunk line is taken as upright.
             let mut leans = each(&raw, &line, |turn, line| {
                 let line = turn.inverse() * line;
                 libm::atan2(line.z, line.y)
@@ -210,7 +213,7 @@ fn thorax(
     joints.put(Joint::Neck, neck);
 }
 
-/// Adds the head by its four markers; false without them.
+/// Adds the head from its four markers. Returns false if they are not all there.
 fn head(joints: &mut MarkerJoints, tracks: &MarkerTracks) -> bool {
     let (Some([front_left, front_right]), Some([back_left, back_right])) =
         (pair(tracks, Site::HeadFront), pair(tracks, Site::HeadBack))
@@ -228,7 +231,7 @@ fn head(joints: &mut MarkerJoints, tracks: &MarkerTracks) -> bool {
         |l, r| l - r,
     );
     let raw = frames_of(&left, &each(&ahead, &left, DVec3::cross));
-    // Bands sit askew: the head is level on the whole.
+    // Head bands sit askew: the median pitch is taken as level.
     let mut pitches: Vec<f64> = raw
         .iter()
         .map(|turn| {
@@ -246,7 +249,7 @@ fn head(joints: &mut MarkerJoints, tracks: &MarkerTracks) -> bool {
         let up = each(&skull, neck, |a, b| a - b);
         let left: Vec<DVec3> = turns.iter().map(|turn| *turn * DVec3::X).collect();
         let neck_turns = frames_of(&left, &up);
-        // The neck leans ahead at rest: it turns with the head, less its mean lean.
+        // The neck leans ahead at rest: it turns with the head, less its median lean.
         let mut leans = each(&neck_turns, &turns, |neck, head| {
             let up = head.inverse() * (neck * DVec3::Y);
             libm::atan2(up.z, up.y)

@@ -70,7 +70,7 @@ fn what_cannot_be_is_refused_with_its_line() {
         ),
         (
             "subject,hip_breadth\na,340\n".into(),
-            ["people.csv:1", "_mm or _m behind"],
+            ["people.csv:1", "suffix _mm or _m"],
         ),
         (
             "subject,stature_m,stature_mm\na,1.7,1700\n".into(),

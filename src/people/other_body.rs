@@ -8,7 +8,7 @@ use crate::people::cleaning::flips::MotionEnds;
 use crate::people::forward_kinematics;
 use crate::people::leg::LegLengths;
 use crate::people::retarget::leg_length_m;
-use crate::people::retarget::trunk_lean::carry_shoulders;
+use crate::people::trunk_lean::carry_shoulders;
 use crate::people::{Cycle, UncutMotion};
 
 /// Hip, knee and ankle of each side.
